@@ -1,0 +1,2 @@
+//! Host library.
+#![forbid(unsafe_code)]

@@ -1,0 +1,2 @@
+//! `cargo xtask`: developer and CI commands.
+fn main() {}
