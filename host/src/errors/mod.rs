@@ -1,0 +1,8 @@
+//! Geometric errors of the axes: ISO 230-1 parameters and what they do along the travel.
+
+mod file;
+mod model;
+mod parameter;
+
+pub use model::{ErrorModel, Motion, Situation, Thermal, Switches};
+pub use parameter::{Parameter, ParameterKind};

@@ -1,0 +1,73 @@
+//! The kinematic correction: what to add to the command so that the block equations hold.
+
+use super::Kinematics;
+use crate::errors::{Situation, Switches};
+use crate::machine::PerAxis;
+
+/// A kinematic correction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    /// To be added to the command (mm, rad).
+    pub dq: PerAxis,
+    /// How many times the exact model was evaluated.
+    pub iterations: u32,
+}
+
+/// The iteration did not converge: the errors are far too large for this position.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the kinematic correction does not converge here: a step of {step:.1e} mm or rad remains after {iterations} iterations")]
+pub struct NotConverged {
+    /// The last step (mm or rad).
+    pub step: f64,
+    /// Iterations made.
+    pub iterations: u32,
+}
+
+/// The iteration ends when no axis moves more than this (mm or rad): three orders below the
+/// 1e-9 mm asked for, three above the rounding of positions of 1 m in f64 (1e-13 mm).
+const STEP: f64 = 1e-12;
+/// Each iteration gains the relative size of the errors (1e-3 or better): ten are plenty.
+const ITERATIONS: u32 = 30;
+
+impl Kinematics<'_> {
+    /// The kinematic correction at a command `q` (mm, rad), with the error motions that
+    /// `switches` let through: the twist of nominal(q)⁻¹ · actual(q + Δq) has no translation,
+    /// and the least possible rotation about the rotary axes, with the control Jacobian at `q`.
+    ///
+    /// # Errors
+    /// [`NotConverged`] if the errors are so large that the iteration fails.
+    pub fn correction(
+        &self,
+        q: &PerAxis,
+        situation: &Situation,
+        switches: &Switches,
+    ) -> Result<Correction, NotConverged> {
+        let failed = |step, iterations| NotConverged { step, iterations };
+        let solver = self
+            .jacobian(q, situation.length)
+            .solver()
+            .ok_or_else(|| failed(f64::INFINITY, 0))?;
+        let to_nominal = self.nominal(q, situation.length).inverse();
+        let mut dq = PerAxis::default();
+        let mut last = f64::INFINITY;
+        for iteration in 1..=ITERATIONS {
+            let corrected = std::array::from_fn(|i| q[i] + dq[i]);
+            let error = (to_nominal * self.actual(&corrected, situation, switches)).twist();
+            let step = solver.correct(&error);
+            let mut size = 0.0_f64;
+            for (d, s) in dq.iter_mut().zip(step) {
+                *d += s;
+                size = size.max(s.abs());
+            }
+            // Converged, or at the floor of rounding, where steps no longer shrink.
+            if size < STEP || (size < 1e3 * STEP && size >= 0.5 * last) {
+                return Ok(Correction { dq, iterations: iteration });
+            }
+            if !size.is_finite() {
+                return Err(failed(size, iteration));
+            }
+            last = size;
+        }
+        Err(failed(last, ITERATIONS))
+    }
+}

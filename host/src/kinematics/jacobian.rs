@@ -1,0 +1,140 @@
+//! The control Jacobian and its block solution.
+
+use super::Twist;
+use crate::machine::{MAX_AXES, PerAxis};
+use nalgebra::{Matrix3, Vector3};
+
+/// Columns of the control Jacobian: the twist of the tool per mm or rad of each axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Jacobian {
+    count: usize,
+    rotary: [bool; MAX_AXES],
+    t: [Vector3<f64>; MAX_AXES],
+    r: [Vector3<f64>; MAX_AXES],
+}
+
+/// Solves J·Δq = −E for one position, as often as asked.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockSolver {
+    jacobian: Jacobian,
+    /// (Jrᵀ·Jr)⁻¹ over the rotary axes, in their order.
+    gram_inverse: Matrix3<f64>,
+    /// (Jl·Jlᵀ)⁻¹ over the linear axes.
+    linear_inverse: Matrix3<f64>,
+}
+
+impl Jacobian {
+    pub(super) fn new(count: usize) -> Self {
+        Self {
+            count,
+            rotary: [false; MAX_AXES],
+            t: [Vector3::zeros(); MAX_AXES],
+            r: [Vector3::zeros(); MAX_AXES],
+        }
+    }
+
+    pub(super) fn set(&mut self, index: usize, rotary: bool, t: Vector3<f64>, r: Vector3<f64>) {
+        self.rotary[index] = rotary;
+        self.t[index] = t;
+        self.r[index] = r;
+    }
+
+    /// The column of an axis, `[x y z a b c]` per mm or rad.
+    #[must_use]
+    pub fn column(&self, axis: usize) -> [f64; 6] {
+        Twist {
+            t: self.t[axis],
+            r: self.r[axis],
+        }
+        .to_array()
+    }
+
+    fn rotary_axes(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.count).filter(|i| self.rotary[*i])
+    }
+
+    fn linear_axes(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.count).filter(|i| !self.rotary[*i])
+    }
+
+    /// How independent the linear directions are: √det(Jl·Jlᵀ), 1 for three orthogonal axes,
+    /// 0 if a direction of space has no motion.
+    #[must_use]
+    pub fn linear_volume(&self) -> f64 {
+        self.linear_square().determinant().max(0.0).sqrt()
+    }
+
+    /// How independent the rotary directions are: √det(Jrᵀ·Jr), 1 if orthogonal or fewer than two.
+    #[must_use]
+    pub fn rotary_volume(&self) -> f64 {
+        self.gram().determinant().max(0.0).sqrt()
+    }
+
+    /// Two rotary axes whose directions differ by less than about `limit` rad.
+    #[must_use]
+    pub fn parallel_rotary_axes(&self, limit: f64) -> Option<(usize, usize)> {
+        let axes: Vec<usize> = self.rotary_axes().collect();
+        for (k, &i) in axes.iter().enumerate() {
+            for &j in &axes[k + 1..] {
+                if self.r[i].cross(&self.r[j]).norm() < limit {
+                    return Some((i, j));
+                }
+            }
+        }
+        None
+    }
+
+    fn gram(&self) -> Matrix3<f64> {
+        let mut gram = Matrix3::identity();
+        for (a, i) in self.rotary_axes().enumerate() {
+            for (b, j) in self.rotary_axes().enumerate() {
+                gram[(a, b)] = self.r[i].dot(&self.r[j]);
+            }
+        }
+        gram
+    }
+
+    fn linear_square(&self) -> Matrix3<f64> {
+        self.linear_axes()
+            .map(|i| self.t[i] * self.t[i].transpose())
+            .sum()
+    }
+
+    /// Prepares the block solution: rotary axes by least squares on the three rotation rows,
+    /// then linear axes so that the translation rows are exact (minimum norm if there are more
+    /// than three). It equals the six-row pseudo-inverse whenever linear axes span space.
+    ///
+    /// `None` if the axes are dependent here ([`crate::machine::Machine::check`] refuses such).
+    #[must_use]
+    pub fn solver(&self) -> Option<BlockSolver> {
+        Some(BlockSolver {
+            jacobian: *self,
+            gram_inverse: self.gram().try_inverse()?,
+            linear_inverse: self.linear_square().try_inverse()?,
+        })
+    }
+}
+
+impl BlockSolver {
+    /// The motion Δq (mm, rad) that is equivalent to −`error`.
+    #[must_use]
+    pub fn correct(&self, error: &Twist) -> PerAxis {
+        let jacobian = &self.jacobian;
+        let mut rows = Vector3::zeros();
+        for (a, i) in jacobian.rotary_axes().enumerate() {
+            rows[a] = jacobian.r[i].dot(&error.r);
+        }
+        let rotary = self.gram_inverse * rows;
+        let mut correction = PerAxis::default();
+        let mut rest = error.t;
+        for (a, i) in jacobian.rotary_axes().enumerate() {
+            correction[i] = -rotary[a];
+            rest -= jacobian.t[i] * rotary[a];
+        }
+        let image = self.linear_inverse * rest;
+        for i in jacobian.linear_axes() {
+            correction[i] = -jacobian.t[i].dot(&image);
+        }
+        correction
+    }
+}

@@ -1,0 +1,315 @@
+//! `machine.toml`.
+
+use super::{Axis, Branch, Letter, MAX_AXES, Machine};
+use crate::kinematics::Htm;
+use crate::source::FileError;
+use serde::Deserialize;
+use std::ops::Range;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MachineFile {
+    name: Spanned<String>,
+    topology: Option<Spanned<String>>,
+    axis: Vec<Spanned<AxisEntry>>,
+    spindle: Option<SpindleEntry>,
+    tool: Option<ToolEntry>,
+    #[serde(default)]
+    workpiece: FrameEntry,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisEntry {
+    name: Spanned<String>,
+    branch: Spanned<String>,
+    range: Spanned<[f64; 2]>,
+    #[serde(default)]
+    modulo: Option<Spanned<bool>>,
+    #[serde(default)]
+    reversed: bool,
+    origin_mm: Option<Spanned<[f64; 3]>>,
+    orientation_deg: Option<Spanned<[f64; 3]>>,
+    max_speed: Option<Spanned<f64>>,
+    hysteresis: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct FrameEntry {
+    origin_mm: Option<Spanned<[f64; 3]>>,
+    orientation_deg: Option<Spanned<[f64; 3]>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpindleEntry {
+    origin_mm: Option<Spanned<[f64; 3]>>,
+    orientation_deg: Option<Spanned<[f64; 3]>>,
+    axis: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ToolEntry {
+    tip_mm: Spanned<[f64; 3]>,
+    length_range_mm: Option<Spanned<[f64; 2]>>,
+}
+
+/// Default top speeds, from which the rate bound follows: 30 m/min and 30 rpm.
+const SPEED_LINEAR: f64 = 500.0;
+const SPEED_ROTARY: f64 = 180.0;
+/// Default direction hysteresis: above the ripple of a standing command, below any real move.
+const HYSTERESIS: f64 = 0.001;
+
+impl Machine {
+    /// Reads and checks a machine description.
+    ///
+    /// # Errors
+    /// [`FileError`] with place, cause and remedy: syntax, unknown keys and letters, an axis
+    /// named twice, a topology that does not match the axes, an empty travel, a value that is
+    /// not finite, a missing tool axis, and all that [`Machine::check`] refuses.
+    pub fn from_toml(text: &str) -> Result<Self, FileError> {
+        let file: MachineFile = toml::from_str(text)?;
+        let mut axes: Vec<Axis> = Vec::new();
+        for entry in &file.axis {
+            let axis = read_axis(entry.get_ref())?;
+            if axes.iter().any(|a| a.letter == axis.letter) {
+                return Err(FileError::at(
+                    entry.get_ref().name.span(),
+                    format!("axis {} is described twice", axis.letter),
+                    "second description",
+                    "give each axis its own letter (X Y Z U V W, A B C), once",
+                ));
+            }
+            axes.push(axis);
+        }
+        if !(3..=MAX_AXES).contains(&axes.len()) {
+            return Err(FileError::whole(
+                format!("the machine has {} axes", axes.len()),
+                "describe three to six [[axis]] entries",
+            ));
+        }
+        let Some(tool) = &file.tool else {
+            return Err(FileError::whole(
+                "the machine has no [tool]",
+                "add [tool] with tip_mm = [x, y, z], the tool tip in the spindle frame",
+            ));
+        };
+        let Some(spindle) = &file.spindle else {
+            return Err(FileError::whole(
+                "the machine has no [spindle]",
+                "add [spindle] with axis = \"z\": the tool axis in the spindle frame (x, y or z)",
+            ));
+        };
+        let Some(tool_axis) = &spindle.axis else {
+            return Err(FileError::whole(
+                "the spindle does not say which of its axes is the tool axis",
+                "add axis = \"z\" (or x, y) to [spindle]",
+            ));
+        };
+        let component = match tool_axis.get_ref().as_str() {
+            "x" => 0,
+            "y" => 1,
+            "z" => 2,
+            other => {
+                return Err(FileError::at(
+                    tool_axis.span(),
+                    format!("`{other}` is no axis of the spindle frame"),
+                    "the tool axis",
+                    "write x, y or z",
+                ));
+            }
+        };
+        let tip = finite(&tool.tip_mm)?;
+        let length_range = match &tool.length_range_mm {
+            None => None,
+            Some(range) => {
+                let [low, high] = finite(range)?;
+                if low < 0.0 || low >= high {
+                    return Err(FileError::at(
+                        range.span(),
+                        "the range of the tool length is empty or negative",
+                        "here",
+                        "write [shortest, longest] in mm, measured along the tool axis from the spindle frame",
+                    ));
+                }
+                if tip[component] == 0.0 {
+                    return Err(FileError::at(
+                        tool.tip_mm.span(),
+                        "the tip lies in the spindle's face, so nobody can tell to which side the tool grows",
+                        "0 along the tool axis",
+                        "give tip_mm a length along the tool axis: its sign is the side",
+                    ));
+                }
+                Some([low, high])
+            }
+        };
+        let machine = Machine {
+            name: file.name.get_ref().clone(),
+            axes,
+            spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
+            tool_axis: component,
+            tip,
+            length_range,
+            workpiece: frame(&file.workpiece.origin_mm, &file.workpiece.orientation_deg)?,
+        };
+        // 64 bytes of name fit every blob and every hello message.
+        if machine.name.is_empty() || machine.name.len() > 64 {
+            return Err(FileError::at(
+                file.name.span(),
+                "the machine's name is empty or longer than 64 bytes",
+                "here",
+                "give a short name: error files and blobs refer to it",
+            ));
+        }
+        if let Some(topology) = &file.topology {
+            check_topology(topology, &machine)?;
+        }
+        machine.check().map_err(|error| {
+            let span = error.axis.map(|i| file.axis[i].span());
+            let mut file_error = FileError::whole(error.problem.to_string(), error.problem.remedy());
+            file_error.span = span;
+            file_error.label = "this axis".to_owned();
+            file_error
+        })?;
+        Ok(machine)
+    }
+}
+
+fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
+    let name = entry.name.get_ref();
+    let mut letters = name.chars();
+    let letter = match (letters.next().and_then(Letter::new), letters.next()) {
+        (Some(letter), None) => letter,
+        _ => {
+            return Err(FileError::at(
+                entry.name.span(),
+                format!("`{name}` is no axis letter"),
+                "unknown axis",
+                "write one of X Y Z U V W (linear) or A B C (rotary)",
+            ));
+        }
+    };
+    let branch = match entry.branch.get_ref().as_str() {
+        "workpiece" => Branch::Workpiece,
+        "tool" => Branch::Tool,
+        other => {
+            return Err(FileError::at(
+                entry.branch.span(),
+                format!("`{other}` is no branch"),
+                "unknown branch",
+                "write \"workpiece\" or \"tool\"",
+            ));
+        }
+    };
+    let travel = finite(&entry.range)?;
+    if travel[0] >= travel[1] {
+        return Err(FileError::at(
+            entry.range.span(),
+            format!("the travel of axis {letter} is empty"),
+            "lower limit not below upper limit",
+            "write range = [lower, upper] in mm or degrees",
+        ));
+    }
+    if travel.iter().any(|t| t.abs() > 1e5) {
+        return Err(FileError::at(
+            entry.range.span(),
+            format!("the travel of axis {letter} exceeds 100 m or 100000 degrees"),
+            "too large",
+            "travels are in mm and degrees",
+        ));
+    }
+    let modulo = match &entry.modulo {
+        Some(flag) if *flag.get_ref() => {
+            if !letter.is_rotary() {
+                return Err(FileError::at(
+                    flag.span(),
+                    format!("axis {letter} is linear and cannot be modulo"),
+                    "here",
+                    "remove modulo, or set it to false",
+                ));
+            }
+            if (travel[1] - travel[0] - 360.0).abs() > 1e-9 {
+                return Err(FileError::at(
+                    entry.range.span(),
+                    format!("axis {letter} is modulo, but its range is not one turn"),
+                    "not 360 degrees",
+                    "write range = [0.0, 360.0] or [-180.0, 180.0]",
+                ));
+            }
+            true
+        }
+        _ => false,
+    };
+    let default_speed = if letter.is_rotary() { SPEED_ROTARY } else { SPEED_LINEAR };
+    Ok(Axis {
+        letter,
+        branch,
+        frame: frame(&entry.origin_mm, &entry.orientation_deg)?,
+        travel,
+        modulo,
+        reversed: entry.reversed,
+        max_speed: positive(&entry.max_speed, default_speed)?,
+        hysteresis: positive(&entry.hysteresis, HYSTERESIS)?,
+    })
+}
+
+fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError> {
+    match value {
+        None => Ok(default),
+        Some(v) if v.get_ref().is_finite() && *v.get_ref() > 0.0 && *v.get_ref() < 1e6 => Ok(*v.get_ref()),
+        Some(v) => Err(FileError::at(
+            v.span(),
+            "this must be a positive number",
+            "here",
+            "write a finite value above 0 (mm or deg, mm/s or deg/s)",
+        )),
+    }
+}
+
+fn finite<const N: usize>(value: &Spanned<[f64; N]>) -> Result<[f64; N], FileError> {
+    if value.get_ref().iter().all(|v| v.is_finite()) {
+        Ok(*value.get_ref())
+    } else {
+        Err(FileError::at(
+            value.span(),
+            "a value here is not a finite number",
+            "nan or inf",
+            "write plain numbers in mm or degrees",
+        ))
+    }
+}
+
+fn frame(
+    origin: &Option<Spanned<[f64; 3]>>,
+    orientation: &Option<Spanned<[f64; 3]>>,
+) -> Result<Htm, FileError> {
+    let o = origin.as_ref().map_or(Ok([0.0; 3]), finite)?;
+    let d = orientation.as_ref().map_or(Ok([0.0; 3]), finite)?;
+    Ok(Htm::from_xyz_abc([
+        o[0],
+        o[1],
+        o[2],
+        d[0].to_radians(),
+        d[1].to_radians(),
+        d[2].to_radians(),
+    ]))
+}
+
+fn check_topology(topology: &Spanned<String>, machine: &Machine) -> Result<(), FileError> {
+    // `f` and `F` both occur in print; the spindle's S may be left out.
+    let plain = |s: &str| s.replace('f', "F").replace("St", "t");
+    let expected = machine.topology();
+    if plain(topology.get_ref()) == plain(&expected) {
+        return Ok(());
+    }
+    let span: Range<usize> = topology.span();
+    Err(FileError::at(
+        span,
+        format!("the topology `{}` does not match the axes", topology.get_ref()),
+        format!("the axes below make {expected}"),
+        "order the [[axis]] entries of each branch from the foundation outwards, or correct the topology: workpiece axes stand left of F, the outermost first",
+    ))
+}
