@@ -1,2 +1,49 @@
-//! Runtime.
+//! Compensation tables for machine tools, evaluated at servo rate.
+//!
+//! A [`Compensation`] is read in place from a blob (`.trax`) and turns the commanded positions of
+//! a machine into corrections Δq, which the controller *adds* to the commands (machining mode).
+//! It consists of *tables* over one input each, of *terms* (weight × product of tables → one
+//! output axis) and of *grids*. The same blob gives the same bits on every target: arithmetic is
+//! f32 with `+ − ×` and casts, in a fixed order. This presumes the default rounding and no
+//! flush-to-zero of subnormal numbers.
+//!
+//! Positions and corrections are in mm and degrees. Nothing here allocates, except the feature
+//! `encode`, with which hosts build blobs ([`Draft`]).
+#![cfg_attr(not(feature = "encode"), doc = "\n[`Draft`]: https://docs.rs/trueaxis")]
 #![no_std]
+#![deny(missing_docs)]
+
+#[cfg(target_endian = "big")]
+compile_error!("blobs are read in place and are little-endian");
+
+#[cfg(any(feature = "encode", test))]
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod blob;
+mod compensation;
+mod description;
+#[cfg(feature = "encode")]
+mod draft;
+mod header;
+mod inputs;
+mod kernel;
+mod load_error;
+mod lookup;
+mod magnitude;
+#[cfg(all(test, feature = "encode"))]
+mod specimen;
+mod weights;
+
+pub use compensation::{Compensation, TermView};
+pub use description::{
+    ADJUSTABLE, AUXILIARIES, Auxiliary, AuxiliaryKind, Axis, Bank, Direction, FACTORS, GRID_INPUTS,
+    GRID_OUTPUTS, Grid, GridAxis, Interpolation, Name, Policy, SampleFormat, Term,
+};
+#[cfg(feature = "encode")]
+pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
+pub use header::{ALIGNMENT, HEADER, MAGIC, VERSION};
+pub use inputs::{Inputs, Travel, Travelling};
+pub use load_error::{Capacity, LoadError, Part};
+pub use weights::{WeightError, Weights};

@@ -1,0 +1,288 @@
+//! A validated compensation, ready to be evaluated.
+
+use crate::description::{AUXILIARIES, Auxiliary, Axis, Bank, Grid, Policy, SampleFormat};
+use crate::inputs::{Inputs, Travelling};
+use crate::kernel;
+use crate::lookup::{BankLookup, FIXED, GridLookup, PackedTerm, group};
+use crate::weights::Weights;
+
+/// Tables, terms and grids that turn positions into corrections; the samples stay in the blob.
+///
+/// Only [`load`](Self::load), [`load_slot`](Self::load_slot) and [`decode`](Self::decode) fill one,
+/// and they check everything: evaluation cannot fail, cannot panic and needs no further checks.
+///
+/// | const generic | holds | at most |
+/// |---|---|---|
+/// | `AXES` | axes | 16 |
+/// | `TABLES` | tables, and banks | 255 |
+/// | `TERMS` | terms | 65 535 |
+/// | `GRIDS` | grids | |
+#[derive(Clone, Debug)]
+pub struct Compensation<
+    'a,
+    const AXES: usize = 8,
+    const TABLES: usize = 96,
+    const TERMS: usize = 256,
+    const GRIDS: usize = 2,
+> {
+    pub(crate) machine: &'a str,
+    pub(crate) policy: Policy,
+    pub(crate) axes: heapless::Vec<Axis, AXES>,
+    pub(crate) auxiliaries: heapless::Vec<Auxiliary, AUXILIARIES>,
+    pub(crate) banks: heapless::Vec<Bank, TABLES>,
+    /// One per bank.
+    pub(crate) lookups: heapless::Vec<BankLookup, TABLES>,
+    /// One per table; 1 for tables of f32 samples.
+    pub(crate) scales: [f32; TABLES],
+    /// Largest magnitude of each table.
+    pub(crate) peaks: [f32; TABLES],
+    pub(crate) tables: u16,
+    pub(crate) terms: heapless::Vec<PackedTerm, TERMS>,
+    pub(crate) weights: Weights,
+    pub(crate) grids: heapless::Vec<Grid, GRIDS>,
+    /// One per grid.
+    pub(crate) grid_lookups: heapless::Vec<GridLookup, GRIDS>,
+    pub(crate) floats: &'a [f32],
+    pub(crate) shorts: &'a [i16],
+    pub(crate) length: u32,
+}
+
+/// A term as stored, see [`Term`](crate::Term).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TermView<'c> {
+    /// Number of the output axis.
+    pub output: u8,
+    /// Stored weight.
+    pub weight: f32,
+    /// Limits of the weight if it is adjustable.
+    pub limits: Option<[f32; 2]>,
+    /// Numbers of the tables, in the order of multiplication.
+    pub factors: &'c [u8],
+}
+
+impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Compensation<'a, AXES, TABLES, TERMS, GRIDS>
+{
+    /// Nothing: no axes, all corrections zero. For a `static` or a `Box` to load into.
+    #[must_use]
+    pub const fn empty() -> Self {
+        const {
+            assert!(AXES >= 1 && AXES <= 16, "masks of axes have 16 bits");
+            assert!(TABLES <= 255, "factors number tables with 8 bits");
+            assert!(TERMS <= 65_535, "terms are numbered with 16 bits");
+            assert!(GRIDS <= 65_535, "grids are numbered with 16 bits");
+        };
+        Self {
+            machine: "",
+            policy: Policy::SixRow,
+            axes: heapless::Vec::new(),
+            auxiliaries: heapless::Vec::new(),
+            banks: heapless::Vec::new(),
+            lookups: heapless::Vec::new(),
+            scales: [1.0; TABLES],
+            peaks: [0.0; TABLES],
+            tables: 0,
+            terms: heapless::Vec::new(),
+            weights: Weights::empty(),
+            grids: heapless::Vec::new(),
+            grid_lookups: heapless::Vec::new(),
+            floats: &[],
+            shorts: &[],
+            length: 0,
+        }
+    }
+
+    /// Makes `self` [empty](Self::empty) in place.
+    pub(crate) fn clear(&mut self) {
+        self.machine = "";
+        self.policy = Policy::SixRow;
+        self.axes.clear();
+        self.auxiliaries.clear();
+        self.banks.clear();
+        self.lookups.clear();
+        self.tables = 0;
+        self.terms.clear();
+        self.weights = Weights::empty();
+        self.grids.clear();
+        self.grid_lookups.clear();
+        self.floats = &[];
+        self.shorts = &[];
+        self.length = 0;
+    }
+
+    /// Last step of loading: prepares the terms for the kernel.
+    pub(crate) fn finish(&mut self) {
+        group(&mut self.terms);
+    }
+
+    /// Name of the machine.
+    #[must_use]
+    pub fn machine(&self) -> &'a str {
+        self.machine
+    }
+
+    /// How the rotary corrections were solved.
+    #[must_use]
+    pub fn policy(&self) -> Policy {
+        self.policy
+    }
+
+    /// The axes, in the order of inputs and outputs.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// The auxiliary inputs, numbered on after the axes.
+    #[must_use]
+    pub fn auxiliaries(&self) -> &[Auxiliary] {
+        &self.auxiliaries
+    }
+
+    /// The banks; tables are numbered through them in order.
+    #[must_use]
+    pub fn banks(&self) -> &[Bank] {
+        &self.banks
+    }
+
+    /// The grids.
+    #[must_use]
+    pub fn grids(&self) -> &[Grid] {
+        &self.grids
+    }
+
+    /// Number of tables.
+    #[must_use]
+    pub fn tables(&self) -> usize {
+        usize::from(self.tables)
+    }
+
+    /// Number of samples, of both formats.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.floats.len() + self.shorts.len()
+    }
+
+    /// Bytes of the blob, header included, without what follows it in its slot; 0 when empty.
+    #[must_use]
+    pub fn blob_len(&self) -> usize {
+        self.length as usize
+    }
+
+    /// The terms, in stored order.
+    pub fn terms(&self) -> impl ExactSizeIterator<Item = TermView<'_>> + '_ {
+        self.terms.iter().map(|term| TermView {
+            output: term.output,
+            weight: term.weight,
+            limits: self.weights.limits_at(term.place),
+            factors: &term.factors[..usize::from(term.count)],
+        })
+    }
+
+    /// The weights as stored, to be adjusted and passed to [`evaluate`](Self::evaluate).
+    #[must_use]
+    pub fn weights(&self) -> Weights {
+        self.weights
+    }
+
+    /// Largest magnitude that table `table` can take.
+    #[must_use]
+    pub fn peak(&self, table: usize) -> Option<f32> {
+        self.peaks.get(..self.tables())?.get(table).copied()
+    }
+
+    /// Value of table `table` at its point `point`, scale included.
+    #[must_use]
+    pub fn sample(&self, table: usize, point: usize) -> Option<f32> {
+        let mut column = table;
+        for bank in &self.banks {
+            let tables = usize::from(bank.tables);
+            if column < tables {
+                if point >= bank.points as usize {
+                    return None;
+                }
+                let place = bank.first as usize + point * tables + column;
+                return match bank.format {
+                    SampleFormat::F32 => self.floats.get(place).copied(),
+                    SampleFormat::I16 => {
+                        let raw = f32::from(*self.shorts.get(place)?);
+                        Some(raw * self.scales[table])
+                    }
+                };
+            }
+            column -= tables;
+        }
+        None
+    }
+
+    /// Value of output `output` (its place in [`Grid::outputs`]) at node `node` of grid `grid`.
+    #[must_use]
+    pub fn grid_sample(&self, grid: usize, node: usize, output: usize) -> Option<f32> {
+        let grid = self.grids.get(grid)?;
+        let width = grid.outputs.len();
+        if output >= width || node as u64 >= grid.nodes() {
+            return None;
+        }
+        let place = grid.first as usize + node * width + output;
+        match grid.format {
+            SampleFormat::F32 => self.floats.get(place).copied(),
+            SampleFormat::I16 => {
+                Some(f32::from(*self.shorts.get(place)?) * grid.scales.get(output)?)
+            }
+        }
+    }
+
+    /// One bit per input (axes, then auxiliaries) on which a correction depends: through a grid,
+    /// or through a table of a term that is adjustable or has a weight other than 0.
+    #[must_use]
+    pub fn inputs_used(&self) -> u32 {
+        let mut used = 0;
+        let mut table = 0;
+        for bank in &self.banks {
+            let tables = table..table + bank.tables;
+            table = tables.end;
+            let active = |term: &PackedTerm| {
+                (term.weight != 0.0 || term.place != FIXED)
+                    && term.factors[..usize::from(term.count)]
+                        .iter()
+                        .any(|&factor| tables.contains(&u16::from(factor)))
+            };
+            if self.terms.iter().any(active) {
+                used |= 1 << bank.input;
+            }
+        }
+        for axis in self.grids.iter().flat_map(|grid| &grid.axes) {
+            used |= 1 << axis.input;
+        }
+        used
+    }
+
+    /// Corrections Δq, mm or degrees, to be *added* to the commands, before any guard rail.
+    ///
+    /// `travel` selects the directional tables, `weights` those of the adjustable terms (of this
+    /// compensation, from [`weights`](Self::weights)). Any input gives finite corrections: beyond
+    /// the ends of a table its end value holds, not-a-number counts as the first point.
+    /// Entries beyond the last axis are 0.
+    ///
+    /// # Operations
+    /// Per bank one subtraction, one multiplication and two comparisons; per table two additions
+    /// and one multiplication (cubic: six and three); per term one multiplication per factor and
+    /// one addition; per output of a grid seven times a table. f32 `+ − ×` and casts in a fixed
+    /// order: the same blob gives the same bits on every target.
+    ///
+    /// # Memory
+    /// `4 · (TABLES + 1 + AXES)` bytes of stack and a few registers; reads two rows per bank (cubic:
+    /// four), eight nodes per grid.
+    ///
+    /// # Timing
+    /// Independent of the positions except for wrapping modulo inputs and directional banks.
+    #[must_use]
+    pub fn evaluate(
+        &self,
+        inputs: &Inputs<AXES>,
+        travel: &Travelling<AXES>,
+        weights: &Weights,
+    ) -> [f32; AXES] {
+        kernel::evaluate(self, inputs, travel, weights)
+    }
+}

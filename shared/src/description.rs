@@ -1,0 +1,183 @@
+//! What a compensation consists of, as plain data.
+//!
+//! Positions are in mm (linear axes) or degrees (rotary axes), corrections likewise, times in
+//! seconds. All positions are *uncorrected commands in machine coordinates*. The order of the
+//! fields is the order on the wire (`docs/src/format.md`); enums may only be appended to.
+
+use serde::{Deserialize, Serialize};
+
+/// Most auxiliary inputs of a compensation.
+pub const AUXILIARIES: usize = 8;
+/// Most adjustable terms of a compensation.
+pub const ADJUSTABLE: usize = 16;
+/// Most tables in the product of one term.
+pub const FACTORS: usize = 6;
+/// Most inputs of a grid.
+pub const GRID_INPUTS: usize = 3;
+/// Most output axes of a grid.
+pub const GRID_OUTPUTS: usize = 6;
+
+/// Name of an auxiliary input, at most 16 bytes of UTF-8.
+pub type Name = heapless::String<16>;
+
+/// How the rotary corrections were solved. Stored for the reader; evaluation does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Policy {
+    /// Least squares over all six rows of the control Jacobian.
+    #[default]
+    SixRow,
+}
+
+/// One axis of the machine: an input of tables and an output of terms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Axis {
+    /// Letter of the axis, ASCII.
+    pub name: u8,
+    /// Lowest and highest permitted position, mm or degrees; `-f32::MAX..f32::MAX` for an axis
+    /// that turns without end.
+    pub travel: [f32; 2],
+    /// Largest magnitude of the correction, mm or degrees.
+    pub value_bound: f32,
+    /// Largest rate of change of the correction, mm/s or degrees/s.
+    pub rate_bound: f32,
+    /// Retreat from the extreme after which the axis counts as reversed, mm or degrees.
+    pub hysteresis: f32,
+    /// Rate of change of the correction in transitions (enable, cross-fade …), mm/s or degrees/s.
+    pub ramp_rate: f32,
+}
+
+/// What an auxiliary input measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AuxiliaryKind {
+    /// Length of the tool in mm, along the tool axis from the spindle frame.
+    ToolLength,
+    /// Temperature of a sensor minus its reference, K.
+    Temperature,
+}
+
+/// An input that is not an axis: it feeds tables and has no output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Auxiliary {
+    /// What it measures.
+    pub kind: AuxiliaryKind,
+    /// Name of the sensor or of the quantity.
+    pub name: Name,
+    /// Tool length: the length for which the tables were made, mm. Temperature: the reference, °C.
+    /// Informative: the caller subtracts the temperature reference, nobody subtracts a length.
+    pub reference: f32,
+}
+
+/// How a table is read between its points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Interpolation {
+    /// Straight lines.
+    Linear,
+    /// Catmull-Rom: continuous first derivative, one-sided slopes at the ends.
+    Cubic,
+}
+
+/// For which direction of travel the tables of a bank hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Direction {
+    /// Always.
+    Both,
+    /// While the input axis last moved positive; otherwise the tables are 0.
+    Positive,
+    /// While the input axis last moved negative; otherwise the tables are 0.
+    Negative,
+}
+
+/// How samples are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SampleFormat {
+    /// As they are.
+    F32,
+    /// As integers, times one scale per table (banks) or per output (grids).
+    I16,
+}
+
+/// Tables over the same points of the same input. Tables are numbered through the banks in order.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Bank {
+    /// Number of the input: the axes in order, then the auxiliaries.
+    pub input: u8,
+    /// Position of the first point.
+    pub start: f32,
+    /// Distance between points, positive.
+    pub step: f32,
+    /// Number of points, at least 2.
+    pub points: u32,
+    /// The input wraps into the period `points · step`.
+    pub modulo: bool,
+    /// For which direction of travel the tables hold.
+    pub direction: Direction,
+    /// How the tables are read between points.
+    pub interpolation: Interpolation,
+    /// How the samples are stored.
+    pub format: SampleFormat,
+    /// Number of tables.
+    pub tables: u16,
+    /// First sample, counted within the section of its format; point-major.
+    pub first: u32,
+}
+
+/// Weight × product of tables → one output axis. Without factors: a constant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Term {
+    /// Number of the output axis.
+    pub output: u8,
+    /// Weight, in the unit of the output over the units of the tables.
+    pub weight: f32,
+    /// Lowest and highest weight that may be set at run time; `None`: fixed.
+    pub limits: Option<[f32; 2]>,
+    /// Numbers of the tables that are multiplied, in the order of multiplication.
+    pub factors: heapless::Vec<u8, FACTORS>,
+}
+
+/// One input of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct GridAxis {
+    /// Number of the input: the axes in order, then the auxiliaries.
+    pub input: u8,
+    /// Position of the first node.
+    pub start: f32,
+    /// Distance between nodes, positive.
+    pub step: f32,
+    /// Number of nodes, at least 2.
+    pub points: u32,
+    /// The input wraps into the period `points · step`.
+    pub modulo: bool,
+}
+
+/// Corrections of several axes at the nodes of a rectangular grid, read multilinearly.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    /// One to three inputs; the first varies slowest in the node order.
+    pub axes: heapless::Vec<GridAxis, GRID_INPUTS>,
+    /// Numbers of the output axes, interleaved at each node.
+    pub outputs: heapless::Vec<u8, GRID_OUTPUTS>,
+    /// How the samples are stored.
+    pub format: SampleFormat,
+    /// One scale per output when the format is [`SampleFormat::I16`], otherwise empty.
+    pub scales: heapless::Vec<f32, GRID_OUTPUTS>,
+    /// First sample, counted within the section of its format.
+    pub first: u32,
+}
+
+impl Grid {
+    /// Number of nodes; saturates instead of overflowing.
+    #[must_use]
+    pub fn nodes(&self) -> u64 {
+        self.axes
+            .iter()
+            .fold(1, |n: u64, axis| n.saturating_mul(u64::from(axis.points)))
+    }
+}

@@ -1,0 +1,478 @@
+//! A compensation under construction, on the side that has a heap.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::fmt;
+use core::ops::Deref;
+
+use serde::Serialize;
+
+use crate::compensation::Compensation;
+use crate::description::{
+    Auxiliary, Axis, Bank, Direction, Grid, GridAxis, Interpolation, Policy, SampleFormat, Term,
+};
+use crate::header::{self, ALIGNMENT, HEADER, MAGIC, VERSION};
+use crate::load_error::LoadError;
+
+/// The capacities with which [`Draft::encode`] tries what it wrote: any smaller target refuses
+/// with [`LoadError::TooSmall`].
+pub type Largest<'a> = Compensation<'a, 16, 255, 4096, 8>;
+
+/// What a blob is made from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Draft {
+    /// Name of the machine.
+    pub machine: String,
+    /// How the rotary corrections were solved.
+    pub policy: Policy,
+    /// The axes: inputs and outputs.
+    pub axes: Vec<Axis>,
+    /// Further inputs, numbered on after the axes.
+    pub auxiliaries: Vec<Auxiliary>,
+    /// Tables; numbered through the banks in order.
+    pub banks: Vec<DraftBank>,
+    /// Products of tables.
+    pub terms: Vec<Term>,
+    /// Grids.
+    pub grids: Vec<DraftGrid>,
+}
+
+/// Tables over the same points of the same input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DraftBank {
+    /// Number of the input: the axes in order, then the auxiliaries.
+    pub input: u8,
+    /// Position of the first point.
+    pub start: f32,
+    /// Distance between points.
+    pub step: f32,
+    /// The input wraps into the period `points · step`.
+    pub modulo: bool,
+    /// For which direction of travel the tables hold.
+    pub direction: Direction,
+    /// How the tables are read between points.
+    pub interpolation: Interpolation,
+    /// How the samples are to be stored.
+    pub format: SampleFormat,
+    /// One column per table, all equally long: the values at the points.
+    pub columns: Vec<Vec<f32>>,
+}
+
+/// Corrections of several axes at the nodes of a rectangular grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DraftGrid {
+    /// One to three inputs; the first varies slowest in the node order.
+    pub axes: Vec<GridAxis>,
+    /// Numbers of the output axes.
+    pub outputs: Vec<u8>,
+    /// How the samples are to be stored.
+    pub format: SampleFormat,
+    /// Node by node, the outputs interleaved.
+    pub values: Vec<f32>,
+}
+
+/// Why a draft cannot become a blob.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EncodeError {
+    /// The columns of a bank have different lengths.
+    Columns {
+        /// Index of the bank.
+        bank: usize,
+    },
+    /// The number of values of a grid is not nodes × outputs.
+    Values {
+        /// Index of the grid.
+        grid: usize,
+        /// How many there should be.
+        expected: u64,
+        /// How many there are.
+        found: usize,
+    },
+    /// A value that is to be stored as an integer is not finite.
+    NotFinite {
+        /// Index of the bank or grid.
+        index: usize,
+    },
+    /// More than 4 GiB.
+    TooLarge,
+    /// What was written would be refused.
+    Refused(LoadError),
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Columns { bank } => write!(f, "bank {bank}: the columns differ in length"),
+            Self::Values {
+                grid,
+                expected,
+                found,
+            } => write!(f, "grid {grid}: {found} values, expected {expected}"),
+            Self::NotFinite { index } => write!(
+                f,
+                "bank or grid {index}: a value to be stored as an integer is not finite"
+            ),
+            Self::TooLarge => f.write_str("the blob would exceed 4 GiB"),
+            Self::Refused(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for EncodeError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Refused(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+impl From<LoadError> for EncodeError {
+    fn from(error: LoadError) -> Self {
+        Self::Refused(error)
+    }
+}
+
+/// The description on the wire; the order of the fields is the format.
+#[derive(Serialize)]
+struct Wire<'d> {
+    machine: &'d str,
+    policy: Policy,
+    floats: u32,
+    shorts: u32,
+    axes: &'d [Axis],
+    auxiliaries: &'d [Auxiliary],
+    banks: Vec<WireBank>,
+    terms: &'d [Term],
+    grids: Vec<Grid>,
+}
+
+#[derive(Serialize)]
+struct WireBank {
+    bank: Bank,
+    scales: Vec<f32>,
+}
+
+/// The two sections of samples.
+#[derive(Default)]
+struct Samples {
+    floats: Vec<f32>,
+    shorts: Vec<i16>,
+}
+
+impl Samples {
+    fn next(&self, format: SampleFormat) -> Result<u32, EncodeError> {
+        let length = match format {
+            SampleFormat::F32 => self.floats.len(),
+            SampleFormat::I16 => self.shorts.len(),
+        };
+        u32::try_from(length).map_err(|_| EncodeError::TooLarge)
+    }
+}
+
+/// The scale with which the largest of `values` becomes ±32767.
+fn scale(values: impl Iterator<Item = f32>) -> Option<f32> {
+    let mut peak = 0.0_f32;
+    for value in values {
+        if !value.is_finite() {
+            return None;
+        }
+        peak = peak.max(value.abs());
+    }
+    // Small enough not to matter, large enough to be a normal number: also for zeros only.
+    Some((peak / 32767.0).max(1e-30))
+}
+
+/// The nearest integer to value / scale.
+fn quantise(value: f32, scale: f32) -> i16 {
+    let steps = f64::from(value) / f64::from(scale);
+    let half = if steps < 0.0 { -0.5 } else { 0.5 };
+    (steps + half) as i16 // truncates and saturates
+}
+
+impl Draft {
+    /// Writes the blob, and loads it once to be sure that it is accepted.
+    ///
+    /// # Errors
+    /// See [`EncodeError`].
+    pub fn encode(&self) -> Result<AlignedBlob, EncodeError> {
+        let blob = AlignedBlob::from_bytes(&self.write()?);
+        let mut trial = Box::new(Largest::empty());
+        trial.load(&blob)?;
+        Ok(blob)
+    }
+
+    /// Writes the blob without trying it.
+    fn write(&self) -> Result<Vec<u8>, EncodeError> {
+        let mut samples = Samples::default();
+        let mut banks = Vec::with_capacity(self.banks.len());
+        for (index, bank) in self.banks.iter().enumerate() {
+            banks.push(bank.write(index, &mut samples)?);
+        }
+        let mut grids = Vec::with_capacity(self.grids.len());
+        for (index, grid) in self.grids.iter().enumerate() {
+            grids.push(grid.write(index, &mut samples)?);
+        }
+        let wire = Wire {
+            machine: &self.machine,
+            policy: self.policy,
+            floats: samples.next(SampleFormat::F32)?,
+            shorts: samples.next(SampleFormat::I16)?,
+            axes: &self.axes,
+            auxiliaries: &self.auxiliaries,
+            banks,
+            terms: &self.terms,
+            grids,
+        };
+        let mut bytes = vec![0; HEADER];
+        bytes.extend(postcard::to_allocvec(&wire).map_err(|_| EncodeError::TooLarge)?);
+        bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
+        bytes.extend(samples.floats.iter().flat_map(|v| v.to_le_bytes()));
+        bytes.extend(samples.shorts.iter().flat_map(|v| v.to_le_bytes()));
+        let length = u32::try_from(bytes.len()).map_err(|_| EncodeError::TooLarge)?;
+        bytes[..4].copy_from_slice(&MAGIC);
+        bytes[4..6].copy_from_slice(&VERSION.to_le_bytes());
+        bytes[8..12].copy_from_slice(&length.to_le_bytes());
+        let checksum = header::checksum(&bytes);
+        bytes[12..16].copy_from_slice(&checksum.to_le_bytes());
+        Ok(bytes)
+    }
+}
+
+impl DraftBank {
+    fn write(&self, index: usize, samples: &mut Samples) -> Result<WireBank, EncodeError> {
+        let points = self.columns.first().map_or(0, Vec::len);
+        if self.columns.iter().any(|column| column.len() != points) {
+            return Err(EncodeError::Columns { bank: index });
+        }
+        let bank = Bank {
+            input: self.input,
+            start: self.start,
+            step: self.step,
+            points: u32::try_from(points).map_err(|_| EncodeError::TooLarge)?,
+            modulo: self.modulo,
+            direction: self.direction,
+            interpolation: self.interpolation,
+            format: self.format,
+            tables: u16::try_from(self.columns.len()).map_err(|_| EncodeError::TooLarge)?,
+            first: samples.next(self.format)?,
+        };
+        let mut scales = Vec::new();
+        match self.format {
+            SampleFormat::F32 => {
+                for point in 0..points {
+                    samples
+                        .floats
+                        .extend(self.columns.iter().map(|column| column[point]));
+                }
+            }
+            SampleFormat::I16 => {
+                for column in &self.columns {
+                    let scale = scale(column.iter().copied());
+                    scales.push(scale.ok_or(EncodeError::NotFinite { index })?);
+                }
+                for point in 0..points {
+                    let row = self.columns.iter().zip(&scales);
+                    samples
+                        .shorts
+                        .extend(row.map(|(column, &scale)| quantise(column[point], scale)));
+                }
+            }
+        }
+        Ok(WireBank { bank, scales })
+    }
+}
+
+impl DraftGrid {
+    fn write(&self, index: usize, samples: &mut Samples) -> Result<Grid, EncodeError> {
+        let refused = |error| Err(EncodeError::Refused(error));
+        let number = u16::try_from(index).map_err(|_| EncodeError::TooLarge)?;
+        let Ok(axes) = heapless::Vec::from_slice(&self.axes) else {
+            return refused(LoadError::GridInputs {
+                grid: number,
+                found: self.axes.len() as u32,
+            });
+        };
+        let Ok(outputs) = heapless::Vec::<u8, 6>::from_slice(&self.outputs) else {
+            return refused(LoadError::GridOutputs { grid: number });
+        };
+        let width = outputs.len();
+        let mut grid = Grid {
+            axes,
+            outputs,
+            format: self.format,
+            scales: heapless::Vec::new(),
+            first: samples.next(self.format)?,
+        };
+        let expected = grid.nodes().saturating_mul(width as u64);
+        if expected != self.values.len() as u64 {
+            return Err(EncodeError::Values {
+                grid: index,
+                expected,
+                found: self.values.len(),
+            });
+        }
+        match self.format {
+            SampleFormat::F32 => samples.floats.extend(&self.values),
+            SampleFormat::I16 => {
+                for output in 0..width {
+                    let scale = scale(self.values.iter().skip(output).step_by(width).copied());
+                    let _ = grid
+                        .scales
+                        .push(scale.ok_or(EncodeError::NotFinite { index })?);
+                }
+                let scales = grid.scales.iter().cycle();
+                samples.shorts.extend(
+                    self.values
+                        .iter()
+                        .zip(scales)
+                        .map(|(&v, &s)| quantise(v, s)),
+                );
+            }
+        }
+        Ok(grid)
+    }
+}
+
+/// Bytes of a blob, starting at a multiple of 32 as they do in flash.
+pub struct AlignedBlob {
+    bytes: Vec<u8>,
+    start: usize,
+    length: usize,
+}
+
+impl AlignedBlob {
+    /// Copies `blob`, which may have any alignment (read from a file, say).
+    #[must_use]
+    pub fn from_bytes(blob: &[u8]) -> Self {
+        let mut bytes = vec![0; blob.len() + ALIGNMENT];
+        // The heap block does not move while `bytes` keeps its length.
+        let address = bytes.as_ptr() as usize;
+        let start = address.next_multiple_of(ALIGNMENT) - address;
+        bytes[start..start + blob.len()].copy_from_slice(blob);
+        Self {
+            bytes,
+            start,
+            length: blob.len(),
+        }
+    }
+}
+
+impl Deref for AlignedBlob {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.bytes[self.start..self.start + self.length]
+    }
+}
+
+impl Clone for AlignedBlob {
+    fn clone(&self) -> Self {
+        Self::from_bytes(self)
+    }
+}
+
+impl PartialEq for AlignedBlob {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl fmt::Debug for AlignedBlob {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "AlignedBlob({} bytes)", self.length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::specimen;
+
+    #[test]
+    fn what_was_drafted_is_what_is_loaded() {
+        let draft = specimen::everything();
+        let blob = draft.encode().unwrap();
+        assert_eq!(blob.as_ptr() as usize % ALIGNMENT, 0);
+        let c = Compensation::<'_, 3, 8, 16, 2>::decode(&blob).unwrap();
+        assert_eq!(c.machine(), draft.machine);
+        assert_eq!(c.policy(), draft.policy);
+        assert_eq!(c.axes(), draft.axes);
+        assert_eq!(c.auxiliaries(), draft.auxiliaries);
+        assert_eq!(c.blob_len(), blob.len());
+        assert_eq!(c.terms().len(), draft.terms.len());
+        for (view, term) in c.terms().zip(&draft.terms) {
+            assert_eq!(
+                (view.output, view.weight, view.limits, view.factors),
+                (term.output, term.weight, term.limits, &term.factors[..])
+            );
+        }
+        let mut table = 0;
+        for (bank, draft) in c.banks().iter().zip(&draft.banks) {
+            for column in &draft.columns {
+                let scale = match bank.format {
+                    SampleFormat::F32 => 0.0,
+                    // Rounding to the nearest integer is off by half a scale, and the product
+                    // with the scale by half a bit.
+                    SampleFormat::I16 => {
+                        column.iter().fold(0.0, |m: f32, v| m.max(v.abs())) / 32767.0
+                    }
+                };
+                for (point, &value) in column.iter().enumerate() {
+                    let read = c.sample(table, point).unwrap();
+                    assert!((read - value).abs() <= scale * 0.501, "{read} {value}");
+                }
+                assert_eq!(c.sample(table, column.len()), None);
+                table += 1;
+            }
+        }
+        assert_eq!(c.tables(), table);
+        assert_eq!(c.sample(table, 0), None);
+        for (number, (grid, draft)) in c.grids().iter().zip(&draft.grids).enumerate() {
+            assert_eq!(&grid.axes[..], &draft.axes);
+            assert_eq!(&grid.outputs[..], &draft.outputs);
+            let width = grid.outputs.len();
+            for (place, &value) in draft.values.iter().enumerate() {
+                let read = c.grid_sample(number, place / width, place % width).unwrap();
+                let scale = grid.scales.first().copied().unwrap_or(0.0);
+                assert!((read - value).abs() <= scale * 0.501, "{read} {value}");
+            }
+        }
+        assert_eq!(c.samples(), 2 + 10 + 4 + 3 + 3 + 2 + 36 + 3);
+        assert_eq!(c.inputs_used(), 0b1111);
+    }
+
+    #[test]
+    fn drafts_that_do_not_fit_together_are_refused() {
+        let mut draft = specimen::everything();
+        draft.banks[1].columns[1].pop();
+        assert_eq!(draft.encode(), Err(EncodeError::Columns { bank: 1 }));
+        let mut draft = specimen::everything();
+        draft.grids[0].values.pop();
+        assert!(matches!(
+            draft.encode(),
+            Err(EncodeError::Values {
+                grid: 0,
+                expected: 36,
+                found: 35
+            })
+        ));
+        let mut draft = specimen::everything();
+        draft.banks[3].columns[0][1] = f32::NAN;
+        assert_eq!(draft.encode(), Err(EncodeError::NotFinite { index: 3 }));
+        let mut draft = specimen::everything();
+        draft.axes.clear();
+        assert_eq!(draft.encode(), Err(EncodeError::Refused(LoadError::NoAxes)));
+    }
+
+    #[test]
+    fn a_column_of_zeros_can_be_stored_as_integers() {
+        let mut draft = specimen::everything();
+        draft.banks[3].columns[0] = vec![0.0; 3];
+        let blob = draft.encode().unwrap();
+        let c = Largest::decode(&blob).unwrap();
+        assert_eq!(c.sample(4, 1), Some(0.0));
+    }
+}

@@ -1,0 +1,68 @@
+//! The 16 fixed bytes at the start of a blob, and its checksum.
+
+use crate::load_error::LoadError;
+
+/// First four bytes of every blob.
+pub const MAGIC: [u8; 4] = *b"TRAX";
+/// The format version that this build reads and writes.
+pub const VERSION: u16 = 1;
+/// Bytes of the header.
+pub const HEADER: usize = 16;
+/// The samples start at a multiple of this many bytes.
+pub const ALIGNMENT: usize = 32;
+
+/// CRC-32/ISO-HDLC (as in zlib), 1 KiB of table.
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// CRC-32 over everything but itself: bytes 0…11 and from 16 to the end.
+///
+/// `blob` has at least [`HEADER`] bytes.
+pub(crate) fn checksum(blob: &[u8]) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(&blob[..12]);
+    digest.update(&blob[HEADER..]);
+    digest.finalize()
+}
+
+/// Whether more bytes than stated may follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// A file: exactly the stated length.
+    Exactly,
+    /// A flash slot: at least the stated length.
+    AtLeast,
+}
+
+/// Checks header, length and checksum; returns the blob without what follows it.
+///
+/// The magic and the version are checked before anything that a later version may change.
+pub(crate) fn open(bytes: &[u8], held: Held) -> Result<&[u8], LoadError> {
+    let Some((header, _)) = bytes.split_first_chunk::<HEADER>() else {
+        return Err(LoadError::NoHeader);
+    };
+    if header[..4] != MAGIC {
+        return Err(LoadError::BadMagic);
+    }
+    let version = u16::from_le_bytes([header[4], header[5]]);
+    if version != VERSION {
+        return Err(LoadError::UnknownVersion { found: version });
+    }
+    if header[6..8] != [0, 0] {
+        return Err(LoadError::ReservedNotZero);
+    }
+    let stated = u32::from_le_bytes([header[8], header[9], header[10], header[11]]);
+    let wrong = LoadError::WrongLength {
+        stated,
+        held: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
+    };
+    let length = usize::try_from(stated).map_err(|_| wrong)?;
+    if length < HEADER || (held == Held::Exactly && length != bytes.len()) {
+        return Err(wrong);
+    }
+    let blob = bytes.get(..length).ok_or(wrong)?;
+    let stored = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
+    if stored != checksum(blob) {
+        return Err(LoadError::BadChecksum);
+    }
+    Ok(blob)
+}

@@ -1,0 +1,468 @@
+//! The evaluation, and all `unsafe` code of this crate.
+//!
+//! **What the proofs rest on.** A [`Compensation`] is either empty or was filled by `load`, which
+//! guarantees (names as in `lookup.rs`):
+//!
+//! 1. `span.slot < AXES + AUXILIARIES`, and `< AXES` for directional banks;
+//! 2. `1 ≤ last < 2²⁴` (0 for the missing inputs of a grid), `after ≤ last`; `limit` is `last`
+//!    (then `beyond` is `last`) or, with modulo, `last + 1` (then `beyond` is 0);
+//! 3. `first + (last + 1) · tables` is at most the length of the bank's section; of a grid,
+//!    `first + strides[0] · (spans[0].last + 1)`, with each stride the product of the counts
+//!    behind it and `width`;
+//! 4. the banks together have `tables ≤ TABLES` tables, and `TABLES ≤ 255`;
+//! 5. each used factor of a term is `< tables`, each unused one is `TABLES`; `count ≤ FACTORS`;
+//!    `output < AXES`; adjustable terms have consecutive places `< ADJUSTABLE`;
+//! 6. `run` of the first term, and of each term that follows a run, is at least 1 and stays within
+//!    the terms; all terms of a run share `output`, are all fixed or all adjustable, and have at
+//!    most as many factors as `shape` says;
+//! 7. every grid has `width ≤ GRID_OUTPUTS` outputs `< AXES`.
+//!
+//! The fields are `pub(crate)`, are written in `blob.rs`, `magnitude.rs` and `lookup.rs` only, and
+//! are checked again in debug builds.
+
+use core::mem::MaybeUninit;
+
+use crate::compensation::Compensation;
+use crate::description::{AUXILIARIES, Direction};
+use crate::inputs::{Inputs, Travel, Travelling};
+use crate::lookup::{BankLookup, FIXED, GridLookup, PackedTerm, Span, UNIT};
+use crate::weights::Weights;
+
+/// Table values of one evaluation; read as one array, `one` is number `TABLES`.
+#[repr(C)]
+struct Scratch<const TABLES: usize> {
+    tables: [MaybeUninit<f32>; TABLES],
+    one: f32,
+}
+
+/// A stored sample.
+trait Sample: Copy {
+    fn value(self) -> f32;
+    /// The value of a table, given what was interpolated between its samples.
+    fn scaled(value: f32, scale: f32) -> f32;
+}
+
+impl Sample for f32 {
+    #[inline(always)]
+    fn value(self) -> f32 {
+        self
+    }
+    #[inline(always)]
+    fn scaled(value: f32, _: f32) -> f32 {
+        value
+    }
+}
+
+impl Sample for i16 {
+    #[inline(always)]
+    fn value(self) -> f32 {
+        f32::from(self)
+    }
+    #[inline(always)]
+    fn scaled(value: f32, scale: f32) -> f32 {
+        value * scale
+    }
+}
+
+/// See [`Compensation::evaluate`].
+#[inline]
+pub(crate) fn evaluate<
+    const AXES: usize,
+    const TABLES: usize,
+    const TERMS: usize,
+    const GRIDS: usize,
+>(
+    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    inputs: &Inputs<AXES>,
+    travel: &Travelling<AXES>,
+    weights: &Weights,
+) -> [f32; AXES] {
+    let mut scratch = Scratch::<TABLES> {
+        tables: [const { MaybeUninit::uninit() }; TABLES],
+        one: 1.0,
+    };
+    let mut table = 0;
+    for bank in &c.lookups {
+        let width = usize::from(bank.tables);
+        debug_assert!(table + width <= TABLES);
+        // SAFETY: guarantee 4.
+        let values = unsafe { scratch.tables.get_unchecked_mut(table..table + width) };
+        table += width;
+        // SAFETY: guarantee 1.
+        let x = unsafe { input(inputs, bank.span.slot) };
+        if bank.direction != Direction::Both && !travels(bank, travel) {
+            values.fill(MaybeUninit::new(0.0));
+        } else if bank.integer {
+            // SAFETY: guarantee 4.
+            let scales = unsafe { c.scales.get_unchecked(table - width..table) };
+            fill(bank, x, c.shorts, scales, values);
+        } else {
+            // For f32 samples the scales are not read; the values stand in for their length.
+            // SAFETY: as above.
+            let scales = unsafe { c.scales.get_unchecked(table - width..table) };
+            fill(bank, x, c.floats, scales, values);
+        }
+    }
+    debug_assert_eq!(table, usize::from(c.tables));
+
+    let mut corrections = [0.0; AXES];
+    // SAFETY: the loop above wrote all `tables` tables: each bank wrote each of its values, and
+    // the banks together have `tables` of them. `Scratch` is `repr(C)` of f32 without padding.
+    unsafe { sum(&c.terms, &scratch, weights, &mut corrections) };
+    for grid in &c.grid_lookups {
+        // SAFETY: guarantee 1.
+        let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
+        if grid.integer {
+            add_grid(grid, x, c.shorts, &mut corrections);
+        } else {
+            add_grid(grid, x, c.floats, &mut corrections);
+        }
+    }
+    corrections
+}
+
+/// Input number `slot`: the axes, then the auxiliaries.
+///
+/// # Safety
+/// `slot < AXES + AUXILIARIES`.
+#[inline(always)]
+unsafe fn input<const AXES: usize>(inputs: &Inputs<AXES>, slot: u8) -> f32 {
+    debug_assert!(usize::from(slot) < AXES + AUXILIARIES);
+    // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
+    // of them; the pointer comes from the whole.
+    unsafe {
+        *core::ptr::from_ref(inputs)
+            .cast::<f32>()
+            .add(usize::from(slot))
+    }
+}
+
+/// Whether the input of a directional bank last moved in its direction.
+#[inline(always)]
+fn travels<const AXES: usize>(bank: &BankLookup, travel: &Travelling<AXES>) -> bool {
+    debug_assert!(usize::from(bank.span.slot) < AXES);
+    // SAFETY: guarantee 1.
+    let last = unsafe { *travel.0.get_unchecked(usize::from(bank.span.slot)) };
+    match bank.direction {
+        Direction::Both => true,
+        Direction::Positive => last == Travel::Positive,
+        Direction::Negative => last == Travel::Negative,
+    }
+}
+
+/// Steps from the first point to `x`, within `0 ≤ u ≤ last` (modulo: `0 ≤ u < last + 1`).
+///
+/// Compare-and-select throughout, so that not-a-number and infinity end at a point too.
+#[inline(always)]
+fn steps(span: &Span, x: f32) -> f32 {
+    let mut d = x - span.start;
+    if span.is_modulo() {
+        d -= floor(d * span.inverse_period) * span.period;
+    }
+    let u = d * span.inverse_step;
+    let u = if u > 0.0 { u } else { 0.0 };
+    if u < span.limit { u } else { span.beyond }
+}
+
+/// Largest integer not above `p`, for |p| ≤ 2²²; beyond that, and for not-a-number, ±2²².
+#[inline(always)]
+fn floor(p: f32) -> f32 {
+    const END: f32 = 4_194_304.0;
+    let p = if p < END { p } else { END };
+    let p = if p > -END { p } else { -END };
+    // SAFETY: −2²² ≤ p ≤ 2²² after the two selections (not-a-number became 2²² in the first).
+    let k = unsafe { p.to_int_unchecked::<i32>() } as f32;
+    if k > p { k - 1.0 } else { k }
+}
+
+/// The interval around `x`: index of its first point, index of its second, fraction in between.
+#[inline(always)]
+fn interval(span: &Span, x: f32) -> (u32, u32, f32) {
+    let u = steps(span, x);
+    debug_assert!(u >= 0.0 && u <= span.last as f32 + 1.0);
+    // SAFETY: 0 ≤ u < 2²⁴ + 1 (`steps` and guarantee 2).
+    let i = unsafe { u.to_int_unchecked::<i32>() };
+    let t = u - i as f32;
+    let i = i as u32;
+    let next = if i < span.last { i + 1 } else { span.after };
+    debug_assert!(i <= span.last && next <= span.last);
+    (i, next, t)
+}
+
+/// Row `index` of a bank.
+///
+/// # Safety
+/// `index ≤ bank.span.last`, and `samples` is the section of the bank's format.
+#[inline(always)]
+unsafe fn row<'s, S: Sample>(bank: &BankLookup, samples: &'s [S], index: u32) -> &'s [S] {
+    debug_assert!(index <= bank.span.last);
+    let width = usize::from(bank.tables);
+    let start = bank.first as usize + index as usize * width;
+    debug_assert!(start + width <= samples.len());
+    // SAFETY: guarantee 3.
+    unsafe { samples.get_unchecked(start..start + width) }
+}
+
+/// Reads all tables of one bank.
+///
+/// # Operations
+/// Linear: a + (b − a)·t per table, after the index and the fraction of the bank.
+/// Cubic: b + (w₀·(a − b) + w₂·(c − b) + w₃·(d − b)) per table, after the three weights.
+///
+/// # Memory
+/// Two neighbouring rows of samples (cubic: four), each read once from front to back.
+///
+/// # Timing
+/// Independent of the position, except for wrapping.
+#[inline(always)]
+fn fill<S: Sample>(
+    bank: &BankLookup,
+    x: f32,
+    samples: &[S],
+    scales: &[f32],
+    values: &mut [MaybeUninit<f32>],
+) {
+    if bank.cubic {
+        fill_cubic(bank, x, samples, scales, values);
+        return;
+    }
+    let (i, next, t) = if bank.straight {
+        // The same numbers as from `interval`, without a cast: u is in 0…1 and last is 1.
+        let u = (x - bank.span.start) * bank.span.inverse_step;
+        let u = if u > 0.0 { u } else { 0.0 };
+        if u < 1.0 { (0, 1, u) } else { (1, 1, 0.0) }
+    } else {
+        interval(&bank.span, x)
+    };
+    // SAFETY: i, next ≤ last, from `interval` or, of two points, evidently.
+    let (a, b) = unsafe { (row(bank, samples, i), row(bank, samples, next)) };
+    for (((value, &a), &b), &scale) in values.iter_mut().zip(a).zip(b).zip(scales) {
+        let (a, b) = (a.value(), b.value());
+        value.write(S::scaled(a + (b - a) * t, scale));
+    }
+}
+
+/// Catmull-Rom: a Hermite cubic from b to c with slopes (c − a)/2 and (d − b)/2, one-sided at the
+/// ends. The weights of a, c, d are those of differences from b, so constants stay constant.
+#[inline(never)]
+fn fill_cubic<S: Sample>(
+    bank: &BankLookup,
+    x: f32,
+    samples: &[S],
+    scales: &[f32],
+    values: &mut [MaybeUninit<f32>],
+) {
+    let span = &bank.span;
+    let (i, next, t) = interval(span, x);
+    let s = 1.0 - t;
+    let h01 = t * t * (3.0 - 2.0 * t);
+    let h10 = t * s * s;
+    let h11 = t * t * s; // of the slope at c, negative
+    let (mut w0, mut w2, mut w3) = (-0.5 * h10, h01 + 0.5 * h10, -0.5 * h11);
+    let mut before = i;
+    let mut behind = next;
+    if i > 0 {
+        before = i - 1;
+    } else if span.is_modulo() {
+        before = span.last;
+    } else {
+        w0 = 0.0;
+        w2 = h01 + h10; // slope at b: c − b
+    }
+    if next < span.last {
+        behind = next + 1;
+    } else if span.is_modulo() {
+        behind = 0;
+    } else {
+        w2 -= h11; // slope at c: c − b
+        w3 = 0.0;
+    }
+    // SAFETY: i, next ≤ last from `interval`; `before` is i − 1, i or last; `behind` is next,
+    // next + 1 ≤ last, or 0.
+    let (a, b, c, d) = unsafe {
+        (
+            row(bank, samples, before),
+            row(bank, samples, i),
+            row(bank, samples, next),
+            row(bank, samples, behind),
+        )
+    };
+    let points = a.iter().zip(b).zip(c).zip(d).zip(scales);
+    for (value, ((((&a, &b), &c), &d), &scale)) in values.iter_mut().zip(points) {
+        let (a, b, c, d) = (a.value(), b.value(), c.value(), d.value());
+        let inner = w0 * (a - b) + w2 * (c - b) + w3 * (d - b);
+        value.write(S::scaled(b + inner, scale));
+    }
+}
+
+/// Adds the terms to their outputs, in stored order.
+///
+/// # Operations
+/// Per term weight · factor · factor …, from left to right, then one addition. Where all weights
+/// of a run are 1 they are left out, where a factor is missing 1 stands in: no bit changes.
+///
+/// # Memory
+/// 16 bytes per term, 4 per factor.
+///
+/// # Timing
+/// One branch per run of terms.
+///
+/// # Safety
+/// All tables that a factor names are written.
+#[inline(always)]
+unsafe fn sum<const AXES: usize, const TABLES: usize>(
+    terms: &[PackedTerm],
+    scratch: &Scratch<TABLES>,
+    weights: &Weights,
+    corrections: &mut [f32; AXES],
+) {
+    const UNIT_ONE: u8 = UNIT | 1;
+    const UNIT_TWO: u8 = UNIT | 2;
+    let values = core::ptr::from_ref(scratch).cast::<f32>();
+    let factor = |term: &PackedTerm, k: usize| {
+        debug_assert!(usize::from(term.factors[k]) <= TABLES);
+        // SAFETY: k < FACTORS (constants below, or `count`); the factor is a table that was
+        // written (caller) or number TABLES, which is `one` (guarantee 5). `Scratch` is `repr(C)`:
+        // TABLES values, then `one`; the pointer comes from the whole.
+        unsafe { *values.add(usize::from(*term.factors.get_unchecked(k))) }
+    };
+    let mut rest = terms;
+    while let Some(&PackedTerm {
+        run,
+        output,
+        shape,
+        place,
+        ..
+    }) = rest.first()
+    {
+        debug_assert!(run >= 1 && usize::from(run) <= rest.len());
+        // SAFETY: guarantee 6.
+        let (run, others) = unsafe { rest.split_at_unchecked(usize::from(run)) };
+        rest = others;
+        debug_assert!(usize::from(output) < AXES);
+        // SAFETY: guarantee 5.
+        let correction = unsafe { corrections.get_unchecked_mut(usize::from(output)) };
+        let mut total = *correction;
+        if place != FIXED {
+            for (k, term) in run.iter().enumerate() {
+                let k = usize::from(place) + k;
+                debug_assert!(k < weights.values.len());
+                // SAFETY: guarantee 5: the places of adjustable terms follow each other.
+                let weight = unsafe { *weights.values.get_unchecked(k) };
+                total += product(weight, term, factor);
+            }
+        } else {
+            match shape {
+                UNIT_ONE => {
+                    for term in run {
+                        total += factor(term, 0);
+                    }
+                }
+                UNIT_TWO => {
+                    for term in run {
+                        total += factor(term, 0) * factor(term, 1);
+                    }
+                }
+                0 | 1 => {
+                    for term in run {
+                        total += term.weight * factor(term, 0);
+                    }
+                }
+                2 => {
+                    for term in run {
+                        total += term.weight * factor(term, 0) * factor(term, 1);
+                    }
+                }
+                3 => {
+                    for term in run {
+                        total += term.weight * factor(term, 0) * factor(term, 1) * factor(term, 2);
+                    }
+                }
+                _ => {
+                    for term in run {
+                        total += product(term.weight, term, factor);
+                    }
+                }
+            }
+        }
+        *correction = total;
+    }
+}
+
+/// weight · factor · factor …
+#[inline(always)]
+fn product(weight: f32, term: &PackedTerm, factor: impl Fn(&PackedTerm, usize) -> f32) -> f32 {
+    let mut product = weight;
+    for k in 0..usize::from(term.count) {
+        product *= factor(term, k);
+    }
+    product
+}
+
+/// Adds one grid to its outputs.
+///
+/// # Operations
+/// a + (b − a)·t along the last input, then the middle, then the first: seven times per output.
+///
+/// # Memory
+/// Eight nodes of `width` neighbouring samples.
+///
+/// # Timing
+/// Independent of the position, except for wrapping. Three outputs have their own unrolled loop.
+#[inline(always)]
+fn add_grid<S: Sample, const AXES: usize>(
+    grid: &GridLookup,
+    x: [f32; 3],
+    samples: &[S],
+    corrections: &mut [f32; AXES],
+) {
+    let mut near = [0_usize; 3];
+    let mut far = [0_usize; 3];
+    let mut t = [0.0_f32; 3];
+    for k in 0..3 {
+        let (i, next, fraction) = interval(&grid.spans[k], x[k]);
+        near[k] = i as usize * grid.strides[k] as usize;
+        far[k] = next as usize * grid.strides[k] as usize;
+        t[k] = fraction;
+    }
+    let width = usize::from(grid.width);
+    let first = grid.first as usize;
+    let node = |a: usize, b: usize, c: usize| {
+        let start = first + a + b + c;
+        debug_assert!(start + width <= samples.len());
+        // SAFETY: guarantees 2 and 3: each index is at most `last`, so the node is in the grid.
+        unsafe { samples.as_ptr().add(start) }
+    };
+    let nodes = [
+        node(near[0], near[1], near[2]),
+        node(near[0], near[1], far[2]),
+        node(near[0], far[1], near[2]),
+        node(near[0], far[1], far[2]),
+        node(far[0], near[1], near[2]),
+        node(far[0], near[1], far[2]),
+        node(far[0], far[1], near[2]),
+        node(far[0], far[1], far[2]),
+    ];
+    let mut add = |k: usize| {
+        // SAFETY: k < width, and `node` points at `width` samples of the section.
+        let v = nodes.map(|node| unsafe { *node.add(k) }.value());
+        let line = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        let face0 = line(line(v[0], v[1], t[2]), line(v[2], v[3], t[2]), t[1]);
+        let face1 = line(line(v[4], v[5], t[2]), line(v[6], v[7], t[2]), t[1]);
+        let value = S::scaled(line(face0, face1, t[0]), grid.scales[k]);
+        let output = usize::from(grid.outputs[k]);
+        debug_assert!(output < AXES);
+        // SAFETY: guarantee 7.
+        unsafe { *corrections.get_unchecked_mut(output) += value };
+    };
+    if width == 3 {
+        add(0);
+        add(1);
+        add(2);
+    } else {
+        // The bound that guarantee 7 gives is repeated for the compiler.
+        for k in 0..width.min(grid.outputs.len()) {
+            add(k);
+        }
+    }
+}

@@ -1,0 +1,470 @@
+//! Why a blob was refused.
+
+use core::fmt;
+
+/// A part of the description, with its index where there are several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Part {
+    /// Name of the machine.
+    Machine,
+    /// Correction policy.
+    Policy,
+    /// Numbers of samples.
+    SampleCounts,
+    /// The axes as a whole: their number.
+    Axes,
+    /// One axis.
+    Axis(u16),
+    /// The auxiliaries as a whole: their number.
+    Auxiliaries,
+    /// One auxiliary input.
+    Auxiliary(u16),
+    /// The banks as a whole: their number.
+    Banks,
+    /// One bank.
+    Bank(u16),
+    /// The terms as a whole: their number.
+    Terms,
+    /// One term.
+    Term(u16),
+    /// The grids as a whole: their number.
+    Grids,
+    /// One grid.
+    Grid(u16),
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Machine => f.write_str("machine name"),
+            Self::Policy => f.write_str("policy"),
+            Self::SampleCounts => f.write_str("sample counts"),
+            Self::Axes => f.write_str("number of axes"),
+            Self::Axis(i) => write!(f, "axis {i}"),
+            Self::Auxiliaries => f.write_str("number of auxiliaries"),
+            Self::Auxiliary(i) => write!(f, "auxiliary {i}"),
+            Self::Banks => f.write_str("number of banks"),
+            Self::Bank(i) => write!(f, "bank {i}"),
+            Self::Terms => f.write_str("number of terms"),
+            Self::Term(i) => write!(f, "term {i}"),
+            Self::Grids => f.write_str("number of grids"),
+            Self::Grid(i) => write!(f, "grid {i}"),
+        }
+    }
+}
+
+/// A const generic of [`Compensation`](crate::Compensation).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Capacity {
+    /// `AXES`
+    Axes,
+    /// `TABLES`
+    Tables,
+    /// `TERMS`
+    Terms,
+    /// `GRIDS`
+    Grids,
+}
+
+/// Why a blob was refused. Indices count from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LoadError {
+    /// Fewer bytes than a header.
+    NoHeader,
+    /// The first four bytes are not `TRAX`.
+    BadMagic,
+    /// A format version that this build does not know.
+    UnknownVersion {
+        /// The version found.
+        found: u16,
+    },
+    /// The reserved header field is not zero.
+    ReservedNotZero,
+    /// The header states another length than there are bytes.
+    WrongLength {
+        /// As the header states.
+        stated: u32,
+        /// As there are.
+        held: u32,
+    },
+    /// The checksum does not match.
+    BadChecksum,
+    /// The blob does not start at a multiple of 4 bytes, so its samples cannot be read in place.
+    Misaligned,
+    /// The blob ends within this part.
+    Truncated {
+        /// Where.
+        part: Part,
+    },
+    /// This part is not valid postcard (text that is not UTF-8, an overlong integer, a name that
+    /// is too long, a flag that is neither 0 nor 1).
+    Malformed {
+        /// Where.
+        part: Part,
+    },
+    /// A variant of an enumeration that this version does not know.
+    UnknownVariant {
+        /// Where.
+        part: Part,
+        /// The variant found.
+        found: u32,
+    },
+    /// The target holds less than the blob needs.
+    TooSmall {
+        /// The const generic to raise.
+        capacity: Capacity,
+        /// What the blob needs.
+        needed: u32,
+        /// What the target holds.
+        held: u32,
+    },
+    /// More tables than factors can number (255).
+    TooManyTables {
+        /// How many.
+        found: u32,
+    },
+    /// More auxiliaries than [`AUXILIARIES`](crate::AUXILIARIES).
+    TooManyAuxiliaries {
+        /// How many.
+        found: u32,
+    },
+    /// More adjustable terms than [`ADJUSTABLE`](crate::ADJUSTABLE); this one is the first too many.
+    TooManyAdjustable {
+        /// Index of the term.
+        term: u16,
+    },
+    /// No axes at all.
+    NoAxes,
+    /// The name of an axis is not an ASCII letter.
+    AxisName {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// An earlier axis has the same name.
+    DuplicateAxis {
+        /// Index of the later axis.
+        axis: u16,
+    },
+    /// The travel of an axis is not finite, or its lower end is not below its upper end.
+    Travel {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// The value bound of an axis is not a number from 1e-9 to 1e9.
+    ValueBound {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// The rate bound of an axis is not a number from 1e-9 to 1e9.
+    RateBound {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// The hysteresis of an axis is not a number from 0 to 1e9.
+    Hysteresis {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// The ramp rate of an axis is not a number from 1e-9 to 1e9.
+    RampRate {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// The reference of an auxiliary is not finite.
+    Reference {
+        /// Index of the auxiliary.
+        auxiliary: u16,
+    },
+    /// A bank or grid refers to an input that does not exist.
+    Input {
+        /// The bank or grid.
+        part: Part,
+        /// The input it names.
+        input: u8,
+    },
+    /// The position of the first or of the last point is not finite.
+    Start {
+        /// The bank or grid.
+        part: Part,
+    },
+    /// The step is zero, negative, not finite, or so small that its inverse is not finite.
+    Step {
+        /// The bank or grid.
+        part: Part,
+    },
+    /// Fewer than 2 points, or more than 2²⁴.
+    Points {
+        /// The bank or grid.
+        part: Part,
+        /// As many as there are.
+        points: u32,
+    },
+    /// The period `points · step` of a modulo input or its inverse is not finite.
+    Period {
+        /// The bank or grid.
+        part: Part,
+    },
+    /// A bank depends on the direction of an auxiliary input, which has none.
+    DirectionOfAuxiliary {
+        /// Index of the bank.
+        bank: u16,
+    },
+    /// A bank without tables.
+    EmptyBank {
+        /// Index of the bank.
+        bank: u16,
+    },
+    /// Not one scale per table (bank) or output (grid) for integer samples, or scales for others.
+    ScaleCount {
+        /// The bank or grid.
+        part: Part,
+        /// As many scales as there are.
+        found: u32,
+    },
+    /// A scale is not a number from 1e-30 to 1e9.
+    Scale {
+        /// The bank or grid.
+        part: Part,
+        /// Index of the scale within it.
+        index: u16,
+    },
+    /// The samples do not start where those of the one before end: they overlap or leave a gap.
+    SamplesMisplaced {
+        /// The bank or grid.
+        part: Part,
+    },
+    /// The samples end outside their section.
+    SamplesOutside {
+        /// The bank or grid.
+        part: Part,
+    },
+    /// Samples that belong to no bank or grid.
+    UnusedSamples,
+    /// A sample of a table is not finite.
+    TableSample {
+        /// Index of the table, counted through the banks.
+        table: u16,
+        /// Index of the point.
+        point: u32,
+    },
+    /// A sample of a grid is not finite.
+    GridSample {
+        /// Index of the grid.
+        grid: u16,
+        /// Index of the node.
+        node: u32,
+    },
+    /// A value of a table may exceed 1e15.
+    TableMagnitude {
+        /// Index of the table, counted through the banks.
+        table: u16,
+    },
+    /// A term names an output axis that does not exist.
+    TermOutput {
+        /// Index of the term.
+        term: u16,
+    },
+    /// The weight of a term is not finite.
+    Weight {
+        /// Index of the term.
+        term: u16,
+    },
+    /// The limits of a term are not finite, or the lower is above the upper.
+    Limits {
+        /// Index of the term.
+        term: u16,
+    },
+    /// The weight of a term is outside its limits.
+    WeightOutsideLimits {
+        /// Index of the term.
+        term: u16,
+    },
+    /// More tables in a product than [`FACTORS`](crate::FACTORS).
+    TooManyFactors {
+        /// Index of the term.
+        term: u16,
+        /// How many.
+        found: u32,
+    },
+    /// A term names a table that does not exist.
+    Factor {
+        /// Index of the term.
+        term: u16,
+        /// The table it names.
+        table: u8,
+    },
+    /// A product of a term may exceed 1e15.
+    TermMagnitude {
+        /// Index of the term.
+        term: u16,
+    },
+    /// The sum of an output axis may exceed 1e15.
+    OutputMagnitude {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// A grid has not one to three inputs.
+    GridInputs {
+        /// Index of the grid.
+        grid: u16,
+        /// How many.
+        found: u32,
+    },
+    /// A grid has not one to six outputs, names an axis that does not exist, or one twice.
+    GridOutputs {
+        /// Index of the grid.
+        grid: u16,
+    },
+    /// The padding after the description is not zero.
+    PaddingNotZero,
+    /// The description and the sample counts add up to another length than the header states.
+    SectionLength {
+        /// As the header states.
+        stated: u32,
+        /// As they add up to.
+        computed: u64,
+    },
+}
+
+impl fmt::Display for LoadError {
+    #[allow(clippy::too_many_lines)] // one line of prose per variant
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NoHeader => f.write_str("fewer than the 16 bytes of a header"),
+            Self::BadMagic => f.write_str("not a compensation: it does not start with TRAX"),
+            Self::UnknownVersion { found } => write!(
+                f,
+                "format version {found} is unknown here (known: {})",
+                crate::header::VERSION
+            ),
+            Self::ReservedNotZero => f.write_str("the reserved header field is not zero"),
+            Self::WrongLength { stated, held } => {
+                write!(f, "the header states {stated} bytes, there are {held}")
+            }
+            Self::BadChecksum => f.write_str("the checksum does not match: the bytes are damaged"),
+            Self::Misaligned => f.write_str("the blob must start at a multiple of 4 bytes"),
+            Self::Truncated { part } => write!(f, "the description ends within: {part}"),
+            Self::Malformed { part } => write!(f, "the encoding is not valid: {part}"),
+            Self::UnknownVariant { part, found } => {
+                write!(f, "variant {found} is unknown: {part}")
+            }
+            Self::TooSmall {
+                capacity,
+                needed,
+                held,
+            } => {
+                let (what, generic) = match capacity {
+                    Capacity::Axes => ("axes", "AXES"),
+                    Capacity::Tables => ("tables", "TABLES"),
+                    Capacity::Terms => ("terms", "TERMS"),
+                    Capacity::Grids => ("grids", "GRIDS"),
+                };
+                write!(
+                    f,
+                    "the compensation has {needed} {what}, this target holds {held}: raise {generic}"
+                )
+            }
+            Self::TooManyTables { found } => {
+                write!(f, "{found} tables, at most 255 can be numbered")
+            }
+            Self::TooManyAuxiliaries { found } => {
+                write!(f, "{found} auxiliaries, at most {}", crate::AUXILIARIES)
+            }
+            Self::TooManyAdjustable { term } => write!(
+                f,
+                "term {term} is one adjustable term too many, at most {}",
+                crate::ADJUSTABLE
+            ),
+            Self::NoAxes => f.write_str("no axes"),
+            Self::AxisName { axis } => write!(f, "axis {axis}: the name must be an ASCII letter"),
+            Self::DuplicateAxis { axis } => {
+                write!(f, "axis {axis} has the name of an earlier axis")
+            }
+            Self::Travel { axis } => {
+                write!(f, "axis {axis}: the travel must be finite, lower end first")
+            }
+            Self::ValueBound { axis } => {
+                write!(f, "axis {axis}: the value bound must be from 1e-9 to 1e9")
+            }
+            Self::RateBound { axis } => {
+                write!(f, "axis {axis}: the rate bound must be from 1e-9 to 1e9")
+            }
+            Self::Hysteresis { axis } => {
+                write!(f, "axis {axis}: the hysteresis must be from 0 to 1e9")
+            }
+            Self::RampRate { axis } => {
+                write!(f, "axis {axis}: the ramp rate must be from 1e-9 to 1e9")
+            }
+            Self::Reference { auxiliary } => {
+                write!(f, "auxiliary {auxiliary}: the reference must be finite")
+            }
+            Self::Input { part, input } => write!(f, "{part}: input {input} does not exist"),
+            Self::Start { part } => write!(f, "{part}: first and last point must be finite"),
+            Self::Step { part } => write!(f, "{part}: the step must be positive and finite"),
+            Self::Points { part, points } => {
+                write!(f, "{part}: {points} points, must be 2 to 16777216")
+            }
+            Self::Period { part } => write!(f, "{part}: the period must be finite"),
+            Self::DirectionOfAuxiliary { bank } => {
+                write!(f, "bank {bank}: an auxiliary input has no direction")
+            }
+            Self::EmptyBank { bank } => write!(f, "bank {bank} has no tables"),
+            Self::ScaleCount { part, found } => {
+                write!(f, "{part}: {found} scales do not fit its samples")
+            }
+            Self::Scale { part, index } => {
+                write!(f, "{part}: scale {index} must be from 1e-30 to 1e9")
+            }
+            Self::SamplesMisplaced { part } => write!(
+                f,
+                "{part}: the samples do not start where those before them end"
+            ),
+            Self::SamplesOutside { part } => write!(f, "{part}: the samples end outside the blob"),
+            Self::UnusedSamples => f.write_str("some samples belong to no bank or grid"),
+            Self::TableSample { table, point } => {
+                write!(f, "table {table}: point {point} is not finite")
+            }
+            Self::GridSample { grid, node } => write!(f, "grid {grid}: node {node} is not finite"),
+            Self::TableMagnitude { table } => write!(f, "table {table} may exceed 1e15"),
+            Self::TermOutput { term } => write!(f, "term {term}: the output axis does not exist"),
+            Self::Weight { term } => write!(f, "term {term}: the weight is not finite"),
+            Self::Limits { term } => {
+                write!(f, "term {term}: the limits must be finite, the lower first")
+            }
+            Self::WeightOutsideLimits { term } => {
+                write!(f, "term {term}: the weight is outside its limits")
+            }
+            Self::TooManyFactors { term, found } => {
+                write!(
+                    f,
+                    "term {term}: {found} factors, at most {}",
+                    crate::FACTORS
+                )
+            }
+            Self::Factor { term, table } => write!(f, "term {term}: table {table} does not exist"),
+            Self::TermMagnitude { term } => write!(f, "term {term}: its product may exceed 1e15"),
+            Self::OutputMagnitude { axis } => {
+                write!(f, "axis {axis}: the sum of its terms may exceed 1e15")
+            }
+            Self::GridInputs { grid, found } => {
+                write!(f, "grid {grid}: {found} inputs, must be 1 to 3")
+            }
+            Self::GridOutputs { grid } => {
+                write!(
+                    f,
+                    "grid {grid}: must have 1 to 6 different, existing outputs"
+                )
+            }
+            Self::PaddingNotZero => f.write_str("the padding after the description is not zero"),
+            Self::SectionLength { stated, computed } => write!(
+                f,
+                "the header states {stated} bytes, description and samples take {computed}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for LoadError {}

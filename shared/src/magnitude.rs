@@ -1,0 +1,134 @@
+//! How large tables, products and sums can become: checked once, so that evaluation cannot overflow.
+
+use crate::compensation::Compensation;
+use crate::description::{Interpolation, SampleFormat};
+use crate::load_error::LoadError;
+use crate::lookup::FIXED;
+
+/// Nothing may exceed this anywhere in an evaluation. Far above any correction, and far enough
+/// below `f32::MAX` that neither the difference of two samples nor rounding can overflow.
+pub(crate) const MAGNITUDE: f32 = 1e15;
+
+/// Catmull-Rom exceeds its largest point by at most this factor: Σ|weights| = 1.25 at the middle
+/// of an interval (less where one slope is one-sided).
+pub(crate) const CUBIC_OVERSHOOT: f32 = 1.25;
+
+fn magnitude(value: f32) -> f32 {
+    if value < 0.0 { -value } else { value }
+}
+
+fn within(value: f32) -> bool {
+    value <= MAGNITUDE
+}
+
+impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Compensation<'_, AXES, TABLES, TERMS, GRIDS>
+{
+    /// Checks every sample and bounds every table, every (partial) product and every sum.
+    pub(crate) fn measure(&mut self) -> Result<(), LoadError> {
+        self.measure_tables()?;
+        let mut sums = [0.0_f32; AXES];
+        for (number, term) in self.terms.iter().enumerate() {
+            let weight = if term.place == FIXED {
+                magnitude(term.weight)
+            } else {
+                self.weights
+                    .limits_at(term.place)
+                    .map_or(0.0, |[low, high]| magnitude(low).max(magnitude(high)))
+            };
+            let mut product = weight;
+            let mut largest = weight;
+            for &table in &term.factors[..usize::from(term.count)] {
+                product *= self.peaks[usize::from(table)];
+                largest = largest.max(product);
+            }
+            if !within(largest) {
+                return Err(LoadError::TermMagnitude {
+                    term: number as u16,
+                });
+            }
+            sums[usize::from(term.output)] += product;
+        }
+        self.measure_grids(&mut sums)?;
+        match sums.iter().position(|&sum| !within(sum)) {
+            Some(axis) => Err(LoadError::OutputMagnitude { axis: axis as u16 }),
+            None => Ok(()),
+        }
+    }
+
+    fn measure_tables(&mut self) -> Result<(), LoadError> {
+        let mut table = 0_u16;
+        for bank in &self.banks {
+            let tables = usize::from(bank.tables);
+            let first = bank.first as usize;
+            let count = bank.points as usize * tables;
+            for column in 0..tables {
+                let mut peak = 0.0_f32;
+                match bank.format {
+                    SampleFormat::F32 => {
+                        let samples = self.floats[first..first + count].iter();
+                        for (point, &v) in samples.skip(column).step_by(tables).enumerate() {
+                            if !v.is_finite() {
+                                return Err(LoadError::TableSample {
+                                    table,
+                                    point: point as u32,
+                                });
+                            }
+                            peak = peak.max(magnitude(v));
+                        }
+                    }
+                    SampleFormat::I16 => {
+                        let samples = self.shorts[first..first + count].iter();
+                        for &v in samples.skip(column).step_by(tables) {
+                            peak = peak.max(magnitude(f32::from(v)));
+                        }
+                        peak *= self.scales[usize::from(table)];
+                    }
+                }
+                if bank.interpolation == Interpolation::Cubic {
+                    peak *= CUBIC_OVERSHOOT;
+                }
+                if !within(peak) {
+                    return Err(LoadError::TableMagnitude { table });
+                }
+                self.peaks[usize::from(table)] = peak;
+                table += 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn measure_grids(&self, sums: &mut [f32; AXES]) -> Result<(), LoadError> {
+        for (number, grid) in self.grids.iter().enumerate() {
+            let width = grid.outputs.len();
+            let first = grid.first as usize;
+            let count = grid.nodes() as usize * width;
+            for (place, &output) in grid.outputs.iter().enumerate() {
+                let mut peak = 0.0_f32;
+                match grid.format {
+                    SampleFormat::F32 => {
+                        let samples = self.floats[first..first + count].iter();
+                        for (node, &v) in samples.skip(place).step_by(width).enumerate() {
+                            if !v.is_finite() {
+                                return Err(LoadError::GridSample {
+                                    grid: number as u16,
+                                    node: node as u32,
+                                });
+                            }
+                            peak = peak.max(magnitude(v));
+                        }
+                    }
+                    SampleFormat::I16 => {
+                        let samples = self.shorts[first..first + count].iter();
+                        for &v in samples.skip(place).step_by(width) {
+                            peak = peak.max(magnitude(f32::from(v)));
+                        }
+                        peak *= grid.scales[place];
+                    }
+                }
+                sums[usize::from(output)] += peak;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,107 @@
+//! Weights of the adjustable terms.
+
+use core::fmt;
+
+use crate::description::ADJUSTABLE;
+
+/// Current weights of the adjustable terms of one compensation, with their limits.
+///
+/// Obtained from [`Compensation::weights`](crate::Compensation::weights); every weight it holds
+/// lies within its limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Weights {
+    pub(crate) values: [f32; ADJUSTABLE],
+    limits: [[f32; 2]; ADJUSTABLE],
+    terms: [u16; ADJUSTABLE],
+    count: u8,
+}
+
+impl Weights {
+    pub(crate) const fn empty() -> Self {
+        Self {
+            values: [0.0; ADJUSTABLE],
+            limits: [[0.0; 2]; ADJUSTABLE],
+            terms: [0; ADJUSTABLE],
+            count: 0,
+        }
+    }
+
+    /// Appends a term; `None` when all places are taken, otherwise its place.
+    pub(crate) fn push(&mut self, term: u16, value: f32, limits: [f32; 2]) -> Option<u8> {
+        let place = self.count;
+        *self.values.get_mut(usize::from(place))? = value;
+        self.limits[usize::from(place)] = limits;
+        self.terms[usize::from(place)] = term;
+        self.count += 1;
+        Some(place)
+    }
+
+    /// Limits at a place that [`Weights::push`] returned.
+    pub(crate) fn limits_at(&self, place: u8) -> Option<[f32; 2]> {
+        (place < self.count).then(|| self.limits[usize::from(place)])
+    }
+
+    fn place(&self, term: usize) -> Option<usize> {
+        self.terms[..usize::from(self.count)]
+            .iter()
+            .position(|&t| usize::from(t) == term)
+    }
+
+    /// Sets the weight of adjustable term `term` (its index in the compensation).
+    ///
+    /// # Errors
+    /// A term that is not adjustable, a weight outside its limits or not a number: nothing changes.
+    pub fn set(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
+        let place = self.place(term).ok_or(WeightError::NotAdjustable)?;
+        let [low, high] = self.limits[place];
+        if value >= low && value <= high {
+            self.values[place] = value;
+            Ok(())
+        } else {
+            Err(WeightError::OutsideLimits { low, high })
+        }
+    }
+
+    /// The weight of adjustable term `term`.
+    #[must_use]
+    pub fn get(&self, term: usize) -> Option<f32> {
+        self.place(term).map(|place| self.values[place])
+    }
+
+    /// Index and weight of every adjustable term, in order.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
+        self.terms[..usize::from(self.count)]
+            .iter()
+            .zip(&self.values)
+            .map(|(&term, &value)| (usize::from(term), value))
+    }
+}
+
+/// Why a weight was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum WeightError {
+    /// No such term, or its weight is fixed.
+    NotAdjustable,
+    /// The weight is not a number, or not within the limits of the term.
+    OutsideLimits {
+        /// Lowest weight that is accepted.
+        low: f32,
+        /// Highest weight that is accepted.
+        high: f32,
+    },
+}
+
+impl fmt::Display for WeightError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotAdjustable => f.write_str("this term does not exist or has a fixed weight"),
+            Self::OutsideLimits { low, high } => {
+                write!(f, "the weight must be a number from {low} to {high}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for WeightError {}
