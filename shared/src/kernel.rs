@@ -466,3 +466,6 @@ fn add_grid<S: Sample, const AXES: usize>(
         }
     }
 }
+
+#[cfg(all(test, feature = "encode"))]
+mod tests;

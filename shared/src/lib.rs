@@ -33,6 +33,8 @@ mod load_error;
 mod lookup;
 mod magnitude;
 #[cfg(all(test, feature = "encode"))]
+mod oracle;
+#[cfg(all(test, feature = "encode"))]
 mod specimen;
 mod weights;
 
