@@ -4,4 +4,6 @@
 pub mod errors;
 pub mod kinematics;
 pub mod machine;
+pub mod schemes;
 pub mod source;
+pub mod validate;

@@ -4,5 +4,5 @@ mod file;
 mod model;
 mod parameter;
 
-pub use model::{ErrorModel, Motion, Situation, Thermal, Switches};
+pub use model::{ErrorModel, MAX_SENSORS, Motion, Situation, Switches, Thermal};
 pub use parameter::{Parameter, ParameterKind};

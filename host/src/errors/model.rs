@@ -5,7 +5,7 @@ use crate::machine::{Machine, MAX_AXES, PerAxis};
 use std::collections::BTreeMap;
 
 /// The most temperature sensors: one auxiliary input is kept for the tool length.
-pub const MAX_SENSORS: usize = 7;
+pub const MAX_SENSORS: usize = trueaxis::AUXILIARIES - 1;
 
 /// A temperature sensor that error parameters depend on.
 #[derive(Clone, Debug, PartialEq)]

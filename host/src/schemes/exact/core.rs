@@ -1,0 +1,133 @@
+//! Coefficients of products of basis functions.
+
+use super::basis::Basis;
+use super::sampling::{Component, Sampler};
+use super::variables::{Kind, MAX_VARIABLES};
+use crate::kinematics::NotConverged;
+use crate::machine::PerAxis;
+use nalgebra::DMatrix;
+use std::collections::HashMap;
+
+/// Which function of each variable a product takes; 0 is the constant.
+pub type Key = [u8; MAX_VARIABLES];
+
+/// One product of basis functions in one output.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Index of the output axis.
+    pub output: usize,
+    /// The functions.
+    pub key: Key,
+    /// Coefficient, in units of the output's tolerance.
+    pub value: f64,
+    /// The most it can contribute, in the same units.
+    pub peak: f64,
+}
+
+/// Below this (in units of the tolerance) a product is rounding noise.
+const NOISE: f64 = 1e-7;
+
+/// Projects all components onto the bases.
+pub fn entries(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    bases: &[Basis],
+    tolerance: &PerAxis,
+) -> Result<Vec<Entry>, NotConverged> {
+    let n = sampler.kinematics.machine.axes.len();
+    let mut sums: HashMap<(usize, Key), f64> = HashMap::new();
+    let mut inverses: HashMap<(usize, usize), DMatrix<f64>> = HashMap::new();
+    for component in components {
+        let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
+        let affine = component.affine.len() + 1;
+        let mut values: Vec<f64> = (0..n)
+            .flat_map(|o| component.values.iter().map(move |v| v[o] / tolerance[o]))
+            .collect();
+        // values: output, affine, rich nodes; one rich variable after the other becomes functions.
+        for (k, (v, positions)) in component.rich.iter().enumerate() {
+            let key = (*v, positions.len());
+            if let std::collections::hash_map::Entry::Vacant(slot) = inverses.entry(key) {
+                let all = bases[*v].values(*v, sampler, components, tolerance, positions)?;
+                // Fewer nodes than functions: the leading functions only, with some to spare.
+                let full = positions.len() == sampler.variables[*v].nodes;
+                let kept = if full { all.ncols() } else { all.ncols().min(positions.len() * 3 / 4) };
+                let part = all.columns(0, kept).into_owned();
+                slot.insert(part.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(kept, positions.len())));
+            }
+            let inverse = &inverses[&key];
+            let outer: usize = n * affine * shape[..k].iter().product::<usize>();
+            let inner: usize = shape[k + 1..].iter().product();
+            let (from, to) = (inverse.ncols(), inverse.nrows());
+            let mut projected = vec![0.0; outer * to * inner];
+            for block in 0..outer {
+                for function in 0..to {
+                    let target = &mut projected[(block * to + function) * inner..][..inner];
+                    for node in 0..from {
+                        let factor = inverse[(function, node)];
+                        let source = &values[(block * from + node) * inner..][..inner];
+                        for (t, s) in target.iter_mut().zip(source) {
+                            *t += factor * s;
+                        }
+                    }
+                }
+            }
+            values = projected;
+            shape[k] = to;
+        }
+        let functions: usize = shape.iter().product();
+        for (index, value) in values.iter().enumerate() {
+            if value.abs() < NOISE {
+                continue;
+            }
+            let mut key = [0; MAX_VARIABLES];
+            let mut rest = index % functions;
+            for (k, (v, _)) in component.rich.iter().enumerate().rev() {
+                key[*v] = (rest % shape[k]) as u8;
+                rest /= shape[k];
+            }
+            let block = index / functions;
+            if block % affine > 0 {
+                key[component.affine[block % affine - 1]] = 1;
+            }
+            for &v in &component.odd {
+                key[v] = 1;
+            }
+            *sums.entry((block / affine, key)).or_insert(0.0) += value;
+        }
+    }
+    let mut entries: Vec<Entry> = sums
+        .into_iter()
+        .map(|((output, key), value)| {
+            let peaks: f64 = key.iter().zip(bases).map(|(k, b)| b.peaks[usize::from(*k)]).product();
+            Entry { output, key, value, peak: value.abs() * peaks }
+        })
+        .filter(|e| e.peak > NOISE)
+        .collect();
+    // A fixed order, so that the same input gives the same file.
+    entries.sort_by(|a, b| (a.output, a.key).cmp(&(b.output, b.key)));
+    Ok(entries)
+}
+
+/// Marks the entries that matter: the smallest are left out as long as together (root of the
+/// sum of squares, twice) they stay below `share` of the tolerance in each output.
+pub fn significant(entries: &[Entry], outputs: usize, share: f64) -> Vec<bool> {
+    let mut keep = vec![true; entries.len()];
+    for output in 0..outputs {
+        let mut order: Vec<usize> = (0..entries.len()).filter(|i| entries[*i].output == output).collect();
+        order.sort_by(|a, b| entries[*a].peak.total_cmp(&entries[*b].peak));
+        let mut sum = 0.0;
+        for i in order {
+            sum += entries[i].peak.powi(2);
+            if 2.0 * sum.sqrt() > share {
+                break;
+            }
+            keep[i] = false;
+        }
+    }
+    keep
+}
+
+/// True for variables whose functions may be merged into one table.
+pub fn merges(kind: &Kind) -> bool {
+    !matches!(kind, Kind::Sign(_))
+}

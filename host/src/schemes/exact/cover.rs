@@ -1,0 +1,211 @@
+//! From products of basis functions to terms: which sums become one table.
+
+use super::basis::{Basis, Generator};
+use super::core::{Entry, Key, merges};
+use super::variables::{Kind, Variable};
+use std::collections::{BTreeMap, BinaryHeap, HashMap};
+
+/// A table of one variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Function {
+    /// A generator.
+    Generator(Generator),
+    /// A numerical basis function, by its index in the basis.
+    Numeric(usize),
+    /// A sum of basis functions, by its index in [`Structure::merged`].
+    Merged(usize),
+    /// The direction of travel: +1, −1, 0 if unknown.
+    Sign,
+}
+
+/// One term: weight × product of tables → one output.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Index of the output axis.
+    pub output: usize,
+    /// Weight (units of the output's tolerance, over those of a merged table).
+    pub weight: f64,
+    /// Its tables: variable and function.
+    pub factors: Vec<(usize, Function)>,
+}
+
+/// A sum of basis functions of one variable, as one table.
+#[derive(Clone, Debug)]
+pub struct Merged {
+    /// The variable.
+    pub variable: usize,
+    /// Coefficients over the variable's basis.
+    pub coefficients: Vec<f64>,
+}
+
+/// Terms and the tables they use.
+#[derive(Clone, Debug, Default)]
+pub struct Structure {
+    /// The terms.
+    pub terms: Vec<Term>,
+    /// Tables that are sums of basis functions.
+    pub merged: Vec<Merged>,
+}
+
+/// What is to be least.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Minimize {
+    /// Instructions per evaluation: sums of functions of one variable become one table.
+    Cost,
+    /// The number of tables: products of few generators, many terms.
+    Tables,
+}
+
+/// One sum of entries that could become one term with one merged table.
+type Fibre = (usize, usize, Key);
+
+/// Two merged tables that differ by less than this (in units of the tolerance) are one.
+const SAME: f64 = 0.01;
+
+impl Structure {
+    /// Chooses terms that hold all entries that matter.
+    ///
+    /// `capacity` limits the number of merged tables.
+    pub fn cover(
+        entries: &[Entry],
+        matters: &[bool],
+        variables: &[Variable],
+        bases: &[Basis],
+        minimize: Minimize,
+        capacity: usize,
+    ) -> Self {
+        let mut structure = Self::default();
+        let mut covered: Vec<bool> = vec![false; entries.len()];
+        let mut fibres: BTreeMap<Fibre, Vec<usize>> = BTreeMap::new();
+        if minimize == Minimize::Cost {
+            for (i, entry) in entries.iter().enumerate() {
+                for (v, variable) in variables.iter().enumerate() {
+                    if merges(&variable.kind) {
+                        let mut key = entry.key;
+                        key[v] = u8::MAX;
+                        fibres.entry((entry.output, v, key)).or_default().push(i);
+                    }
+                }
+            }
+        }
+        // The fibre that holds most uncovered entries that matter comes first; counts in the heap
+        // may be out of date and are checked when they come up.
+        let count = |members: &[usize], covered: &[bool]| members.iter().filter(|i| matters[**i] && !covered[**i]).count();
+        let mut heap: BinaryHeap<(usize, std::cmp::Reverse<Fibre>)> = fibres
+            .iter()
+            .map(|(fibre, members)| (count(members, &covered), std::cmp::Reverse(*fibre)))
+            .filter(|(n, _)| *n >= 2)
+            .collect();
+        while let Some((n, std::cmp::Reverse(fibre))) = heap.pop() {
+            let members = &fibres[&fibre];
+            let now = count(members, &covered);
+            if now < n {
+                if now >= 2 {
+                    heap.push((now, std::cmp::Reverse(fibre)));
+                }
+                continue;
+            }
+            let (output, v, mut key) = fibre;
+            key[v] = 0;
+            let Some(mut factors) = structure.factors(&key, variables, bases) else { continue };
+            if factors.len() + 1 > trueaxis::FACTORS || structure.merged.len() >= capacity {
+                continue;
+            }
+            let mut coefficients = vec![0.0; bases[v].len()];
+            for &i in members.iter().filter(|i| !covered[**i]) {
+                coefficients[usize::from(entries[i].key[v])] += entries[i].value;
+            }
+            for &i in members {
+                covered[i] = true;
+            }
+            let others: f64 = key.iter().zip(bases).map(|(k, b)| b.peaks[usize::from(*k)]).product();
+            let (id, weight) = structure.merge(v, coefficients, bases, others);
+            factors.push((v, Function::Merged(id)));
+            structure.terms.push(Term { output, weight, factors });
+        }
+        for (i, entry) in entries.iter().enumerate() {
+            if matters[i] && !covered[i] {
+                structure.single(entry, variables, bases);
+            }
+        }
+        structure
+    }
+
+    /// Adds one entry as a term of its own; where its product is too long, the longest parts
+    /// become merged tables.
+    fn single(&mut self, entry: &Entry, variables: &[Variable], bases: &[Basis]) {
+        let mut key = entry.key;
+        let mut short = Vec::new();
+        let factors = loop {
+            match self.factors(&key, variables, bases) {
+                Some(factors) if factors.len() + short.len() <= trueaxis::FACTORS => break factors,
+                _ => {
+                    let length = |v: usize| bases[v].products.get(usize::from(key[v])).map_or(0, Vec::len);
+                    let Some(v) = (0..variables.len()).max_by_key(|v| length(*v)) else { return };
+                    let mut coefficients = vec![0.0; bases[v].len()];
+                    coefficients[usize::from(key[v])] = 1.0;
+                    let (id, _) = self.merge(v, coefficients, bases, 1.0);
+                    short.push((v, Function::Merged(id)));
+                    key[v] = 0;
+                }
+            }
+        };
+        let factors = factors.into_iter().chain(short).collect();
+        self.terms.push(Term { output: entry.output, weight: entry.value, factors });
+    }
+
+    /// The tables of a product, or `None` if there are more than a term may hold.
+    fn factors(&self, key: &Key, variables: &[Variable], bases: &[Basis]) -> Option<Vec<(usize, Function)>> {
+        let mut factors = Vec::new();
+        for (v, variable) in variables.iter().enumerate() {
+            let k = usize::from(key[v]);
+            match bases[v].products.get(k) {
+                _ if k == 0 => {}
+                Some(_) if matches!(variable.kind, Kind::Sign(_)) => factors.push((v, Function::Sign)),
+                Some(product) => factors.extend(product.iter().map(|g| (v, Function::Generator(*g)))),
+                None => factors.push((v, Function::Numeric(k))),
+            }
+        }
+        (factors.len() <= trueaxis::FACTORS).then_some(factors)
+    }
+
+    /// A merged table for these coefficients: an existing one that is proportional, or a new one.
+    /// Returns its number and the weight to use it with.
+    fn merge(&mut self, variable: usize, coefficients: Vec<f64>, bases: &[Basis], others: f64) -> (usize, f64) {
+        let norm = |c: &[f64]| c.iter().map(|c| c * c).sum::<f64>();
+        for (id, known) in self.merged.iter().enumerate().filter(|(_, m)| m.variable == variable) {
+            let along: f64 = known.coefficients.iter().zip(&coefficients).map(|(a, b)| a * b).sum();
+            let weight = along / norm(&known.coefficients);
+            let rest: f64 = known
+                .coefficients
+                .iter()
+                .zip(&coefficients)
+                .zip(&bases[variable].peaks)
+                .map(|((a, b), peak)| (b - weight * a).abs() * peak)
+                .sum();
+            if rest * others < SAME {
+                return (id, weight);
+            }
+        }
+        self.merged.push(Merged { variable, coefficients });
+        (self.merged.len() - 1, 1.0)
+    }
+
+    /// The tables in use, each once; the direction counts as two.
+    pub fn tables(&self) -> Vec<(usize, Function)> {
+        let mut tables: Vec<(usize, Function)> = self.terms.iter().flat_map(|t| t.factors.iter().copied()).collect();
+        tables.sort_unstable();
+        tables.dedup();
+        tables
+    }
+
+    /// Evaluates the terms with function values given per variable.
+    pub fn evaluate(&self, values: &HashMap<(usize, Function), f64>, outputs: usize) -> Vec<f64> {
+        let mut sums = vec![0.0; outputs];
+        for term in &self.terms {
+            let product: f64 = term.factors.iter().map(|f| values[f]).product();
+            sums[term.output] += term.weight * product;
+        }
+        sums
+    }
+}

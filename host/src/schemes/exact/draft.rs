@@ -1,0 +1,162 @@
+//! From sampled tables to a draft of the compensation.
+
+use super::Options;
+use super::cover::Function;
+use super::tables::{Found, input};
+use super::variables::Kind;
+use crate::errors::ErrorModel;
+use crate::kinematics::NotConverged;
+use crate::machine::Machine;
+use std::collections::{BTreeMap, HashMap};
+use trueaxis::{
+    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term,
+};
+
+/// Lays out banks and terms.
+pub fn draft(
+    machine: &Machine,
+    errors: &ErrorModel,
+    found: &Found<'_>,
+    intervals: &BTreeMap<usize, usize>,
+    options: &Options,
+) -> Result<Draft, NotConverged> {
+    let variables = found.sampler.variables;
+    let mut banks = Vec::new();
+    // Number of each table in the blob; a direction has one for each way of travel.
+    let mut numbers: HashMap<(usize, Function), Vec<u8>> = HashMap::new();
+    let mut next = 0_u8;
+    for (v, (bent, straight)) in found.tables() {
+        let variable = &variables[v];
+        let (input, unit) = input(machine, variables, v);
+        let [low, high] = variable.range;
+        let modulo = matches!(variable.kind, Kind::Rotary(i) if machine.axes[i].modulo);
+        if let Kind::Sign(i) = variable.kind {
+            let [start, end] = machine.axes[i].travel;
+            for (direction, value) in [(Direction::Positive, 1.0), (Direction::Negative, -1.0)] {
+                banks.push(DraftBank {
+                    input,
+                    start: start as f32,
+                    step: (end - start) as f32,
+                    modulo: false,
+                    direction,
+                    interpolation: Interpolation::Linear,
+                    format: SampleFormat::F32,
+                    columns: vec![vec![value; 2]],
+                });
+                numbers.entry((v, Function::Sign)).or_default().push(next);
+                next += 1;
+            }
+            continue;
+        }
+        for (functions, count, format) in [
+            (&straight, 1, SampleFormat::F32),
+            (&bent, intervals.get(&v).copied().unwrap_or(1), options.format),
+        ] {
+            if functions.is_empty() {
+                continue;
+            }
+            // The runtime knows start and step as f32: values belong to the points it computes.
+            let start = (low * unit) as f32;
+            let step = ((high - low) * unit / count as f64) as f32;
+            let points = if modulo { count } else { count + 1 };
+            let at: Vec<f64> = (0..points)
+                .map(|i| (f64::from(start) + f64::from(step) * i as f64) / unit)
+                .collect();
+            let sampled = found.sample(v, functions, &at)?;
+            banks.push(DraftBank {
+                input,
+                start,
+                step,
+                modulo,
+                direction: Direction::Both,
+                interpolation: Interpolation::Linear,
+                format,
+                columns: (0..functions.len())
+                    .map(|k| sampled.values.column(k).iter().map(|x| *x as f32).collect())
+                    .collect(),
+            });
+            for function in functions {
+                numbers.insert((v, *function), vec![next]);
+                next += 1;
+            }
+        }
+    }
+    let terms = terms(machine, found, &numbers);
+    let mut auxiliaries = Vec::new();
+    for variable in variables {
+        match variable.kind {
+            Kind::Length => auxiliaries.push(auxiliary(AuxiliaryKind::ToolLength, "tool length", machine.tool_length())),
+            Kind::Kelvin(k) => {
+                let thermal = &errors.sensors[k];
+                auxiliaries.push(auxiliary(AuxiliaryKind::Temperature, &thermal.sensor, thermal.reference_celsius));
+            }
+            _ => {}
+        }
+    }
+    Ok(Draft {
+        machine: machine.name.clone(),
+        policy: Policy::SixRow,
+        axes: machine
+            .axes
+            .iter()
+            .map(|axis| Axis {
+                name: axis.letter.char() as u8,
+                travel: if axis.modulo { [-f32::MAX, f32::MAX] } else { axis.travel.map(|t| t as f32) },
+                // Bounds are set from what the tables really do, once that is known.
+                value_bound: 1.0,
+                rate_bound: 1.0,
+                hysteresis: axis.hysteresis as f32,
+                ramp_rate: 1.0,
+            })
+            .collect(),
+        auxiliaries,
+        banks,
+        terms,
+        grids: Vec::new(),
+    })
+}
+
+fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
+    let mut short = trueaxis::Name::new();
+    for c in name.chars() {
+        // Sensor names are checked when the file is read; 16 bytes always fit.
+        if short.push(c).is_err() {
+            break;
+        }
+    }
+    Auxiliary { kind, name: short, reference: reference as f32 }
+}
+
+/// The terms in blob form: sorted so that terms of one output and one length stand together;
+/// a term with a direction becomes one for each way of travel.
+fn terms(machine: &Machine, found: &Found<'_>, numbers: &HashMap<(usize, Function), Vec<u8>>) -> Vec<Term> {
+    let mut terms = Vec::new();
+    for term in &found.structure.terms {
+        let axis = &machine.axes[term.output];
+        let weight = axis.to_command(term.weight * found.tolerance[term.output]) as f32;
+        let mut products: Vec<Vec<u8>> = vec![vec![]];
+        for factor in &term.factors {
+            products = products
+                .iter()
+                .flat_map(|p| {
+                    numbers[factor].iter().map(move |n| {
+                        let mut p = p.clone();
+                        p.push(*n);
+                        p
+                    })
+                })
+                .collect();
+        }
+        for mut product in products {
+            product.sort_unstable();
+            terms.push(Term {
+                output: term.output as u8,
+                weight,
+                limits: None,
+                factors: product.into_iter().collect(),
+            });
+        }
+    }
+    terms.sort_by(|a, b| (a.output, a.factors.len(), &a.factors[..]).cmp(&(b.output, b.factors.len(), &b.factors[..])));
+    terms
+}

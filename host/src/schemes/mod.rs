@@ -1,0 +1,3 @@
+//! Schemes: from errors to tables.
+
+pub mod exact;

@@ -1,0 +1,315 @@
+//! What a compensation does to the volumetric error.
+
+use crate::errors::{ErrorModel, Situation, Switches};
+use crate::kinematics::{Kinematics, NotConverged, Twist};
+use crate::machine::{MAX_AXES, Machine, PerAxis};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::Serialize;
+use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
+
+/// A position of the machine with everything the runtime is told about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// Axis positions (mm, deg), as the runtime sees them.
+    pub axes: [f32; MAX_AXES],
+    /// Direction of travel of each axis.
+    pub travel: [Travel; MAX_AXES],
+    /// Tool length (mm) if it is an input, then temperatures (K from their reference).
+    pub auxiliaries: [f32; trueaxis::AUXILIARIES],
+}
+
+impl Command {
+    /// A position with unknown directions, the machine's own tool and reference temperatures.
+    #[must_use]
+    pub fn at(machine: &Machine, position: &[f64]) -> Self {
+        let mut command = Self {
+            axes: [0.0; MAX_AXES],
+            travel: [Travel::Unknown; MAX_AXES],
+            auxiliaries: [0.0; trueaxis::AUXILIARIES],
+        };
+        for (a, p) in command.axes.iter_mut().zip(position) {
+            *a = *p as f32;
+        }
+        if machine.length_range.is_some() {
+            command.auxiliaries[0] = machine.tool_length() as f32;
+        }
+        command
+    }
+
+    /// The same for the kinematic model: position (mm, rad) and situation.
+    #[must_use]
+    pub fn kinematic(&self, machine: &Machine) -> (PerAxis, Situation) {
+        let position: Vec<f64> = self.axes.iter().map(|a| f64::from(*a)).collect();
+        let mut situation = Situation::default();
+        for (sign, travel) in situation.sign.iter_mut().zip(self.travel) {
+            *sign = match travel {
+                Travel::Positive => 1.0,
+                Travel::Negative => -1.0,
+                Travel::Unknown => 0.0,
+            };
+        }
+        let with_length = usize::from(machine.length_range.is_some());
+        if with_length == 1 {
+            situation.length = Some(f64::from(self.auxiliaries[0]));
+        }
+        for (kelvin, value) in situation.kelvin.iter_mut().zip(&self.auxiliaries[with_length..]) {
+            *kelvin = f64::from(*value);
+        }
+        (machine.to_kinematic(&position), situation)
+    }
+}
+
+/// A decoded blob, evaluated with the runtime.
+pub struct Runtime<'a>(Box<Largest<'a>>);
+
+impl<'a> Runtime<'a> {
+    /// Decodes a blob.
+    ///
+    /// # Errors
+    /// [`LoadError`] names what is damaged.
+    pub fn load(blob: &'a [u8]) -> Result<Self, LoadError> {
+        let mut compensation = Box::new(Largest::empty());
+        compensation.load(blob)?;
+        Ok(Self(compensation))
+    }
+
+    /// The compensation itself.
+    #[must_use]
+    pub fn compensation(&self) -> &Largest<'a> {
+        &self.0
+    }
+
+    /// Corrections (mm, deg).
+    #[must_use]
+    pub fn evaluate(&self, command: &Command) -> [f32; MAX_AXES] {
+        let mut inputs = Inputs::at([0.0; 16]);
+        let mut travelling = Travelling([Travel::Unknown; 16]);
+        inputs.axes[..MAX_AXES].copy_from_slice(&command.axes);
+        travelling.0[..MAX_AXES].copy_from_slice(&command.travel);
+        inputs.auxiliaries = command.auxiliaries;
+        let all = self.0.evaluate(&inputs, &travelling, &self.0.weights());
+        std::array::from_fn(|i| all[i])
+    }
+}
+
+/// Where random positions are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Region {
+    /// The whole travel.
+    Travel,
+    /// Only where every error motion is calibrated.
+    Inside,
+    /// Only where some axis is outside its calibrated range.
+    Outside,
+}
+
+/// Mean, root mean square and maximum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl Statistics {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut n, mut sum, mut squares, mut max) = (0.0, 0.0, 0.0, 0.0_f64);
+        for v in values {
+            n += 1.0;
+            sum += v;
+            squares += v * v;
+            max = max.max(v);
+        }
+        if n == 0.0 {
+            return Self::default();
+        }
+        Self {
+            mean: sum / n,
+            rms: (squares / n).sqrt(),
+            max,
+        }
+    }
+}
+
+/// Volumetric error over many positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Quality {
+    /// Length of the translational volumetric error (µm).
+    pub translation_um: Statistics,
+    /// Tool-direction error: rotation across the tool axis (µrad).
+    pub direction_urad: Statistics,
+}
+
+/// Comparison over one region.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// Number of positions.
+    pub positions: usize,
+    /// Without correction.
+    pub before: Quality,
+    /// With the tables.
+    pub after: Quality,
+    /// With the exact kinematic correction: what no correction can do better.
+    pub kinematic: Quality,
+    /// Largest difference of table corrections to kinematic corrections of a linear axis (µm).
+    pub difference_um: f64,
+    /// The same of a rotary axis (µrad).
+    pub difference_urad: f64,
+    /// Where the worst difference is (mm, deg).
+    pub worst_at: Vec<f64>,
+    /// Largest correction of each axis (mm, deg).
+    pub largest: Vec<f64>,
+}
+
+/// True if a command lies where every error motion that holds is calibrated.
+#[must_use]
+pub fn is_calibrated(machine: &Machine, errors: &ErrorModel, command: &Command) -> bool {
+    machine.axes.iter().enumerate().all(|(i, axis)| {
+        let [low, high] = calibrated(machine, errors, i);
+        let q = f64::from(command.axes[i]);
+        !errors.motions[i].iter().any(crate::errors::Motion::holds)
+            || (q >= low.max(axis.travel[0]) && q <= high.min(axis.travel[1]))
+    })
+}
+
+/// The calibrated range of an axis in command units.
+#[must_use]
+pub fn calibrated(machine: &Machine, errors: &ErrorModel, axis: usize) -> [f64; 2] {
+    errors.calibrated[axis].map(|c| machine.axes[axis].to_command(c))
+}
+
+/// True if a calibrated range leaves out a part of the travel.
+#[must_use]
+pub fn is_partly_calibrated(machine: &Machine, errors: &ErrorModel) -> bool {
+    machine.axes.iter().enumerate().any(|(i, axis)| {
+        let [low, high] = calibrated(machine, errors, i);
+        errors.motions[i].iter().any(crate::errors::Motion::holds)
+            && (low > axis.travel[0] + 1e-9 || high < axis.travel[1] - 1e-9)
+    })
+}
+
+/// Random commands: positions, directions of travel, tool lengths and temperatures.
+#[must_use]
+pub fn random_commands(machine: &Machine, errors: &ErrorModel, region: Region, count: usize, seed: u64) -> Vec<Command> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut commands = Vec::with_capacity(count);
+    let partly = is_partly_calibrated(machine, errors);
+    if region == Region::Outside && !partly {
+        return commands;
+    }
+    while commands.len() < count {
+        let mut command = Command::at(machine, &[]);
+        for (i, axis) in machine.axes.iter().enumerate() {
+            let [mut low, mut high] = axis.travel;
+            if region == Region::Inside && errors.motions[i].iter().any(crate::errors::Motion::holds) {
+                let [from, to] = calibrated(machine, errors, i);
+                (low, high) = (low.max(from), high.min(to));
+            }
+            // Rounded as the runtime sees it, and not beyond the ends by rounding.
+            let q = (low + (high - low) * random.random::<f64>()) as f32;
+            command.axes[i] = q.max(low as f32).min(high as f32);
+            command.travel[i] = if random.random::<bool>() { Travel::Positive } else { Travel::Negative };
+        }
+        let with_length = usize::from(machine.length_range.is_some());
+        if let Some([low, high]) = machine.length_range {
+            command.auxiliaries[0] = (low + (high - low) * random.random::<f64>()) as f32;
+        }
+        for (k, sensor) in errors.sensors.iter().enumerate() {
+            let [low, high] = sensor.range_kelvin;
+            command.auxiliaries[with_length + k] = (low + (high - low) * random.random::<f64>()) as f32;
+        }
+        if region == Region::Outside && is_calibrated(machine, errors, &command) {
+            continue;
+        }
+        commands.push(command);
+    }
+    commands
+}
+
+struct Sample {
+    before: Twist,
+    after: Twist,
+    kinematic: Twist,
+    difference: [f64; 2],
+    corrections: [f32; MAX_AXES],
+}
+
+/// Compares tables and exact corrections at given commands.
+///
+/// `zero` (mm, rad) was subtracted from the tables; it is added back before comparing. `progress`
+/// is called once per position.
+///
+/// # Errors
+/// [`NotConverged`] where the kinematic correction itself fails.
+pub fn verify(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    commands: &[Command],
+    progress: impl Fn() + Sync,
+) -> Result<Verification, NotConverged> {
+    let kinematics = Kinematics::new(machine, errors);
+    let samples: Result<Vec<Sample>, NotConverged> = commands
+        .par_iter()
+        .map(|command| {
+            let (q, situation) = command.kinematic(machine);
+            let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+            let corrections = runtime.evaluate(command);
+            let table: Vec<f64> = corrections.iter().map(|c| f64::from(*c)).collect();
+            let mut dq = machine.to_kinematic(&table);
+            for (d, z) in dq.iter_mut().zip(zero) {
+                *d += z;
+            }
+            let mut difference = [0.0_f64; 2];
+            for (i, axis) in machine.axes.iter().enumerate() {
+                let kind = usize::from(axis.letter.is_rotary());
+                difference[kind] = difference[kind].max((dq[i] - exact[i]).abs());
+            }
+            progress();
+            Ok(Sample {
+                before: kinematics.volumetric_error(&q, &PerAxis::default(), &situation),
+                after: kinematics.volumetric_error(&q, &dq, &situation),
+                kinematic: kinematics.volumetric_error(&q, &exact, &situation),
+                difference,
+                corrections,
+            })
+        })
+        .collect();
+    let samples = samples?;
+    let quality = |pick: fn(&Sample) -> &Twist| Quality {
+        translation_um: Statistics::of(samples.iter().map(|s| pick(s).t.norm() * 1e3)),
+        direction_urad: Statistics::of(samples.iter().map(|s| {
+            let mut r = pick(s).r;
+            r[machine.tool_axis] = 0.0;
+            r.norm() * 1e6
+        })),
+    };
+    let worst = |kind: usize, scale: f64| {
+        samples.iter().map(|s| s.difference[kind] * scale).fold(0.0, f64::max)
+    };
+    let worst_at = samples
+        .iter()
+        .zip(commands)
+        .map(|(s, c)| ((s.difference[0] * 1e3).max(s.difference[1] * 1e6), c))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, c)| machine.axes.iter().zip(c.axes).map(|(_, q)| f64::from(q)).collect())
+        .unwrap_or_default();
+    Ok(Verification {
+        positions: samples.len(),
+        before: quality(|s| &s.before),
+        after: quality(|s| &s.after),
+        kinematic: quality(|s| &s.kinematic),
+        difference_um: worst(0, 1e3),
+        difference_urad: worst(1, 1e6),
+        worst_at,
+        largest: (0..machine.axes.len())
+            .map(|i| samples.iter().map(|s| f64::from(s.corrections[i].abs())).fold(0.0, f64::max))
+            .collect(),
+    })
+}
