@@ -4,6 +4,7 @@ use crate::description::{AUXILIARIES, Auxiliary, Axis, Bank, Grid, Policy, Sampl
 use crate::inputs::{Inputs, Travelling};
 use crate::kernel;
 use crate::lookup::{BankLookup, FIXED, GridLookup, PackedTerm, group};
+use crate::reach::Reach;
 use crate::weights::Weights;
 
 /// Tables, terms and grids that turn positions into corrections; the samples stay in the blob.
@@ -45,6 +46,7 @@ pub struct Compensation<
     pub(crate) floats: &'a [f32],
     pub(crate) shorts: &'a [i16],
     pub(crate) length: u32,
+    pub(crate) reach: Reach<AXES>,
 }
 
 /// A term as stored, see [`Term`](crate::Term).
@@ -89,6 +91,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             floats: &[],
             shorts: &[],
             length: 0,
+            reach: Reach::EMPTY,
         }
     }
 
@@ -108,11 +111,13 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.floats = &[];
         self.shorts = &[];
         self.length = 0;
+        self.reach = Reach::EMPTY;
     }
 
-    /// Last step of loading: prepares the terms for the kernel.
+    /// Last step of loading: prepares the terms for the kernel and the inputs for the servo.
     pub(crate) fn finish(&mut self) {
         group(&mut self.terms);
+        self.find_reach();
     }
 
     /// Name of the machine.

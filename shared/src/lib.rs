@@ -24,18 +24,25 @@ extern crate std;
 mod blob;
 mod compensation;
 mod description;
+mod direction;
 #[cfg(feature = "encode")]
 mod draft;
+mod guard;
 mod header;
 mod inputs;
 mod kernel;
 mod load_error;
 mod lookup;
 mod magnitude;
+mod measure;
 #[cfg(all(test, feature = "encode"))]
 mod oracle;
+mod ramp;
+mod reach;
+mod servo;
 #[cfg(all(test, feature = "encode"))]
 mod specimen;
+mod status;
 mod weights;
 
 pub use compensation::{Compensation, TermView};
@@ -43,9 +50,14 @@ pub use description::{
     ADJUSTABLE, AUXILIARIES, Auxiliary, AuxiliaryKind, Axis, Bank, Direction, FACTORS, GRID_INPUTS,
     GRID_OUTPUTS, Grid, GridAxis, Interpolation, Name, Policy, SampleFormat, Term,
 };
+pub use direction::Reversal;
 #[cfg(feature = "encode")]
 pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
 pub use header::{ALIGNMENT, HEADER, MAGIC, VERSION};
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};
+pub use ramp::RISE;
+pub use reach::MOST_PERIODS;
+pub use servo::{LONGEST_PERIOD, PATIENCE, Refused, Servo};
+pub use status::{Conditions, Correction, Status};
 pub use weights::{WeightError, Weights};

@@ -1,0 +1,196 @@
+//! Direction of travel with hysteresis.
+
+use crate::inputs::Travel;
+
+/// Follows the command of one axis and tells in which direction it last moved.
+///
+/// An axis has reversed when it has retreated by more than its hysteresis from the extreme reached
+/// since the last reversal; before the first move by more than the hysteresis the direction is
+/// unknown. Jitter of less than the hysteresis (peak to peak) never changes the direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Reversal {
+    travel: Travel,
+    /// Highest and lowest position since the last reversal; only the one that counts is kept up.
+    high: f32,
+    low: f32,
+    last: f32,
+    started: bool,
+}
+
+impl Reversal {
+    /// Not moved yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            travel: Travel::Unknown,
+            high: 0.0,
+            low: 0.0,
+            last: 0.0,
+            started: false,
+        }
+    }
+
+    /// Direction in which the axis last moved.
+    #[must_use]
+    pub fn travel(&self) -> Travel {
+        self.travel
+    }
+
+    /// Takes in the commanded position `q` (finite) with the hysteresis of the axis, both in mm
+    /// or degrees.
+    ///
+    /// `period`, if positive, is that of a modulo axis whose position may be reduced into one
+    /// turn on the way here: a jump of more than half a period counts as whole turns plus the
+    /// rest, not as a move.
+    pub fn update(&mut self, q: f32, hysteresis: f32, period: f32) -> Travel {
+        if !self.started {
+            (self.high, self.low, self.last, self.started) = (q, q, q, true);
+            return self.travel;
+        }
+        if period > 0.0 {
+            let jump = q - self.last;
+            if jump > 0.5 * period || jump < -0.5 * period {
+                // Rare, so the division may stay.
+                let turns = jump / period;
+                let turns = (turns + if turns > 0.0 { 0.5 } else { -0.5 }) as i32 as f32;
+                self.high += turns * period;
+                self.low += turns * period;
+            }
+        }
+        self.last = q;
+        if q > self.high {
+            self.high = q;
+        }
+        if q < self.low {
+            self.low = q;
+        }
+        let retreated = self.high - q > hysteresis;
+        let advanced = q - self.low > hysteresis;
+        match self.travel {
+            // Both at once: the later extreme is `q` itself, so the smaller distance is the new one.
+            Travel::Unknown if retreated && advanced => {
+                let towards_high = self.high - q < q - self.low;
+                self.turn(
+                    if towards_high {
+                        Travel::Positive
+                    } else {
+                        Travel::Negative
+                    },
+                    q,
+                );
+            }
+            Travel::Positive | Travel::Unknown if retreated => self.turn(Travel::Negative, q),
+            Travel::Negative | Travel::Unknown if advanced => self.turn(Travel::Positive, q),
+            _ => {}
+        }
+        self.travel
+    }
+
+    fn turn(&mut self, travel: Travel, q: f32) {
+        self.travel = travel;
+        self.high = q;
+        self.low = q;
+    }
+}
+
+impl Default for Reversal {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn follow(reversal: &mut Reversal, positions: &[f32]) -> Travel {
+        positions
+            .iter()
+            .map(|&q| reversal.update(q, 0.5, 0.0))
+            .last()
+            .unwrap()
+    }
+
+    #[test]
+    fn the_direction_is_unknown_until_the_axis_has_moved_by_more_than_the_hysteresis() {
+        assert_eq!(follow(&mut Reversal::new(), &[7.0]), Travel::Unknown);
+        assert_eq!(follow(&mut Reversal::new(), &[7.0, 7.5]), Travel::Unknown);
+        assert_eq!(follow(&mut Reversal::new(), &[7.0, 7.75]), Travel::Positive);
+        assert_eq!(follow(&mut Reversal::new(), &[7.0, 6.25]), Travel::Negative);
+        // 0.25 up, then 0.5 down from the start: 0.75 down from the highest.
+        assert_eq!(
+            follow(&mut Reversal::new(), &[7.0, 7.25, 6.5]),
+            Travel::Negative
+        );
+    }
+
+    #[test]
+    fn a_reversal_is_counted_from_the_extreme_and_not_from_the_last_position() {
+        let mut r = Reversal::new();
+        assert_eq!(follow(&mut r, &[0.0, 10.0, 9.75, 9.5]), Travel::Positive);
+        assert_eq!(follow(&mut r, &[9.25]), Travel::Negative);
+        assert_eq!(follow(&mut r, &[5.0, 5.25, 5.0, 5.5]), Travel::Negative);
+        assert_eq!(follow(&mut r, &[5.75]), Travel::Positive);
+    }
+
+    #[test]
+    fn a_turn_of_a_modulo_axis_is_no_reversal() {
+        let mut r = Reversal::new();
+        for (q, expected) in [
+            (350.0, Travel::Unknown),
+            (359.0, Travel::Positive),
+            (1.0, Travel::Positive),
+            (359.9, Travel::Negative),
+            (0.1, Travel::Negative),
+            (1.0, Travel::Positive),
+            (721.5, Travel::Positive),
+            (1.25, Travel::Positive),
+            (720.5, Travel::Negative),
+        ] {
+            assert_eq!(r.update(q, 0.5, 360.0), expected, "{q}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn jitter_below_the_hysteresis_never_changes_the_direction(
+            start in -1000.0_f32..1000.0,
+            up in any::<bool>(),
+            noise in prop::collection::vec(0.0_f32..0.999, 200),
+        ) {
+            // Peak to peak below 0.999 · h; positions below 1024 round by 3e-5, so h = 0.1 leaves room.
+            let h = 0.1;
+            let mut r = Reversal::new();
+            r.update(start, h, 0.0);
+            let end = if up { start + 10.0 } else { start - 10.0 };
+            let direction = r.update(end, h, 0.0);
+            prop_assert_eq!(direction, if up { Travel::Positive } else { Travel::Negative });
+            for n in noise {
+                prop_assert_eq!(r.update(end + (n - 0.5) * h * 0.998, h, 0.0), direction);
+            }
+            // From rest it stays unknown.
+            let mut r = Reversal::new();
+            for n in [0.0, 0.4, 0.998, 0.1] {
+                prop_assert_eq!(r.update(start + n * h, h, 0.0), Travel::Unknown);
+            }
+        }
+
+        #[test]
+        fn every_retreat_of_more_than_the_hysteresis_changes_it(
+            moves in prop::collection::vec(0.11_f32..50.0, 1..50),
+        ) {
+            let mut r = Reversal::new();
+            let mut q = 0.0;
+            r.update(q, 0.1, 0.0);
+            for (k, step) in moves.into_iter().enumerate() {
+                q += if k % 2 == 0 { step } else { -step };
+                let expected = if k % 2 == 0 { Travel::Positive } else { Travel::Negative };
+                prop_assert_eq!(r.update(q, 0.1, 0.0), expected);
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! How far the inputs of a compensation may go, found once at load.
+
+use crate::compensation::Compensation;
+use crate::description::AUXILIARIES;
+use crate::inputs::Inputs;
+
+/// Most periods of a modulo table that an input may be away from 0: beyond, f32 has no sense of
+/// the position within the turn.
+pub const MOST_PERIODS: f32 = 8192.0;
+
+/// Limits of the inputs, and which matter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach<const AXES: usize> {
+    axes: [f32; AXES],
+    auxiliaries: [f32; AUXILIARIES],
+    /// Longest period of the modulo tables of each axis; 0 without.
+    pub periods: [f32; AXES],
+    /// Axes that feed an active term or a grid, bit 0 is the first.
+    pub used_axes: u16,
+    /// Auxiliaries that do.
+    used_auxiliaries: u8,
+}
+
+impl<const AXES: usize> Reach<AXES> {
+    pub(crate) const EMPTY: Self = Self {
+        axes: [f32::MAX; AXES],
+        auxiliaries: [f32::MAX; AUXILIARIES],
+        periods: [0.0; AXES],
+        used_axes: 0,
+        used_auxiliaries: 0,
+    };
+
+    /// Whether the first `count` axes and all auxiliaries that matter are finite and within reach.
+    pub(crate) fn holds(&self, inputs: &Inputs<AXES>, count: usize) -> bool {
+        // Not-a-number fails the comparison.
+        let near = |x: f32, limit: f32| x <= limit && x >= -limit;
+        let axes = inputs.axes.iter().zip(&self.axes).take(count);
+        let auxiliaries = inputs.auxiliaries.iter().zip(&self.auxiliaries);
+        axes.fold(true, |all, (&x, &limit)| all & near(x, limit))
+            & auxiliaries
+                .enumerate()
+                .fold(true, |all, (k, (&x, &limit))| {
+                    all & (near(x, limit) | (self.used_auxiliaries & (1 << k) == 0))
+                })
+    }
+}
+
+impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Compensation<'_, AXES, TABLES, TERMS, GRIDS>
+{
+    pub(crate) fn find_reach(&mut self) {
+        let mut reach = Reach::EMPTY;
+        let axes = self.axes.len();
+        let used = self.inputs_used();
+        reach.used_axes = (used & ((1 << axes) - 1)) as u16;
+        reach.used_auxiliaries = (used >> axes) as u8;
+        let banks = self
+            .banks
+            .iter()
+            .map(|b| (b.input, b.points, b.step, b.modulo));
+        let grids = self.grids.iter().flat_map(|grid| &grid.axes);
+        let all = banks.chain(grids.map(|a| (a.input, a.points, a.step, a.modulo)));
+        for (input, points, step, _) in all.filter(|&(.., modulo)| modulo) {
+            let period = points as f32 * step;
+            let input = usize::from(input);
+            let limit = match input.checked_sub(axes) {
+                Some(auxiliary) => &mut reach.auxiliaries[auxiliary],
+                None => {
+                    reach.periods[input] = reach.periods[input].max(period);
+                    &mut reach.axes[input]
+                }
+            };
+            *limit = limit.min(MOST_PERIODS * period);
+        }
+        self.reach = reach;
+    }
+}

@@ -1,0 +1,435 @@
+//! The servo-side state: one compensation in a control loop, with its guard rails and transitions.
+//!
+//! It uses the commanded positions, a mask of referenced axes and the period of each call, and
+//! produces the correction to add to the command. Three layers, from the inside out:
+//!
+//! 1. *Computed.* The evaluation, each axis within its value bound. While other weights or another
+//!    compensation are faded in: a + (b − a)·f of both. Held while inputs are unusable.
+//! 2. *Common factor.* All axes times one s(t) between 0 and 1, so that corrections that belong
+//!    together stay together. It goes to 0 when disabled, in a dry run, without reference and in
+//!    a lasting fault.
+//! 3. *Guard rails.* Travel, then rate bound, each axis by itself.
+//!
+//! What it cannot do: a reversal of a directional table, or a table steeper than the rate bound
+//! allows, is a step of the computed correction; the rate bound alone turns it into a slope, and
+//! there the ratio between axes is lost until the rest is made up.
+//!
+//! s and f move at a rate at which no correction within its bound changes faster than the ramp
+//! rate (or the rate bound) of its axis; full rate is reached within [`RISE`](crate::RISE). If a
+//! cross-fade is under way when s starts to move, both together may reach twice that.
+
+use core::fmt;
+
+use crate::compensation::Compensation;
+use crate::direction::Reversal;
+use crate::guard;
+use crate::inputs::{Inputs, Travelling};
+use crate::ramp::{Pace, Ramp};
+use crate::status::{Conditions, Correction, Status};
+use crate::weights::{WeightError, Weights};
+
+/// Longest period of a call, s. Longer ones are a fault: time has been lost.
+pub const LONGEST_PERIOD: f32 = 0.01;
+
+/// For so long unusable inputs only hold the correction, s; then it is ramped to zero.
+pub const PATIENCE: f32 = 0.01;
+
+/// Why a compensation was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refused {
+    /// The change before it is not finished: try again when [`Servo::is_swapping`] is false.
+    Busy,
+    /// It has other axes (number, order, letters or travel).
+    Axes,
+    /// An auxiliary input has another kind or name.
+    Auxiliaries,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Busy => "the previous change of compensation is not finished",
+            Self::Axes => "the axes differ in number, order, letter or travel",
+            Self::Auxiliaries => "an auxiliary input differs in kind or name",
+        })
+    }
+}
+
+impl core::error::Error for Refused {}
+
+/// What is faded in.
+struct Fade<C> {
+    to: C,
+    weights: Weights,
+    swap: bool,
+}
+
+/// One compensation in a control loop. See the head of `servo.rs` for what it does in which order.
+pub struct Servo<
+    'a,
+    const AXES: usize = 8,
+    const TABLES: usize = 96,
+    const TERMS: usize = 256,
+    const GRIDS: usize = 2,
+> {
+    current: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
+    weights: Weights,
+    fade: Option<Fade<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>>,
+    /// Accepted, waits until nothing else moves.
+    queued: Option<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>,
+    /// The weights last asked for, of the compensation last accepted.
+    wanted: Weights,
+    /// `wanted` are not those in use or being faded in.
+    weights_wait: bool,
+    enabled: bool,
+    dry_run: bool,
+    /// s(t)
+    factor: Ramp,
+    factor_pace: Pace,
+    /// f(t)
+    blend: Ramp,
+    blend_pace: Pace,
+    reversals: [Reversal; AXES],
+    /// Last finite positions, for the travel.
+    positions: [f32; AXES],
+    computed: [f32; AXES],
+    dq: [f32; AXES],
+    frozen: bool,
+    /// For how long inputs have been unusable, s.
+    fault: f32,
+    /// Last usable period, s.
+    period: f32,
+}
+
+/// The rate at which a factor from 0 to 1 keeps every axis within its ramp rate and rate bound,
+/// where it moves each correction by up to `range` times its value bound.
+fn pace<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
+    a: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    b: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    range: impl Fn(f32, f32) -> f32,
+) -> Pace {
+    let slowest = a
+        .axes()
+        .iter()
+        .zip(b.axes())
+        .map(|(a, b)| {
+            let rate = a.ramp_rate.min(b.ramp_rate);
+            let bound = a.rate_bound.min(b.rate_bound);
+            rate.min(bound) / range(a.value_bound, b.value_bound)
+        })
+        .fold(f32::INFINITY, f32::min);
+    // An empty compensation has no axes and nothing to move.
+    Pace::new(if slowest.is_finite() { slowest } else { 1.0 })
+}
+
+impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Servo<'a, AXES, TABLES, TERMS, GRIDS>
+{
+    /// Disabled, all corrections zero.
+    #[must_use]
+    pub fn new(compensation: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>) -> Self {
+        Self {
+            current: compensation,
+            weights: compensation.weights(),
+            fade: None,
+            queued: None,
+            wanted: compensation.weights(),
+            weights_wait: false,
+            enabled: false,
+            dry_run: false,
+            factor: Ramp::ZERO,
+            factor_pace: pace(compensation, compensation, f32::max),
+            blend: Ramp::ZERO,
+            blend_pace: pace(compensation, compensation, |a, b| a + b),
+            reversals: [Reversal::new(); AXES],
+            positions: [0.0; AXES],
+            computed: [0.0; AXES],
+            dq: [0.0; AXES],
+            frozen: false,
+            fault: 0.0,
+            period: 0.0,
+        }
+    }
+
+    /// Lets the corrections in.
+    pub fn enable(&mut self) {
+        self.enabled = true;
+    }
+
+    /// Takes the corrections out.
+    pub fn disable(&mut self) {
+        self.enabled = false;
+    }
+
+    /// Starts or ends a dry run: everything is computed and reported, the output goes to zero.
+    pub fn dry_run(&mut self, on: bool) {
+        self.dry_run = on;
+    }
+
+    /// Fades over to another compensation, with its stored weights.
+    ///
+    /// # Errors
+    /// [`Refused`]; nothing changes.
+    pub fn swap(
+        &mut self,
+        to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
+    ) -> Result<(), Refused> {
+        if self.is_swapping() {
+            return Err(Refused::Busy);
+        }
+        let (old, new) = (self.current.axes(), to.axes());
+        let same = |(a, b): (&crate::Axis, &crate::Axis)| a.name == b.name && a.travel == b.travel;
+        if old.len() != new.len() || !old.iter().zip(new).all(same) {
+            return Err(Refused::Axes);
+        }
+        let mut both = self.current.auxiliaries().iter().zip(to.auxiliaries());
+        if !both.all(|(a, b)| a.kind == b.kind && a.name == b.name) {
+            return Err(Refused::Auxiliaries);
+        }
+        self.queued = Some(to);
+        self.wanted = to.weights();
+        self.weights_wait = false;
+        Ok(())
+    }
+
+    /// Sets the weight of an adjustable term of the compensation last accepted. It is faded in;
+    /// weights that are set while others fade in follow together after those.
+    ///
+    /// # Errors
+    /// [`WeightError`]; nothing changes.
+    pub fn set_weight(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
+        self.wanted.set(term, value)?;
+        // Of a queued compensation they are taken from `wanted` anyway.
+        self.weights_wait |= self.queued.is_none();
+        Ok(())
+    }
+
+    /// The compensation in use; during a change the old one. Once this returns the new one, the
+    /// servo no longer reads the old one.
+    #[must_use]
+    pub fn compensation(&self) -> &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS> {
+        self.current
+    }
+
+    /// Whether a change of compensation is waiting or under way.
+    #[must_use]
+    pub fn is_swapping(&self) -> bool {
+        self.queued.is_some() || self.fade.as_ref().is_some_and(|fade| fade.swap)
+    }
+
+    /// The common factor s, 0…1.
+    #[must_use]
+    pub fn factor(&self) -> f32 {
+        self.factor.value()
+    }
+
+    /// The weights asked for, of the compensation last accepted.
+    #[must_use]
+    pub fn weights(&self) -> &Weights {
+        &self.wanted
+    }
+
+    /// Direction in which each axis last moved.
+    #[must_use]
+    pub fn travelling(&self) -> Travelling<AXES> {
+        Travelling(self.reversals.map(|reversal| reversal.travel()))
+    }
+
+    /// Takes in the state of one servo period and returns the correction for it.
+    ///
+    /// `inputs`: the uncorrected commands in machine coordinates; `referenced`: bit 0 for the
+    /// first axis, cleared while it is not referenced or is homing; `dt`: the period in s.
+    ///
+    /// # Operations
+    /// One evaluation (two while something is faded in), and per axis about 30 operations.
+    ///
+    /// # Memory
+    /// That of [`Compensation::evaluate`], and `12 · AXES` bytes.
+    ///
+    /// # Timing
+    /// Without divisions, but for a modulo axis whose position was reduced by a turn, and for
+    /// a change of compensation in the call that starts it.
+    pub fn update(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) -> Correction<AXES> {
+        let mut status = Status::default();
+        let conditions = &mut status.conditions;
+
+        let good_period = dt > 0.0 && dt <= LONGEST_PERIOD;
+        if good_period {
+            self.period = dt;
+        }
+        // In place of a period that cannot be right: the last that could.
+        let dt = self.period;
+        let good_inputs = self.usable(inputs);
+        conditions.set(Conditions::BAD_PERIOD, !good_period);
+        conditions.set(Conditions::BAD_INPUT, !good_inputs);
+        let unreferenced = self.used_axes() & !referenced != 0;
+        conditions.set(Conditions::UNREFERENCED, unreferenced);
+
+        let hold = !(good_period && good_inputs);
+        self.fault = if hold { self.fault + dt } else { 0.0 };
+        if unreferenced || self.fault > PATIENCE {
+            self.frozen = true;
+        } else if self.frozen && !hold && self.factor.value() == 0.0 && self.factor.at_rest() {
+            self.frozen = false;
+        }
+        self.follow(inputs, referenced);
+
+        let held = hold || self.frozen;
+        self.schedule(held);
+        if !held {
+            status.saturated = self.compute(inputs, dt);
+        }
+        let up = self.enabled && !self.dry_run && !self.frozen;
+        let s = self.factor.advance(up, &self.factor_pace, dt);
+        self.guard(s, dt, &mut status);
+
+        let conditions = &mut status.conditions;
+        conditions.set(Conditions::HELD, held);
+        conditions.set(Conditions::FROZEN, self.frozen);
+        conditions.set(Conditions::RAMPING, !self.factor.at_rest());
+        let waiting = self.queued.is_some() || self.weights_wait;
+        conditions.set(Conditions::FADING, self.fade.is_some() || waiting);
+        conditions.set(Conditions::DISABLED, !self.enabled);
+        conditions.set(Conditions::DRY_RUN, self.dry_run);
+        Correction {
+            dq: self.dq,
+            computed: self.computed,
+            status,
+        }
+    }
+
+    fn usable(&self, inputs: &Inputs<AXES>) -> bool {
+        let count = self.current.axes().len();
+        let target = self.fade.as_ref().map_or(self.current, |fade| fade.to);
+        self.current.reach.holds(inputs, count) && target.reach.holds(inputs, count)
+    }
+
+    fn used_axes(&self) -> u16 {
+        let target = self.fade.as_ref().map_or(self.current, |fade| fade.to);
+        self.current.reach.used_axes | target.reach.used_axes
+    }
+
+    /// Directions of travel and last finite positions. An axis that is not referenced may be given
+    /// another position: its direction starts anew.
+    fn follow(&mut self, inputs: &Inputs<AXES>, referenced: u16) {
+        let periods = &self.current.reach.periods;
+        for (k, axis) in self.current.axes().iter().enumerate() {
+            let q = inputs.axes[k];
+            if q.is_finite() {
+                self.positions[k] = q;
+            }
+            if referenced & (1 << k) == 0 {
+                self.reversals[k] = Reversal::new();
+            } else if q.is_finite() {
+                self.reversals[k].update(q, axis.hysteresis, periods[k]);
+            }
+        }
+    }
+
+    /// Starts and ends fades: they start from rest, and end at once while s is 0.
+    fn schedule(&mut self, held: bool) {
+        let silent = self.factor.value() == 0.0;
+        if silent {
+            self.arrive();
+        }
+        if self.fade.is_none() && (silent || (self.factor.at_rest() && !held)) {
+            if let Some(to) = self.queued.take() {
+                self.start(to, true);
+            } else if self.weights_wait {
+                self.start(self.current, false);
+            }
+            if silent {
+                self.arrive();
+            }
+        }
+    }
+
+    fn start(&mut self, to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>, swap: bool) {
+        self.weights_wait = false;
+        self.blend = Ramp::ZERO;
+        if swap {
+            // At rest, so that the pace may be lowered.
+            self.factor_pace = pace(self.current, to, f32::max);
+            self.blend_pace = pace(self.current, to, |a, b| a + b);
+        }
+        self.fade = Some(Fade {
+            to,
+            weights: self.wanted,
+            swap,
+        });
+    }
+
+    /// Makes what is being faded in the current one.
+    fn arrive(&mut self) {
+        if let Some(fade) = self.fade.take() {
+            self.current = fade.to;
+            self.weights = fade.weights;
+            if fade.swap {
+                // At least as fast as the slower of both was.
+                self.factor_pace = pace(fade.to, fade.to, f32::max);
+                self.blend_pace = pace(fade.to, fade.to, |a, b| a + b);
+            }
+        }
+    }
+
+    /// The computed correction of these inputs; returns the mask of saturated axes.
+    fn compute(&mut self, inputs: &Inputs<AXES>, dt: f32) -> u16 {
+        let travel = self.travelling();
+        let mut saturated = 0;
+        let old = bounded(self.current, inputs, &travel, &self.weights, &mut saturated);
+        let Some(fade) = &self.fade else {
+            self.computed = old;
+            return saturated;
+        };
+        let new = bounded(fade.to, inputs, &travel, &fade.weights, &mut saturated);
+        let f = self.blend.advance(true, &self.blend_pace, dt);
+        if f == 1.0 {
+            self.computed = new;
+            self.arrive();
+        } else {
+            for ((computed, old), new) in self.computed.iter_mut().zip(old).zip(new) {
+                *computed = old + (new - old) * f;
+            }
+        }
+        saturated
+    }
+
+    /// The common factor and the guard rails.
+    fn guard(&mut self, s: f32, dt: f32, status: &mut Status) {
+        let target = self.fade.as_ref().map_or(self.current, |fade| fade.to);
+        let axes = self.current.axes().iter().zip(target.axes());
+        for (k, (axis, other)) in axes.enumerate() {
+            let rate = if other.rate_bound < axis.rate_bound {
+                other.rate_bound
+            } else {
+                axis.rate_bound
+            };
+            let wanted = s * self.computed[k];
+            let passed = guard::pass(wanted, self.dq[k], self.positions[k], axis, rate, dt);
+            self.dq[k] = passed.dq;
+            status.rate_limited |= u16::from(passed.rate_limited) << k;
+            status.travel_limited |= u16::from(passed.travel_limited) << k;
+        }
+    }
+}
+
+/// The evaluation within the value bounds.
+fn bounded<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
+    compensation: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    inputs: &Inputs<AXES>,
+    travel: &Travelling<AXES>,
+    weights: &Weights,
+    saturated: &mut u16,
+) -> [f32; AXES] {
+    let mut values = compensation.evaluate(inputs, travel, weights);
+    for (k, (value, axis)) in values.iter_mut().zip(compensation.axes()).enumerate() {
+        let (within, acted) = guard::bounded(*value, axis.value_bound);
+        *value = within;
+        *saturated |= u16::from(acted) << k;
+    }
+    values
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests;

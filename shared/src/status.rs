@@ -1,0 +1,89 @@
+//! What a servo update reports.
+
+use core::ops::{BitOr, BitOrAssign};
+
+/// Conditions that hold in this period, as a set of bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Conditions(pub u16);
+
+impl Conditions {
+    /// An input is not a number, infinite, or beyond 2¹³ periods of a modulo table.
+    pub const BAD_INPUT: Self = Self(1);
+    /// The period is not a number from above 0 to [`LONGEST_PERIOD`](crate::LONGEST_PERIOD).
+    pub const BAD_PERIOD: Self = Self(1 << 1);
+    /// An input axis of an active term is not referenced.
+    pub const UNREFERENCED: Self = Self(1 << 2);
+    /// The computed correction is that of an earlier period.
+    pub const HELD: Self = Self(1 << 3);
+    /// After a fault or the loss of a reference: held until the common factor has come to 0.
+    pub const FROZEN: Self = Self(1 << 4);
+    /// The common factor is on its way to 0 or 1.
+    pub const RAMPING: Self = Self(1 << 5);
+    /// Another compensation or other weights are being faded in, or are waiting for it.
+    pub const FADING: Self = Self(1 << 6);
+    /// Not enabled.
+    pub const DISABLED: Self = Self(1 << 7);
+    /// A dry run: everything is computed, the output is (on its way to) zero.
+    pub const DRY_RUN: Self = Self(1 << 8);
+
+    /// Whether all conditions of `other` hold.
+    #[must_use]
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    pub(crate) fn set(&mut self, condition: Self, holds: bool) {
+        if holds {
+            *self |= condition;
+        }
+    }
+}
+
+impl BitOr for Conditions {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for Conditions {
+    fn bitor_assign(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+}
+
+/// Conditions, and the axes on which a guard rail acts (bit 0 is the first axis).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Status {
+    /// What holds in this period.
+    pub conditions: Conditions,
+    /// Axes whose computed correction met the value bound.
+    pub saturated: u16,
+    /// Axes whose correction is behind because of the rate bound.
+    pub rate_limited: u16,
+    /// Axes whose correction would leave the travel.
+    pub travel_limited: u16,
+}
+
+impl Status {
+    /// Whether all conditions of `condition` hold.
+    #[must_use]
+    pub const fn is(&self, condition: Conditions) -> bool {
+        self.conditions.contains(condition)
+    }
+}
+
+/// The result of a servo update.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Correction<const AXES: usize = 8> {
+    /// To be added to the commands, mm or degrees.
+    pub dq: [f32; AXES],
+    /// As computed, within the value bounds, before the common factor, travel and rate bounds.
+    pub computed: [f32; AXES],
+    /// What acted.
+    pub status: Status,
+}
