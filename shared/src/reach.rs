@@ -48,6 +48,11 @@ impl<const AXES: usize> Reach<AXES> {
 impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
     Compensation<'_, AXES, TABLES, TERMS, GRIDS>
 {
+    /// Whether these inputs can be evaluated with sense.
+    pub(crate) fn usable(&self, inputs: &Inputs<AXES>) -> bool {
+        self.reach.holds(inputs, self.axes.len())
+    }
+
     pub(crate) fn find_reach(&mut self) {
         let mut reach = Reach::EMPTY;
         let axes = self.axes.len();

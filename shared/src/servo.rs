@@ -4,7 +4,8 @@
 //! produces the correction to add to the command. Three layers, from the inside out:
 //!
 //! 1. *Computed.* The evaluation, each axis within its value bound. While other weights or another
-//!    compensation are faded in: a + (b − a)·f of both. Held while inputs are unusable.
+//!    compensation are faded in: a + (b − a)·f of both. While inputs are unusable, those of the
+//!    last period in which they were usable count.
 //! 2. *Common factor.* All axes times one s(t) between 0 and 1, so that corrections that belong
 //!    together stay together. It goes to 0 when disabled, in a dry run, without reference and in
 //!    a lasting fault.
@@ -23,7 +24,7 @@ use core::fmt;
 use crate::compensation::Compensation;
 use crate::direction::Reversal;
 use crate::guard;
-use crate::inputs::{Inputs, Travelling};
+use crate::inputs::{Inputs, Travel, Travelling};
 use crate::ramp::{Pace, Ramp};
 use crate::status::{Conditions, Correction, Status};
 use crate::weights::{WeightError, Weights};
@@ -91,6 +92,9 @@ pub struct Servo<
     blend: Ramp,
     blend_pace: Pace,
     reversals: [Reversal; AXES],
+    /// What is computed from: those of the last period that was neither held nor frozen.
+    inputs: Inputs<AXES>,
+    travelling: Travelling<AXES>,
     /// Last finite positions, for the travel.
     positions: [f32; AXES],
     computed: [f32; AXES],
@@ -143,10 +147,13 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             blend: Ramp::ZERO,
             blend_pace: pace(compensation, compensation, |a, b| a + b),
             reversals: [Reversal::new(); AXES],
+            inputs: Inputs::at([0.0; AXES]),
+            travelling: Travelling([Travel::Unknown; AXES]),
             positions: [0.0; AXES],
             computed: [0.0; AXES],
             dq: [0.0; AXES],
-            frozen: false,
+            // Until the first usable inputs.
+            frozen: true,
             fault: 0.0,
             period: 0.0,
         }
@@ -167,7 +174,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.dry_run = on;
     }
 
-    /// Fades over to another compensation, with its stored weights.
+    /// Fades over to another compensation, with its stored weights, as soon as nothing else moves
+    /// and its inputs are usable.
     ///
     /// # Errors
     /// [`Refused`]; nothing changes.
@@ -226,7 +234,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
 
     /// The weights asked for, of the compensation last accepted.
     #[must_use]
-    pub fn weights(&self) -> &Weights {
+    pub fn wanted_weights(&self) -> &Weights {
         &self.wanted
     }
 
@@ -260,26 +268,30 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
         // In place of a period that cannot be right: the last that could.
         let dt = self.period;
-        let good_inputs = self.usable(inputs);
+        self.schedule(inputs, referenced);
+        let target = self.target();
+        let good_inputs = self.current.usable(inputs) && target.usable(inputs);
+        let used = self.current.reach.used_axes | target.reach.used_axes;
+        let unreferenced = used & !referenced != 0;
         conditions.set(Conditions::BAD_PERIOD, !good_period);
         conditions.set(Conditions::BAD_INPUT, !good_inputs);
-        let unreferenced = self.used_axes() & !referenced != 0;
         conditions.set(Conditions::UNREFERENCED, unreferenced);
 
         let hold = !(good_period && good_inputs);
         self.fault = if hold { self.fault + dt } else { 0.0 };
-        if unreferenced || self.fault > PATIENCE {
+        // At rest at zero there is nothing to hold.
+        if unreferenced || self.fault > PATIENCE || (hold && self.silent()) {
             self.frozen = true;
-        } else if self.frozen && !hold && self.factor.value() == 0.0 && self.factor.at_rest() {
+        } else if self.frozen && !hold && self.silent() {
             self.frozen = false;
         }
         self.follow(inputs, referenced);
-
         let held = hold || self.frozen;
-        self.schedule(held);
         if !held {
-            status.saturated = self.compute(inputs, dt);
+            self.inputs = *inputs;
+            self.travelling = self.travelling();
         }
+        status.saturated = self.compute(dt);
         let up = self.enabled && !self.dry_run && !self.frozen;
         let s = self.factor.advance(up, &self.factor_pace, dt);
         self.guard(s, dt, &mut status);
@@ -299,15 +311,14 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
     }
 
-    fn usable(&self, inputs: &Inputs<AXES>) -> bool {
-        let count = self.current.axes().len();
-        let target = self.fade.as_ref().map_or(self.current, |fade| fade.to);
-        self.current.reach.holds(inputs, count) && target.reach.holds(inputs, count)
+    /// What is being faded in, otherwise what is in use.
+    fn target(&self) -> &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS> {
+        self.fade.as_ref().map_or(self.current, |fade| fade.to)
     }
 
-    fn used_axes(&self) -> u16 {
-        let target = self.fade.as_ref().map_or(self.current, |fade| fade.to);
-        self.current.reach.used_axes | target.reach.used_axes
+    /// At rest at zero: nothing that happens now is felt.
+    fn silent(&self) -> bool {
+        self.factor.at_rest() && self.factor.value() == 0.0
     }
 
     /// Directions of travel and last finite positions. An axis that is not referenced may be given
@@ -327,21 +338,29 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
     }
 
-    /// Starts and ends fades: they start from rest, and end at once while s is 0.
-    fn schedule(&mut self, held: bool) {
-        let silent = self.factor.value() == 0.0;
+    /// Starts and ends fades. They end at once while s is 0. Otherwise they start from rest, and
+    /// another compensation only when its inputs are usable and referenced.
+    fn schedule(&mut self, inputs: &Inputs<AXES>, referenced: u16) {
+        let silent = self.silent();
         if silent {
             self.arrive();
         }
-        if self.fade.is_none() && (silent || (self.factor.at_rest() && !held)) {
-            if let Some(to) = self.queued.take() {
-                self.start(to, true);
-            } else if self.weights_wait {
-                self.start(self.current, false);
+        if self.fade.is_some() || !self.factor.at_rest() {
+            return;
+        }
+        match self.queued {
+            Some(to) => {
+                let ready = to.usable(inputs) && to.reach.used_axes & !referenced == 0;
+                if silent || (ready && !self.frozen) {
+                    self.queued = None;
+                    self.start(to, true);
+                }
             }
-            if silent {
-                self.arrive();
-            }
+            None if self.weights_wait => self.start(self.current, false),
+            None => {}
+        }
+        if silent {
+            self.arrive();
         }
     }
 
@@ -373,16 +392,16 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
     }
 
-    /// The computed correction of these inputs; returns the mask of saturated axes.
-    fn compute(&mut self, inputs: &Inputs<AXES>, dt: f32) -> u16 {
-        let travel = self.travelling();
+    /// The computed correction; returns the mask of saturated axes.
+    fn compute(&mut self, dt: f32) -> u16 {
+        let (inputs, travel) = (&self.inputs, &self.travelling);
         let mut saturated = 0;
-        let old = bounded(self.current, inputs, &travel, &self.weights, &mut saturated);
+        let old = bounded(self.current, inputs, travel, &self.weights, &mut saturated);
         let Some(fade) = &self.fade else {
             self.computed = old;
             return saturated;
         };
-        let new = bounded(fade.to, inputs, &travel, &fade.weights, &mut saturated);
+        let new = bounded(fade.to, inputs, travel, &fade.weights, &mut saturated);
         let f = self.blend.advance(true, &self.blend_pace, dt);
         if f == 1.0 {
             self.computed = new;
@@ -397,8 +416,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
 
     /// The common factor and the guard rails.
     fn guard(&mut self, s: f32, dt: f32, status: &mut Status) {
-        let target = self.fade.as_ref().map_or(self.current, |fade| fade.to);
-        let axes = self.current.axes().iter().zip(target.axes());
+        let axes = self.current.axes().iter().zip(self.target().axes());
         for (k, (axis, other)) in axes.enumerate() {
             let rate = if other.rate_bound < axis.rate_bound {
                 other.rate_bound
