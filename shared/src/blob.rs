@@ -511,10 +511,13 @@ fn take_samples(
     if first != used[section] {
         return Err(LoadError::SamplesMisplaced { part });
     }
-    let end = u64::from(first) + samples;
+    let end = u64::from(first).saturating_add(samples);
     if end > u64::from(held[section]) {
         return Err(LoadError::SamplesOutside { part });
     }
     used[section] = end as u32;
     Ok(())
 }
+
+#[cfg(all(test, feature = "encode"))]
+mod tests;

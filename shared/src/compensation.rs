@@ -1,5 +1,7 @@
 //! A validated compensation, ready to be evaluated.
 
+use core::fmt;
+
 use crate::description::{AUXILIARIES, Auxiliary, Axis, Bank, Grid, Policy, SampleFormat};
 use crate::inputs::{Inputs, Travelling};
 use crate::kernel;
@@ -18,7 +20,7 @@ use crate::weights::Weights;
 /// | `TABLES` | tables, and banks | 255 |
 /// | `TERMS` | terms | 65 535 |
 /// | `GRIDS` | grids | |
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Compensation<
     'a,
     const AXES: usize = 8,
@@ -289,5 +291,21 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         weights: &Weights,
     ) -> [f32; AXES] {
         kernel::evaluate(self, inputs, travel, weights)
+    }
+}
+
+/// What it is and how large; not its contents.
+impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize> fmt::Debug
+    for Compensation<'_, AXES, TABLES, TERMS, GRIDS>
+{
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Compensation")
+            .field("machine", &self.machine)
+            .field("axes", &self.axes.len())
+            .field("tables", &self.tables)
+            .field("terms", &self.terms.len())
+            .field("grids", &self.grids.len())
+            .field("bytes", &self.length)
+            .finish_non_exhaustive()
     }
 }

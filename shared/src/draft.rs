@@ -137,29 +137,29 @@ impl From<LoadError> for EncodeError {
 
 /// The description on the wire; the order of the fields is the format.
 #[derive(Serialize)]
-struct Wire<'d> {
-    machine: &'d str,
-    policy: Policy,
-    floats: u32,
-    shorts: u32,
-    axes: &'d [Axis],
-    auxiliaries: &'d [Auxiliary],
-    banks: Vec<WireBank>,
-    terms: &'d [Term],
-    grids: Vec<Grid>,
+pub(crate) struct Wire<'d> {
+    pub(crate) machine: &'d str,
+    pub(crate) policy: Policy,
+    pub(crate) floats: u32,
+    pub(crate) shorts: u32,
+    pub(crate) axes: &'d [Axis],
+    pub(crate) auxiliaries: &'d [Auxiliary],
+    pub(crate) banks: Vec<WireBank>,
+    pub(crate) terms: &'d [Term],
+    pub(crate) grids: Vec<Grid>,
 }
 
 #[derive(Serialize)]
-struct WireBank {
-    bank: Bank,
-    scales: Vec<f32>,
+pub(crate) struct WireBank {
+    pub(crate) bank: Bank,
+    pub(crate) scales: Vec<f32>,
 }
 
 /// The two sections of samples.
 #[derive(Default)]
-struct Samples {
-    floats: Vec<f32>,
-    shorts: Vec<i16>,
+pub(crate) struct Samples {
+    pub(crate) floats: Vec<f32>,
+    pub(crate) shorts: Vec<i16>,
 }
 
 impl Samples {
@@ -207,15 +207,21 @@ impl Draft {
     /// Writes the blob without trying it.
     fn write(&self) -> Result<Vec<u8>, EncodeError> {
         let mut samples = Samples::default();
+        let wire = self.wire(&mut samples)?;
+        let description = postcard::to_allocvec(&wire).map_err(|_| EncodeError::TooLarge)?;
+        assemble(&description, &samples)
+    }
+
+    pub(crate) fn wire(&self, samples: &mut Samples) -> Result<Wire<'_>, EncodeError> {
         let mut banks = Vec::with_capacity(self.banks.len());
         for (index, bank) in self.banks.iter().enumerate() {
-            banks.push(bank.write(index, &mut samples)?);
+            banks.push(bank.write(index, samples)?);
         }
         let mut grids = Vec::with_capacity(self.grids.len());
         for (index, grid) in self.grids.iter().enumerate() {
-            grids.push(grid.write(index, &mut samples)?);
+            grids.push(grid.write(index, samples)?);
         }
-        let wire = Wire {
+        Ok(Wire {
             machine: &self.machine,
             policy: self.policy,
             floats: samples.next(SampleFormat::F32)?,
@@ -225,20 +231,24 @@ impl Draft {
             banks,
             terms: &self.terms,
             grids,
-        };
-        let mut bytes = vec![0; HEADER];
-        bytes.extend(postcard::to_allocvec(&wire).map_err(|_| EncodeError::TooLarge)?);
-        bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
-        bytes.extend(samples.floats.iter().flat_map(|v| v.to_le_bytes()));
-        bytes.extend(samples.shorts.iter().flat_map(|v| v.to_le_bytes()));
-        let length = u32::try_from(bytes.len()).map_err(|_| EncodeError::TooLarge)?;
-        bytes[..4].copy_from_slice(&MAGIC);
-        bytes[4..6].copy_from_slice(&VERSION.to_le_bytes());
-        bytes[8..12].copy_from_slice(&length.to_le_bytes());
-        let checksum = header::checksum(&bytes);
-        bytes[12..16].copy_from_slice(&checksum.to_le_bytes());
-        Ok(bytes)
+        })
     }
+}
+
+/// Puts header, description, padding and samples together.
+pub(crate) fn assemble(description: &[u8], samples: &Samples) -> Result<Vec<u8>, EncodeError> {
+    let mut bytes = vec![0; HEADER];
+    bytes.extend(description);
+    bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
+    bytes.extend(samples.floats.iter().flat_map(|v| v.to_le_bytes()));
+    bytes.extend(samples.shorts.iter().flat_map(|v| v.to_le_bytes()));
+    let length = u32::try_from(bytes.len()).map_err(|_| EncodeError::TooLarge)?;
+    bytes[..4].copy_from_slice(&MAGIC);
+    bytes[4..6].copy_from_slice(&VERSION.to_le_bytes());
+    bytes[8..12].copy_from_slice(&length.to_le_bytes());
+    let checksum = header::checksum(&bytes);
+    bytes[12..16].copy_from_slice(&checksum.to_le_bytes());
+    Ok(bytes)
 }
 
 impl DraftBank {

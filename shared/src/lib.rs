@@ -8,15 +8,14 @@
 //! flush-to-zero of subnormal numbers.
 //!
 //! Positions and corrections are in mm and degrees. Nothing here allocates, except the feature
-//! `encode`, with which hosts build blobs ([`Draft`]).
-#![cfg_attr(not(feature = "encode"), doc = "\n[`Draft`]: https://docs.rs/trueaxis")]
+//! `encode`, with which hosts build blobs (`Draft`).
 #![no_std]
 #![deny(missing_docs)]
 
 #[cfg(target_endian = "big")]
 compile_error!("blobs are read in place and are little-endian");
 
-#[cfg(any(feature = "encode", test))]
+#[cfg(feature = "encode")]
 extern crate alloc;
 #[cfg(test)]
 extern crate std;

@@ -1,0 +1,755 @@
+use std::collections::BTreeSet;
+use std::string::{String, ToString};
+use std::vec;
+use std::vec::Vec;
+
+use proptest::prelude::*;
+use serde::Serialize;
+
+use crate::draft::{Samples, Wire, assemble};
+use crate::header::checksum;
+use crate::specimen::{adjustable, bank, bare, everything, term};
+use crate::*;
+
+type Small<'a> = Compensation<'a, 3, 8, 16, 2>;
+
+fn refusal(bytes: &[u8]) -> LoadError {
+    Small::decode(&AlignedBlob::from_bytes(bytes)).unwrap_err()
+}
+
+/// Puts the right checksum on damaged bytes.
+fn seal(mut bytes: Vec<u8>) -> Vec<u8> {
+    let sum = checksum(&bytes);
+    bytes[12..16].copy_from_slice(&sum.to_le_bytes());
+    bytes
+}
+
+fn good() -> Vec<u8> {
+    everything().encode().unwrap().to_vec()
+}
+
+/// What a draft gives when it is changed before it is written.
+fn drafted(change: impl FnOnce(&mut Draft)) -> LoadError {
+    wired(change, |_| ())
+}
+
+/// What it gives when also its description is changed.
+fn wired(change: impl FnOnce(&mut Draft), rewire: impl FnOnce(&mut Wire<'_>)) -> LoadError {
+    let mut draft = everything();
+    change(&mut draft);
+    let mut samples = Samples::default();
+    let mut wire = draft.wire(&mut samples).unwrap();
+    rewire(&mut wire);
+    refusal(&assemble(&postcard::to_allocvec(&wire).unwrap(), &samples).unwrap())
+}
+
+/// The description in nine pieces; postcard writes them one after the other.
+fn pieces(draft: &Draft) -> (Vec<Vec<u8>>, Samples) {
+    fn bytes<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {
+        postcard::to_allocvec(value).unwrap()
+    }
+    let mut samples = Samples::default();
+    let w = draft.wire(&mut samples).unwrap();
+    let pieces = vec![
+        bytes(w.machine),
+        bytes(&w.policy),
+        bytes(&w.floats),
+        bytes(&w.shorts),
+        bytes(w.axes),
+        bytes(w.auxiliaries),
+        bytes(&w.banks),
+        bytes(w.terms),
+        bytes(&w.grids),
+    ];
+    (pieces, samples)
+}
+
+/// What it gives when one piece is replaced.
+fn replaced(piece: usize, by: &[u8]) -> LoadError {
+    let (mut pieces, samples) = pieces(&everything());
+    pieces[piece] = by.to_vec();
+    refusal(&assemble(&pieces.concat(), &samples).unwrap())
+}
+
+macro_rules! variants {
+    ($($name:ident)*) => {
+        const ALL: &[&str] = &[$(stringify!($name)),*];
+        /// The compiler sees to it that no variant is missing.
+        fn variant(error: LoadError) -> &'static str {
+            match error { $(LoadError::$name { .. } => stringify!($name)),* }
+        }
+    };
+}
+
+variants! {
+    NoHeader BadMagic UnknownVersion ReservedNotZero WrongLength BadChecksum Misaligned Truncated
+    Malformed UnknownVariant TooSmall TooManyTables TooManyAuxiliaries TooManyAdjustable NoAxes
+    AxisName DuplicateAxis Travel ValueBound RateBound Hysteresis RampRate Reference Input Start
+    Step Points Period DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
+    SamplesOutside UnusedSamples TableSample GridSample TableMagnitude TermOutput Weight Limits
+    WeightOutsideLimits TooManyFactors Factor TermMagnitude OutputMagnitude GridInputs GridOutputs
+    PaddingNotZero SectionLength
+}
+
+fn header_damages() -> Vec<(LoadError, LoadError)> {
+    let length = good().len() as u32;
+    let patched = |at: usize, byte: u8| {
+        let mut bytes = good();
+        bytes[at] = byte;
+        refusal(&seal(bytes))
+    };
+    let longer = [good(), vec![0]].concat();
+    let wrong = |stated, held| LoadError::WrongLength { stated, held };
+    let shifted = [vec![0; 2], good()].concat();
+    let aligned = AlignedBlob::from_bytes(&shifted);
+    vec![
+        (refusal(&good()[..15]), LoadError::NoHeader),
+        (refusal(&[]), LoadError::NoHeader),
+        (patched(0, b't'), LoadError::BadMagic),
+        (patched(4, 2), LoadError::UnknownVersion { found: 2 }),
+        (patched(5, 1), LoadError::UnknownVersion { found: 257 }),
+        (patched(6, 1), LoadError::ReservedNotZero),
+        (patched(7, 1), LoadError::ReservedNotZero),
+        (
+            refusal(&good()[..good().len() - 1]),
+            wrong(length, length - 1),
+        ),
+        (refusal(&longer), wrong(length, length + 1)),
+        (patched(8, (length + 1) as u8), wrong(length + 1, length)),
+        (
+            refusal(&[&good()[..8], &[15, 0, 0, 0, 0, 0, 0, 0]].concat()),
+            wrong(15, 16),
+        ),
+        (
+            refusal(&{
+                let mut bytes = good();
+                bytes[12] ^= 1;
+                bytes
+            }),
+            LoadError::BadChecksum,
+        ),
+        (
+            Small::decode(&aligned[2..]).unwrap_err(),
+            LoadError::Misaligned,
+        ),
+    ]
+}
+
+fn encoding_damages() -> Vec<(LoadError, LoadError)> {
+    let truncated = |part| LoadError::Truncated { part };
+    let malformed = |part| LoadError::Malformed { part };
+    let unknown = |part, found| LoadError::UnknownVariant { part, found };
+    let short = |draft: &Draft, keep: usize, extra: &[u8]| {
+        let (pieces, _) = pieces(draft);
+        let description = [&pieces[..keep].concat(), extra].concat();
+        // Without padding and samples, so that the end of the description is the end of the blob.
+        let mut bytes = [good()[..16].to_vec(), description].concat();
+        let length = bytes.len() as u32;
+        bytes[8..12].copy_from_slice(&length.to_le_bytes());
+        refusal(&seal(bytes))
+    };
+    let all = everything();
+    let cases = [
+        (0, Part::Machine),
+        (1, Part::Policy),
+        (2, Part::SampleCounts),
+        (3, Part::SampleCounts),
+        (4, Part::Axes),
+        (5, Part::Auxiliaries),
+        (6, Part::Banks),
+        (7, Part::Terms),
+        (8, Part::Grids),
+    ];
+    let mut list: Vec<_> = cases
+        .into_iter()
+        .map(|(keep, part)| (short(&all, keep, &[]), truncated(part)))
+        .collect();
+    let bank = |modulo: u8, direction: u8, interpolation: u8, format: u8| {
+        let fixed = (0_u8, 0.0_f32, 1.0_f32, 2_u32);
+        let rest = (
+            modulo,
+            direction,
+            interpolation,
+            format,
+            1_u16,
+            0_u32,
+            Vec::<f32>::new(),
+        );
+        replaced(6, &postcard::to_allocvec(&(1_u8, fixed, rest)).unwrap())
+    };
+    let auxiliary = |kind: u8, name: &str| {
+        replaced(
+            5,
+            &postcard::to_allocvec(&(1_u8, kind, name, 0.0_f32)).unwrap(),
+        )
+    };
+    list.extend([
+        (short(&all, 4, &[1]), truncated(Part::Axis(0))),
+        (short(&all, 5, &[1, 0]), truncated(Part::Auxiliary(0))),
+        (short(&all, 6, &[1, 0]), truncated(Part::Bank(0))),
+        (short(&all, 7, &[1, 0]), truncated(Part::Term(0))),
+        (short(&all, 8, &[1, 1, 0]), truncated(Part::Grid(0))),
+        (replaced(0, &[2, 0xff, 0xff]), malformed(Part::Machine)),
+        (replaced(2, &[0xff; 5]), malformed(Part::SampleCounts)),
+        (replaced(1, &[1]), unknown(Part::Policy, 1)),
+        (auxiliary(2, "t"), unknown(Part::Auxiliary(0), 2)),
+        (
+            auxiliary(0, "seventeen letters"),
+            malformed(Part::Auxiliary(0)),
+        ),
+        (bank(2, 0, 0, 0), malformed(Part::Bank(0))),
+        (bank(0, 3, 0, 0), unknown(Part::Bank(0), 3)),
+        (bank(0, 0, 2, 0), unknown(Part::Bank(0), 2)),
+        (bank(0, 0, 0, 2), unknown(Part::Bank(0), 2)),
+    ]);
+    list
+}
+
+fn capacity_damages() -> Vec<(LoadError, LoadError)> {
+    let small = |capacity, needed, held| LoadError::TooSmall {
+        capacity,
+        needed,
+        held,
+    };
+    let blob = everything().encode().unwrap();
+    vec![
+        (
+            Compensation::<'_, 2, 8, 16, 2>::decode(&blob).unwrap_err(),
+            small(Capacity::Axes, 3, 2),
+        ),
+        (
+            Compensation::<'_, 3, 4, 16, 2>::decode(&blob).unwrap_err(),
+            small(Capacity::Tables, 7, 4),
+        ),
+        (
+            Compensation::<'_, 3, 8, 9, 2>::decode(&blob).unwrap_err(),
+            small(Capacity::Terms, 10, 9),
+        ),
+        (
+            Compensation::<'_, 3, 8, 16, 1>::decode(&blob).unwrap_err(),
+            small(Capacity::Grids, 2, 1),
+        ),
+        (
+            drafted(|d| d.banks.push(bank(0, 0.0, 1.0, vec![vec![0.0; 2]; 300]))),
+            LoadError::TooManyTables { found: 307 },
+        ),
+        (
+            drafted(|d| d.auxiliaries = vec![d.auxiliaries[0].clone(); 9]),
+            LoadError::TooManyAuxiliaries { found: 9 },
+        ),
+        (
+            Compensation::<'_, 3, 8, 32, 2>::decode(&{
+                let mut draft = everything();
+                draft.terms = vec![adjustable(0, 1.0, [0.0, 1.0], &[]); 17];
+                let mut samples = Samples::default();
+                let wire = draft.wire(&mut samples).unwrap();
+                let wire = postcard::to_allocvec(&wire).unwrap();
+                AlignedBlob::from_bytes(&assemble(&wire, &samples).unwrap())
+            })
+            .unwrap_err(),
+            LoadError::TooManyAdjustable { term: 16 },
+        ),
+    ]
+}
+
+fn axis_damages() -> Vec<(LoadError, LoadError)> {
+    let mut list = vec![
+        (drafted(|d| d.axes.clear()), LoadError::NoAxes),
+        (
+            drafted(|d| d.axes[1].name = b'1'),
+            LoadError::AxisName { axis: 1 },
+        ),
+        (
+            drafted(|d| d.axes[1].name = 0xc4),
+            LoadError::AxisName { axis: 1 },
+        ),
+        (
+            drafted(|d| d.axes[2].name = b'X'),
+            LoadError::DuplicateAxis { axis: 2 },
+        ),
+        (
+            drafted(|d| d.auxiliaries[0].reference = f32::NAN),
+            LoadError::Reference { auxiliary: 0 },
+        ),
+    ];
+    let travels = [
+        [1.0, 1.0],
+        [1.0, -1.0],
+        [f32::NAN, 1.0],
+        [0.0, f32::NAN],
+        [0.0, f32::INFINITY],
+        [f32::NEG_INFINITY, 0.0],
+    ];
+    for travel in travels {
+        list.push((
+            drafted(|d| d.axes[1].travel = travel),
+            LoadError::Travel { axis: 1 },
+        ));
+    }
+    for bad in [0.0, -1.0, 1e-10, 1e10, f32::NAN, f32::INFINITY] {
+        list.extend([
+            (
+                drafted(|d| d.axes[0].value_bound = bad),
+                LoadError::ValueBound { axis: 0 },
+            ),
+            (
+                drafted(|d| d.axes[1].rate_bound = bad),
+                LoadError::RateBound { axis: 1 },
+            ),
+            (
+                drafted(|d| d.axes[2].ramp_rate = bad),
+                LoadError::RampRate { axis: 2 },
+            ),
+        ]);
+    }
+    for bad in [-1.0, 1e10, f32::NAN, f32::INFINITY] {
+        list.push((
+            drafted(|d| d.axes[0].hysteresis = bad),
+            LoadError::Hysteresis { axis: 0 },
+        ));
+    }
+    list
+}
+
+fn span_damages() -> Vec<(LoadError, LoadError)> {
+    let (b, g) = (Part::Bank(1), Part::Grid(0));
+    let mut list = vec![
+        (
+            drafted(|d| d.banks[1].input = 4),
+            LoadError::Input { part: b, input: 4 },
+        ),
+        (
+            drafted(|d| d.grids[0].axes[1].input = 9),
+            LoadError::Input { part: g, input: 9 },
+        ),
+        (
+            drafted(|d| {
+                d.banks[5].direction = Direction::Negative;
+            }),
+            LoadError::DirectionOfAuxiliary { bank: 5 },
+        ),
+        (
+            drafted(|d| d.banks[1].columns.clear()),
+            LoadError::EmptyBank { bank: 1 },
+        ),
+    ];
+    for bad in [0.0, -1.0, 1e-40, f32::NAN, f32::INFINITY] {
+        list.push((
+            drafted(|d| d.banks[1].step = bad),
+            LoadError::Step { part: b },
+        ));
+        list.push((
+            drafted(|d| d.grids[0].axes[2].step = bad),
+            LoadError::Step { part: g },
+        ));
+    }
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        list.push((
+            drafted(|d| d.banks[1].start = bad),
+            LoadError::Start { part: b },
+        ));
+        list.push((
+            drafted(|d| d.grids[0].axes[0].start = bad),
+            LoadError::Start { part: g },
+        ));
+    }
+    let far = |d: &mut Draft| (d.banks[1].start, d.banks[1].step) = (3e38, 2e37);
+    list.push((drafted(far), LoadError::Start { part: b }));
+    let turn = |d: &mut Draft| (d.banks[2].start, d.banks[2].step) = (-3e38, 1e38);
+    list.push((
+        drafted(turn),
+        LoadError::Period {
+            part: Part::Bank(2),
+        },
+    ));
+    for points in [0, 1, (1 << 24) + 1, u32::MAX] {
+        list.push((
+            wired(|_| (), |w| w.banks[1].bank.points = points),
+            LoadError::Points { part: b, points },
+        ));
+        list.push((
+            wired(|_| (), |w| w.grids[0].axes[1].points = points),
+            LoadError::Points { part: g, points },
+        ));
+    }
+    list
+}
+
+fn sample_damages() -> Vec<(LoadError, LoadError)> {
+    let bank = |n| Part::Bank(n);
+    let count = |part, found| LoadError::ScaleCount { part, found };
+    let mut list = vec![
+        (
+            wired(|_| (), |w| w.banks[1].scales.push(1.0)),
+            count(bank(1), 1),
+        ),
+        (
+            wired(|_| (), |w| w.banks[3].scales.clear()),
+            count(bank(3), 0),
+        ),
+        (
+            wired(|_| (), |w| w.grids[0].scales.push(1.0).unwrap()),
+            count(Part::Grid(0), 1),
+        ),
+        (
+            wired(|_| (), |w| w.grids[1].scales.clear()),
+            count(Part::Grid(1), 0),
+        ),
+        (
+            // Overlaps the bank before.
+            wired(|_| (), |w| w.banks[1].bank.first -= 1),
+            LoadError::SamplesMisplaced { part: bank(1) },
+        ),
+        (
+            wired(|_| (), |w| w.banks[4].bank.first += 1),
+            LoadError::SamplesMisplaced { part: bank(4) },
+        ),
+        (
+            wired(|_| (), |w| w.grids[1].first = 0),
+            LoadError::SamplesMisplaced {
+                part: Part::Grid(1),
+            },
+        ),
+        (
+            wired(|_| (), |w| w.grids[1].axes[0].points = 4),
+            LoadError::SamplesOutside {
+                part: Part::Grid(1),
+            },
+        ),
+        (
+            wired(|_| (), |w| w.banks[5].bank.points = 1 << 24),
+            LoadError::SamplesOutside { part: bank(5) },
+        ),
+        (
+            // The product of the counts is beyond 2⁶⁴ / 3.
+            wired(
+                |_| (),
+                |w| w.grids[0].axes.iter_mut().for_each(|a| a.points = 1 << 24),
+            ),
+            LoadError::SamplesOutside {
+                part: Part::Grid(0),
+            },
+        ),
+        (wired(|_| (), |w| w.floats += 1), LoadError::UnusedSamples),
+        (wired(|_| (), |w| w.shorts += 1), LoadError::UnusedSamples),
+        (
+            drafted(|d| d.banks[1].columns[1][3] = f32::NAN),
+            LoadError::TableSample { table: 2, point: 3 },
+        ),
+        (
+            drafted(|d| d.banks[1].columns[0][4] = f32::INFINITY),
+            LoadError::TableSample { table: 1, point: 4 },
+        ),
+        (
+            drafted(|d| d.grids[0].values[31] = f32::NEG_INFINITY),
+            LoadError::GridSample { grid: 0, node: 10 },
+        ),
+        (
+            drafted(|d| d.banks[1].columns[0][4] = 1.1e15),
+            LoadError::TableMagnitude { table: 1 },
+        ),
+        (
+            // The overshoot counts.
+            drafted(|d| d.banks[2].columns[0][1] = 0.9e15),
+            LoadError::TableMagnitude { table: 3 },
+        ),
+    ];
+    for bad in [0.0, -1.0, 1e-31, 1e10, f32::NAN] {
+        list.push((
+            wired(|_| (), |w| w.banks[3].scales[0] = bad),
+            LoadError::Scale {
+                part: bank(3),
+                index: 0,
+            },
+        ));
+        list.push((
+            wired(|_| (), |w| w.grids[1].scales[0] = bad),
+            LoadError::Scale {
+                part: Part::Grid(1),
+                index: 0,
+            },
+        ));
+    }
+    list
+}
+
+fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
+    let (pieces, samples) = pieces(&everything());
+    let padded = assemble(&pieces.concat(), &samples).unwrap();
+    let used = 16 + pieces.concat().len();
+    assert!(!used.is_multiple_of(32));
+    let longer = [&padded[..], &[0; 32]].concat();
+    let stated = padded.len() as u32 + 32;
+    let many: Vec<u8> =
+        postcard::to_allocvec(&(1_u8, 0_u8, 1.0_f32, None::<u8>, vec![0_u8; 7])).unwrap();
+    let grid =
+        |inputs: Vec<GridAxis>| replaced(8, &postcard::to_allocvec(&(1_u8, inputs)).unwrap());
+    let axis = everything().grids[0].axes[0];
+    let outputs = |list: &[u8]| {
+        replaced(
+            8,
+            &postcard::to_allocvec(&(1_u8, vec![axis], list)).unwrap(),
+        )
+    };
+    let bad_outputs = LoadError::GridOutputs { grid: 0 };
+    let mut list = vec![
+        (
+            drafted(|d| d.terms[4].output = 3),
+            LoadError::TermOutput { term: 4 },
+        ),
+        (
+            drafted(|d| d.terms[7].weight = 1.1),
+            LoadError::WeightOutsideLimits { term: 7 },
+        ),
+        (
+            replaced(7, &many),
+            LoadError::TooManyFactors { term: 0, found: 7 },
+        ),
+        (
+            drafted(|d| d.terms[1].factors[1] = 7),
+            LoadError::Factor { term: 1, table: 7 },
+        ),
+        (
+            drafted(|d| {
+                d.banks[1].columns[0][0] = 1e8;
+                d.terms[0] = term(0, 1e-20, &[1, 1, 1, 1]);
+                d.terms[1] = term(0, 1e-5, &[1, 1, 1]);
+            }),
+            LoadError::TermMagnitude { term: 1 },
+        ),
+        (
+            drafted(|d| d.terms[7] = adjustable(2, 0.0, [-2e15, 0.0], &[])),
+            LoadError::TermMagnitude { term: 7 },
+        ),
+        (
+            drafted(|d| {
+                d.terms[4].weight = 0.6e15;
+                d.terms[5] = term(1, -0.6e15, &[]);
+            }),
+            LoadError::OutputMagnitude { axis: 1 },
+        ),
+        (
+            drafted(|d| d.grids[0].values[2] = 1.1e15),
+            LoadError::OutputMagnitude { axis: 2 },
+        ),
+        (grid(vec![]), LoadError::GridInputs { grid: 0, found: 0 }),
+        (
+            grid(vec![axis; 4]),
+            LoadError::GridInputs { grid: 0, found: 4 },
+        ),
+        (outputs(&[]), bad_outputs),
+        (outputs(&[3]), bad_outputs),
+        (outputs(&[1, 1]), bad_outputs),
+        (outputs(&[0; 7]), bad_outputs),
+        (
+            refusal(&seal({
+                let mut bytes = padded.clone();
+                bytes[used] = 1;
+                bytes
+            })),
+            LoadError::PaddingNotZero,
+        ),
+        (
+            refusal(&seal({
+                let mut bytes = longer;
+                bytes[8..12].copy_from_slice(&stated.to_le_bytes());
+                bytes
+            })),
+            LoadError::SectionLength {
+                stated,
+                computed: u64::from(stated) - 32,
+            },
+        ),
+    ];
+    for bad in [f32::NAN, f32::INFINITY] {
+        list.push((
+            drafted(|d| d.terms[2].weight = bad),
+            LoadError::Weight { term: 2 },
+        ));
+        for limits in [[bad, 1.0], [-1.0, bad], [1.0, 0.0]] {
+            list.push((
+                drafted(|d| d.terms[7].limits = Some(limits)),
+                LoadError::Limits { term: 7 },
+            ));
+        }
+    }
+    list
+}
+
+#[test]
+fn every_damage_has_its_own_error_and_every_error_its_damage() {
+    let mut reached = BTreeSet::new();
+    let damages = [
+        header_damages(),
+        encoding_damages(),
+        capacity_damages(),
+        axis_damages(),
+        span_damages(),
+        sample_damages(),
+        term_and_grid_damages(),
+    ];
+    for (number, (found, expected)) in damages.concat().into_iter().enumerate() {
+        assert_eq!(found, expected, "damage {number}");
+        reached.insert(variant(found));
+    }
+    let missing: Vec<_> = ALL.iter().filter(|name| !reached.contains(*name)).collect();
+    assert!(missing.is_empty(), "without a damage: {missing:?}");
+}
+
+#[test]
+fn a_capacity_that_is_too_small_says_what_to_raise() {
+    let blob = everything().encode().unwrap();
+    let error = Compensation::<'_, 3, 4, 16, 2>::decode(&blob).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the compensation has 7 tables, this target holds 4: raise TABLES"
+    );
+}
+
+#[test]
+fn every_message_is_one_line_that_names_the_place() {
+    let damages = [span_damages(), sample_damages(), term_and_grid_damages()].concat();
+    for (error, _) in damages {
+        let message: String = error.to_string();
+        assert!(!message.contains('\n') && message.len() > 10);
+    }
+    let error = LoadError::Step {
+        part: Part::Bank(1),
+    };
+    assert_eq!(
+        error.to_string(),
+        "bank 1: the step must be positive and finite"
+    );
+}
+
+#[test]
+fn every_single_flipped_bit_is_detected() {
+    let good = good();
+    let mut blob = good.clone();
+    for bit in 0..good.len() * 8 {
+        blob[bit / 8] ^= 1 << (bit % 8);
+        assert!(
+            Small::decode(&AlignedBlob::from_bytes(&blob)).is_err(),
+            "bit {bit} of {}",
+            good.len() * 8
+        );
+        blob[bit / 8] ^= 1 << (bit % 8);
+    }
+    assert!(Small::decode(&AlignedBlob::from_bytes(&blob)).is_ok());
+}
+
+#[test]
+fn every_truncation_is_detected() {
+    let good = good();
+    for length in 0..good.len() {
+        assert!(Small::decode(&AlignedBlob::from_bytes(&good[..length])).is_err());
+    }
+}
+
+#[test]
+fn a_slot_may_be_longer_than_its_blob() {
+    let good = good();
+    let slot = AlignedBlob::from_bytes(&[good.clone(), vec![0xff; 777]].concat());
+    let mut c = Small::empty();
+    assert!(matches!(c.load(&slot), Err(LoadError::WrongLength { .. })));
+    c.load_slot(&slot).unwrap();
+    assert_eq!(c.blob_len(), good.len());
+    assert!(c.load_slot(&slot[..good.len() - 4]).is_err());
+    assert_eq!(c.blob_len(), 0);
+}
+
+#[test]
+fn what_is_refused_leaves_nothing_behind() {
+    let blob = everything().encode().unwrap();
+    let mut damaged = everything();
+    damaged.terms[9].weight = f32::NAN;
+    let mut samples = Samples::default();
+    let wire = postcard::to_allocvec(&damaged.wire(&mut samples).unwrap()).unwrap();
+    let damaged = AlignedBlob::from_bytes(&assemble(&wire, &samples).unwrap());
+    let mut c = Small::empty();
+    c.load(&blob).unwrap();
+    assert_eq!(c.load(&damaged), Err(LoadError::Weight { term: 9 }));
+    assert!(c.axes().is_empty() && c.terms().len() == 0 && c.samples() == 0);
+    assert_eq!(c.weights(), Small::empty().weights());
+    let inputs = Inputs::at([1.0, 2.0, 3.0]);
+    let found = c.evaluate(&inputs, &Travelling::default(), &c.weights());
+    assert_eq!(found, [0.0; 3]);
+    // And it can be used again.
+    c.load(&blob).unwrap();
+    let fresh = Small::decode(&blob).unwrap();
+    assert_eq!(
+        c.evaluate(&inputs, &Travelling::default(), &c.weights()),
+        fresh.evaluate(&inputs, &Travelling::default(), &fresh.weights())
+    );
+}
+
+#[test]
+fn inputs_of_inactive_terms_are_not_used() {
+    let mut draft = bare();
+    draft.banks = vec![
+        bank(0, 0.0, 1.0, vec![vec![0.0, 1.0]]),
+        bank(1, 0.0, 1.0, vec![vec![0.0, 1.0]]),
+        bank(2, 0.0, 1.0, vec![vec![0.0, 1.0]]),
+    ];
+    draft.terms = vec![term(0, 0.0, &[0]), adjustable(0, 0.0, [0.0, 1.0], &[1])];
+    let blob = draft.encode().unwrap();
+    assert_eq!(Small::decode(&blob).unwrap().inputs_used(), 0b010);
+}
+
+/// The bytes of version 1 do not change: files written once stay readable.
+#[test]
+fn the_smallest_blob_is_written_as_specified() {
+    let mut draft = Draft {
+        machine: "m".to_string(),
+        ..bare()
+    };
+    draft.axes.truncate(1);
+    draft.banks = vec![bank(0, -1.0, 2.0, vec![vec![0.5, -0.5]])];
+    draft.terms = vec![term(0, 1.0, &[0])];
+    let blob = draft.encode().unwrap();
+    let float = |v: f32| v.to_le_bytes().to_vec();
+    let description = [
+        vec![1, b'm', 0, 2, 0, 1, b'X'],
+        float(-1000.0),
+        float(1000.0),
+        float(1.0),
+        float(10.0),
+        float(0.01),
+        float(0.5),
+        vec![0, 1, 0],
+        float(-1.0),
+        float(2.0),
+        vec![2, 0, 0, 0, 0, 1, 0, 0, 1, 0],
+        float(1.0),
+        vec![0, 1, 0, 0],
+    ]
+    .concat();
+    assert_eq!(&blob[..12], b"TRAX\x01\0\0\0\x68\0\0\0");
+    assert_eq!(&blob[16..16 + description.len()], &description[..]);
+    assert!(blob[16 + description.len()..96].iter().all(|&b| b == 0));
+    assert_eq!(blob[96..], [float(0.5), float(-0.5)].concat());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 20_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Evaluation in debug builds checks its own invariants, so this covers them too.
+    #[test]
+    fn whatever_the_bytes_they_are_refused_or_give_finite_corrections(
+        damage in prop::collection::vec((any::<prop::sample::Index>(), prop_oneof![any::<u8>(), 0_u8..8]), 1..6),
+        at in prop::array::uniform3(prop_oneof![-200.0_f32..200.0, any::<f32>()]),
+    ) {
+        let mut bytes = good();
+        for (index, byte) in damage {
+            let place = 16 + index.index(bytes.len() - 16);
+            bytes[place] = byte;
+        }
+        let blob = AlignedBlob::from_bytes(&seal(bytes));
+        if let Ok(c) = Small::decode(&blob) {
+            for travel in [Travel::Unknown, Travel::Positive, Travel::Negative] {
+                let found = c.evaluate(&Inputs::at(at), &Travelling([travel; 3]), &c.weights());
+                prop_assert!(found.iter().all(|v| v.is_finite()), "{:?}", found);
+            }
+        }
+    }
+}
