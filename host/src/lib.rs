@@ -1,9 +1,12 @@
 //! From measured geometric errors of a machine tool to the fewest compensation tables that null them.
 #![forbid(unsafe_code)]
 
+pub mod compile;
 pub mod errors;
+pub mod formats;
 pub mod kinematics;
 pub mod machine;
+pub mod motion;
 pub mod schemes;
 pub mod source;
 pub mod validate;

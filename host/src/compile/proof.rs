@@ -1,0 +1,167 @@
+//! What a blob does to the volumetric error, on fresh random positions.
+
+use super::{CompileError, Progress, check_calibrated};
+use crate::errors::{ErrorModel, Switches};
+use crate::kinematics::{Kinematics, NotConverged};
+use crate::machine::{Machine, PerAxis};
+use crate::validate::{
+    Command, Region, Runtime, Verification, is_calibrated, is_partly_calibrated, random_commands, verify,
+};
+use rayon::prelude::*;
+use serde::Serialize;
+use trueaxis::AuxiliaryKind;
+
+/// Change of tool length (mm) with which the sensitivity is measured.
+const LENGTH_CHANGE: f64 = 10.0;
+/// Positions at which it is.
+const LENGTH_POSITIONS: usize = 1000;
+/// Keeps the positions of a verification apart from those with which bounds were found.
+const FRESH: u64 = 0x00f0_0d00;
+
+/// What a compensation does.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Proof {
+    /// Over the whole travel.
+    #[serde(flatten)]
+    pub travel: Verification,
+    /// Inside the calibrated ranges, if they leave out a part of the travel.
+    pub inside: Option<Verification>,
+    /// Outside them.
+    pub outside: Option<Verification>,
+    /// Translational error per mm that the tool is longer or shorter (µm/mm), where the tool
+    /// length is not an input.
+    pub um_per_mm_of_tool_length: Option<f64>,
+}
+
+impl Proof {
+    /// Where the tolerance must hold: inside the calibrated ranges.
+    #[must_use]
+    pub fn inside(&self) -> &Verification {
+        self.inside.as_ref().unwrap_or(&self.travel)
+    }
+
+    /// True if the tables differ from the kinematic correction by at most `um` µm and as many
+    /// µrad inside the calibrated ranges.
+    #[must_use]
+    pub fn meets(&self, um: f64) -> bool {
+        self.inside().difference_um <= um && self.inside().difference_urad <= um
+    }
+}
+
+/// A blob that was made for something else.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the blob was made for {blob}, not for {machine}")]
+pub struct Mismatch {
+    /// What the blob says.
+    pub blob: String,
+    /// What the machine and its errors say.
+    pub machine: String,
+}
+
+/// Checks that a blob was made for this machine: name, axes in order, auxiliary inputs.
+///
+/// # Errors
+/// [`Mismatch`] with the first difference.
+pub fn belongs(machine: &Machine, errors: &ErrorModel, runtime: &Runtime<'_>) -> Result<(), Mismatch> {
+    let compensation = runtime.compensation();
+    let differ = |what: &str, blob: String, machine: String| {
+        if blob == machine {
+            return Ok(());
+        }
+        let show = |s: String| if s.is_empty() { format!("no {what}") } else { format!("{what} {s}") };
+        Err(Mismatch { blob: show(blob), machine: show(machine) })
+    };
+    differ("the machine", format!("`{}`", compensation.machine()), format!("`{}`", machine.name))?;
+    let axes: String = compensation.axes().iter().map(|a| char::from(a.name)).collect();
+    differ("the axes", axes, machine.axes.iter().map(|a| a.letter.char()).collect())?;
+    let auxiliaries: Vec<String> = compensation
+        .auxiliaries()
+        .iter()
+        .map(|a| match a.kind {
+            AuxiliaryKind::ToolLength => "the tool length".to_owned(),
+            AuxiliaryKind::Temperature => format!("sensor `{}`", a.name),
+        })
+        .collect();
+    let length = machine.length_range.map(|_| "the tool length".to_owned());
+    let sensors = errors.sensors.iter().map(|s| format!("sensor `{}`", s.sensor));
+    let wanted: Vec<String> = length.into_iter().chain(sensors).collect();
+    differ("auxiliary inputs", auxiliaries.join(", "), wanted.join(", "))
+}
+
+/// Compares a blob with the exact model at `random` positions of each region; `zero` (mm, rad) is
+/// what was subtracted from its tables ([`super::zero`]).
+///
+/// # Errors
+/// [`CompileError`] where the kinematic correction fails or nothing is calibrated.
+pub fn prove(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    random: usize,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Proof, CompileError> {
+    check_calibrated(machine, errors)?;
+    let over = |commands: &[Command]| {
+        progress.stage("verifying", commands.len());
+        verify(machine, errors, runtime, zero, commands, || progress.step())
+    };
+    let commands = random_commands(machine, errors, Region::Travel, random, seed ^ FRESH)?;
+    let travel = over(&commands)?;
+    let (mut inside, mut outside) = (None, None);
+    if is_partly_calibrated(machine, errors) {
+        let within = random_commands(machine, errors, Region::Inside, random, seed ^ FRESH ^ 1)?;
+        inside = Some(over(&within)?);
+        // Those of the whole travel that are not inside: as many as their share of it.
+        let mut without = Vec::new();
+        let kinematics = Kinematics::new(machine, errors);
+        for command in commands {
+            let (q, situation) = command.kinematic(machine);
+            let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+            let corrected = std::array::from_fn(|i| q[i] + dq[i]);
+            if !(is_calibrated(machine, errors, &q) && is_calibrated(machine, errors, &corrected)) {
+                without.push(command);
+            }
+        }
+        outside = (!without.is_empty()).then(|| over(&without)).transpose()?;
+    }
+    let um_per_mm_of_tool_length = match machine.length_range {
+        Some(_) => None,
+        None => Some(length_sensitivity(machine, errors, runtime, zero, seed)?),
+    };
+    Ok(Proof { travel, inside, outside, um_per_mm_of_tool_length })
+}
+
+/// Largest change of the translational error (µm) per mm of tool length, with corrections for
+/// the machine's own tool.
+fn length_sensitivity(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    seed: u64,
+) -> Result<f64, NotConverged> {
+    let kinematics = Kinematics::new(machine, errors);
+    let own = machine.tool_length();
+    let shorter = (own - LENGTH_CHANGE).max(0.0);
+    let longer = shorter + 2.0 * LENGTH_CHANGE;
+    let commands = random_commands(machine, errors, Region::Travel, LENGTH_POSITIONS, seed ^ FRESH ^ 2)?;
+    Ok(commands
+        .par_iter()
+        .map(|command| {
+            let (q, situation) = command.kinematic(machine);
+            let table: Vec<f64> = runtime.evaluate(command).iter().map(|c| f64::from(*c)).collect();
+            let mut dq = machine.to_kinematic(&table);
+            for (d, z) in dq.iter_mut().zip(zero) {
+                *d += z;
+            }
+            let error = |length: f64| {
+                let mut situation = situation;
+                situation.length = Some(length);
+                kinematics.volumetric_error(&q, &dq, &situation).t
+            };
+            (error(longer) - error(shorter)).norm() * 1e3 / (longer - shorter)
+        })
+        .reduce(|| 0.0, f64::max))
+}

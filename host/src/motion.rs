@@ -1,0 +1,117 @@
+//! Rows of positions as a motion: their order gives the direction of travel of every axis.
+
+use crate::errors::{ErrorModel, Situation, Switches};
+use crate::kinematics::{Kinematics, NotConverged};
+use crate::machine::Machine;
+use trueaxis::{AUXILIARIES, Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
+
+/// The most axes a blob may have.
+const MOST_AXES: usize = 16;
+
+/// A position that a modulo table cannot resolve.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("row {row}: {value} is more than {MOST_PERIODS} turns away from zero on {name}")]
+pub struct TooFar {
+    /// Row, counted from 1 below the header.
+    pub row: usize,
+    /// The axis.
+    pub name: char,
+    /// The position given.
+    pub value: f64,
+}
+
+/// One period (degrees) if the tables of an axis wrap, else 0.
+fn period(compensation: &Largest<'_>, axis: usize) -> f32 {
+    let banks = compensation.banks().iter();
+    let grids = compensation.grids().iter().flat_map(|g| &g.axes);
+    banks
+        .map(|b| (b.input, b.points, b.step, b.modulo))
+        .chain(grids.map(|a| (a.input, a.points, a.step, a.modulo)))
+        .filter(|&(input, .., modulo)| modulo && usize::from(input) == axis)
+        .map(|(_, points, step, _)| points as f32 * step)
+        .fold(0.0, |longest, period| if period > longest { period } else { longest })
+}
+
+/// Corrections (mm, deg) of a compensation along a motion, before any guard rail.
+///
+/// Each row holds the axes, then the auxiliaries, in the compensation's order. Directions are
+/// followed as the runtime does, with the hysteresis of the blob: unknown until an axis has moved.
+///
+/// # Errors
+/// [`TooFar`] where f32 could not tell the position within a turn; the runtime calls it a fault.
+pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec<f32>>, TooFar> {
+    let axes = compensation.axes();
+    let mut reversals = [Reversal::new(); MOST_AXES];
+    let periods: Vec<f32> = (0..axes.len()).map(|i| period(compensation, i)).collect();
+    let mut corrections = Vec::with_capacity(rows.len());
+    for (row, values) in rows.iter().enumerate() {
+        let mut inputs = Inputs::<MOST_AXES>::at([0.0; MOST_AXES]);
+        let mut travelling = Travelling([Travel::Unknown; MOST_AXES]);
+        for (i, axis) in axes.iter().enumerate() {
+            let q = values[i] as f32;
+            if periods[i] > 0.0 && q.abs() > MOST_PERIODS * periods[i] {
+                return Err(TooFar { row: row + 1, name: char::from(axis.name), value: values[i] });
+            }
+            inputs.axes[i] = q;
+            travelling.0[i] = reversals[i].update(q, axis.hysteresis, periods[i]);
+        }
+        for (auxiliary, value) in inputs.auxiliaries.iter_mut().zip(&values[axes.len()..]) {
+            *auxiliary = *value as f32;
+        }
+        let all = compensation.evaluate(&inputs, &travelling, &compensation.weights());
+        corrections.push(all[..axes.len()].to_vec());
+    }
+    Ok(corrections)
+}
+
+/// Exact kinematic corrections (mm, deg) along a motion.
+///
+/// Each row holds the axes, the tool length (mm) if it is an input of the machine, then the
+/// sensors (K from their reference). Directions are followed as [`evaluate`] does.
+///
+/// # Errors
+/// [`NotConverged`], with the row counted from 1.
+pub fn correct(machine: &Machine, errors: &ErrorModel, rows: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, (usize, NotConverged)> {
+    let kinematics = Kinematics::new(machine, errors);
+    let n = machine.axes.len();
+    let with_length = usize::from(machine.length_range.is_some());
+    let mut reversals = [Reversal::new(); MOST_AXES];
+    let mut corrections = Vec::with_capacity(rows.len());
+    for (row, values) in rows.iter().enumerate() {
+        let mut situation = Situation::default();
+        for (i, axis) in machine.axes.iter().enumerate() {
+            let period = if axis.modulo { 360.0 } else { 0.0 };
+            let travel = reversals[i].update(values[i] as f32, axis.hysteresis as f32, period);
+            situation.sign[i] = match travel {
+                Travel::Positive => 1.0,
+                Travel::Negative => -1.0,
+                Travel::Unknown => 0.0,
+            };
+        }
+        if with_length == 1 {
+            situation.length = Some(values[n]);
+        }
+        for (kelvin, value) in situation.kelvin.iter_mut().zip(&values[n + with_length..]) {
+            *kelvin = *value;
+        }
+        let q = machine.to_kinematic(&within_a_turn(machine, &values[..n]));
+        let dq = kinematics
+            .correction(&q, &situation, &Switches::ALL)
+            .map_err(|error| (row + 1, error))?
+            .dq;
+        corrections.push(machine.to_command(&dq)[..n].to_vec());
+    }
+    Ok(corrections)
+}
+
+/// Positions of modulo axes reduced into their travel, where their error motions are described.
+fn within_a_turn(machine: &Machine, position: &[f64]) -> Vec<f64> {
+    let axes = machine.axes.iter().zip(position);
+    axes.map(|(axis, &q)| {
+        let [low, high] = axis.travel;
+        if axis.modulo { low + (q - low).rem_euclid(high - low) } else { q }
+    })
+    .collect()
+}
+
+const _: () = assert!(AUXILIARIES > crate::errors::MAX_SENSORS, "a tool length and all sensors fit");
