@@ -1,0 +1,42 @@
+//! `trueaxis correct`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::eval::Along;
+use super::files::MachineFiles;
+use clap::Args;
+use trueaxis_host::formats::positions::Input;
+use trueaxis_host::motion;
+
+/// Compute the exact kinematic correction at positions, without tables
+///
+/// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
+/// machine file. Corrections are dX,dY,… in the order of the machine's axes.
+#[derive(Args)]
+#[command(after_help = "Example:\n  trueaxis correct machine.toml errors.toml --positions path.csv -o corrections.csv\n\n\
+Positions: a header with the axis letters in any order, further inputs by name: `tool length` or\n\
+`length` (mm) if the machine has length_range_mm, the temperature sensors of the error file by their\n\
+name (K from their reference). One position per line, mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90")]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    #[command(flatten)]
+    along: Along,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments { files, along } = arguments;
+    let (machine, errors) = files.read()?;
+    let sensors = errors.sensors.iter().map(|s| s.sensor.as_str());
+    let inputs = Input::of_machine(&machine, sensors);
+    let rows = along.read(&inputs, &[&files.machine, &files.errors])?;
+    let corrections = motion::correct(&machine, &errors, &rows).map_err(|(row, error)| {
+        BadInput::new(
+            format!("{}, position {row}: {error}", along.positions.display()),
+            "check that the position is within the travel, and the units of the error parameters (mm and rad)",
+        )
+    })?;
+    let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
+    along.write(&letters, &corrections)
+}

@@ -1,0 +1,103 @@
+//! `trueaxis eval`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use trueaxis_host::formats::positions::{self, Input};
+use trueaxis_host::motion;
+use trueaxis_host::validate::Runtime;
+
+/// Evaluate a compensation at positions, as the controller does
+///
+/// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
+/// blob. Corrections are those before the guard rails, dX,dY,… in the order of the blob's axes.
+#[derive(Args)]
+#[command(after_help = "Example:\n  trueaxis eval machine.trax --positions path.csv -o corrections.csv\n\n\
+Positions: a header with the axis letters in any order, further inputs by name: `tool length` or\n\
+`length` (mm), temperature sensors by their name (K from their reference). One position per line,\n\
+mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90")]
+pub struct Arguments {
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    #[command(flatten)]
+    along: Along,
+}
+
+/// Where positions come from and corrections go to.
+#[derive(Args)]
+pub struct Along {
+    /// Positions (CSV)
+    #[arg(long, value_name = "P.csv")]
+    pub positions: PathBuf,
+    /// Where to write the corrections (CSV; default: standard output)
+    #[arg(short, long, value_name = "OUT.csv")]
+    pub output: Option<PathBuf>,
+    /// Print JSON: the corrections, or with -o what was written
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Serialize)]
+struct Corrections<'a, T> {
+    axes: &'a [char],
+    corrections: &'a [Vec<T>],
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    file: &'a Path,
+    rows: usize,
+}
+
+impl Along {
+    /// Reads the positions, each row in the order of `inputs`; `others` are further input files.
+    pub fn read(&self, inputs: &[Input], others: &[&Path]) -> Result<Vec<Vec<f64>>, BadInput> {
+        if let Some(output) = &self.output {
+            files::refuse_overwriting(output, others)?;
+            files::refuse_overwriting(output, &[&self.positions])?;
+        }
+        let text = Text::read(&self.positions)?;
+        positions::read(&text.text, inputs).map_err(|e| text.bad(e))
+    }
+
+    /// Writes the corrections where they are wanted.
+    pub fn write<T: Display + Serialize>(&self, letters: &[char], corrections: &[Vec<T>]) -> Result<Outcome, BadInput> {
+        match &self.output {
+            None if self.json => files::print_json(&Corrections { axes: letters, corrections })?,
+            None => files::print(&positions::write(letters, corrections))?,
+            Some(path) => {
+                files::write(path, positions::write(letters, corrections).as_bytes())?;
+                let rows = corrections.len();
+                if self.json {
+                    files::print_json(&Written { file: path, rows })?;
+                } else {
+                    files::print(&format!("{}: corrections of {rows} positions\n", path.display()))?;
+                }
+            }
+        }
+        Ok(Outcome::Done)
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments { blob: path, along } = arguments;
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    let compensation = runtime.compensation();
+    let inputs = Input::of_compensation(compensation.axes(), compensation.auxiliaries());
+    let rows = along.read(&inputs, &[path])?;
+    let corrections = motion::evaluate(compensation, &rows).map_err(|error| {
+        BadInput::new(
+            format!("{}: {error}", along.positions.display()),
+            "reduce the positions of this axis into a few turns",
+        )
+    })?;
+    let letters: Vec<char> = compensation.axes().iter().map(|a| char::from(a.name)).collect();
+    along.write(&letters, &corrections)
+}

@@ -1,0 +1,145 @@
+//! Reading files, and writing them so that nobody ever sees half of one.
+
+use super::bad_input::BadInput;
+use clap::Args;
+use serde::Serialize;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use trueaxis::AlignedBlob;
+use trueaxis_host::errors::ErrorModel;
+use trueaxis_host::machine::Machine;
+use trueaxis_host::source::FileError;
+
+/// A text file with its name.
+pub struct Text {
+    /// As the user gave it.
+    pub name: String,
+    /// All of it.
+    pub text: String,
+}
+
+impl Text {
+    /// Reads a whole file.
+    pub fn read(path: &Path) -> Result<Self, BadInput> {
+        let name = path.display().to_string();
+        let bytes = read_bytes(path)?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..valid].iter().filter(|b| **b == b'\n').count() + 1;
+            BadInput::new(format!("{name}, line {line}: this is no UTF-8 text"), "save the file as UTF-8 text")
+        })?;
+        Ok(Self { name, text })
+    }
+
+    /// Shows an error at its place in this text.
+    pub fn bad(&self, error: FileError) -> BadInput {
+        BadInput::in_text(error, self)
+    }
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
+    std::fs::read(path).map_err(|error| {
+        let remedy = match error.kind() {
+            ErrorKind::NotFound => "check the path; files are looked for from the current folder",
+            ErrorKind::PermissionDenied => "make the file readable",
+            _ => "give the path of a readable file",
+        };
+        BadInput::new(format!("{}: cannot be read: {error}", path.display()), remedy)
+    })
+}
+
+/// Reads a blob into aligned memory, as it would lie in flash.
+pub fn read_blob(path: &Path) -> Result<AlignedBlob, BadInput> {
+    Ok(AlignedBlob::from_bytes(&read_bytes(path)?))
+}
+
+/// The two files that describe a machine.
+#[derive(Args)]
+pub struct MachineFiles {
+    /// Machine description (machine.toml)
+    pub machine: PathBuf,
+    /// Error parameters (errors.toml)
+    pub errors: PathBuf,
+}
+
+impl MachineFiles {
+    /// Reads and checks both.
+    pub fn read(&self) -> Result<(Machine, ErrorModel), BadInput> {
+        let text = Text::read(&self.machine)?;
+        let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
+        let text = Text::read(&self.errors)?;
+        let errors = ErrorModel::from_toml(&text.text, &machine).map_err(|e| text.bad(e))?;
+        Ok((machine, errors))
+    }
+}
+
+/// Refuses to write over a file that is read.
+pub fn refuse_overwriting(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
+    let real = |path: &Path| path.canonicalize().ok();
+    let written = real(output);
+    match inputs.iter().find(|input| written.is_some() && real(input) == written) {
+        Some(input) => Err(BadInput::new(
+            format!("the output {} is the input {}", output.display(), input.display()),
+            "give -o another name",
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Writes a file as a whole: into a temporary file beside it, which then takes its place. If
+/// anything fails or the program is interrupted, the old file stays as it was.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
+    write_beside(path, bytes).map_err(|error| {
+        BadInput::new(
+            format!("{}: cannot be written: {error}", path.display()),
+            "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
+        )
+    })
+}
+
+fn write_beside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    match std::fs::metadata(path) {
+        Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
+        // A device or a pipe cannot be replaced, and has no old content to lose.
+        Ok(found) if !found.is_file() => return std::fs::write(path, bytes),
+        _ => {}
+    }
+    // Through a symbolic link the file that it names is replaced, not the link.
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".trueaxis-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As any new file, less what the umask takes away.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(&path)?;
+    Ok(())
+}
+
+/// Writes to standard output; a reader that has gone away is no error.
+pub fn print(text: &str) -> Result<(), BadInput> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(BadInput::new(
+            format!("standard output cannot be written: {error}"),
+            "check where it is redirected to",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Writes an answer for programs to standard output.
+pub fn print_json(value: &impl Serialize) -> Result<(), BadInput> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|error| BadInput::new(format!("the answer cannot be written as JSON: {error}"), "leave out --json"))?;
+    print(&(text + "\n"))
+}

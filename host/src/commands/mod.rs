@@ -1,0 +1,73 @@
+//! The commands: each reads files, calls the library, writes files, says what it did.
+
+mod bad_input;
+mod compile;
+mod correct;
+mod eval;
+mod files;
+mod inspect;
+mod progress;
+mod screen;
+mod verify;
+
+use bad_input::BadInput;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Makes a machine tool as accurate as its measurements allow, with tables.
+///
+/// Files: machine.toml describes the machine, errors.toml its error parameters (mm, rad), a .trax
+/// file holds a compensation. Positions and corrections are in mm and degrees.
+///
+/// Exit codes: 0 done, 1 a check did not hold, 2 bad input.
+#[derive(Parser)]
+#[command(name = "trueaxis", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Compile(compile::Arguments),
+    Verify(verify::Arguments),
+    Inspect(inspect::Arguments),
+    Eval(eval::Arguments),
+    Correct(correct::Arguments),
+}
+
+/// How a command ended that had good input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Exit code 0.
+    Done,
+    /// Exit code 1.
+    CheckFailed,
+}
+
+/// Reads the arguments, runs the command, shows what is wrong.
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Compile(arguments) => compile::run(&arguments),
+        Command::Verify(arguments) => verify::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Eval(arguments) => eval::run(&arguments),
+        Command::Correct(arguments) => correct::run(&arguments),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        Err(bad) => {
+            show(bad);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn show(bad: BadInput) {
+    // Fails only if called twice; the default look is then good enough.
+    let _ = miette::set_hook(Box::new(|_| {
+        Box::new(miette::MietteHandlerOpts::new().terminal_links(false).width(100).build())
+    }));
+    eprintln!("{:?}", miette::Report::new(bad));
+}

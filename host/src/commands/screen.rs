@@ -1,0 +1,96 @@
+//! What people read: results on one screen.
+
+use std::fmt::Write;
+use trueaxis_host::compile::{AxisBounds, Proof, Size};
+use trueaxis_host::validate::{Quality, Statistics, Verification};
+
+/// Volumetric errors before and after, in each region that differs.
+pub fn quality(proof: &Proof) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "volumetric error{:>28}{:>34}", "translation (µm)", "tool direction (µrad)");
+    let _ = writeln!(text, "{:22}{}    {}", "", heads(), heads());
+    match (&proof.inside, &proof.outside) {
+        (None, None) => region(&mut text, "whole travel", &proof.travel),
+        (inside, outside) => {
+            for (name, verification) in [("inside the calibrated range", inside), ("outside of it", outside)] {
+                if let Some(verification) = verification {
+                    region(&mut text, name, verification);
+                }
+            }
+        }
+    }
+    text
+}
+
+fn heads() -> String {
+    format!("{:>9} {:>9} {:>9}", "mean", "rms", "max")
+}
+
+fn region(text: &mut String, name: &str, verification: &Verification) {
+    let _ = writeln!(text, "{name}, {} random positions", verification.positions);
+    for (what, quality) in [
+        ("before", &verification.before),
+        ("tables", &verification.after),
+        ("kinematic correction", &verification.kinematic),
+    ] {
+        let _ = writeln!(text, "{:22}{}", format!("  {what}"), row(quality));
+    }
+    let place: Vec<String> = verification.worst_at.iter().map(|q| format!("{q:.1}")).collect();
+    let _ = writeln!(
+        text,
+        "  tables differ from the kinematic correction by at most {} µm and {} µrad (worst at {})",
+        number(verification.difference_um),
+        number(verification.difference_urad),
+        place.join(", ")
+    );
+}
+
+fn row(quality: &Quality) -> String {
+    let three = |s: &Statistics| format!("{:>9} {:>9} {:>9}", number(s.mean), number(s.rms), number(s.max));
+    format!("{}    {}", three(&quality.translation_um), three(&quality.direction_urad))
+}
+
+/// Four decimals below 1, fewer above: nobody reads more.
+pub fn number(value: f64) -> String {
+    let digits = match value.abs() {
+        v if v < 1.0 => 4,
+        v if v < 100.0 => 2,
+        _ => 1,
+    };
+    format!("{value:.digits$}")
+}
+
+/// Tables, terms, samples, bytes.
+pub fn size(size: &Size) -> String {
+    let Size { tables, banks, terms, grids, samples, bytes } = size;
+    let grids = match grids {
+        0 => String::new(),
+        n => format!(", {n} grids"),
+    };
+    format!("{tables} tables in {banks} banks, {terms} terms{grids}, {samples} samples, {bytes} bytes\n")
+}
+
+/// The largest correction of each axis against its bounds.
+pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
+    let mut text = String::from("axis   largest correction         bound         rate bound\n");
+    for (bound, verified) in bounds.iter().zip(verified) {
+        let AxisBounds { axis, unit, largest, value_bound, rate_bound, .. } = bound;
+        let largest = largest.max(*verified);
+        let _ = writeln!(
+            text,
+            "{axis:<6} {largest:>14.5} {unit:<3} {value_bound:>13.5} {unit:<3} {rate_bound:>10.3} {unit}/s"
+        );
+    }
+    text
+}
+
+/// What another tool does.
+pub fn tool_length(proof: &Proof) -> String {
+    match proof.um_per_mm_of_tool_length {
+        Some(um) => format!(
+            "{} µm of error per mm of tool length: the length is no input (length_range_mm makes it one)\n",
+            number(um)
+        ),
+        None => String::new(),
+    }
+}

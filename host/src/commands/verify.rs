@@ -1,0 +1,96 @@
+//! `trueaxis verify`
+
+use super::bad_input::BadInput;
+use super::compile::{Random, positive, zero_position};
+use super::files::{self, MachineFiles};
+use super::progress::Bar;
+use super::{Outcome, screen};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_host::compile::{self, CompileError, Proof, Size};
+use trueaxis_host::validate::Runtime;
+
+/// Compare a compensation with the exact model at random positions
+///
+/// Evaluates the blob with the runtime over the whole travel, with random directions of travel,
+/// tool lengths and temperatures. Exits with 1 if the tolerance is not met inside the calibrated
+/// range.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis verify machine.toml errors.toml machine.trax --random 100000 --seed 7 --json"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    #[command(flatten)]
+    random: Random,
+    /// Largest difference to the kinematic correction that passes: µm, and as many µrad
+    #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
+    tolerance: f64,
+    /// The position that `compile` was given with --zero-at
+    #[arg(long, value_name = "X=0,Y=0,…")]
+    zero_at: Option<String>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The answer for programs.
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    machine: &'a str,
+    tolerance_um: f64,
+    tolerance_urad: f64,
+    meets_tolerance: bool,
+    #[serde(flatten)]
+    size: Size,
+    #[serde(flatten)]
+    proof: &'a Proof,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments { files, blob: path, tolerance, .. } = arguments;
+    let (machine, errors) = files.read()?;
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    compile::belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+    let zero_at = arguments.zero_at.as_deref().map(|text| zero_position(text, &machine)).transpose()?;
+    let zero = compile::zero(&machine, &errors, zero_at.as_deref()).map_err(CompileError::from)?;
+    let bar = Bar::new();
+    let Random { random, seed } = arguments.random;
+    let proof = compile::prove(&machine, &errors, &runtime, &zero, random as usize, seed, &bar)?;
+    drop(bar);
+    let meets = proof.meets(*tolerance);
+    let size = Size::of(&runtime);
+    if arguments.json {
+        files::print_json(&Answer {
+            file: path,
+            machine: &machine.name,
+            tolerance_um: *tolerance,
+            tolerance_urad: *tolerance,
+            meets_tolerance: meets,
+            size,
+            proof: &proof,
+        })?;
+    } else {
+        let title = format!("{}: {}\n", path.display(), machine.name);
+        let text = title + &screen::size(&size) + "\n" + &screen::quality(&proof) + &screen::tool_length(&proof);
+        files::print(&text)?;
+    }
+    if meets {
+        return Ok(Outcome::Done);
+    }
+    let inside = proof.inside();
+    eprintln!(
+        "the tolerance of {tolerance} µm and µrad is not met: the difference is {} µm and {} µrad",
+        screen::number(inside.difference_um),
+        screen::number(inside.difference_urad)
+    );
+    Ok(Outcome::CheckFailed)
+}
