@@ -1,0 +1,221 @@
+//! What the fuzz targets share: arbitrary bytes become blobs that get past the header, drafts that
+//! encode, and numbers with any bits.
+#![forbid(unsafe_code)]
+
+use trueaxis::{
+    AUXILIARIES, AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Compensation, Direction, Draft,
+    DraftBank, DraftGrid, FACTORS, GridAxis, HEADER, Interpolation, LoadError, MAGIC, Policy,
+    SampleFormat, Term, VERSION,
+};
+
+/// Large enough for every seed and for what the fuzzer makes of them.
+pub type Fuzzed<'a> = Compensation<'a, 8, 32, 64, 2>;
+
+/// The input, read from front to back; zeros after its end.
+pub struct Bytes<'a>(pub &'a [u8]);
+
+impl Bytes<'_> {
+    pub fn byte(&mut self) -> u8 {
+        let Some((&first, rest)) = self.0.split_first() else {
+            return 0;
+        };
+        self.0 = rest;
+        first
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// 0 … `end` − 1
+    pub fn below(&mut self, end: u8) -> u8 {
+        self.byte() % end
+    }
+
+    pub fn flag(&mut self) -> bool {
+        self.byte() & 1 == 1
+    }
+
+    /// Any f32 at all: subnormal, infinite, not a number.
+    pub fn bits(&mut self) -> f32 {
+        f32::from_le_bytes([self.byte(), self.byte(), self.byte(), self.byte()])
+    }
+
+    /// −16 … 16 in steps of 1/8: short to write for the fuzzer.
+    pub fn small(&mut self) -> f32 {
+        f32::from(self.byte() as i8) / 8.0
+    }
+
+    /// Mostly a small number, sometimes any.
+    pub fn number(&mut self) -> f32 {
+        match self.byte() {
+            0..224 => self.small(),
+            _ => self.bits(),
+        }
+    }
+}
+
+/// Writes magic, version, length and checksum over the first 16 bytes.
+pub fn seal(blob: &mut Vec<u8>) {
+    const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    blob.resize(blob.len().max(HEADER), 0);
+    let length = blob.len() as u32;
+    blob[..4].copy_from_slice(&MAGIC);
+    blob[4..6].copy_from_slice(&VERSION.to_le_bytes());
+    blob[6..8].fill(0);
+    blob[8..12].copy_from_slice(&length.to_le_bytes());
+    let mut digest = CRC.digest();
+    digest.update(&blob[..12]);
+    digest.update(&blob[HEADER..]);
+    blob[12..16].copy_from_slice(&digest.finalize().to_le_bytes());
+}
+
+/// A blob with a sound header, and as many bytes of samples as its description asks for if that
+/// is not too many.
+pub fn repaired(bytes: &[u8]) -> AlignedBlob {
+    let mut blob = bytes.to_vec();
+    seal(&mut blob);
+    let aligned = AlignedBlob::from_bytes(&blob);
+    let mut trial = Fuzzed::empty();
+    if let Err(LoadError::SectionLength { computed, .. }) = trial.load(&aligned)
+        && computed <= 16_384
+    {
+        blob.resize(computed as usize, 0);
+        seal(&mut blob);
+        return AlignedBlob::from_bytes(&blob);
+    }
+    aligned
+}
+
+/// A draft of whatever the bytes say; most of them encode.
+pub fn draft(b: &mut Bytes<'_>) -> Draft {
+    let axes: Vec<Axis> = (0..1 + b.below(4))
+        .map(|i| Axis {
+            name: b"XYZC"[usize::from(i)],
+            travel: match b.below(4) {
+                0 => [-f32::MAX, f32::MAX],
+                1 => [-100.0, 100.0],
+                _ => {
+                    let low = b.number();
+                    [low, low + b.small().abs() + 0.125]
+                }
+            },
+            value_bound: 0.001 + b.small().abs(),
+            rate_bound: 0.001 + b.small().abs(),
+            hysteresis: b.small().abs(),
+            ramp_rate: 0.001 + b.small().abs(),
+        })
+        .collect();
+    let auxiliaries: Vec<Auxiliary> = (0..b.below(3))
+        .map(|i| Auxiliary {
+            kind: if b.flag() {
+                AuxiliaryKind::ToolLength
+            } else {
+                AuxiliaryKind::Temperature
+            },
+            name: ["t", "bed"][usize::from(i)].try_into().expect("short"),
+            reference: b.small(),
+        })
+        .collect();
+    let inputs = (axes.len() + auxiliaries.len()) as u8;
+    let outputs = axes.len() as u8;
+    let mut tables = 0;
+    let banks: Vec<DraftBank> = (0..b.below(5))
+        .map(|_| {
+            let input = b.below(inputs);
+            let columns = 1 + b.below(3);
+            let points = 2 + b.below(4);
+            tables += columns;
+            DraftBank {
+                input,
+                start: b.number(),
+                step: 0.125 + b.number().abs(),
+                modulo: b.flag(),
+                direction: match b.below(3) {
+                    1 if input < outputs => Direction::Positive,
+                    2 if input < outputs => Direction::Negative,
+                    _ => Direction::Both,
+                },
+                interpolation: if b.flag() {
+                    Interpolation::Cubic
+                } else {
+                    Interpolation::Linear
+                },
+                format: if b.flag() {
+                    SampleFormat::I16
+                } else {
+                    SampleFormat::F32
+                },
+                columns: (0..columns)
+                    .map(|_| (0..points).map(|_| b.number()).collect())
+                    .collect(),
+            }
+        })
+        .collect();
+    let terms = (0..b.below(12))
+        .map(|_| {
+            let limits = (b.below(3) == 0).then(|| {
+                let low = b.number();
+                [low, low + b.small().abs()]
+            });
+            Term {
+                output: b.below(outputs),
+                weight: limits.map_or_else(|| b.number(), |[low, _]| low),
+                limits,
+                factors: (0..b.below(FACTORS as u8 + 1))
+                    .filter(|_| tables > 0)
+                    .map(|_| b.below(tables.max(1)))
+                    .collect(),
+            }
+        })
+        .collect();
+    let grids = (0..b.below(3))
+        .map(|_| {
+            let axes: Vec<GridAxis> = (0..1 + b.below(3))
+                .map(|_| GridAxis {
+                    input: b.below(inputs),
+                    start: b.number(),
+                    step: 0.125 + b.number().abs(),
+                    points: u32::from(2 + b.below(3)),
+                    modulo: b.flag(),
+                })
+                .collect();
+            let first = b.below(outputs);
+            let outputs: Vec<u8> = (first..outputs).collect();
+            let nodes: u32 = axes.iter().map(|a| a.points).product();
+            DraftGrid {
+                values: (0..nodes as usize * outputs.len())
+                    .map(|_| b.number())
+                    .collect(),
+                axes,
+                outputs,
+                format: if b.flag() {
+                    SampleFormat::I16
+                } else {
+                    SampleFormat::F32
+                },
+            }
+        })
+        .collect();
+    Draft {
+        machine: "fuzz".to_owned(),
+        policy: Policy::SixRow,
+        axes,
+        auxiliaries,
+        banks,
+        terms,
+        grids,
+    }
+}
+
+/// Positions and auxiliaries, with any bits.
+pub fn inputs(b: &mut Bytes<'_>) -> trueaxis::Inputs<8> {
+    let mut inputs = trueaxis::Inputs::default();
+    for axis in &mut inputs.axes[..4] {
+        *axis = b.number();
+    }
+    for auxiliary in &mut inputs.auxiliaries[..AUXILIARIES.min(2)] {
+        *auxiliary = b.number();
+    }
+    inputs
+}
