@@ -1,2 +1,42 @@
-//! `cargo xtask`: developer and CI commands.
-fn main() {}
+//! `cargo xtask …`: the one place for developer and CI commands.
+
+mod bench;
+mod fuzz;
+mod process;
+mod test;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: cargo xtask COMMAND
+
+  test                           everything that must hold: format, lints, tests, docs, bit identity
+  bench                          run times beside their rivals; instruction counts with valgrind
+  fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each
+  deny                           licences, advisories and sources of the dependencies";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let result = match words[..] {
+        ["test"] => test::run(),
+        ["bench"] => bench::run(),
+        ["fuzz", ref options @ ..] => fuzz::run(options),
+        ["deny"] => test::deny(),
+        ["help" | "--help" | "-h"] | [] => {
+            println!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            eprintln!("unknown command `{}`\n\n{USAGE}", words.join(" "));
+            return ExitCode::from(2);
+        }
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

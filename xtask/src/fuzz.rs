@@ -1,0 +1,99 @@
+//! `cargo xtask fuzz`: every fuzz target, started from real blobs.
+
+use crate::process::{self, provide, root, target, works};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const TARGETS: [&str; 2] = ["decode", "evaluate"];
+/// Longest input, bytes: short ones are many times faster and reach every branch.
+const MAX_LEN: u64 = 2048;
+
+/// How long to run each target.
+enum Length {
+    Seconds(u64),
+    Runs(u64),
+}
+
+/// # Errors
+/// A missing tool, or a finding.
+pub fn run(options: &[&str]) -> Result<(), String> {
+    let length = read(options)?;
+    provide("cargo-fuzz")?;
+    if !works(Command::new("c++").arg("--version")) {
+        return Err(
+            "libFuzzer is built with a C++ compiler; install one, e.g. `apt install g++`"
+                .to_owned(),
+        );
+    }
+    let nightly = works(Command::new("cargo").args(["+nightly", "--version"]));
+    if !nightly {
+        println!("no nightly toolchain: using the unstable flags of the stable one");
+    }
+    let limit = match length {
+        Length::Seconds(s) => format!("-max_total_time={s}"),
+        Length::Runs(n) => format!("-runs={n}"),
+    };
+    for name in TARGETS {
+        let corpus = root().join("fuzz/corpus").join(name);
+        seed(name, &corpus)?;
+        let mut command = Command::new("cargo");
+        command
+            .current_dir(root().join("fuzz"))
+            .env("CARGO_TARGET_DIR", target("fuzz"));
+        // The variable CARGO would keep a proxy from choosing the toolchain.
+        command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
+        if nightly {
+            command.arg("+nightly");
+        } else {
+            command.env("RUSTC_BOOTSTRAP", "1");
+        }
+        command.args([
+            "fuzz",
+            "run",
+            name,
+            "--",
+            &limit,
+            "-timeout=20",
+            "-print_final_stats=1",
+        ]);
+        command.arg(format!("-max_len={MAX_LEN}"));
+        process::run(&mut command)?;
+    }
+    println!("{} fuzz targets without a finding", TARGETS.len());
+    Ok(())
+}
+
+fn read(options: &[&str]) -> Result<Length, String> {
+    let number = |text: &str| text.parse().map_err(|_| format!("`{text}` is no number"));
+    match options {
+        [] => Ok(Length::Seconds(60)),
+        ["--seconds", n] => Ok(Length::Seconds(number(n)?)),
+        ["--runs", n] => Ok(Length::Runs(number(n)?)),
+        other => Err(format!(
+            "fuzz takes --seconds N or --runs N, not `{}`",
+            other.join(" ")
+        )),
+    }
+}
+
+/// Puts the golden blobs into the corpus, behind the byte that chooses the mode.
+fn seed(name: &str, corpus: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("seeds of {name}: {error}");
+    fs::create_dir_all(corpus).map_err(failed)?;
+    let golden = root().join("tests/golden/v1");
+    for entry in fs::read_dir(&golden).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_none_or(|e| e != "trax") {
+            continue;
+        }
+        let blob = fs::read(&path).map_err(failed)?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        for mode in 0..=1_u8 {
+            let mut bytes = vec![mode];
+            bytes.extend(&blob);
+            fs::write(corpus.join(format!("golden-{stem}-{mode}")), bytes).map_err(failed)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! `cargo xtask test`: everything that must hold before a change is taken.
+
+use crate::process::{self, cargo, provide, target};
+use std::process::Command;
+use std::time::Instant;
+
+/// One thing that must hold.
+struct Step {
+    name: &'static str,
+    command: Command,
+}
+
+fn step(name: &'static str, arguments: &str) -> Step {
+    let mut command = cargo();
+    command.args(arguments.split_whitespace());
+    Step { name, command }
+}
+
+fn with(mut step: Step, key: &str, value: &str) -> Step {
+    step.command.env(key, value);
+    step
+}
+
+fn steps() -> Vec<Step> {
+    // Further builds of the workspace: their own directories, so that the usual one stays warm.
+    let apart = |s: Step, name: &str| with(s, "CARGO_TARGET_DIR", &target(name).to_string_lossy());
+    let identical = "test -q -p trueaxis-tests --test bit_identical";
+    vec![
+        step("formatting", "fmt --all --check"),
+        step(
+            "lints",
+            "clippy -q --workspace --all-targets -- -D warnings",
+        ),
+        step(
+            "lints of the runtime with all its features",
+            "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
+        ),
+        step("runtime without features", "test -q -p trueaxis"),
+        step(
+            "runtime that encodes",
+            "test -q -p trueaxis --features encode",
+        ),
+        step("all tests", "test -q --workspace"),
+        step("bit identity, debug", identical),
+        step("bit identity, release", &format!("{identical} --release")),
+        apart(
+            with(
+                step(
+                    "bit identity, release for this processor",
+                    &format!("{identical} --release"),
+                ),
+                "RUSTFLAGS",
+                "-C target-cpu=native",
+            ),
+            "native",
+        ),
+        with(
+            step(
+                "documentation",
+                "doc -q --workspace --no-deps --document-private-items",
+            ),
+            "RUSTDOCFLAGS",
+            "-D warnings",
+        ),
+    ]
+}
+
+/// Runs all steps, also after one has failed, and sums up.
+///
+/// # Errors
+/// The names of what failed.
+fn run_steps(steps: Vec<Step>) -> Result<(), String> {
+    let mut summary = Vec::new();
+    let mut failed = Vec::new();
+    for mut step in steps {
+        println!("\n== {}", step.name);
+        let start = Instant::now();
+        let result = process::run(&mut step.command);
+        let verdict = if result.is_ok() { "ok    " } else { "FAILED" };
+        summary.push(format!(
+            "{verdict} {:>5} s  {}",
+            start.elapsed().as_secs(),
+            step.name
+        ));
+        if let Err(message) = result {
+            eprintln!("{message}");
+            failed.push(step.name);
+        }
+    }
+    println!("\n== summary");
+    for line in &summary {
+        println!("{line}");
+    }
+    if failed.is_empty() {
+        println!("all {} steps passed", summary.len());
+        Ok(())
+    } else {
+        Err(format!(
+            "{} of {} steps failed: {}",
+            failed.len(),
+            summary.len(),
+            failed.join(", ")
+        ))
+    }
+}
+
+/// `cargo xtask test`.
+pub fn run() -> Result<(), String> {
+    run_steps(steps())
+}
+
+/// `cargo xtask deny`: needs the advisory database, hence the network, so it is no part of `test`.
+pub fn deny() -> Result<(), String> {
+    provide("cargo-deny")?;
+    process::run(cargo().args(["deny", "--all-features", "check"]))
+}
