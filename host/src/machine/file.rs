@@ -1,6 +1,6 @@
 //! `machine.toml`.
 
-use super::{Axis, Branch, Letter, MAX_AXES, Machine};
+use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineProblem};
 use crate::kinematics::Htm;
 use crate::source::FileError;
 use serde::Deserialize;
@@ -13,7 +13,7 @@ struct MachineFile {
     name: Spanned<String>,
     topology: Option<Spanned<String>>,
     axis: Vec<Spanned<AxisEntry>>,
-    spindle: Option<SpindleEntry>,
+    spindle: Option<Spanned<SpindleEntry>>,
     tool: Option<ToolEntry>,
     #[serde(default)]
     workpiece: FrameEntry,
@@ -86,26 +86,38 @@ impl Machine {
             axes.push(axis);
         }
         if !(3..=MAX_AXES).contains(&axes.len()) {
-            return Err(FileError::whole(
+            return Err(FileError::at(
+                file.axis
+                    .last()
+                    .map_or(file.name.span(), |a| a.get_ref().name.span()),
                 format!("the machine has {} axes", axes.len()),
+                "the last of them",
                 "describe three to six [[axis]] entries",
             ));
         }
         let Some(tool) = &file.tool else {
-            return Err(FileError::whole(
+            return Err(FileError::at(
+                file.name.span(),
                 "the machine has no [tool]",
+                "this machine",
                 "add [tool] with tip_mm = [x, y, z], the tool tip in the spindle frame",
             ));
         };
         let Some(spindle) = &file.spindle else {
-            return Err(FileError::whole(
+            return Err(FileError::at(
+                file.name.span(),
                 "the machine has no [spindle]",
+                "this machine",
                 "add [spindle] with axis = \"z\": the tool axis in the spindle frame (x, y or z)",
             ));
         };
+        let place = spindle.span();
+        let spindle = spindle.get_ref();
         let Some(tool_axis) = &spindle.axis else {
-            return Err(FileError::whole(
+            return Err(FileError::at(
+                place,
                 "the spindle does not say which of its axes is the tool axis",
+                "no axis here",
                 "add axis = \"z\" (or x, y) to [spindle]",
             ));
         };
@@ -168,11 +180,30 @@ impl Machine {
             check_topology(topology, &machine)?;
         }
         machine.check().map_err(|error| {
-            let span = error.axis.map(|i| file.axis[i].span());
-            let mut file_error = FileError::whole(error.problem.to_string(), error.problem.remedy());
-            file_error.span = span;
-            file_error.label = "this axis".to_owned();
-            file_error
+            let name = |i: usize| file.axis[i].get_ref().name.span();
+            let (span, label) = match error.axis {
+                Some(i) => (name(i), "this axis".to_owned()),
+                // No single one is wrong: point to the first of the kind.
+                None => {
+                    let rotary =
+                        matches!(error.problem, MachineProblem::DependentRotaryAxes { .. });
+                    let first = machine
+                        .axes
+                        .iter()
+                        .position(|a| a.letter.is_rotary() == rotary);
+                    let kind = if rotary { "rotary" } else { "linear" };
+                    (
+                        name(first.unwrap_or(0)),
+                        format!("the first of the {kind} axes"),
+                    )
+                }
+            };
+            FileError::at(
+                span,
+                error.problem.to_string(),
+                label,
+                error.problem.remedy(),
+            )
         })?;
         Ok(machine)
     }
@@ -243,7 +274,11 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
         }
         _ => false,
     };
-    let default_speed = if letter.is_rotary() { SPEED_ROTARY } else { SPEED_LINEAR };
+    let default_speed = if letter.is_rotary() {
+        SPEED_ROTARY
+    } else {
+        SPEED_LINEAR
+    };
     Ok(Axis {
         letter,
         branch,
@@ -259,7 +294,9 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
 fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError> {
     match value {
         None => Ok(default),
-        Some(v) if v.get_ref().is_finite() && *v.get_ref() > 0.0 && *v.get_ref() < 1e6 => Ok(*v.get_ref()),
+        Some(v) if v.get_ref().is_finite() && *v.get_ref() > 0.0 && *v.get_ref() < 1e6 => {
+            Ok(*v.get_ref())
+        }
         Some(v) => Err(FileError::at(
             v.span(),
             "this must be a positive number",
@@ -308,7 +345,10 @@ fn check_topology(topology: &Spanned<String>, machine: &Machine) -> Result<(), F
     let span: Range<usize> = topology.span();
     Err(FileError::at(
         span,
-        format!("the topology `{}` does not match the axes", topology.get_ref()),
+        format!(
+            "the topology `{}` does not match the axes",
+            topology.get_ref()
+        ),
         format!("the axes below make {expected}"),
         "order the [[axis]] entries of each branch from the foundation outwards, or correct the topology: workpiece axes stand left of F, the outermost first",
     ))
