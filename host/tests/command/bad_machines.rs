@@ -1,0 +1,202 @@
+//! Machines that are refused, with line, cause and remedy.
+
+use crate::program::{Folder, example, refused};
+
+const MACHINE: &str = r#"name = "Mill"
+topology = "wYFXZBSt"
+
+[[axis]]
+name = "Y"
+branch = "workpiece"
+range = [-210.0, 210.0]
+
+[[axis]]
+name = "X"
+branch = "tool"
+range = [-130.0, 130.0]
+
+[[axis]]
+name = "Z"
+branch = "tool"
+range = [0.0, 240.0]
+
+[[axis]]
+name = "B"
+branch = "tool"
+range = [-100.0, 100.0]
+
+[spindle]
+axis = "z"
+
+[tool]
+tip_mm = [0.0, 0.0, -74.0]
+"#;
+
+/// Compiling the machine with `from` replaced by `to` is refused at `line`.
+fn refuses(from: &str, to: &str, line: usize, cause: &str, remedy: &str) {
+    assert!(MACHINE.contains(from));
+    let folder = Folder::new();
+    let machine = folder.file("machine.toml", MACHINE.replacen(from, to, 1));
+    let errors = folder.file(
+        "errors.toml",
+        "machine = \"Mill\"\n[parameters]\nEXX1 = 1e-5\n",
+    );
+    let blob = folder.at("x.trax");
+    let place = format!("machine.toml, line {line}:");
+    refused(
+        &["compile", &machine, &errors, "-o", &blob],
+        &[&place, cause, remedy],
+    );
+    assert_eq!(folder.names(), ["errors.toml", "machine.toml"]);
+}
+
+#[test]
+fn an_unknown_letter_is_refused() {
+    refuses("\"B\"", "\"Q\"", 20, "`Q` is no axis letter", "X Y Z U V W");
+}
+
+#[test]
+fn an_axis_given_twice_is_refused() {
+    refuses(
+        "\"B\"",
+        "\"X\"",
+        20,
+        "axis X is described twice",
+        "its own letter",
+    );
+}
+
+#[test]
+fn a_topology_that_does_not_match_the_axes_is_refused() {
+    refuses(
+        "wYFXZBSt",
+        "wBYFXZSt",
+        2,
+        "does not match the axes",
+        "the axes below make wYFXZBSt",
+    );
+    refuses(
+        "wYFXZBSt",
+        "wBYFXZSt",
+        2,
+        "`wBYFXZSt`",
+        "from the foundation outwards",
+    );
+}
+
+#[test]
+fn an_empty_travel_is_refused() {
+    refuses(
+        "[0.0, 240.0]",
+        "[240.0, 0.0]",
+        17,
+        "the travel of axis Z is empty",
+        "range = [lower, upper]",
+    );
+}
+
+#[test]
+fn not_a_number_is_refused() {
+    refuses(
+        "[0.0, 240.0]",
+        "[nan, 240.0]",
+        17,
+        "not a finite number",
+        "plain numbers",
+    );
+    refuses("-74.0", "inf", 28, "not a finite number", "plain numbers");
+}
+
+#[test]
+fn linear_axes_that_do_not_span_space_are_refused() {
+    let flat = MACHINE
+        .replace("\"Y\"", "\"W\"")
+        .replace("topology = \"wYFXZBSt\"", "");
+    let folder = Folder::new();
+    let machine = folder.file("machine.toml", flat);
+    refused(
+        &["compile", &machine, &machine, "-o", &folder.at("x.trax")],
+        &[
+            "machine.toml, line 5:",
+            "the linear axes do not span space",
+            "at least three linear axes",
+        ],
+    );
+}
+
+#[test]
+fn parallel_rotary_axes_are_refused() {
+    let second = "[[axis]]\nname = \"A\"\nbranch = \"tool\"\norientation_deg = [0, 0, 90]\nrange = [-90.0, 90.0]\n\n[spindle]";
+    let folder = Folder::new();
+    let text = MACHINE
+        .replace("[spindle]", second)
+        .replace("topology = \"wYFXZBSt\"", "");
+    let machine = folder.file("machine.toml", text);
+    refused(
+        &["compile", &machine, &machine, "-o", &folder.at("x.trax")],
+        &[
+            "machine.toml, line 25:",
+            "the rotary axes B and A are parallel",
+            "orientation_deg of the two axes",
+        ],
+    );
+}
+
+#[test]
+fn a_missing_tool_axis_is_refused() {
+    refuses(
+        "axis = \"z\"",
+        "",
+        24,
+        "does not say which of its axes is the tool axis",
+        "add axis = \"z\"",
+    );
+    refuses(
+        "[spindle]\naxis = \"z\"\n",
+        "",
+        1,
+        "the machine has no [spindle]",
+        "add [spindle]",
+    );
+    refuses(
+        "axis = \"z\"",
+        "axis = \"k\"",
+        25,
+        "`k` is no axis of the spindle frame",
+        "write x, y or z",
+    );
+}
+
+#[test]
+fn unknown_keys_and_bad_syntax_are_refused() {
+    refuses(
+        "branch = \"tool\"",
+        "brunch = \"tool\"",
+        11,
+        "unknown field `brunch`",
+        "unknown keys",
+    );
+    refuses(
+        "axis = \"z\"",
+        "axis = z",
+        25,
+        "string values must be quoted",
+        "file formats in the manual",
+    );
+}
+
+#[test]
+fn a_file_that_is_not_there_or_no_text_is_refused() {
+    let folder = Folder::new();
+    let errors = example("kolibri/errors-12.toml");
+    let blob = folder.at("x.trax");
+    refused(
+        &["compile", "nowhere.toml", &errors, "-o", &blob],
+        &["nowhere.toml: cannot be read", "check the path"],
+    );
+    let machine = folder.file("machine.toml", b"name = \"\n\xff\"");
+    refused(
+        &["compile", &machine, &errors, "-o", &blob],
+        &["line 2: this is no UTF-8 text", "save the file as UTF-8"],
+    );
+}

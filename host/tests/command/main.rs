@@ -1,0 +1,9 @@
+//! The command `trueaxis`, as a user runs it.
+
+mod bad_blobs;
+mod bad_errors;
+mod bad_machines;
+mod bad_positions;
+mod program;
+mod results;
+mod writing;

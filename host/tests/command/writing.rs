@@ -1,0 +1,128 @@
+//! Files are written as a whole or not at all.
+
+use crate::program::{Folder, blob, example, plain, refused};
+use std::process::{Command, Output};
+
+/// `eval` of many positions into `old.csv`, which exists, under a limit of 1 block per file.
+#[cfg(unix)]
+fn limited(folder: &Folder, prelude: &str) -> Output {
+    let rows = "50,10,20,30,40\n".repeat(500);
+    let positions = folder.file("p.csv", format!("Y,A,C,X,Z\n{rows}"));
+    let old = folder.file("old.csv", "old");
+    let script =
+        format!("{prelude} ulimit -f 1; exec \"$0\" eval \"$1\" --positions \"$2\" -o \"$3\"");
+    Command::new("sh")
+        .args([
+            "-c",
+            &script,
+            env!("CARGO_BIN_EXE_trueaxis"),
+            &blob("kolibri"),
+            &positions,
+            &old,
+        ])
+        .output()
+        .unwrap()
+}
+
+#[test]
+#[cfg(unix)]
+fn a_write_that_is_interrupted_leaves_the_old_file() {
+    let folder = Folder::new();
+    // The limit ends the program by a signal in the middle of writing.
+    let output = limited(&folder, "ulimit -c 0;");
+    assert_eq!(output.status.code(), None, "{}", plain(&output.stderr));
+    assert_eq!(std::fs::read(folder.at("old.csv")).unwrap(), b"old");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_write_that_fails_leaves_the_old_file_and_nothing_else() {
+    let folder = Folder::new();
+    // With the signal ignored the write fails instead, as on a full disk.
+    let output = limited(&folder, "trap '' XFSZ;");
+    let said = plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("old.csv: cannot be written"), "{said}");
+    assert!(
+        said.contains("help: give a name in an existing folder"),
+        "{said}"
+    );
+    assert_eq!(std::fs::read(folder.at("old.csv")).unwrap(), b"old");
+    assert_eq!(folder.names(), ["old.csv", "p.csv"]);
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_an_error() {
+    let folder = Folder::new();
+    let positions = folder.file("p.csv", "Y,A,C,X,Z\n1,2,3,4,5\n");
+    let nowhere = folder.at("nowhere/out.csv");
+    refused(
+        &[
+            "eval",
+            &blob("kolibri"),
+            "--positions",
+            &positions,
+            "-o",
+            &nowhere,
+        ],
+        &["cannot be written", "existing folder"],
+    );
+    let itself = folder.path().to_str().unwrap();
+    refused(
+        &[
+            "eval",
+            &blob("kolibri"),
+            "--positions",
+            &positions,
+            "-o",
+            itself,
+        ],
+        &["cannot be written"],
+    );
+}
+
+#[test]
+fn an_input_is_never_written_over() {
+    let folder = Folder::new();
+    let positions = folder.file("p.csv", "Y,A,C,X,Z\n1,2,3,4,5\n");
+    let copy = folder.at("k.trax");
+    std::fs::copy(blob("kolibri"), &copy).unwrap();
+    refused(
+        &["eval", &copy, "--positions", &positions, "-o", &positions],
+        &["is the input", "another name"],
+    );
+    refused(
+        &["eval", &copy, "--positions", &positions, "-o", &copy],
+        &["is the input", "another name"],
+    );
+    let machine = folder.at("machine.toml");
+    std::fs::copy(example("kolibri/machine.toml"), &machine).unwrap();
+    let errors = example("kolibri/errors-12.toml");
+    refused(
+        &["compile", &machine, &errors, "-o", &machine],
+        &["is the input", "another name"],
+    );
+}
+
+#[test]
+#[cfg(unix)]
+fn a_new_file_can_be_read_by_others() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let positions = folder.file("p.csv", "Y,A,C,X,Z\n1,2,3,4,5\n");
+    let out = folder.at("out.csv");
+    crate::program::answer(
+        0,
+        &[
+            "eval",
+            &blob("kolibri"),
+            "--positions",
+            &positions,
+            "-o",
+            &out,
+        ],
+    );
+    let mode = |path: &str| std::fs::metadata(path).unwrap().permissions().mode();
+    // As any file that this test creates.
+    assert_eq!(mode(&out), mode(&positions));
+}
