@@ -130,7 +130,9 @@ pub enum CompileError {
     #[error("the compensation cannot be read back: {0}")]
     Load(#[from] LoadError),
     /// A bound is so large that it protects from nothing.
-    #[error("{warning}, which asks for a bound of {bound:.3} {unit}: more than 1 {unit} is refused")]
+    #[error(
+        "{warning}, which asks for a bound of {bound:.3} {unit}: more than 1 {unit} is refused"
+    )]
     TooLarge {
         /// Axis, place and culprit.
         warning: Box<Warning>,
@@ -154,16 +156,22 @@ impl CompileError {
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
-            Self::Scheme(ExactError::TooManyTables { .. }) => "raise --tolerance, or use --minimize cost",
+            Self::Scheme(ExactError::TooManyTables { .. }) => {
+                "raise --tolerance, or use --minimize cost"
+            }
             Self::Scheme(ExactError::ZeroPosition { .. }) => "give one position for each axis",
             Self::Scheme(ExactError::NotConverged(_)) | Self::NotConverged(_) => {
                 "check the units of the error parameters (mm and rad), and where they are known under [calibrated]"
             }
-            Self::Encode(_) | Self::Load(_) => "raise --tolerance or lower --points, so that fewer tables and samples are needed",
+            Self::Encode(_) | Self::Load(_) => {
+                "raise --tolerance or lower --points, so that fewer tables and samples are needed"
+            }
             Self::TooLarge { .. } => {
                 "check this parameter and its unit (mm and rad), say under [calibrated] where it is known, subtract a constant with --zero-at, or use --allow-large if the machine really is so far off"
             }
-            Self::NothingCalibrated { .. } => "correct [calibrated] in the error file: mm or degrees of the command",
+            Self::NothingCalibrated { .. } => {
+                "correct [calibrated] in the error file: mm or degrees of the command"
+            }
         }
     }
 }
@@ -174,13 +182,19 @@ impl CompileError {
 ///
 /// # Errors
 /// [`NotConverged`] where the kinematic correction itself fails.
-pub fn zero(machine: &Machine, errors: &ErrorModel, zero_at: Option<&[f64]>) -> Result<PerAxis, NotConverged> {
+pub fn zero(
+    machine: &Machine,
+    errors: &ErrorModel,
+    zero_at: Option<&[f64]>,
+) -> Result<PerAxis, NotConverged> {
     let Some(position) = zero_at else {
         return Ok(PerAxis::default());
     };
     let kinematics = Kinematics::new(machine, errors);
     let q = machine.to_kinematic(position);
-    Ok(kinematics.correction(&q, &Situation::default(), &Switches::ALL)?.dq)
+    Ok(kinematics
+        .correction(&q, &Situation::default(), &Switches::ALL)?
+        .dq)
 }
 
 /// Random positions inside a calibrated range are found by drawing: there must be some.
@@ -190,7 +204,10 @@ fn check_calibrated(machine: &Machine, errors: &ErrorModel) -> Result<(), Compil
         let common = high.min(axis.travel[1]) - low.max(axis.travel[0]);
         let least = 0.1_f64.min(0.5 * (axis.travel[1] - axis.travel[0]));
         if errors.motions[i].iter().any(Motion::holds) && common < least {
-            return Err(CompileError::NothingCalibrated { axis: axis.letter.char(), unit: axis.unit() });
+            return Err(CompileError::NothingCalibrated {
+                axis: axis.letter.char(),
+                unit: axis.unit(),
+            });
         }
     }
     Ok(())
@@ -208,14 +225,28 @@ pub fn build(
 ) -> Result<Built, CompileError> {
     check_calibrated(machine, errors)?;
     progress.stage("finding tables and terms", 0);
-    let exact::Exact { mut draft, structure_error, .. } = exact::compile(machine, errors, &options.scheme)?;
+    let exact::Exact {
+        mut draft,
+        structure_error,
+        ..
+    } = exact::compile(machine, errors, &options.scheme)?;
     let provisional = draft.encode()?;
-    let survey = bounds::Survey::new(machine, errors, &Runtime::load(&provisional)?, options.seed, progress)?;
+    let survey = bounds::Survey::new(
+        machine,
+        errors,
+        &Runtime::load(&provisional)?,
+        options.seed,
+        progress,
+    )?;
     let bounds = survey.bounds();
     let mut warnings = warnings::large(machine, errors, &survey)?;
-    for (axis, (bound, found)) in draft.axes.iter_mut().zip(bounds.iter().zip(&survey.largest)) {
+    for (axis, (bound, found)) in draft
+        .axes
+        .iter_mut()
+        .zip(bounds.iter().zip(&survey.largest))
+    {
         if bound.value_bound > 1.0 && !options.allow_large {
-            let warning = warnings::culprit(machine, errors, bound, &found.at)?;
+            let warning = warnings::culprit(machine, errors, bound, found)?;
             return Err(CompileError::TooLarge {
                 warning: Box::new(warning),
                 bound: f64::from(bound.value_bound),
@@ -232,7 +263,13 @@ pub fn build(
     warnings.extend(warnings::capacity(&runtime));
     let size = Size::of(&runtime);
     drop(runtime);
-    Ok(Built { blob, size, bounds, warnings, structure_error })
+    Ok(Built {
+        blob,
+        size,
+        bounds,
+        warnings,
+        structure_error,
+    })
 }
 
 /// [`build`], then [`prove`] of the bytes that were built.
@@ -248,7 +285,15 @@ pub fn compile(
     let built = build(machine, errors, options, progress)?;
     let zero = zero(machine, errors, options.scheme.zero_at.as_deref())?;
     let runtime = Runtime::load(&built.blob)?;
-    let proof = prove(machine, errors, &runtime, &zero, options.random, options.seed, progress)?;
+    let proof = prove(
+        machine,
+        errors,
+        &runtime,
+        &zero,
+        options.random,
+        options.seed,
+        progress,
+    )?;
     drop(runtime);
     Ok(Compiled { built, proof })
 }

@@ -29,7 +29,10 @@ fn period(compensation: &Largest<'_>, axis: usize) -> f32 {
         .chain(grids.map(|a| (a.input, a.points, a.step, a.modulo)))
         .filter(|&(input, .., modulo)| modulo && usize::from(input) == axis)
         .map(|(_, points, step, _)| points as f32 * step)
-        .fold(0.0, |longest, period| if period > longest { period } else { longest })
+        .fold(
+            0.0,
+            |longest, period| if period > longest { period } else { longest },
+        )
 }
 
 /// Corrections (mm, deg) of a compensation along a motion, before any guard rail.
@@ -50,7 +53,11 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
         for (i, axis) in axes.iter().enumerate() {
             let q = values[i] as f32;
             if periods[i] > 0.0 && q.abs() > MOST_PERIODS * periods[i] {
-                return Err(TooFar { row: row + 1, name: char::from(axis.name), value: values[i] });
+                return Err(TooFar {
+                    row: row + 1,
+                    name: char::from(axis.name),
+                    value: values[i],
+                });
             }
             inputs.axes[i] = q;
             travelling.0[i] = reversals[i].update(q, axis.hysteresis, periods[i]);
@@ -71,7 +78,11 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
 ///
 /// # Errors
 /// [`NotConverged`], with the row counted from 1.
-pub fn correct(machine: &Machine, errors: &ErrorModel, rows: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, (usize, NotConverged)> {
+pub fn correct(
+    machine: &Machine,
+    errors: &ErrorModel,
+    rows: &[Vec<f64>],
+) -> Result<Vec<Vec<f64>>, (usize, NotConverged)> {
     let kinematics = Kinematics::new(machine, errors);
     let n = machine.axes.len();
     let with_length = usize::from(machine.length_range.is_some());
@@ -109,9 +120,16 @@ fn within_a_turn(machine: &Machine, position: &[f64]) -> Vec<f64> {
     let axes = machine.axes.iter().zip(position);
     axes.map(|(axis, &q)| {
         let [low, high] = axis.travel;
-        if axis.modulo { low + (q - low).rem_euclid(high - low) } else { q }
+        if axis.modulo {
+            low + (q - low).rem_euclid(high - low)
+        } else {
+            q
+        }
     })
     .collect()
 }
 
-const _: () = assert!(AUXILIARIES > crate::errors::MAX_SENSORS, "a tool length and all sensors fit");
+const _: () = assert!(
+    AUXILIARIES > crate::errors::MAX_SENSORS,
+    "a tool length and all sensors fit"
+);

@@ -33,12 +33,19 @@ impl Diagnostic for BadInput {
 impl BadInput {
     /// Without a place in a file.
     pub fn new(message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { message: message.into(), remedy: remedy.into(), place: None }
+        Self {
+            message: message.into(),
+            remedy: remedy.into(),
+            place: None,
+        }
     }
 
     /// At its place in a text file.
     pub fn in_text(error: FileError, text: &Text) -> Self {
-        let line = error.line(&text.text).map(|n| format!(", line {n}")).unwrap_or_default();
+        let line = error
+            .line(&text.text)
+            .map(|n| format!(", line {n}"))
+            .unwrap_or_default();
         let place = error.span.map(|span| {
             let source = NamedSource::new(&text.name, text.text.clone());
             let label = (!error.label.is_empty()).then_some(error.label);
@@ -66,7 +73,9 @@ impl BadInput {
             LoadError::TooSmall { .. } | LoadError::TooManyTables { .. } => {
                 "compile it again with a larger --tolerance"
             }
-            _ => "the checksum is right, so the program that wrote the file is wrong: compile it again with this version",
+            _ => {
+                "the checksum is right, so the program that wrote the file is wrong: compile it again with this version"
+            }
         };
         Self::new(format!("{}: {error}", path.display()), remedy)
     }

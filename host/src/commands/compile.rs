@@ -102,16 +102,25 @@ pub fn positive(text: &str) -> Result<f64, String> {
 /// Reads `X=0,Y=0,…` (mm, deg); axes left out are at 0.
 pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
     let bad = |cause: String| {
-        let letters: Vec<String> = machine.axes.iter().map(|a| format!("{}=0", a.letter)).collect();
+        let letters: Vec<String> = machine
+            .axes
+            .iter()
+            .map(|a| format!("{}=0", a.letter))
+            .collect();
         BadInput::new(
             format!("--zero-at: {cause}"),
-            format!("write a position within the travel in mm and degrees, like {}", letters.join(",")),
+            format!(
+                "write a position within the travel in mm and degrees, like {}",
+                letters.join(",")
+            ),
         )
     };
     let mut position: Vec<Option<f64>> = vec![None; machine.axes.len()];
     for part in text.split(',') {
         let Some((name, value)) = part.split_once('=') else {
-            return Err(bad(format!("`{part}` is not an axis, an equals sign and a number")));
+            return Err(bad(format!(
+                "`{part}` is not an axis, an equals sign and a number"
+            )));
         };
         let mut letters = name.trim().chars();
         let index = match (letters.next(), letters.next()) {
@@ -129,11 +138,18 @@ pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput
             _ => return Err(bad(format!("`{}` is no finite number", value.trim()))),
         }
     }
-    let position: Vec<f64> = position.into_iter().map(Option::unwrap_or_default).collect();
+    let position: Vec<f64> = position
+        .into_iter()
+        .map(Option::unwrap_or_default)
+        .collect();
     for (axis, q) in machine.axes.iter().zip(&position) {
         let [low, high] = axis.travel;
         if *q < low || *q > high {
-            return Err(bad(format!("{} = {q} is outside its travel {low} to {high} {}", axis.letter, axis.unit())));
+            return Err(bad(format!(
+                "{} = {q} is outside its travel {low} to {high} {}",
+                axis.letter,
+                axis.unit()
+            )));
         }
     }
     Ok(position)
@@ -165,10 +181,19 @@ struct Message<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments { files, output, tolerance, .. } = arguments;
+    let Arguments {
+        files,
+        output,
+        tolerance,
+        ..
+    } = arguments;
     files::refuse_overwriting(output, &[&files.machine, &files.errors])?;
     let (machine, errors) = files.read()?;
-    let zero_at = arguments.zero_at.as_deref().map(|text| zero_position(text, &machine)).transpose()?;
+    let zero_at = arguments
+        .zero_at
+        .as_deref()
+        .map(|text| zero_position(text, &machine))
+        .transpose()?;
     let Scheme::Exact = arguments.scheme;
     let options = compile::Options {
         scheme: exact::Options {
@@ -198,7 +223,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, output))?;
     let zero = compile::zero(&machine, &errors, options.scheme.zero_at.as_deref())
         .map_err(compile::CompileError::from)?;
-    let proof = compile::prove(&machine, &errors, &runtime, &zero, options.random, options.seed, &bar)?;
+    let proof = compile::prove(
+        &machine,
+        &errors,
+        &runtime,
+        &zero,
+        options.random,
+        options.seed,
+        &bar,
+    )?;
     drop(bar);
 
     let meets = proof.meets(*tolerance);
@@ -215,7 +248,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             size: built.size,
             axes: &built.bounds,
             proof: &proof,
-            warnings: warnings.iter().map(|warning| Message { message: warning.to_string(), warning }).collect(),
+            warnings: warnings
+                .iter()
+                .map(|warning| Message {
+                    message: warning.to_string(),
+                    warning,
+                })
+                .collect(),
         })?;
     } else {
         let mut text = format!("{}: {}\n", output.display(), machine.name);

@@ -13,10 +13,12 @@ use trueaxis_host::motion;
 /// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
 /// machine file. Corrections are dX,dY,… in the order of the machine's axes.
 #[derive(Args)]
-#[command(after_help = "Example:\n  trueaxis correct machine.toml errors.toml --positions path.csv -o corrections.csv\n\n\
+#[command(
+    after_help = "Example:\n  trueaxis correct machine.toml errors.toml --positions path.csv -o corrections.csv\n\n\
 Positions: a header with the axis letters in any order, further inputs by name: `tool length` or\n\
 `length` (mm) if the machine has length_range_mm, the temperature sensors of the error file by their\n\
-name (K from their reference). One position per line, mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90")]
+name (K from their reference). One position per line, mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90"
+)]
 pub struct Arguments {
     #[command(flatten)]
     files: MachineFiles,

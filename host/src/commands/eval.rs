@@ -16,10 +16,12 @@ use trueaxis_host::validate::Runtime;
 /// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
 /// blob. Corrections are those before the guard rails, dX,dY,… in the order of the blob's axes.
 #[derive(Args)]
-#[command(after_help = "Example:\n  trueaxis eval machine.trax --positions path.csv -o corrections.csv\n\n\
+#[command(
+    after_help = "Example:\n  trueaxis eval machine.trax --positions path.csv -o corrections.csv\n\n\
 Positions: a header with the axis letters in any order, further inputs by name: `tool length` or\n\
 `length` (mm), temperature sensors by their name (K from their reference). One position per line,\n\
-mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90")]
+mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90"
+)]
 pub struct Arguments {
     /// The compensation
     #[arg(value_name = "FILE.trax")]
@@ -66,9 +68,16 @@ impl Along {
     }
 
     /// Writes the corrections where they are wanted.
-    pub fn write<T: Display + Serialize>(&self, letters: &[char], corrections: &[Vec<T>]) -> Result<Outcome, BadInput> {
+    pub fn write<T: Display + Serialize>(
+        &self,
+        letters: &[char],
+        corrections: &[Vec<T>],
+    ) -> Result<Outcome, BadInput> {
         match &self.output {
-            None if self.json => files::print_json(&Corrections { axes: letters, corrections })?,
+            None if self.json => files::print_json(&Corrections {
+                axes: letters,
+                corrections,
+            })?,
             None => files::print(&positions::write(letters, corrections))?,
             Some(path) => {
                 files::write(path, positions::write(letters, corrections).as_bytes())?;
@@ -76,7 +85,10 @@ impl Along {
                 if self.json {
                     files::print_json(&Written { file: path, rows })?;
                 } else {
-                    files::print(&format!("{}: corrections of {rows} positions\n", path.display()))?;
+                    files::print(&format!(
+                        "{}: corrections of {rows} positions\n",
+                        path.display()
+                    ))?;
                 }
             }
         }
@@ -98,6 +110,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "reduce the positions of this axis into a few turns",
         )
     })?;
-    let letters: Vec<char> = compensation.axes().iter().map(|a| char::from(a.name)).collect();
+    let letters: Vec<char> = compensation
+        .axes()
+        .iter()
+        .map(|a| char::from(a.name))
+        .collect();
     along.write(&letters, &corrections)
 }

@@ -25,8 +25,15 @@ impl Text {
         let bytes = read_bytes(path)?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = error.utf8_error().valid_up_to();
-            let line = error.as_bytes()[..valid].iter().filter(|b| **b == b'\n').count() + 1;
-            BadInput::new(format!("{name}, line {line}: this is no UTF-8 text"), "save the file as UTF-8 text")
+            let line = error.as_bytes()[..valid]
+                .iter()
+                .filter(|b| **b == b'\n')
+                .count()
+                + 1;
+            BadInput::new(
+                format!("{name}, line {line}: this is no UTF-8 text"),
+                "save the file as UTF-8 text",
+            )
         })?;
         Ok(Self { name, text })
     }
@@ -44,7 +51,10 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
             ErrorKind::PermissionDenied => "make the file readable",
             _ => "give the path of a readable file",
         };
-        BadInput::new(format!("{}: cannot be read: {error}", path.display()), remedy)
+        BadInput::new(
+            format!("{}: cannot be read: {error}", path.display()),
+            remedy,
+        )
     })
 }
 
@@ -77,9 +87,16 @@ impl MachineFiles {
 pub fn refuse_overwriting(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
     let real = |path: &Path| path.canonicalize().ok();
     let written = real(output);
-    match inputs.iter().find(|input| written.is_some() && real(input) == written) {
+    match inputs
+        .iter()
+        .find(|input| written.is_some() && real(input) == written)
+    {
         Some(input) => Err(BadInput::new(
-            format!("the output {} is the input {}", output.display(), input.display()),
+            format!(
+                "the output {} is the input {}",
+                output.display(),
+                input.display()
+            ),
             "give -o another name",
         )),
         None => Ok(()),
@@ -98,7 +115,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
 }
 
 fn write_beside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    match std::fs::metadata(path) {
+    let old = std::fs::metadata(path);
+    match &old {
         Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
         // A device or a pipe cannot be replaced, and has no old content to lose.
         Ok(found) if !found.is_file() => return std::fs::write(path, bytes),
@@ -115,8 +133,9 @@ fn write_beside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As any new file, less what the umask takes away.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+        // As the old file, or as any new one; the umask takes its share.
+        let new = std::fs::Permissions::from_mode(0o666);
+        builder.permissions(old.map_or(new, |found| found.permissions()));
     }
     let mut file = builder.tempfile_in(folder)?;
     file.write_all(bytes)?;
@@ -139,7 +158,11 @@ pub fn print(text: &str) -> Result<(), BadInput> {
 
 /// Writes an answer for programs to standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), BadInput> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|error| BadInput::new(format!("the answer cannot be written as JSON: {error}"), "leave out --json"))?;
+    let text = serde_json::to_string_pretty(value).map_err(|error| {
+        BadInput::new(
+            format!("the answer cannot be written as JSON: {error}"),
+            "leave out --json",
+        )
+    })?;
     print(&(text + "\n"))
 }

@@ -103,7 +103,11 @@ fn format(format: SampleFormat) -> &'static str {
 }
 
 fn unit(name: char) -> &'static str {
-    if matches!(name, 'A' | 'B' | 'C') { "deg" } else { "mm" }
+    if matches!(name, 'A' | 'B' | 'C') {
+        "deg"
+    } else {
+        "mm"
+    }
 }
 
 /// Name of an input: axes in order, then auxiliaries. Loading has checked that it exists.
@@ -112,22 +116,32 @@ fn input(compensation: &Largest<'_>, number: u8) -> String {
     let number = usize::from(number);
     match axes.get(number) {
         Some(axis) => char::from(axis.name).to_string(),
-        None => compensation.auxiliaries()[number - axes.len()].name.to_string(),
+        None => compensation.auxiliaries()[number - axes.len()]
+            .name
+            .to_string(),
     }
 }
 
 fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
     let compensation = runtime.compensation();
-    let letters: Vec<char> = compensation.axes().iter().map(|a| char::from(a.name)).collect();
-    let axes = compensation.axes().iter().zip(&letters).map(|(axis, name)| AxisEntry {
-        name: *name,
-        unit: unit(*name),
-        travel: (axis.travel != [-f32::MAX, f32::MAX]).then_some(axis.travel),
-        value_bound: axis.value_bound,
-        rate_bound: axis.rate_bound,
-        ramp_rate: axis.ramp_rate,
-        hysteresis: axis.hysteresis,
-    });
+    let letters: Vec<char> = compensation
+        .axes()
+        .iter()
+        .map(|a| char::from(a.name))
+        .collect();
+    let axes = compensation
+        .axes()
+        .iter()
+        .zip(&letters)
+        .map(|(axis, name)| AxisEntry {
+            name: *name,
+            unit: unit(*name),
+            travel: (axis.travel != [-f32::MAX, f32::MAX]).then_some(axis.travel),
+            value_bound: axis.value_bound,
+            rate_bound: axis.rate_bound,
+            ramp_rate: axis.ramp_rate,
+            hysteresis: axis.hysteresis,
+        });
     let auxiliaries = compensation.auxiliaries().iter().map(|a| AuxiliaryEntry {
         name: a.name.to_string(),
         kind: match a.kind {
@@ -151,13 +165,16 @@ fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
                 Direction::Both => "both",
                 Direction::Positive => "positive",
                 Direction::Negative => "negative",
+                Direction::Signed => "signed",
             },
             interpolation: match bank.interpolation {
                 Interpolation::Linear => "linear",
                 Interpolation::Cubic => "cubic",
             },
             samples: format(bank.format),
-            largest: (first..next).filter_map(|table| compensation.peak(table)).collect(),
+            largest: (first..next)
+                .filter_map(|table| compensation.peak(table))
+                .collect(),
         }
     });
     let terms = compensation.terms().map(|term| TermEntry {
@@ -178,7 +195,11 @@ fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
                 modulo: axis.modulo,
             })
             .collect(),
-        outputs: grid.outputs.iter().map(|o| letters[usize::from(*o)]).collect(),
+        outputs: grid
+            .outputs
+            .iter()
+            .map(|o| letters[usize::from(*o)])
+            .collect(),
         samples: format(grid.format),
     };
     Contents {
@@ -223,17 +244,26 @@ fn listing(contents: &Contents<'_>) -> String {
     }
     for a in &contents.auxiliaries {
         let _ = match a.kind {
-            "tool length" => writeln!(text, "  {}: an input (mm), the machine's own tool has {}", a.name, a.reference),
+            "tool length" => writeln!(
+                text,
+                "  {}: an input (mm), the machine's own tool has {}",
+                a.name, a.reference
+            ),
             _ => writeln!(text, "  {}: an input (K from {} °C)", a.name, a.reference),
         };
     }
     text += "\nbanks\n";
     for bank in &contents.bank_list {
         let [first, last] = bank.tables;
-        let tables = if first == last { format!("T{first}") } else { format!("T{first} to T{last}") };
+        let tables = if first == last {
+            format!("T{first}")
+        } else {
+            format!("T{first} to T{last}")
+        };
         let wraps = if bank.modulo { ", wraps" } else { "" };
         let direction = match bank.direction {
             "both" => String::new(),
+            "signed" => ", times the sign of travel".to_owned(),
             other => format!(", {other} travel only"),
         };
         let _ = writeln!(
@@ -255,13 +285,19 @@ fn listing(contents: &Contents<'_>) -> String {
         .collect();
     let mut before = None;
     for term in &contents.term_list {
-        let head = if before == Some(term.output) { "    +".to_owned() } else { format!("d{} =", term.output) };
+        let head = if before == Some(term.output) {
+            "    +".to_owned()
+        } else {
+            format!("d{} =", term.output)
+        };
         before = Some(term.output);
         let mut product = format!("{}", term.weight);
         for table in &term.tables {
             let _ = write!(product, " · T{table}({})", inputs[usize::from(*table)]);
         }
-        let limits = term.limits.map_or(String::new(), |[low, high]| format!("   adjustable, {low} to {high}"));
+        let limits = term.limits.map_or(String::new(), |[low, high]| {
+            format!("   adjustable, {low} to {high}")
+        });
         let _ = writeln!(text, "  {head:>5} {product}{limits}");
     }
     if !contents.grid_list.is_empty() {
@@ -269,7 +305,12 @@ fn listing(contents: &Contents<'_>) -> String {
     }
     for (number, grid) in contents.grid_list.iter().enumerate() {
         let outputs: Vec<String> = grid.outputs.iter().map(|o| format!("d{o}")).collect();
-        let _ = writeln!(text, "  G{number} to {}, {}", outputs.join(", "), grid.samples);
+        let _ = writeln!(
+            text,
+            "  G{number} to {}, {}",
+            outputs.join(", "),
+            grid.samples
+        );
         for i in &grid.inputs {
             let wraps = if i.modulo { ", wraps" } else { "" };
             let _ = writeln!(

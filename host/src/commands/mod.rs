@@ -67,7 +67,12 @@ pub fn run() -> ExitCode {
 fn show(bad: BadInput) {
     // Fails only if called twice; the default look is then good enough.
     let _ = miette::set_hook(Box::new(|_| {
-        Box::new(miette::MietteHandlerOpts::new().terminal_links(false).width(100).build())
+        Box::new(
+            miette::MietteHandlerOpts::new()
+                .terminal_links(false)
+                .width(100)
+                .build(),
+        )
     }));
     eprintln!("{:?}", miette::Report::new(bad));
 }

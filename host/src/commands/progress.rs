@@ -36,7 +36,11 @@ impl Bar {
 
 impl Progress for Bar {
     fn stage(&self, what: &'static str, total: usize) {
-        let look = if total == 0 { "{spinner} {msg}" } else { "{spinner} {msg} {wide_bar} {pos}/{len}" };
+        let look = if total == 0 {
+            "{spinner} {msg}"
+        } else {
+            "{spinner} {msg} {wide_bar} {pos}/{len}"
+        };
         if let Ok(style) = ProgressStyle::with_template(look) {
             self.bar.set_style(style);
         }

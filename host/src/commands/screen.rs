@@ -7,12 +7,19 @@ use trueaxis_host::validate::{Quality, Statistics, Verification};
 /// Volumetric errors before and after, in each region that differs.
 pub fn quality(proof: &Proof) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "volumetric error{:>28}{:>34}", "translation (µm)", "tool direction (µrad)");
+    let _ = writeln!(
+        text,
+        "volumetric error{:>28}{:>34}",
+        "translation (µm)", "tool direction (µrad)"
+    );
     let _ = writeln!(text, "{:22}{}    {}", "", heads(), heads());
     match (&proof.inside, &proof.outside) {
         (None, None) => region(&mut text, "whole travel", &proof.travel),
         (inside, outside) => {
-            for (name, verification) in [("inside the calibrated range", inside), ("outside of it", outside)] {
+            for (name, verification) in [
+                ("inside the calibrated range", inside),
+                ("outside of it", outside),
+            ] {
                 if let Some(verification) = verification {
                     region(&mut text, name, verification);
                 }
@@ -35,7 +42,11 @@ fn region(text: &mut String, name: &str, verification: &Verification) {
     ] {
         let _ = writeln!(text, "{:22}{}", format!("  {what}"), row(quality));
     }
-    let place: Vec<String> = verification.worst_at.iter().map(|q| format!("{q:.1}")).collect();
+    let place: Vec<String> = verification
+        .worst_at
+        .iter()
+        .map(|q| format!("{q:.1}"))
+        .collect();
     let _ = writeln!(
         text,
         "  tables differ from the kinematic correction by at most {} µm and {} µrad (worst at {})",
@@ -46,8 +57,19 @@ fn region(text: &mut String, name: &str, verification: &Verification) {
 }
 
 fn row(quality: &Quality) -> String {
-    let three = |s: &Statistics| format!("{:>9} {:>9} {:>9}", number(s.mean), number(s.rms), number(s.max));
-    format!("{}    {}", three(&quality.translation_um), three(&quality.direction_urad))
+    let three = |s: &Statistics| {
+        format!(
+            "{:>9} {:>9} {:>9}",
+            number(s.mean),
+            number(s.rms),
+            number(s.max)
+        )
+    };
+    format!(
+        "{}    {}",
+        three(&quality.translation_um),
+        three(&quality.direction_urad)
+    )
 }
 
 /// Four decimals below 1, fewer above: nobody reads more.
@@ -62,19 +84,35 @@ pub fn number(value: f64) -> String {
 
 /// Tables, terms, samples, bytes.
 pub fn size(size: &Size) -> String {
-    let Size { tables, banks, terms, grids, samples, bytes } = size;
+    let Size {
+        tables,
+        banks,
+        terms,
+        grids,
+        samples,
+        bytes,
+    } = size;
     let grids = match grids {
         0 => String::new(),
         n => format!(", {n} grids"),
     };
-    format!("{tables} tables in {banks} banks, {terms} terms{grids}, {samples} samples, {bytes} bytes\n")
+    format!(
+        "{tables} tables in {banks} banks, {terms} terms{grids}, {samples} samples, {bytes} bytes\n"
+    )
 }
 
 /// The largest correction of each axis against its bounds.
 pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
     let mut text = String::from("axis   largest correction         bound         rate bound\n");
     for (bound, verified) in bounds.iter().zip(verified) {
-        let AxisBounds { axis, unit, largest, value_bound, rate_bound, .. } = bound;
+        let AxisBounds {
+            axis,
+            unit,
+            largest,
+            value_bound,
+            rate_bound,
+            ..
+        } = bound;
         let largest = largest.max(*verified);
         let _ = writeln!(
             text,

@@ -55,16 +55,33 @@ struct Answer<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments { files, blob: path, tolerance, .. } = arguments;
+    let Arguments {
+        files,
+        blob: path,
+        tolerance,
+        ..
+    } = arguments;
     let (machine, errors) = files.read()?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     compile::belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
-    let zero_at = arguments.zero_at.as_deref().map(|text| zero_position(text, &machine)).transpose()?;
+    let zero_at = arguments
+        .zero_at
+        .as_deref()
+        .map(|text| zero_position(text, &machine))
+        .transpose()?;
     let zero = compile::zero(&machine, &errors, zero_at.as_deref()).map_err(CompileError::from)?;
     let bar = Bar::new();
     let Random { random, seed } = arguments.random;
-    let proof = compile::prove(&machine, &errors, &runtime, &zero, random as usize, seed, &bar)?;
+    let proof = compile::prove(
+        &machine,
+        &errors,
+        &runtime,
+        &zero,
+        random as usize,
+        seed,
+        &bar,
+    )?;
     drop(bar);
     let meets = proof.meets(*tolerance);
     let size = Size::of(&runtime);
@@ -80,7 +97,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         })?;
     } else {
         let title = format!("{}: {}\n", path.display(), machine.name);
-        let text = title + &screen::size(&size) + "\n" + &screen::quality(&proof) + &screen::tool_length(&proof);
+        let text = title
+            + &screen::size(&size)
+            + "\n"
+            + &screen::quality(&proof)
+            + &screen::tool_length(&proof);
         files::print(&text)?;
     }
     if meets {

@@ -47,6 +47,8 @@ pub struct AxisBounds {
 pub struct Peak {
     /// Magnitude (mm, deg).
     pub value: f64,
+    /// The correction itself (mm, deg).
+    pub correction: f64,
     /// Rate of change at top speed of all axes (mm/s, deg/s).
     pub rate: f64,
     /// Where the value is.
@@ -69,7 +71,8 @@ impl<'a> Survey<'a> {
         seed: u64,
         progress: &dyn Progress,
     ) -> Result<Self, NotConverged> {
-        let mut commands = random_commands(machine, errors, Region::Travel, POSITIONS, seed ^ 0x5eed)?;
+        let mut commands =
+            random_commands(machine, errors, Region::Travel, POSITIONS, seed ^ 0x5eed)?;
         let mut corners = commands.clone();
         for (number, command) in corners.iter_mut().enumerate() {
             to_corner(machine, errors, command, number);
@@ -79,7 +82,15 @@ impl<'a> Survey<'a> {
         let n = machine.axes.len();
         let start = || {
             let at = Command::at(machine, &[]);
-            vec![Peak { value: 0.0, rate: 0.0, at }; n]
+            vec![
+                Peak {
+                    value: 0.0,
+                    correction: 0.0,
+                    rate: 0.0,
+                    at
+                };
+                n
+            ]
         };
         let largest = commands
             .par_iter()
@@ -87,9 +98,10 @@ impl<'a> Survey<'a> {
                 let values = runtime.evaluate(command);
                 let rates = rates(machine, runtime, command, &values);
                 for (i, peak) in peaks.iter_mut().enumerate() {
-                    let value = f64::from(values[i].abs());
-                    if value > peak.value {
-                        (peak.value, peak.at) = (value, *command);
+                    let correction = f64::from(values[i]);
+                    if correction.abs() > peak.value {
+                        (peak.value, peak.correction, peak.at) =
+                            (correction.abs(), correction, *command);
                     }
                     peak.rate = peak.rate.max(rates[i]);
                 }
@@ -113,7 +125,11 @@ impl<'a> Survey<'a> {
     pub fn bounds(&self) -> Vec<AxisBounds> {
         let axes = self.machine.axes.iter().zip(&self.largest);
         axes.map(|(axis, peak)| {
-            let least = if axis.letter.is_rotary() { LEAST_VALUE_ROTARY } else { LEAST_VALUE };
+            let least = if axis.letter.is_rotary() {
+                LEAST_VALUE_ROTARY
+            } else {
+                LEAST_VALUE
+            };
             let value_bound = (MARGIN * peak.value).max(least);
             let ramp_rate = (value_bound / RAMP_TIME).max(LEAST_RAMP);
             AxisBounds {
@@ -150,13 +166,22 @@ fn to_corner(machine: &Machine, errors: &ErrorModel, command: &mut Command, numb
 }
 
 /// Σ |∂Δ/∂qⱼ| · top speed of axis j (mm/s, deg/s), by moving each axis towards its middle.
-fn rates(machine: &Machine, runtime: &Runtime<'_>, command: &Command, values: &[f32; MAX_AXES]) -> [f64; MAX_AXES] {
+fn rates(
+    machine: &Machine,
+    runtime: &Runtime<'_>,
+    command: &Command,
+    values: &[f32; MAX_AXES],
+) -> [f64; MAX_AXES] {
     let mut rates = [0.0; MAX_AXES];
     for (j, axis) in machine.axes.iter().enumerate() {
         let [low, high] = axis.travel;
         let way = (axis.max_speed * RATE_TIME).min(0.5 * (high - low));
         let q = f64::from(command.axes[j]);
-        let to = (if q > 0.5 * (low + high) { q - way } else { q + way }) as f32;
+        let to = (if q > 0.5 * (low + high) {
+            q - way
+        } else {
+            q + way
+        }) as f32;
         let mut moved = *command;
         moved.axes[j] = to;
         let there = runtime.evaluate(&moved);

@@ -5,7 +5,8 @@ use crate::errors::{ErrorModel, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{Machine, PerAxis};
 use crate::validate::{
-    Command, Region, Runtime, Verification, is_calibrated, is_partly_calibrated, random_commands, verify,
+    Command, Region, Runtime, Verification, is_calibrated, is_partly_calibrated, random_commands,
+    verify,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -62,18 +63,43 @@ pub struct Mismatch {
 ///
 /// # Errors
 /// [`Mismatch`] with the first difference.
-pub fn belongs(machine: &Machine, errors: &ErrorModel, runtime: &Runtime<'_>) -> Result<(), Mismatch> {
+pub fn belongs(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+) -> Result<(), Mismatch> {
     let compensation = runtime.compensation();
     let differ = |what: &str, blob: String, machine: String| {
         if blob == machine {
             return Ok(());
         }
-        let show = |s: String| if s.is_empty() { format!("no {what}") } else { format!("{what} {s}") };
-        Err(Mismatch { blob: show(blob), machine: show(machine) })
+        let show = |s: String| {
+            if s.is_empty() {
+                format!("no {what}")
+            } else {
+                format!("{what} {s}")
+            }
+        };
+        Err(Mismatch {
+            blob: show(blob),
+            machine: show(machine),
+        })
     };
-    differ("the machine", format!("`{}`", compensation.machine()), format!("`{}`", machine.name))?;
-    let axes: String = compensation.axes().iter().map(|a| char::from(a.name)).collect();
-    differ("the axes", axes, machine.axes.iter().map(|a| a.letter.char()).collect())?;
+    differ(
+        "the machine",
+        format!("`{}`", compensation.machine()),
+        format!("`{}`", machine.name),
+    )?;
+    let axes: String = compensation
+        .axes()
+        .iter()
+        .map(|a| char::from(a.name))
+        .collect();
+    differ(
+        "the axes",
+        axes,
+        machine.axes.iter().map(|a| a.letter.char()).collect(),
+    )?;
     let auxiliaries: Vec<String> = compensation
         .auxiliaries()
         .iter()
@@ -83,9 +109,16 @@ pub fn belongs(machine: &Machine, errors: &ErrorModel, runtime: &Runtime<'_>) ->
         })
         .collect();
     let length = machine.length_range.map(|_| "the tool length".to_owned());
-    let sensors = errors.sensors.iter().map(|s| format!("sensor `{}`", s.sensor));
+    let sensors = errors
+        .sensors
+        .iter()
+        .map(|s| format!("sensor `{}`", s.sensor));
     let wanted: Vec<String> = length.into_iter().chain(sensors).collect();
-    differ("auxiliary inputs", auxiliaries.join(", "), wanted.join(", "))
+    differ(
+        "auxiliary inputs",
+        auxiliaries.join(", "),
+        wanted.join(", "),
+    )
 }
 
 /// Compares a blob with the exact model at `random` positions of each region; `zero` (mm, rad) is
@@ -130,7 +163,12 @@ pub fn prove(
         Some(_) => None,
         None => Some(length_sensitivity(machine, errors, runtime, zero, seed)?),
     };
-    Ok(Proof { travel, inside, outside, um_per_mm_of_tool_length })
+    Ok(Proof {
+        travel,
+        inside,
+        outside,
+        um_per_mm_of_tool_length,
+    })
 }
 
 /// Largest change of the translational error (µm) per mm of tool length, with corrections for
@@ -146,12 +184,22 @@ fn length_sensitivity(
     let own = machine.tool_length();
     let shorter = (own - LENGTH_CHANGE).max(0.0);
     let longer = shorter + 2.0 * LENGTH_CHANGE;
-    let commands = random_commands(machine, errors, Region::Travel, LENGTH_POSITIONS, seed ^ FRESH ^ 2)?;
+    let commands = random_commands(
+        machine,
+        errors,
+        Region::Travel,
+        LENGTH_POSITIONS,
+        seed ^ FRESH ^ 2,
+    )?;
     Ok(commands
         .par_iter()
         .map(|command| {
             let (q, situation) = command.kinematic(machine);
-            let table: Vec<f64> = runtime.evaluate(command).iter().map(|c| f64::from(*c)).collect();
+            let table: Vec<f64> = runtime
+                .evaluate(command)
+                .iter()
+                .map(|c| f64::from(*c))
+                .collect();
             let mut dq = machine.to_kinematic(&table);
             for (d, z) in dq.iter_mut().zip(zero) {
                 *d += z;

@@ -1,11 +1,11 @@
 //! What a user should know about a compensation that is no error.
 
 use super::AxisBounds;
-use super::bounds::Survey;
+use super::bounds::{Peak, Survey};
 use crate::errors::{ErrorModel, Parameter, ParameterKind, Switches};
 use crate::kinematics::{Kinematics, Linearised, NotConverged, Twist};
 use crate::machine::Machine;
-use crate::validate::{Command, Runtime};
+use crate::validate::Runtime;
 use serde::Serialize;
 
 /// Corrections above these are unusual on a machine tool: mm, deg.
@@ -42,7 +42,9 @@ pub enum Warning {
         culprit: Option<Culprit>,
     },
     /// A correction is larger than the bound of its axis, which will cut it off.
-    #[error("the correction of {axis} reaches {correction:.4} {unit}, over its bound of {bound:.4} {unit}: it will be cut off")]
+    #[error(
+        "the correction of {axis} reaches {correction:.4} {unit}, over its bound of {bound:.4} {unit}: it will be cut off"
+    )]
     OverBound {
         /// The axis.
         axis: char,
@@ -55,7 +57,9 @@ pub enum Warning {
     },
     /// A table in a product ends before the travel of its axis: it holds its end value there,
     /// which is wrong kinematics.
-    #[error("table {table} of {axis} covers {from} to {to} only, less than the travel, and stands in a product")]
+    #[error(
+        "table {table} of {axis} covers {from} to {to} only, less than the travel, and stands in a product"
+    )]
     ShortTable {
         /// Number of the table.
         table: usize,
@@ -67,7 +71,9 @@ pub enum Warning {
         to: f32,
     },
     /// More than the default target holds.
-    #[error("{needed} {what}: the default target holds {held}, so raise its capacity, or --tolerance")]
+    #[error(
+        "{needed} {what}: the default target holds {held}, so raise its capacity, or --tolerance"
+    )]
     Capacity {
         /// `tables` or `terms`.
         what: &'static str,
@@ -86,11 +92,20 @@ fn blame(culprit: &Option<Culprit>, unit: &str) -> String {
 }
 
 /// Corrections over the usual size.
-pub fn large(machine: &Machine, errors: &ErrorModel, survey: &Survey<'_>) -> Result<Vec<Warning>, NotConverged> {
+pub fn large(
+    machine: &Machine,
+    errors: &ErrorModel,
+    survey: &Survey<'_>,
+) -> Result<Vec<Warning>, NotConverged> {
     let mut warnings = Vec::new();
-    for ((axis, bound), peak) in machine.axes.iter().zip(survey.bounds()).zip(&survey.largest) {
+    for ((axis, bound), peak) in machine
+        .axes
+        .iter()
+        .zip(survey.bounds())
+        .zip(&survey.largest)
+    {
         if peak.value > LARGE[usize::from(axis.letter.is_rotary())] {
-            warnings.push(culprit(machine, errors, &bound, &peak.at)?);
+            warnings.push(culprit(machine, errors, &bound, peak)?);
         }
     }
     Ok(warnings)
@@ -101,8 +116,9 @@ pub fn culprit(
     machine: &Machine,
     errors: &ErrorModel,
     bound: &AxisBounds,
-    at: &Command,
+    peak: &Peak,
 ) -> Result<Warning, NotConverged> {
+    let at = &peak.at;
     let kinematics = Kinematics::new(machine, errors);
     let (q, situation) = at.kinematic(machine);
     let index = machine.index(bound.axis).unwrap_or(0);
@@ -110,26 +126,39 @@ pub fn culprit(
     let solver = kinematics
         .jacobian(&q, situation.length)
         .solver()
-        .ok_or(NotConverged { step: f64::INFINITY, iterations: 0 })?;
+        .ok_or(NotConverged {
+            step: f64::INFINITY,
+            iterations: 0,
+        })?;
     let linearised = Linearised::new(&kinematics, &q, &situation);
     let part = |twist: &Twist, value: f64| axis.to_command(solver.correct(twist)[index] * value);
     let mut parts: Vec<Culprit> = Vec::new();
     for (parameter, value) in &errors.parameters {
         if let Some(column) = linearised.column(*parameter) {
-            parts.push(Culprit { parameter: parameter.to_string(), part: part(&column, *value) });
+            parts.push(Culprit {
+                parameter: parameter.to_string(),
+                part: part(&column, *value),
+            });
         }
     }
     // Tabulated motions count as a constant of their value here.
     for (i, carrier) in machine.axes.iter().enumerate() {
         let intra = errors.intra_at(machine, i, q[i], &situation, &Switches::ALL);
         for (component, value) in intra.into_iter().flatten().enumerate() {
-            let constant = Parameter { component, axis: carrier.letter.char(), kind: ParameterKind::Degree(0) };
+            let constant = Parameter {
+                component,
+                axis: carrier.letter.char(),
+                kind: ParameterKind::Degree(0),
+            };
             if errors.motions[i][component].table.is_some()
                 && let Some(column) = linearised.column(constant)
             {
                 let name = constant.to_string();
                 let parameter = format!("the table {}", &name[..name.len() - 1]);
-                parts.push(Culprit { parameter, part: part(&column, value) });
+                parts.push(Culprit {
+                    parameter,
+                    part: part(&column, value),
+                });
             }
         }
     }
@@ -141,10 +170,12 @@ pub fn culprit(
         .collect();
     Ok(Warning::Large {
         axis: bound.axis,
-        correction: bound.largest,
+        correction: peak.correction,
         unit: bound.unit,
         place: place.join(", "),
-        culprit: parts.into_iter().max_by(|a, b| a.part.abs().total_cmp(&b.part.abs())),
+        culprit: parts
+            .into_iter()
+            .max_by(|a, b| a.part.abs().total_cmp(&b.part.abs())),
     })
 }
 
@@ -170,11 +201,19 @@ pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
     for bank in compensation.banks() {
         let tables = first..first + usize::from(bank.tables);
         first = tables.end;
-        let Some(axis) = machine.axes.get(usize::from(bank.input)) else { continue };
-        let (from, to) = (bank.start, bank.start + bank.step * (bank.points - 1) as f32);
+        let Some(axis) = machine.axes.get(usize::from(bank.input)) else {
+            continue;
+        };
+        let (from, to) = (
+            bank.start,
+            bank.start + bank.step * (bank.points - 1) as f32,
+        );
         // Points are f32: the ends may be off by their rounding.
         let slack = 1e-5 * (axis.travel[1] - axis.travel[0]);
-        if bank.modulo || (f64::from(from) <= axis.travel[0] + slack && f64::from(to) >= axis.travel[1] - slack) {
+        if bank.modulo
+            || (f64::from(from) <= axis.travel[0] + slack
+                && f64::from(to) >= axis.travel[1] - slack)
+        {
             continue;
         }
         for table in tables {
@@ -182,7 +221,12 @@ pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
                 .terms()
                 .any(|t| t.factors.len() > 1 && t.factors.iter().any(|f| usize::from(*f) == table));
             if in_product {
-                warnings.push(Warning::ShortTable { table, axis: axis.letter.char(), from, to });
+                warnings.push(Warning::ShortTable {
+                    table,
+                    axis: axis.letter.char(),
+                    from,
+                    to,
+                });
             }
         }
     }
@@ -192,9 +236,12 @@ pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
 /// More tables or terms than the default target holds.
 pub fn capacity(runtime: &Runtime<'_>) -> Vec<Warning> {
     let compensation = runtime.compensation();
-    [("tables", compensation.tables(), TABLES), ("terms", compensation.terms().len(), TERMS)]
-        .into_iter()
-        .filter(|(_, needed, held)| needed > held)
-        .map(|(what, needed, held)| Warning::Capacity { what, needed, held })
-        .collect()
+    [
+        ("tables", compensation.tables(), TABLES),
+        ("terms", compensation.terms().len(), TERMS),
+    ]
+    .into_iter()
+    .filter(|(_, needed, held)| needed > held)
+    .map(|(what, needed, held)| Warning::Capacity { what, needed, held })
+    .collect()
 }

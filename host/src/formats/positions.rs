@@ -63,7 +63,10 @@ impl Input {
 
     /// The inputs of a machine with its sensors: axes, the tool length if it is an input, sensors.
     #[must_use]
-    pub fn of_machine<'a>(machine: &Machine, sensors: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
+    pub fn of_machine<'a>(
+        machine: &Machine,
+        sensors: impl IntoIterator<Item = &'a str>,
+    ) -> Vec<Self> {
         let axes = machine.axes.iter().map(|a| Self::axis(a.letter.char()));
         let length = machine.length_range.map(|_| Self::tool_length(TOOL_LENGTH));
         let sensors = sensors.into_iter().map(Self::sensor);
@@ -126,7 +129,7 @@ pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
     let columns = read_header(&cells(first, start), inputs, &header)?;
     let mut rows = Vec::new();
     for (line, start) in lines {
-        rows.push(read_row(line, start, text, &columns, inputs)?);
+        rows.push(read_row(line, start, &columns, inputs)?);
     }
     if rows.is_empty() {
         return Err(FileError::at(
@@ -140,7 +143,11 @@ pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
 }
 
 /// Which input each column is.
-fn read_header(cells: &[Cell<'_>], inputs: &[Input], header: &str) -> Result<Vec<usize>, FileError> {
+fn read_header(
+    cells: &[Cell<'_>],
+    inputs: &[Input],
+    header: &str,
+) -> Result<Vec<usize>, FileError> {
     let mut columns: Vec<usize> = Vec::new();
     for (name, span) in cells {
         let exact = inputs.iter().position(|i| i.name == *name);
@@ -154,7 +161,9 @@ fn read_header(cells: &[Cell<'_>], inputs: &[Input], header: &str) -> Result<Vec
                     format!("column {}: `{name}` is no input", columns.len() + 1)
                 },
                 "unknown column",
-                format!("the header must name exactly the inputs, separated by commas, in any order: {header}"),
+                format!(
+                    "the header must name exactly the inputs, separated by commas, in any order: {header}"
+                ),
             ));
         };
         if columns.contains(&input) {
@@ -180,14 +189,22 @@ fn read_header(cells: &[Cell<'_>], inputs: &[Input], header: &str) -> Result<Vec
     Ok(columns)
 }
 
-fn read_row(line: &str, start: usize, text: &str, columns: &[usize], inputs: &[Input]) -> Result<Vec<f64>, FileError> {
-    let number = text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count() + 1;
+fn read_row(
+    line: &str,
+    start: usize,
+    columns: &[usize],
+    inputs: &[Input],
+) -> Result<Vec<f64>, FileError> {
     let cells = cells(line, start);
     let whole = start..start + line.len();
     if cells.len() > columns.len() {
         return Err(FileError::at(
             cells[columns.len()].1.start..whole.end,
-            format!("line {number} has {} columns, the header has {}", cells.len(), columns.len()),
+            format!(
+                "the row has {} columns, the header has {}",
+                cells.len(),
+                columns.len()
+            ),
             "too many columns",
             "one value per column of the header, with a decimal point, not a comma",
         ));
@@ -196,7 +213,11 @@ fn read_row(line: &str, start: usize, text: &str, columns: &[usize], inputs: &[I
         let missing = &inputs[columns[cells.len()]].name;
         return Err(FileError::at(
             whole,
-            format!("line {number} has {} columns, the header has {}", cells.len(), columns.len()),
+            format!(
+                "the row has {} columns, the header has {}",
+                cells.len(),
+                columns.len()
+            ),
             format!("`{missing}` is missing"),
             "give every position a value in each column",
         ));
@@ -204,8 +225,12 @@ fn read_row(line: &str, start: usize, text: &str, columns: &[usize], inputs: &[I
     let mut row = vec![0.0; inputs.len()];
     for (column, (cell, span)) in cells.iter().enumerate() {
         let name = &inputs[columns[column]].name;
-        let place = format!("line {number}, column {} ({name})", column + 1);
-        let span = if span.is_empty() { whole.clone() } else { span.clone() };
+        let place = format!("column {} ({name})", column + 1);
+        let span = if span.is_empty() {
+            whole.clone()
+        } else {
+            span.clone()
+        };
         if cell.is_empty() {
             return Err(FileError::at(
                 span,
@@ -258,7 +283,11 @@ mod tests {
     use super::*;
 
     fn inputs() -> Vec<Input> {
-        vec![Input::axis('X'), Input::axis('A'), Input::tool_length(TOOL_LENGTH)]
+        vec![
+            Input::axis('X'),
+            Input::axis('A'),
+            Input::tool_length(TOOL_LENGTH),
+        ]
     }
 
     #[test]
@@ -275,14 +304,54 @@ mod tests {
         for (text, line, message, marked) in [
             ("X,A,Q\n1,2,3\n", 1, "column 3: `Q` is no input", "Q"),
             ("X,A,A\n1,2,3\n", 1, "column 3: `A` stands there twice", "A"),
-            ("X,A\n1,2\n", 1, "the column `tool length` is missing", "X,A"),
-            ("X,A,length\n", 1, "there are no positions below the header", "X,A,length"),
-            ("X,A,length\n1,2\n", 2, "line 2 has 2 columns, the header has 3", "1,2"),
-            ("X,A,length\n1,2,3\n1,2,3,4\n", 3, "line 3 has 4 columns, the header has 3", "4"),
-            ("X,A,length\n1,,3\n", 2, "line 2, column 2 (A): the value is missing", "1,,3"),
-            ("X,A,length\n1,two,3\n", 2, "line 2, column 2 (A): `two` is no number", "two"),
-            ("X,A,length\n1, nan,3\n", 2, "line 2, column 2 (A): nan is not a finite position", "nan"),
-            ("X,A,length\n1,2,1e39\n", 2, "line 2, column 3 (tool length): 1e39 is not a finite position", "1e39"),
+            (
+                "X,A\n1,2\n",
+                1,
+                "the column `tool length` is missing",
+                "X,A",
+            ),
+            (
+                "X,A,length\n",
+                1,
+                "there are no positions below the header",
+                "X,A,length",
+            ),
+            (
+                "X,A,length\n1,2\n",
+                2,
+                "the row has 2 columns, the header has 3",
+                "1,2",
+            ),
+            (
+                "X,A,length\n1,2,3\n1,2,3,4\n",
+                3,
+                "the row has 4 columns, the header has 3",
+                "4",
+            ),
+            (
+                "X,A,length\n1,,3\n",
+                2,
+                "column 2 (A): the value is missing",
+                "1,,3",
+            ),
+            (
+                "X,A,length\n1,two,3\n",
+                2,
+                "column 2 (A): `two` is no number",
+                "two",
+            ),
+            (
+                "X,A,length\n1, nan,3\n",
+                2,
+                "column 2 (A): nan is not a finite position",
+                "nan",
+            ),
+            (
+                "X,A,length\n1,2,1e39\n",
+                2,
+                "column 3 (tool length): 1e39 is not a finite position",
+                "1e39",
+            ),
         ] {
             let error = read(text, &inputs()).unwrap_err();
             assert_eq!(error.message, message);
@@ -290,7 +359,10 @@ mod tests {
             assert_eq!(&text[error.span.clone().unwrap()], marked, "{text}");
             assert!(!error.remedy.is_empty());
         }
-        assert_eq!(read("", &inputs()).unwrap_err().message, "the file is empty");
+        assert_eq!(
+            read("", &inputs()).unwrap_err().message,
+            "the file is empty"
+        );
     }
 
     #[test]
