@@ -1,6 +1,6 @@
 //! What a compensation does to the volumetric error.
 
-use crate::errors::{ErrorModel, Situation, Switches};
+use crate::errors::{ErrorModel, Motion, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged, Twist};
 use crate::machine::{MAX_AXES, Machine, PerAxis};
 use rand::{RngExt, SeedableRng};
@@ -54,7 +54,11 @@ impl Command {
         if with_length == 1 {
             situation.length = Some(f64::from(self.auxiliaries[0]));
         }
-        for (kelvin, value) in situation.kelvin.iter_mut().zip(&self.auxiliaries[with_length..]) {
+        for (kelvin, value) in situation
+            .kelvin
+            .iter_mut()
+            .zip(&self.auxiliaries[with_length..])
+        {
             *kelvin = f64::from(*value);
         }
         (machine.to_kinematic(&position), situation)
@@ -99,9 +103,9 @@ impl<'a> Runtime<'a> {
 pub enum Region {
     /// The whole travel.
     Travel,
-    /// Only where every error motion is calibrated.
+    /// Only where every error motion is calibrated, at the command and at the corrected position.
     Inside,
-    /// Only where some axis is outside its calibrated range.
+    /// Everywhere else.
     Outside,
 }
 
@@ -166,14 +170,12 @@ pub struct Verification {
     pub largest: Vec<f64>,
 }
 
-/// True if a command lies where every error motion that holds is calibrated.
+/// True if a command lies where every error motion that holds is calibrated, at `position` (mm, rad).
 #[must_use]
-pub fn is_calibrated(machine: &Machine, errors: &ErrorModel, command: &Command) -> bool {
-    machine.axes.iter().enumerate().all(|(i, axis)| {
-        let [low, high] = calibrated(machine, errors, i);
-        let q = f64::from(command.axes[i]);
-        !errors.motions[i].iter().any(crate::errors::Motion::holds)
-            || (q >= low.max(axis.travel[0]) && q <= high.min(axis.travel[1]))
+pub fn is_calibrated(machine: &Machine, errors: &ErrorModel, position: &PerAxis) -> bool {
+    (0..machine.axes.len()).all(|i| {
+        let [low, high] = errors.calibrated[i];
+        !errors.motions[i].iter().any(Motion::holds) || (position[i] >= low && position[i] <= high)
     })
 }
 
@@ -188,32 +190,45 @@ pub fn calibrated(machine: &Machine, errors: &ErrorModel, axis: usize) -> [f64; 
 pub fn is_partly_calibrated(machine: &Machine, errors: &ErrorModel) -> bool {
     machine.axes.iter().enumerate().any(|(i, axis)| {
         let [low, high] = calibrated(machine, errors, i);
-        errors.motions[i].iter().any(crate::errors::Motion::holds)
+        errors.motions[i].iter().any(Motion::holds)
             && (low > axis.travel[0] + 1e-9 || high < axis.travel[1] - 1e-9)
     })
 }
 
 /// Random commands: positions, directions of travel, tool lengths and temperatures.
-#[must_use]
-pub fn random_commands(machine: &Machine, errors: &ErrorModel, region: Region, count: usize, seed: u64) -> Vec<Command> {
+///
+/// # Errors
+/// [`NotConverged`] where the correction that decides between inside and outside fails.
+pub fn random_commands(
+    machine: &Machine,
+    errors: &ErrorModel,
+    region: Region,
+    count: usize,
+    seed: u64,
+) -> Result<Vec<Command>, NotConverged> {
+    let kinematics = Kinematics::new(machine, errors);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::with_capacity(count);
     let partly = is_partly_calibrated(machine, errors);
     if region == Region::Outside && !partly {
-        return commands;
+        return Ok(commands);
     }
     while commands.len() < count {
         let mut command = Command::at(machine, &[]);
         for (i, axis) in machine.axes.iter().enumerate() {
             let [mut low, mut high] = axis.travel;
-            if region == Region::Inside && errors.motions[i].iter().any(crate::errors::Motion::holds) {
+            if region == Region::Inside && errors.motions[i].iter().any(Motion::holds) {
                 let [from, to] = calibrated(machine, errors, i);
                 (low, high) = (low.max(from), high.min(to));
             }
             // Rounded as the runtime sees it, and not beyond the ends by rounding.
             let q = (low + (high - low) * random.random::<f64>()) as f32;
             command.axes[i] = q.max(low as f32).min(high as f32);
-            command.travel[i] = if random.random::<bool>() { Travel::Positive } else { Travel::Negative };
+            command.travel[i] = if random.random::<bool>() {
+                Travel::Positive
+            } else {
+                Travel::Negative
+            };
         }
         let with_length = usize::from(machine.length_range.is_some());
         if let Some([low, high]) = machine.length_range {
@@ -221,14 +236,23 @@ pub fn random_commands(machine: &Machine, errors: &ErrorModel, region: Region, c
         }
         for (k, sensor) in errors.sensors.iter().enumerate() {
             let [low, high] = sensor.range_kelvin;
-            command.auxiliaries[with_length + k] = (low + (high - low) * random.random::<f64>()) as f32;
+            command.auxiliaries[with_length + k] =
+                (low + (high - low) * random.random::<f64>()) as f32;
         }
-        if region == Region::Outside && is_calibrated(machine, errors, &command) {
-            continue;
+        if region != Region::Travel {
+            // The corrected position counts: there the motions are evaluated.
+            let (q, situation) = command.kinematic(machine);
+            let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+            let corrected = std::array::from_fn(|i| q[i] + dq[i]);
+            let inside =
+                is_calibrated(machine, errors, &q) && is_calibrated(machine, errors, &corrected);
+            if inside != (region == Region::Inside) {
+                continue;
+            }
         }
         commands.push(command);
     }
-    commands
+    Ok(commands)
 }
 
 struct Sample {
@@ -291,14 +315,24 @@ pub fn verify(
         })),
     };
     let worst = |kind: usize, scale: f64| {
-        samples.iter().map(|s| s.difference[kind] * scale).fold(0.0, f64::max)
+        samples
+            .iter()
+            .map(|s| s.difference[kind] * scale)
+            .fold(0.0, f64::max)
     };
     let worst_at = samples
         .iter()
         .zip(commands)
         .map(|(s, c)| ((s.difference[0] * 1e3).max(s.difference[1] * 1e6), c))
         .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, c)| machine.axes.iter().zip(c.axes).map(|(_, q)| f64::from(q)).collect())
+        .map(|(_, c)| {
+            machine
+                .axes
+                .iter()
+                .zip(c.axes)
+                .map(|(_, q)| f64::from(q))
+                .collect()
+        })
         .unwrap_or_default();
     Ok(Verification {
         positions: samples.len(),
@@ -309,7 +343,12 @@ pub fn verify(
         difference_urad: worst(1, 1e6),
         worst_at,
         largest: (0..machine.axes.len())
-            .map(|i| samples.iter().map(|s| f64::from(s.corrections[i].abs())).fold(0.0, f64::max))
+            .map(|i| {
+                samples
+                    .iter()
+                    .map(|s| f64::from(s.corrections[i].abs()))
+                    .fold(0.0, f64::max)
+            })
             .collect(),
     })
 }

@@ -267,7 +267,12 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 modulo: r.take(part)?,
                 direction: r.variant(
                     part,
-                    &[Direction::Both, Direction::Positive, Direction::Negative],
+                    &[
+                        Direction::Both,
+                        Direction::Positive,
+                        Direction::Negative,
+                        Direction::Signed,
+                    ],
                 )?,
                 interpolation: r.variant(part, &[Interpolation::Linear, Interpolation::Cubic])?,
                 format: r.format(part)?,

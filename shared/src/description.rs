@@ -90,6 +90,9 @@ pub enum Direction {
     Positive,
     /// While the input axis last moved negative; otherwise the tables are 0.
     Negative,
+    /// As stored after positive travel, negated after negative travel, 0 while the direction is
+    /// unknown: what changes sign with the direction, as backlash does.
+    Signed,
 }
 
 /// How samples are stored.

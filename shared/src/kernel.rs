@@ -90,9 +90,18 @@ pub(crate) fn evaluate<
         table += width;
         // SAFETY: guarantee 1.
         let x = unsafe { input(inputs, bank.span.slot) };
-        if bank.direction != Direction::Both && !travels(bank, travel) {
+        let last = if bank.direction == Direction::Both {
+            Travel::Unknown
+        } else {
+            debug_assert!(usize::from(bank.span.slot) < AXES);
+            // SAFETY: guarantee 1.
+            unsafe { *travel.0.get_unchecked(usize::from(bank.span.slot)) }
+        };
+        if !holds(bank.direction, last) {
             values.fill(MaybeUninit::new(0.0));
-        } else if bank.integer {
+            continue;
+        }
+        if bank.integer {
             // SAFETY: guarantee 4.
             let scales = unsafe { c.scales.get_unchecked(table - width..table) };
             fill(bank, x, c.shorts, scales, values);
@@ -101,6 +110,12 @@ pub(crate) fn evaluate<
             // SAFETY: as above.
             let scales = unsafe { c.scales.get_unchecked(table - width..table) };
             fill(bank, x, c.floats, scales, values);
+        }
+        if bank.direction == Direction::Signed && last == Travel::Negative {
+            for value in values {
+                // SAFETY: `fill` wrote every value.
+                *value = MaybeUninit::new(-unsafe { value.assume_init() });
+            }
         }
     }
     debug_assert_eq!(table, usize::from(c.tables));
@@ -137,16 +152,14 @@ unsafe fn input<const AXES: usize>(inputs: &Inputs<AXES>, slot: u8) -> f32 {
     }
 }
 
-/// Whether the input of a directional bank last moved in its direction.
+/// Whether the tables of a bank count while its input last moved in direction `last`.
 #[inline(always)]
-fn travels<const AXES: usize>(bank: &BankLookup, travel: &Travelling<AXES>) -> bool {
-    debug_assert!(usize::from(bank.span.slot) < AXES);
-    // SAFETY: guarantee 1.
-    let last = unsafe { *travel.0.get_unchecked(usize::from(bank.span.slot)) };
-    match bank.direction {
+fn holds(direction: Direction, last: Travel) -> bool {
+    match direction {
         Direction::Both => true,
         Direction::Positive => last == Travel::Positive,
         Direction::Negative => last == Travel::Negative,
+        Direction::Signed => last != Travel::Unknown,
     }
 }
 

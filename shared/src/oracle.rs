@@ -13,14 +13,17 @@ fn columns(draft: &Draft) -> impl Iterator<Item = (&DraftBank, &Vec<f32>)> {
         .flat_map(|bank| bank.columns.iter().map(move |column| (bank, column)))
 }
 
-fn matches(draft: &Draft, bank: &DraftBank, travel: &[Travel]) -> bool {
-    match bank.direction {
-        Direction::Both => true,
-        Direction::Positive => travel[usize::from(bank.input)] == Travel::Positive,
-        Direction::Negative => {
-            assert!(usize::from(bank.input) < draft.axes.len());
-            travel[usize::from(bank.input)] == Travel::Negative
-        }
+/// What a table's value is multiplied by: 1, 0 or −1.
+fn sign(draft: &Draft, bank: &DraftBank, travel: &[Travel]) -> f32 {
+    if bank.direction == Direction::Both {
+        return 1.0;
+    }
+    assert!(usize::from(bank.input) < draft.axes.len());
+    match (bank.direction, travel[usize::from(bank.input)]) {
+        (Direction::Positive | Direction::Signed, Travel::Positive) => 1.0,
+        (Direction::Negative, Travel::Negative) => 1.0,
+        (Direction::Signed, Travel::Negative) => -1.0,
+        _ => 0.0,
     }
 }
 
@@ -100,10 +103,11 @@ pub fn to_the_letter(
 ) -> Vec<f32> {
     let values: Vec<f32> = columns(draft)
         .map(|(bank, column)| {
-            if matches(draft, bank, travel) {
-                table(bank, column, inputs[usize::from(bank.input)])
-            } else {
+            let sign = sign(draft, bank, travel);
+            if sign == 0.0 {
                 0.0
+            } else {
+                sign * table(bank, column, inputs[usize::from(bank.input)])
             }
         })
         .collect();
@@ -203,10 +207,12 @@ pub fn in_f64(
     let epsilon = f64::from(f32::EPSILON);
     let values: Vec<(f64, f64)> = columns(draft)
         .map(|(bank, column)| {
-            if matches(draft, bank, travel) {
-                exact(bank, column, f64::from(inputs[usize::from(bank.input)]))
-            } else {
+            let sign = sign(draft, bank, travel);
+            if sign == 0.0 {
                 (0.0, 0.0)
+            } else {
+                let (value, size) = exact(bank, column, f64::from(inputs[usize::from(bank.input)]));
+                (f64::from(sign) * value, size)
             }
         })
         .collect();

@@ -59,7 +59,11 @@ impl ErrorModel {
         if *file.machine.get_ref() != machine.name {
             return Err(FileError::at(
                 file.machine.span(),
-                format!("these errors belong to `{}`, the machine is `{}`", file.machine.get_ref(), machine.name),
+                format!(
+                    "these errors belong to `{}`, the machine is `{}`",
+                    file.machine.get_ref(),
+                    machine.name
+                ),
                 "another machine",
                 "use the machine file of this name, or correct the name if it is the same machine",
             ));
@@ -68,11 +72,20 @@ impl ErrorModel {
         let mut places: BTreeMap<Parameter, Range<usize>> = BTreeMap::new();
         for (name, value) in &file.parameters {
             let parameter = known(name, machine)?;
-            let limit = if parameter.is_angular() { MAX_ANGLE } else { MAX_LENGTH };
+            let limit = if parameter.is_angular() {
+                MAX_ANGLE
+            } else {
+                MAX_LENGTH
+            };
             let v = *value.get_ref();
             let alone = !matches!(parameter.kind, ParameterKind::Degree(k) if k > 0);
             if !v.is_finite() || (alone && v.abs() > limit) {
-                return Err(unphysical(value.span(), &parameter.to_string(), limit, parameter.is_angular()));
+                return Err(unphysical(
+                    value.span(),
+                    &parameter.to_string(),
+                    limit,
+                    parameter.is_angular(),
+                ));
             }
             model.set(machine, parameter, v);
             places.insert(parameter, value.span());
@@ -87,7 +100,9 @@ impl ErrorModel {
                     "write a value of 0 or more, in the parameter's unit",
                 ));
             }
-            model.standard_uncertainty.insert(parameter, *value.get_ref());
+            model
+                .standard_uncertainty
+                .insert(parameter, *value.get_ref());
         }
         model.read_calibrated(&file, machine)?;
         model.read_thermal(&file, machine)?;
@@ -120,11 +135,22 @@ impl ErrorModel {
             let parameter = known(name, machine)?;
             let entry = spanned.get_ref();
             let range = entry.range_kelvin.unwrap_or(RANGE_KELVIN);
-            let numbers = [entry.per_kelvin, entry.reference_celsius, range[0], range[1]];
-            if numbers.iter().any(|v| !v.is_finite()) || range[0] >= range[1] || range[0] > 0.0 || range[1] < 0.0 {
+            let numbers = [
+                entry.per_kelvin,
+                entry.reference_celsius,
+                range[0],
+                range[1],
+            ];
+            if numbers.iter().any(|v| !v.is_finite())
+                || range[0] >= range[1]
+                || range[0] > 0.0
+                || range[1] < 0.0
+            {
                 return Err(FileError::at(
                     spanned.span(),
-                    format!("the thermal entry of {parameter} has a value that is not finite, or a range without 0"),
+                    format!(
+                        "the thermal entry of {parameter} has a value that is not finite, or a range without 0"
+                    ),
                     "here",
                     "write finite numbers, and range_kelvin = [below, above] around 0",
                 ));
@@ -135,7 +161,10 @@ impl ErrorModel {
                     if known.reference_celsius != entry.reference_celsius {
                         return Err(FileError::at(
                             spanned.span(),
-                            format!("sensor `{}` has two different reference temperatures", entry.sensor),
+                            format!(
+                                "sensor `{}` has two different reference temperatures",
+                                entry.sensor
+                            ),
                             "here the second",
                             "give one reference per sensor",
                         ));
@@ -147,12 +176,17 @@ impl ErrorModel {
                     index
                 }
                 None => {
-                    if self.sensors.len() == MAX_SENSORS || entry.sensor.is_empty() || entry.sensor.len() > 16 {
+                    if self.sensors.len() == MAX_SENSORS
+                        || entry.sensor.is_empty()
+                        || entry.sensor.len() > 16
+                    {
                         return Err(FileError::at(
                             spanned.span(),
                             format!("sensor `{}` cannot be used", entry.sensor),
                             "here",
-                            format!("use at most {MAX_SENSORS} sensors with names of 1 to 16 bytes"),
+                            format!(
+                                "use at most {MAX_SENSORS} sensors with names of 1 to 16 bytes"
+                            ),
                         ));
                     }
                     self.sensors.push(Thermal {
@@ -205,7 +239,10 @@ impl ErrorModel {
             if !motion.coefficients.is_empty() || !motion.thermal.is_empty() {
                 return Err(FileError::at(
                     name.span(),
-                    format!("{} is given both as a table and as coefficients", name.get_ref()),
+                    format!(
+                        "{} is given both as a table and as coefficients",
+                        name.get_ref()
+                    ),
                     "the table",
                     "keep one of the two",
                 ));
@@ -215,20 +252,36 @@ impl ErrorModel {
             if a.len() != v.len() || a.len() < 2 {
                 return Err(FileError::at(
                     value.span(),
-                    format!("{} has {} positions and {} values", name.get_ref(), a.len(), v.len()),
+                    format!(
+                        "{} has {} positions and {} values",
+                        name.get_ref(),
+                        a.len(),
+                        v.len()
+                    ),
                     "here",
                     "write as many values as positions, at least two",
                 ));
             }
-            if let Some(k) = a.windows(2).position(|w| w[0].is_nan() || w[1].is_nan() || w[0] >= w[1]) {
+            if let Some(k) = a
+                .windows(2)
+                .position(|w| w[0].is_nan() || w[1].is_nan() || w[0] >= w[1])
+            {
                 return Err(FileError::at(
                     at.span(),
-                    format!("the positions of {} do not increase at entry {}", name.get_ref(), k + 2),
+                    format!(
+                        "the positions of {} do not increase at entry {}",
+                        name.get_ref(),
+                        k + 2
+                    ),
                     "here",
                     "sort the positions and give each only once",
                 ));
             }
-            let (limit, angular) = if component >= 3 { (MAX_ANGLE, true) } else { (MAX_LENGTH, false) };
+            let (limit, angular) = if component >= 3 {
+                (MAX_ANGLE, true)
+            } else {
+                (MAX_LENGTH, false)
+            };
             if v.iter().any(|v| !v.is_finite() || v.abs() > limit) {
                 return Err(unphysical(value.span(), name.get_ref(), limit, angular));
             }
@@ -259,7 +312,11 @@ impl ErrorModel {
                     break;
                 };
                 for (component, e) in error.iter().enumerate() {
-                    let (limit, angular) = if component >= 3 { (MAX_ANGLE, true) } else { (MAX_LENGTH, false) };
+                    let (limit, angular) = if component >= 3 {
+                        (MAX_ANGLE, true)
+                    } else {
+                        (MAX_LENGTH, false)
+                    };
                     if e.abs() <= limit {
                         continue;
                     }
@@ -281,7 +338,12 @@ impl ErrorModel {
                         None => (file.machine.span(), format!("an error of {}", axis.letter)),
                     };
                     let mut error = unphysical(span, &name, limit, angular);
-                    error.label = format!("at {} = {:.1} {}", axis.letter, axis.to_command(q), axis.unit());
+                    error.label = format!(
+                        "at {} = {:.1} {}",
+                        axis.letter,
+                        axis.to_command(q),
+                        axis.unit()
+                    );
                     error.remedy.push_str("; if it is a polynomial known in a part of the travel only, say where under [calibrated]");
                     return Err(error);
                 }
@@ -329,7 +391,11 @@ fn no_such_axis(span: Range<usize>, letter: char, machine: &Machine) -> FileErro
         span,
         format!("the machine has no axis {letter}"),
         "unknown axis",
-        format!("{} has the axes {} and the spindle S (inter-axis errors only)", machine.name, letters.join(" ")),
+        format!(
+            "{} has the axes {} and the spindle S (inter-axis errors only)",
+            machine.name,
+            letters.join(" ")
+        ),
     )
 }
 

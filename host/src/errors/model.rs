@@ -1,7 +1,7 @@
 //! The error model: what every axis does wrong, as functions of its commanded position.
 
 use super::parameter::{Parameter, ParameterKind};
-use crate::machine::{Machine, MAX_AXES, PerAxis};
+use crate::machine::{MAX_AXES, Machine, PerAxis};
 use std::collections::BTreeMap;
 
 /// The most temperature sensors: one auxiliary input is kept for the tool length.
@@ -54,7 +54,11 @@ impl Motion {
     /// The value (mm or rad) at a position (mm or rad) inside the calibrated range, coming with
     /// `sign` (+1, −1, or 0 if unknown), at `kelvin` from the sensors' references.
     fn value(&self, q: f64, sign: f64, kelvin: &[f64; MAX_SENSORS]) -> f64 {
-        let mut value = self.coefficients.iter().rev().fold(0.0, |sum, c| sum * q + c);
+        let mut value = self
+            .coefficients
+            .iter()
+            .rev()
+            .fold(0.0, |sum, c| sum * q + c);
         for (degree, sensor, per_kelvin) in &self.thermal {
             value += per_kelvin * kelvin[*sensor] * q.powi(*degree as i32);
         }
@@ -98,6 +102,9 @@ pub struct Situation {
     pub length: Option<f64>,
     /// Temperature of each sensor from its reference (K).
     pub kelvin: [f64; MAX_SENSORS],
+    /// Positions (mm, rad) that decide, instead of those at which the errors are evaluated,
+    /// whether a motion is outside its calibrated range and holds its end value.
+    pub hold_by: Option<PerAxis>,
 }
 
 impl Default for Situation {
@@ -107,6 +114,7 @@ impl Default for Situation {
             sign: [0.0; MAX_AXES],
             length: None,
             kelvin: [0.0; MAX_SENSORS],
+            hold_by: None,
         }
     }
 }
@@ -225,7 +233,14 @@ impl ErrorModel {
             return None;
         }
         let [low, high] = self.calibrated[index];
-        let held = if q < low { low } else if q > high { high } else { q };
+        let held = match situation.hold_by {
+            None if q < low => low,
+            None if q > high => high,
+            // Points of tables are f32: an end that is meant may come out a little outside.
+            Some(by) if by[index] < low - 1e-6 * (high - low) => low,
+            Some(by) if by[index] > high + 1e-6 * (high - low) => high,
+            _ => q,
+        };
         let full = switches.0[index] || machine.axes[index].letter.is_rotary();
         let mut error = [0.0; 6];
         for (component, (e, motion)) in error.iter_mut().zip(&self.motions[index]).enumerate() {
@@ -245,12 +260,15 @@ impl ErrorModel {
     #[must_use]
     pub fn bends(&self, machine: &Machine, index: usize) -> bool {
         !machine.axes[index].letter.is_rotary()
-            && self.motions[index].iter().enumerate().any(|(component, m)| {
-                let varies = m.coefficients.iter().skip(1).any(|c| *c != 0.0)
-                    || m.table.is_some()
-                    || m.thermal.iter().any(|(degree, _, _)| *degree >= 1);
-                varies && (component >= 3 || m.holds())
-            })
+            && self.motions[index]
+                .iter()
+                .enumerate()
+                .any(|(component, m)| {
+                    let varies = m.coefficients.iter().skip(1).any(|c| *c != 0.0)
+                        || m.table.is_some()
+                        || m.thermal.iter().any(|(degree, _, _)| *degree >= 1);
+                    varies && (component >= 3 || m.holds())
+                })
     }
 
     /// True if an axis has backlash in any component.

@@ -74,7 +74,8 @@ impl Parameter {
     #[must_use]
     pub fn parse_motion(name: &str) -> Option<(usize, char)> {
         let parameter = Self::parse(&format!("{name}0"))?;
-        matches!(parameter.kind, ParameterKind::Degree(0)).then_some((parameter.component, parameter.axis))
+        matches!(parameter.kind, ParameterKind::Degree(0))
+            .then_some((parameter.component, parameter.axis))
     }
 
     /// True if its value is an angle (rad), false if a length (mm).
@@ -108,7 +109,10 @@ mod tests {
 
     #[test]
     fn what_is_no_name_is_refused() {
-        for name in ["", "E", "EX", "EXX", "EB0", "EB0Q", "EB0AA", "XB0A", "EDA1", "EXS1", "EXX01", "EXX99", "EXXB", "EOX0"] {
+        for name in [
+            "", "E", "EX", "EXX", "EB0", "EB0Q", "EB0AA", "XB0A", "EDA1", "EXS1", "EXX01", "EXX99",
+            "EXXB", "EOX0",
+        ] {
             assert_eq!(Parameter::parse(name), None, "{name}");
         }
     }

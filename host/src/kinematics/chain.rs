@@ -33,7 +33,8 @@ impl<'a> Kinematics<'a> {
     /// Lays out the two branches.
     #[must_use]
     pub fn new(machine: &'a Machine, errors: &'a ErrorModel) -> Self {
-        let (workpiece, to_workpiece) = links(machine, errors, Branch::Workpiece, machine.workpiece);
+        let (workpiece, to_workpiece) =
+            links(machine, errors, Branch::Workpiece, machine.workpiece);
         let (tool, to_spindle) = links(machine, errors, Branch::Tool, machine.spindle);
         Self {
             machine,
@@ -51,7 +52,11 @@ impl<'a> Kinematics<'a> {
 
     /// The commanded motion of an axis, in the direction of its frame (mm or rad).
     fn motion(&self, index: usize, q: f64) -> f64 {
-        if self.machine.axes[index].reversed { -q } else { q }
+        if self.machine.axes[index].reversed {
+            -q
+        } else {
+            q
+        }
     }
 
     fn moved(&self, frame: Htm, index: usize, q: f64) -> Htm {
@@ -86,20 +91,26 @@ impl<'a> Kinematics<'a> {
                 let located = if cold {
                     link.located
                 } else {
-                    link.relative * Htm::from_xyz_abc(self.errors.inter_at(link.index, &situation.kelvin))
+                    link.relative
+                        * Htm::from_xyz_abc(self.errors.inter_at(link.index, &situation.kelvin))
                 };
                 let moved = self.moved(frame * located, link.index, q[link.index]);
-                match self
-                    .errors
-                    .intra_at(self.machine, link.index, q[link.index], situation, switches)
-                {
+                match self.errors.intra_at(
+                    self.machine,
+                    link.index,
+                    q[link.index],
+                    situation,
+                    switches,
+                ) {
                     Some(error) => moved * Htm::from_xyz_abc(error),
                     None => moved,
                 }
             })
         };
         let workpiece = branch(&self.workpiece) * self.to_workpiece;
-        let spindle = self.errors.inter_at(self.machine.axes.len(), &situation.kelvin);
+        let spindle = self
+            .errors
+            .inter_at(self.machine.axes.len(), &situation.kelvin);
         let tool = branch(&self.tool)
             * self.to_spindle
             * Htm::from_xyz_abc(spindle)
@@ -110,9 +121,16 @@ impl<'a> Kinematics<'a> {
     /// The volumetric error at a command, without or with a correction added to it: the twist
     /// of nominal(q)⁻¹ · actual(q + Δq), in the tool frame at the tip (mm, rad).
     #[must_use]
-    pub fn volumetric_error(&self, q: &PerAxis, correction: &PerAxis, situation: &Situation) -> Twist {
+    pub fn volumetric_error(
+        &self,
+        q: &PerAxis,
+        correction: &PerAxis,
+        situation: &Situation,
+    ) -> Twist {
         let corrected = std::array::from_fn(|i| q[i] + correction[i]);
-        (self.nominal(q, situation.length).inverse() * self.actual(&corrected, situation, &Switches::ALL)).twist()
+        (self.nominal(q, situation.length).inverse()
+            * self.actual(&corrected, situation, &Switches::ALL))
+        .twist()
     }
 
     /// The control Jacobian at `q`: the twist of the tool (tool frame, at the tip) per mm or rad
@@ -128,7 +146,10 @@ impl<'a> Kinematics<'a> {
                 frames[link.index]
             });
         }
-        let last = self.tool.last().map_or(Htm::identity(), |l| frames[l.index]);
+        let last = self
+            .tool
+            .last()
+            .map_or(Htm::identity(), |l| frames[l.index]);
         let spindle = last * self.to_spindle;
         let tip = spindle.r * self.tip(length) + spindle.t;
         let to_tool = spindle.r.transpose();
@@ -136,7 +157,11 @@ impl<'a> Kinematics<'a> {
         for (index, axis) in self.machine.axes.iter().enumerate() {
             let direction = frames[index].r.column(axis.letter.component()).into_owned();
             // A workpiece-branch axis moves the tool the other way relative to the workpiece.
-            let mut sign = if axis.branch == Branch::Workpiece { -1.0 } else { 1.0 };
+            let mut sign = if axis.branch == Branch::Workpiece {
+                -1.0
+            } else {
+                1.0
+            };
             if axis.reversed {
                 sign = -sign;
             }

@@ -15,7 +15,9 @@ pub struct Correction {
 
 /// The iteration did not converge: the errors are far too large for this position.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("the kinematic correction does not converge here: a step of {step:.1e} mm or rad remains after {iterations} iterations")]
+#[error(
+    "the kinematic correction does not converge here: a step of {step:.1e} mm or rad remains after {iterations} iterations"
+)]
 pub struct NotConverged {
     /// The last step (mm or rad).
     pub step: f64,
@@ -42,6 +44,18 @@ impl Kinematics<'_> {
         situation: &Situation,
         switches: &Switches,
     ) -> Result<Correction, NotConverged> {
+        self.correction_within(q, situation, switches, STEP)
+    }
+
+    /// The same, ended when no axis moves more than `limit` (mm or rad) any more; what remains is
+    /// smaller than that by the relative size of the errors.
+    pub(crate) fn correction_within(
+        &self,
+        q: &PerAxis,
+        situation: &Situation,
+        switches: &Switches,
+        limit: f64,
+    ) -> Result<Correction, NotConverged> {
         let failed = |step, iterations| NotConverged { step, iterations };
         let solver = self
             .jacobian(q, situation.length)
@@ -60,8 +74,11 @@ impl Kinematics<'_> {
                 size = size.max(s.abs());
             }
             // Converged, or at the floor of rounding, where steps no longer shrink.
-            if size < STEP || (size < 1e3 * STEP && size >= 0.5 * last) {
-                return Ok(Correction { dq, iterations: iteration });
+            if size < limit || (size < 1e3 * STEP && size >= 0.5 * last) {
+                return Ok(Correction {
+                    dq,
+                    iterations: iteration,
+                });
             }
             if !size.is_finite() {
                 return Err(failed(size, iteration));

@@ -60,7 +60,10 @@ impl Htm {
     #[must_use]
     pub fn inverse(&self) -> Self {
         let r = self.r.transpose();
-        Self { r, t: -(r * self.t) }
+        Self {
+            r,
+            t: -(r * self.t),
+        }
     }
 
     /// Moves the inner frame by `distance` mm along its own axis `component`.
@@ -120,9 +123,7 @@ impl Twist {
     /// The twist as `[x y z a b c]` (mm, rad).
     #[must_use]
     pub fn to_array(self) -> [f64; 6] {
-        [
-            self.t.x, self.t.y, self.t.z, self.r.x, self.r.y, self.r.z,
-        ]
+        [self.t.x, self.t.y, self.t.z, self.r.x, self.r.y, self.r.z]
     }
 }
 

@@ -52,14 +52,18 @@ impl<'a> Linearised<'a> {
             'S' => self.machine.axes.len(),
             letter => self.machine.index(letter)?,
         };
-        let tool = index == self.machine.axes.len()
-            || self.machine.axes[index].branch == Branch::Tool;
+        let tool =
+            index == self.machine.axes.len() || self.machine.axes[index].branch == Branch::Tool;
         let factor = match parameter.kind {
             ParameterKind::Inter => 1.0,
             ParameterKind::Degree(k) => {
                 let [low, high] = self.calibrated[index];
                 let held = self.q[index].max(low).min(high);
-                let at = if self.holds[index][parameter.component] { held } else { self.q[index] };
+                let at = if self.holds[index][parameter.component] {
+                    held
+                } else {
+                    self.q[index]
+                };
                 at.powi(i32::from(k))
             }
             ParameterKind::Backlash => self.sign[index],

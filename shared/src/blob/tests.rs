@@ -198,7 +198,7 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
             malformed(Part::Auxiliary(0)),
         ),
         (bank(2, 0, 0, 0), malformed(Part::Bank(0))),
-        (bank(0, 3, 0, 0), unknown(Part::Bank(0), 3)),
+        (bank(0, 4, 0, 0), unknown(Part::Bank(0), 4)),
         (bank(0, 0, 2, 0), unknown(Part::Bank(0), 2)),
         (bank(0, 0, 0, 2), unknown(Part::Bank(0), 2)),
     ]);

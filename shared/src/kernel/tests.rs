@@ -340,7 +340,7 @@ fn drafts() -> impl Strategy<Value = Draft> {
         -500.0_f32..500.0,
         0.01_f32..100.0,
         any::<bool>(),
-        0..3_usize,
+        0..4_usize,
         any::<bool>(),
         (2_usize..7, 1_usize..4),
     )
@@ -348,8 +348,12 @@ fn drafts() -> impl Strategy<Value = Draft> {
             move |(input, start, step, modulo, direction, cubic, (points, tables))| {
                 prop::collection::vec(column(points), tables).prop_map(move |columns| DraftBank {
                     modulo,
-                    direction: [Direction::Both, Direction::Positive, Direction::Negative]
-                        [if input == 3 { 0 } else { direction }],
+                    direction: [
+                        Direction::Both,
+                        Direction::Positive,
+                        Direction::Negative,
+                        Direction::Signed,
+                    ][if input == 3 { 0 } else { direction }],
                     interpolation: if cubic {
                         Interpolation::Cubic
                     } else {

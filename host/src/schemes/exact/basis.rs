@@ -1,7 +1,7 @@
 //! For each variable, the functions that the correction is made of.
 
 use super::sampling::{Component, Sampler};
-use super::variables::{Kind, Variable};
+use super::variables::{Kind, Variable, positions};
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::{DMatrix, DVector};
@@ -42,7 +42,7 @@ pub struct Basis {
     known: DMatrix<f64>,
     /// Pseudo-inverse: columns × numeric.
     unfold: DMatrix<f64>,
-    /// Largest magnitude of each function in the range.
+    /// Largest magnitude of each function in the calibrated range.
     pub peaks: Vec<f64>,
 }
 
@@ -50,7 +50,7 @@ pub struct Basis {
 #[derive(Clone, Debug)]
 struct Column {
     component: usize,
-    affine: usize,
+    monomial: usize,
     node: usize,
     output: usize,
 }
@@ -65,15 +65,24 @@ pub struct Choice {
 }
 
 impl Basis {
-    /// The basis of a variable that is not rich: the constant and ξ.
-    pub fn affine() -> Self {
+    fn lever() -> Self {
         Self {
-            products: vec![vec![], vec![Generator::Coordinate]],
+            products: (0..=2).map(|d| vec![Generator::Coordinate; d]).collect(),
             numeric: 0,
             columns: Vec::new(),
-            known: DMatrix::zeros(0, 2),
+            known: DMatrix::zeros(0, 3),
             unfold: DMatrix::zeros(0, 0),
-            peaks: vec![1.0, 1.0],
+            peaks: vec![1.0; 3],
+        }
+    }
+
+    /// The basis of a lever with its peaks in the calibrated range.
+    pub fn of_lever(variable: &Variable) -> Self {
+        let [low, high] = variable.calibrated;
+        let peak = low.abs().max(high.abs()) / variable.scale();
+        Self {
+            peaks: vec![1.0, peak, peak * peak],
+            ..Self::lever()
         }
     }
 
@@ -114,16 +123,27 @@ impl Basis {
         let mut columns = Vec::new();
         let mut samples: Vec<f64> = Vec::new();
         for (c, component) in components.iter().enumerate() {
-            let Some(k) = component.rich.iter().position(|(w, p)| *w == v && p.len() == full) else {
+            let Some(k) = component
+                .rich
+                .iter()
+                .position(|(w, p)| *w == v && p.len() == full)
+            else {
                 continue;
             };
             let (stride, count, rich) = (component.stride(k), full, component.nodes());
-            for affine in 0..=component.affine.len() {
+            for monomial in 0..component.monomials.len() {
                 for node in (0..rich).filter(|n| n / stride % count == 0) {
                     for output in 0..sampler.kinematics.machine.axes.len() {
-                        let base = affine * rich + node;
-                        samples.extend((0..count).map(|i| component.values[base + i * stride][output] / tolerance[output]));
-                        columns.push(Column { component: c, affine, node, output });
+                        let base = monomial * rich + node;
+                        samples.extend((0..count).map(|i| {
+                            component.values[base + i * stride][output] / tolerance[output]
+                        }));
+                        columns.push(Column {
+                            component: c,
+                            monomial,
+                            node,
+                            output,
+                        });
                     }
                 }
             }
@@ -132,15 +152,21 @@ impl Basis {
         let samples = DMatrix::from_vec(full, columns.len(), samples);
         let mut basis = Self {
             products: vec![vec![]],
-            ..Self::affine()
+            ..Self::lever()
         };
         let mut residual = samples.clone();
         let largest = |m: &DMatrix<f64>| if m.is_empty() { 0.0 } else { m.amax() };
-        let lowest = if matches!(variable.kind, Kind::Rotary(_)) { 0 } else { 1 };
+        let lowest = if matches!(variable.kind, Kind::Rotary(_)) {
+            0
+        } else {
+            2
+        };
         for degree in lowest..=choice.degree {
             basis.products = products(&variable.kind, degree);
             let values = basis.product_values(variable, &nodes);
-            let Ok(pinv) = values.clone().pseudo_inverse(1e-10) else { break };
+            let Ok(pinv) = values.clone().pseudo_inverse(1e-10) else {
+                break;
+            };
             residual = &samples - &values * (pinv * &samples);
             if largest(&residual) < choice.leave {
                 break;
@@ -149,15 +175,19 @@ impl Basis {
         // If the products do not do it, the lowest degree that first order calls for and
         // numerical functions for the rest.
         if largest(&residual) >= choice.leave {
-            let degree = if lowest == 0 { 2 } else { 1 };
+            let degree = 2;
             basis.products = products(&variable.kind, degree);
             let values = basis.product_values(variable, &nodes);
-            let pinv = values.clone().pseudo_inverse(1e-10).unwrap_or_else(|_| DMatrix::zeros(values.ncols(), values.nrows()));
+            let pinv = values
+                .clone()
+                .pseudo_inverse(1e-10)
+                .unwrap_or_else(|_| DMatrix::zeros(values.ncols(), values.nrows()));
             residual = &samples - &values * (pinv * &samples);
             let (functions, numeric) = leading(&residual, choice.leave);
             basis.numeric = numeric;
             let mut all = values.clone().insert_columns(values.ncols(), numeric, 0.0);
-            all.columns_mut(values.ncols(), numeric).copy_from(&functions);
+            all.columns_mut(values.ncols(), numeric)
+                .copy_from(&functions);
             let Ok(pinv) = all.clone().pseudo_inverse(1e-12) else {
                 basis.numeric = 0;
                 return Ok(basis.with_peaks(variable, sampler, components, tolerance));
@@ -169,12 +199,12 @@ impl Basis {
     }
 
     /// Keeps the columns from which the numerical functions can be computed best: those that a
-    /// pivoted factorisation of their weights picks, three times over.
+    /// pivoted factorisation of their weights picks, twice over.
     fn choose_columns(&mut self, weights: &DMatrix<f64>, all: Vec<Column>) {
         let p = self.products.len();
         let numeric = weights.rows(p, self.numeric).into_owned();
         let mut chosen: Vec<usize> = Vec::new();
-        for _ in 0..3 {
+        for _ in 0..2 {
             let mut rest = numeric.clone();
             for _ in 0..self.numeric {
                 let best = (0..rest.ncols())
@@ -215,24 +245,28 @@ impl Basis {
             return Ok(products);
         }
         // Columns that differ in the output only share their exact corrections.
-        let mut shared: Vec<(usize, usize, usize)> = self.columns.iter().map(|c| (c.component, c.affine, c.node)).collect();
+        let mut shared: Vec<(usize, usize, usize)> = self
+            .columns
+            .iter()
+            .map(|c| (c.component, c.monomial, c.node))
+            .collect();
         shared.sort_unstable();
         shared.dedup();
         let rows: Result<Vec<Vec<f64>>, NotConverged> = at
             .par_iter()
             .map(|x| {
                 let mut found = Vec::with_capacity(shared.len());
-                for &(c, affine, node) in &shared {
+                for &(c, monomial, node) in &shared {
                     let component = &components[c];
                     let mut place = component.place(node);
                     place[v] = *x;
-                    found.push(sampler.coefficient(component, affine, &place)?);
+                    found.push(sampler.coefficient(component, monomial, &place)?);
                 }
                 Ok(self
                     .columns
                     .iter()
                     .map(|c| {
-                        let key = (c.component, c.affine, c.node);
+                        let key = (c.component, c.monomial, c.node);
                         let k = shared.binary_search(&key).unwrap_or(0);
                         found[k][c.output] / tolerance[c.output]
                     })
@@ -243,14 +277,28 @@ impl Basis {
         let samples = DMatrix::from_fn(at.len(), self.columns.len(), |i, c| rows[i][c]);
         let rest = samples - &products * self.known.transpose();
         let numeric = rest * &self.unfold;
-        let mut values = products.clone().insert_columns(products.ncols(), self.numeric, 0.0);
-        values.columns_mut(products.ncols(), self.numeric).copy_from(&numeric);
+        let mut values = products
+            .clone()
+            .insert_columns(products.ncols(), self.numeric, 0.0);
+        values
+            .columns_mut(products.ncols(), self.numeric)
+            .copy_from(&numeric);
         Ok(values)
     }
 
-    fn with_peaks(mut self, variable: &Variable, sampler: &Sampler<'_>, components: &[Component], tolerance: &PerAxis) -> Self {
-        let v = sampler.variables.iter().position(|w| w == variable).unwrap_or(0);
-        let at = variable.positions(variable.nodes);
+    fn with_peaks(
+        mut self,
+        variable: &Variable,
+        sampler: &Sampler<'_>,
+        components: &[Component],
+        tolerance: &PerAxis,
+    ) -> Self {
+        let v = sampler
+            .variables
+            .iter()
+            .position(|w| w == variable)
+            .unwrap_or(0);
+        let at = positions(variable.calibrated, variable.nodes);
         if let Ok(values) = self.values(v, sampler, components, tolerance, &at) {
             self.peaks = values.column_iter().map(|c| c.amax()).collect();
         } else {
@@ -273,7 +321,9 @@ fn products(kind: &Kind, degree: usize) -> Vec<Vec<Generator>> {
             }
             all
         }
-        _ => (0..=degree).map(|d| vec![Generator::Coordinate; d]).collect(),
+        _ => (0..=degree)
+            .map(|d| vec![Generator::Coordinate; d])
+            .collect(),
     }
 }
 
@@ -299,7 +349,9 @@ fn leading(residual: &DMatrix<f64>, leave: f64) -> (DMatrix<f64>, usize) {
         return (DMatrix::zeros(n, 0), 0);
     }
     let svd = r.svd(false, true);
-    let Some(v_t) = svd.v_t else { return (DMatrix::zeros(n, 0), 0) };
+    let Some(v_t) = svd.v_t else {
+        return (DMatrix::zeros(n, 0), 0);
+    };
     let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
     order.sort_by(|a, b| svd.singular_values[*b].total_cmp(&svd.singular_values[*a]));
     let mut rest = residual.clone();

@@ -24,8 +24,9 @@ pub struct Entry {
     pub peak: f64,
 }
 
-/// Below this (in units of the tolerance) a product is rounding noise.
-const NOISE: f64 = 1e-7;
+/// Products that contribute less than this (in units of the tolerance) are dropped: a hundred
+/// thousand of them would not add up to a tenth.
+const NOISE: f64 = 1e-4;
 
 /// Projects all components onto the bases.
 pub fn entries(
@@ -39,23 +40,30 @@ pub fn entries(
     let mut inverses: HashMap<(usize, usize), DMatrix<f64>> = HashMap::new();
     for component in components {
         let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
-        let affine = component.affine.len() + 1;
+        let monomials = component.monomials.len();
         let mut values: Vec<f64> = (0..n)
             .flat_map(|o| component.values.iter().map(move |v| v[o] / tolerance[o]))
             .collect();
-        // values: output, affine, rich nodes; one rich variable after the other becomes functions.
+        // values: output, monomial, rich nodes; one rich variable after the other becomes functions.
         for (k, (v, positions)) in component.rich.iter().enumerate() {
             let key = (*v, positions.len());
             if let std::collections::hash_map::Entry::Vacant(slot) = inverses.entry(key) {
                 let all = bases[*v].values(*v, sampler, components, tolerance, positions)?;
                 // Fewer nodes than functions: the leading functions only, with some to spare.
                 let full = positions.len() == sampler.variables[*v].nodes;
-                let kept = if full { all.ncols() } else { all.ncols().min(positions.len() * 3 / 4) };
+                let kept = if full {
+                    all.ncols()
+                } else {
+                    all.ncols().min(positions.len() * 3 / 4)
+                };
                 let part = all.columns(0, kept).into_owned();
-                slot.insert(part.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(kept, positions.len())));
+                slot.insert(
+                    part.pseudo_inverse(1e-12)
+                        .unwrap_or_else(|_| DMatrix::zeros(kept, positions.len())),
+                );
             }
             let inverse = &inverses[&key];
-            let outer: usize = n * affine * shape[..k].iter().product::<usize>();
+            let outer: usize = n * monomials * shape[..k].iter().product::<usize>();
             let inner: usize = shape[k + 1..].iter().product();
             let (from, to) = (inverse.ncols(), inverse.nrows());
             let mut projected = vec![0.0; outer * to * inner];
@@ -76,7 +84,7 @@ pub fn entries(
         }
         let functions: usize = shape.iter().product();
         for (index, value) in values.iter().enumerate() {
-            if value.abs() < NOISE {
+            if value.abs() < 1e-3 * NOISE {
                 continue;
             }
             let mut key = [0; MAX_VARIABLES];
@@ -86,45 +94,35 @@ pub fn entries(
                 rest /= shape[k];
             }
             let block = index / functions;
-            if block % affine > 0 {
-                key[component.affine[block % affine - 1]] = 1;
+            for &v in &component.monomials[block % monomials] {
+                key[v] += 1;
             }
             for &v in &component.odd {
                 key[v] = 1;
             }
-            *sums.entry((block / affine, key)).or_insert(0.0) += value;
+            *sums.entry((block / monomials, key)).or_insert(0.0) += value;
         }
     }
     let mut entries: Vec<Entry> = sums
         .into_iter()
         .map(|((output, key), value)| {
-            let peaks: f64 = key.iter().zip(bases).map(|(k, b)| b.peaks[usize::from(*k)]).product();
-            Entry { output, key, value, peak: value.abs() * peaks }
+            let peaks: f64 = key
+                .iter()
+                .zip(bases)
+                .map(|(k, b)| b.peaks[usize::from(*k)])
+                .product();
+            Entry {
+                output,
+                key,
+                value,
+                peak: value.abs() * peaks,
+            }
         })
         .filter(|e| e.peak > NOISE)
         .collect();
     // A fixed order, so that the same input gives the same file.
     entries.sort_by(|a, b| (a.output, a.key).cmp(&(b.output, b.key)));
     Ok(entries)
-}
-
-/// Marks the entries that matter: the smallest are left out as long as together (root of the
-/// sum of squares, twice) they stay below `share` of the tolerance in each output.
-pub fn significant(entries: &[Entry], outputs: usize, share: f64) -> Vec<bool> {
-    let mut keep = vec![true; entries.len()];
-    for output in 0..outputs {
-        let mut order: Vec<usize> = (0..entries.len()).filter(|i| entries[*i].output == output).collect();
-        order.sort_by(|a, b| entries[*a].peak.total_cmp(&entries[*b].peak));
-        let mut sum = 0.0;
-        for i in order {
-            sum += entries[i].peak.powi(2);
-            if 2.0 * sum.sqrt() > share {
-                break;
-            }
-            keep[i] = false;
-        }
-    }
-    keep
 }
 
 /// True for variables whose functions may be merged into one table.

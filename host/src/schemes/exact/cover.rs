@@ -59,23 +59,94 @@ pub enum Minimize {
 /// One sum of entries that could become one term with one merged table.
 type Fibre = (usize, usize, Key);
 
-/// Two merged tables that differ by less than this (in units of the tolerance) are one.
-const SAME: f64 = 0.01;
+/// An entry whose peak is this part of what may be left out counts in full when fibres are
+/// compared, a smaller one by the square of its part.
+const COUNTS: f64 = 0.08;
+/// Fewer entries than this are cheaper as terms of their own: 10 instructions a term, 7 a table.
+const MERGE: f64 = 1.7;
 
-impl Structure {
-    /// Chooses terms that hold all entries that matter.
-    ///
-    /// `capacity` limits the number of merged tables.
-    pub fn cover(
-        entries: &[Entry],
-        matters: &[bool],
-        variables: &[Variable],
-        bases: &[Basis],
+/// How many entries of weight a fibre holds.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+struct Score(f64);
+
+impl Eq for Score {}
+
+impl Ord for Score {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// Which entries are not held by a term yet.
+struct Left {
+    taken: Vec<bool>,
+    /// Sum of squared peaks, per output.
+    squares: BTreeMap<usize, f64>,
+    share: f64,
+}
+
+impl Left {
+    fn new(entries: &[Entry], share: f64) -> Self {
+        let mut squares = BTreeMap::new();
+        for entry in entries {
+            *squares.entry(entry.output).or_insert(0.0) += entry.peak.powi(2);
+        }
+        Self {
+            taken: vec![false; entries.len()],
+            squares,
+            share,
+        }
+    }
+
+    fn score(&self, entries: &[Entry], members: &[usize]) -> Score {
+        let full = COUNTS * self.share;
+        let weight = |i: &usize| (entries[*i].peak / full).powi(2).min(1.0);
+        Score(
+            members
+                .iter()
+                .filter(|i| !self.taken[**i])
+                .map(weight)
+                .sum(),
+        )
+    }
+
+    fn take(&mut self, entries: &[Entry], i: usize) -> bool {
+        if std::mem::replace(&mut self.taken[i], true) {
+            return false;
+        }
+        if let Some(squares) = self.squares.get_mut(&entries[i].output) {
+            *squares -= entries[i].peak.powi(2);
+        }
+        true
+    }
+
+    fn is_little(&self, output: usize) -> bool {
+        // Subtraction leaves rounding of the largest squares behind.
+        self.squares
+            .get(&output)
+            .is_none_or(|s| 2.0 * s.max(0.0).sqrt() <= self.share)
+    }
+}
+
+/// Two merged tables that differ by less than this (in units of the tolerance) are one.
+const SAME: f64 = 0.02;
+
+/// Entries and the fibres they could be merged along.
+pub struct Cover<'a> {
+    entries: &'a [Entry],
+    variables: &'a [Variable],
+    bases: &'a [Basis],
+    fibres: BTreeMap<Fibre, Vec<usize>>,
+}
+
+impl<'a> Cover<'a> {
+    /// Lays out the fibres; none, if tables are to be few.
+    pub fn new(
+        entries: &'a [Entry],
+        variables: &'a [Variable],
+        bases: &'a [Basis],
         minimize: Minimize,
-        capacity: usize,
     ) -> Self {
-        let mut structure = Self::default();
-        let mut covered: Vec<bool> = vec![false; entries.len()];
         let mut fibres: BTreeMap<Fibre, Vec<usize>> = BTreeMap::new();
         if minimize == Minimize::Cost {
             for (i, entry) in entries.iter().enumerate() {
@@ -88,49 +159,81 @@ impl Structure {
                 }
             }
         }
-        // The fibre that holds most uncovered entries that matter comes first; counts in the heap
-        // may be out of date and are checked when they come up.
-        let count = |members: &[usize], covered: &[bool]| members.iter().filter(|i| matters[**i] && !covered[**i]).count();
-        let mut heap: BinaryHeap<(usize, std::cmp::Reverse<Fibre>)> = fibres
+        Self {
+            entries,
+            variables,
+            bases,
+            fibres,
+        }
+    }
+
+    /// Chooses terms until what is left out is less than `share` of the tolerance in every output
+    /// (root of the sum of squares, twice).
+    ///
+    /// A fibre is the sum of all entries that differ in the function of one variable only; it
+    /// becomes one term with one merged table. The fibre that holds most entries of weight comes
+    /// first; small entries come along for nothing or stay out. `capacity` limits the number of
+    /// merged tables.
+    pub fn choose(&self, share: f64, capacity: usize) -> Structure {
+        let (entries, variables, bases, fibres) =
+            (self.entries, self.variables, self.bases, &self.fibres);
+        let mut structure = Structure::default();
+        let mut left = Left::new(entries, share);
+        // Scores in the heap may be out of date and are checked when they come up.
+        let mut heap: BinaryHeap<(Score, std::cmp::Reverse<Fibre>)> = fibres
             .iter()
-            .map(|(fibre, members)| (count(members, &covered), std::cmp::Reverse(*fibre)))
-            .filter(|(n, _)| *n >= 2)
+            .map(|(fibre, members)| (left.score(entries, members), std::cmp::Reverse(*fibre)))
             .collect();
-        while let Some((n, std::cmp::Reverse(fibre))) = heap.pop() {
+        while let Some((score, std::cmp::Reverse(fibre))) = heap.pop() {
+            let (output, v, mut key) = fibre;
             let members = &fibres[&fibre];
-            let now = count(members, &covered);
-            if now < n {
-                if now >= 2 {
-                    heap.push((now, std::cmp::Reverse(fibre)));
-                }
+            let now = left.score(entries, members);
+            if left.is_little(output) || now < Score(MERGE) || structure.merged.len() >= capacity {
                 continue;
             }
-            let (output, v, mut key) = fibre;
+            if now < score {
+                heap.push((now, std::cmp::Reverse(fibre)));
+                continue;
+            }
             key[v] = 0;
-            let Some(mut factors) = structure.factors(&key, variables, bases) else { continue };
-            if factors.len() + 1 > trueaxis::FACTORS || structure.merged.len() >= capacity {
+            let Some(mut factors) = structure.factors(&key, variables, bases) else {
+                continue;
+            };
+            if factors.len() + 1 > trueaxis::FACTORS {
                 continue;
             }
             let mut coefficients = vec![0.0; bases[v].len()];
-            for &i in members.iter().filter(|i| !covered[**i]) {
-                coefficients[usize::from(entries[i].key[v])] += entries[i].value;
-            }
             for &i in members {
-                covered[i] = true;
+                if left.take(entries, i) {
+                    coefficients[usize::from(entries[i].key[v])] += entries[i].value;
+                }
             }
-            let others: f64 = key.iter().zip(bases).map(|(k, b)| b.peaks[usize::from(*k)]).product();
+            let others: f64 = key
+                .iter()
+                .zip(bases)
+                .map(|(k, b)| b.peaks[usize::from(*k)])
+                .product();
             let (id, weight) = structure.merge(v, coefficients, bases, others);
             factors.push((v, Function::Merged(id)));
-            structure.terms.push(Term { output, weight, factors });
+            structure.terms.push(Term {
+                output,
+                weight,
+                factors,
+            });
         }
-        for (i, entry) in entries.iter().enumerate() {
-            if matters[i] && !covered[i] {
-                structure.single(entry, variables, bases);
+        // The rest, the largest first.
+        let mut order: Vec<usize> = (0..entries.len()).collect();
+        order.sort_by(|a, b| entries[*b].peak.total_cmp(&entries[*a].peak).then(a.cmp(b)));
+        for i in order {
+            if !left.is_little(entries[i].output) && left.take(entries, i) {
+                structure.single(&entries[i], variables, bases);
             }
         }
         structure
     }
+}
 
+impl Structure {
     /// Adds one entry as a term of its own; where its product is too long, the longest parts
     /// become merged tables.
     fn single(&mut self, entry: &Entry, variables: &[Variable], bases: &[Basis]) {
@@ -140,8 +243,15 @@ impl Structure {
             match self.factors(&key, variables, bases) {
                 Some(factors) if factors.len() + short.len() <= trueaxis::FACTORS => break factors,
                 _ => {
-                    let length = |v: usize| bases[v].products.get(usize::from(key[v])).map_or(0, Vec::len);
-                    let Some(v) = (0..variables.len()).max_by_key(|v| length(*v)) else { return };
+                    let length = |v: usize| {
+                        bases[v]
+                            .products
+                            .get(usize::from(key[v]))
+                            .map_or(0, Vec::len)
+                    };
+                    let Some(v) = (0..variables.len()).max_by_key(|v| length(*v)) else {
+                        return;
+                    };
                     let mut coefficients = vec![0.0; bases[v].len()];
                     coefficients[usize::from(key[v])] = 1.0;
                     let (id, _) = self.merge(v, coefficients, bases, 1.0);
@@ -151,18 +261,31 @@ impl Structure {
             }
         };
         let factors = factors.into_iter().chain(short).collect();
-        self.terms.push(Term { output: entry.output, weight: entry.value, factors });
+        self.terms.push(Term {
+            output: entry.output,
+            weight: entry.value,
+            factors,
+        });
     }
 
     /// The tables of a product, or `None` if there are more than a term may hold.
-    fn factors(&self, key: &Key, variables: &[Variable], bases: &[Basis]) -> Option<Vec<(usize, Function)>> {
+    fn factors(
+        &self,
+        key: &Key,
+        variables: &[Variable],
+        bases: &[Basis],
+    ) -> Option<Vec<(usize, Function)>> {
         let mut factors = Vec::new();
         for (v, variable) in variables.iter().enumerate() {
             let k = usize::from(key[v]);
             match bases[v].products.get(k) {
                 _ if k == 0 => {}
-                Some(_) if matches!(variable.kind, Kind::Sign(_)) => factors.push((v, Function::Sign)),
-                Some(product) => factors.extend(product.iter().map(|g| (v, Function::Generator(*g)))),
+                Some(_) if matches!(variable.kind, Kind::Sign(_)) => {
+                    factors.push((v, Function::Sign))
+                }
+                Some(product) => {
+                    factors.extend(product.iter().map(|g| (v, Function::Generator(*g))))
+                }
                 None => factors.push((v, Function::Numeric(k))),
             }
         }
@@ -171,10 +294,26 @@ impl Structure {
 
     /// A merged table for these coefficients: an existing one that is proportional, or a new one.
     /// Returns its number and the weight to use it with.
-    fn merge(&mut self, variable: usize, coefficients: Vec<f64>, bases: &[Basis], others: f64) -> (usize, f64) {
+    fn merge(
+        &mut self,
+        variable: usize,
+        coefficients: Vec<f64>,
+        bases: &[Basis],
+        others: f64,
+    ) -> (usize, f64) {
         let norm = |c: &[f64]| c.iter().map(|c| c * c).sum::<f64>();
-        for (id, known) in self.merged.iter().enumerate().filter(|(_, m)| m.variable == variable) {
-            let along: f64 = known.coefficients.iter().zip(&coefficients).map(|(a, b)| a * b).sum();
+        for (id, known) in self
+            .merged
+            .iter()
+            .enumerate()
+            .filter(|(_, m)| m.variable == variable)
+        {
+            let along: f64 = known
+                .coefficients
+                .iter()
+                .zip(&coefficients)
+                .map(|(a, b)| a * b)
+                .sum();
             let weight = along / norm(&known.coefficients);
             let rest: f64 = known
                 .coefficients
@@ -187,13 +326,25 @@ impl Structure {
                 return (id, weight);
             }
         }
-        self.merged.push(Merged { variable, coefficients });
+        self.merged.push(Merged {
+            variable,
+            coefficients,
+        });
         (self.merged.len() - 1, 1.0)
     }
 
-    /// The tables in use, each once; the direction counts as two.
+    /// The number of tables.
+    pub fn count(&self) -> usize {
+        self.tables().len()
+    }
+
+    /// The tables in use, each once.
     pub fn tables(&self) -> Vec<(usize, Function)> {
-        let mut tables: Vec<(usize, Function)> = self.terms.iter().flat_map(|t| t.factors.iter().copied()).collect();
+        let mut tables: Vec<(usize, Function)> = self
+            .terms
+            .iter()
+            .flat_map(|t| t.factors.iter().copied())
+            .collect();
         tables.sort_unstable();
         tables.dedup();
         tables

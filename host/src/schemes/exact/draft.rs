@@ -9,7 +9,8 @@ use crate::kinematics::NotConverged;
 use crate::machine::Machine;
 use std::collections::{BTreeMap, HashMap};
 use trueaxis::{
-    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term,
+    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation, Policy,
+    SampleFormat, Term,
 };
 
 /// Lays out banks and terms.
@@ -22,8 +23,8 @@ pub fn draft(
 ) -> Result<Draft, NotConverged> {
     let variables = found.sampler.variables;
     let mut banks = Vec::new();
-    // Number of each table in the blob; a direction has one for each way of travel.
-    let mut numbers: HashMap<(usize, Function), Vec<u8>> = HashMap::new();
+    // Number of each table in the blob.
+    let mut numbers: HashMap<(usize, Function), u8> = HashMap::new();
     let mut next = 0_u8;
     for (v, (bent, straight)) in found.tables() {
         let variable = &variables[v];
@@ -32,25 +33,27 @@ pub fn draft(
         let modulo = matches!(variable.kind, Kind::Rotary(i) if machine.axes[i].modulo);
         if let Kind::Sign(i) = variable.kind {
             let [start, end] = machine.axes[i].travel;
-            for (direction, value) in [(Direction::Positive, 1.0), (Direction::Negative, -1.0)] {
-                banks.push(DraftBank {
-                    input,
-                    start: start as f32,
-                    step: (end - start) as f32,
-                    modulo: false,
-                    direction,
-                    interpolation: Interpolation::Linear,
-                    format: SampleFormat::F32,
-                    columns: vec![vec![value; 2]],
-                });
-                numbers.entry((v, Function::Sign)).or_default().push(next);
-                next += 1;
-            }
+            banks.push(DraftBank {
+                input,
+                start: start as f32,
+                step: (end - start) as f32,
+                modulo: false,
+                direction: Direction::Signed,
+                interpolation: Interpolation::Linear,
+                format: SampleFormat::F32,
+                columns: vec![vec![1.0; 2]],
+            });
+            numbers.insert((v, Function::Sign), next);
+            next += 1;
             continue;
         }
         for (functions, count, format) in [
             (&straight, 1, SampleFormat::F32),
-            (&bent, intervals.get(&v).copied().unwrap_or(1), options.format),
+            (
+                &bent,
+                intervals.get(&v).copied().unwrap_or(1),
+                options.format,
+            ),
         ] {
             if functions.is_empty() {
                 continue;
@@ -76,7 +79,7 @@ pub fn draft(
                     .collect(),
             });
             for function in functions {
-                numbers.insert((v, *function), vec![next]);
+                numbers.insert((v, *function), next);
                 next += 1;
             }
         }
@@ -85,10 +88,18 @@ pub fn draft(
     let mut auxiliaries = Vec::new();
     for variable in variables {
         match variable.kind {
-            Kind::Length => auxiliaries.push(auxiliary(AuxiliaryKind::ToolLength, "tool length", machine.tool_length())),
+            Kind::Length => auxiliaries.push(auxiliary(
+                AuxiliaryKind::ToolLength,
+                "tool length",
+                machine.tool_length(),
+            )),
             Kind::Kelvin(k) => {
                 let thermal = &errors.sensors[k];
-                auxiliaries.push(auxiliary(AuxiliaryKind::Temperature, &thermal.sensor, thermal.reference_celsius));
+                auxiliaries.push(auxiliary(
+                    AuxiliaryKind::Temperature,
+                    &thermal.sensor,
+                    thermal.reference_celsius,
+                ));
             }
             _ => {}
         }
@@ -101,7 +112,11 @@ pub fn draft(
             .iter()
             .map(|axis| Axis {
                 name: axis.letter.char() as u8,
-                travel: if axis.modulo { [-f32::MAX, f32::MAX] } else { axis.travel.map(|t| t as f32) },
+                travel: if axis.modulo {
+                    [-f32::MAX, f32::MAX]
+                } else {
+                    axis.travel.map(|t| t as f32)
+                },
                 // Bounds are set from what the tables really do, once that is known.
                 value_bound: 1.0,
                 rate_bound: 1.0,
@@ -124,39 +139,41 @@ fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
             break;
         }
     }
-    Auxiliary { kind, name: short, reference: reference as f32 }
+    Auxiliary {
+        kind,
+        name: short,
+        reference: reference as f32,
+    }
 }
 
-/// The terms in blob form: sorted so that terms of one output and one length stand together;
-/// a term with a direction becomes one for each way of travel.
-fn terms(machine: &Machine, found: &Found<'_>, numbers: &HashMap<(usize, Function), Vec<u8>>) -> Vec<Term> {
-    let mut terms = Vec::new();
-    for term in &found.structure.terms {
-        let axis = &machine.axes[term.output];
-        let weight = axis.to_command(term.weight * found.tolerance[term.output]) as f32;
-        let mut products: Vec<Vec<u8>> = vec![vec![]];
-        for factor in &term.factors {
-            products = products
-                .iter()
-                .flat_map(|p| {
-                    numbers[factor].iter().map(move |n| {
-                        let mut p = p.clone();
-                        p.push(*n);
-                        p
-                    })
-                })
-                .collect();
-        }
-        for mut product in products {
-            product.sort_unstable();
-            terms.push(Term {
+/// The terms in blob form: sorted so that terms of one output and one length stand together.
+fn terms(
+    machine: &Machine,
+    found: &Found<'_>,
+    numbers: &HashMap<(usize, Function), u8>,
+) -> Vec<Term> {
+    let mut terms: Vec<Term> = found
+        .structure
+        .terms
+        .iter()
+        .map(|term| {
+            let axis = &machine.axes[term.output];
+            let mut factors: Vec<u8> = term.factors.iter().map(|f| numbers[f]).collect();
+            factors.sort_unstable();
+            Term {
                 output: term.output as u8,
-                weight,
+                weight: axis.to_command(term.weight * found.tolerance[term.output]) as f32,
                 limits: None,
-                factors: product.into_iter().collect(),
-            });
-        }
-    }
-    terms.sort_by(|a, b| (a.output, a.factors.len(), &a.factors[..]).cmp(&(b.output, b.factors.len(), &b.factors[..])));
+                factors: factors.into_iter().collect(),
+            }
+        })
+        .collect();
+    terms.sort_by(|a, b| {
+        (a.output, a.factors.len(), &a.factors[..]).cmp(&(
+            b.output,
+            b.factors.len(),
+            &b.factors[..],
+        ))
+    });
     terms
 }

@@ -21,7 +21,7 @@ use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{Machine, PerAxis};
 use basis::{Basis, Choice};
 pub use cover::Minimize;
-use cover::{Function, Structure};
+use cover::{Cover, Function, Structure};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sampling::{Component, Sampler};
@@ -80,7 +80,9 @@ pub enum ExactError {
     #[error(transparent)]
     NotConverged(#[from] NotConverged),
     /// More tables than a blob can number.
-    #[error("{tables} tables are needed, a blob holds at most 255: raise --tolerance, or use --minimize cost")]
+    #[error(
+        "{tables} tables are needed, a blob holds at most 255: raise --tolerance, or use --minimize cost"
+    )]
     TooManyTables {
         /// How many.
         tables: usize,
@@ -99,6 +101,8 @@ pub enum ExactError {
 const STRUCTURE_SHARE: f64 = 0.4;
 /// Random places at which a structure is tried.
 const TRIALS: usize = 160;
+/// Joint effects of two motions below this (in units of the tolerance) are left out.
+const PAIR_SHOWS: f64 = 0.15;
 /// Nodes of a component beyond which rotary variables get fewer.
 const MOST_NODES: usize = 30_000;
 
@@ -109,109 +113,225 @@ const MOST_NODES: usize = 30_000;
 ///
 /// # Errors
 /// [`ExactError`].
-pub fn compile(machine: &Machine, errors: &ErrorModel, options: &Options) -> Result<Exact, ExactError> {
+pub fn compile(
+    machine: &Machine,
+    errors: &ErrorModel,
+    options: &Options,
+) -> Result<Exact, ExactError> {
     let kinematics = Kinematics::new(machine, errors);
     let variables = variables::variables(machine, errors);
     let tolerance: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
         Some(axis) if axis.letter.is_rotary() => options.tolerance * 1e-3,
         _ => options.tolerance,
     });
-    let mut sampler = Sampler { kinematics: &kinematics, variables: &variables, zero: PerAxis::default() };
+    let mut sampler = Sampler {
+        kinematics: &kinematics,
+        variables: &variables,
+        zero: PerAxis::default(),
+    };
     if let Some(zero) = &options.zero_at {
         if zero.len() != machine.axes.len() {
-            return Err(ExactError::ZeroPosition { given: zero.len(), axes: machine.axes.len() });
+            return Err(ExactError::ZeroPosition {
+                given: zero.len(),
+                axes: machine.axes.len(),
+            });
         }
         let q = machine.to_kinematic(zero);
         let all = crate::errors::Switches::ALL;
-        sampler.zero = kinematics.correction(&q, &crate::errors::Situation::default(), &all)?.dq;
+        sampler.zero = kinematics
+            .correction(&q, &crate::errors::Situation::default(), &all)?
+            .dq;
     }
-    let (components, pairs) = components(&sampler, &tolerance)?;
+    let mut components = vec![component(&sampler, 0)?];
+    for v in (0..variables.len()).filter(|v| variables[*v].is_switch()) {
+        components.push(component(&sampler, 1 << v)?);
+    }
     let trials = Trials::new(&sampler, TRIALS)?;
-    let mut best: Option<(f64, Vec<Basis>, Structure)> = None;
-    // Start generously; where the trial shows that too much was left out, leave out less.
-    for attempt in 0..6 {
-        let share = 0.25 * 0.5_f64.powi(attempt);
-        let choice = Choice {
-            degree: if options.minimize == Minimize::Tables { 5 } else { 4 },
-            leave: 0.1 * share,
-        };
-        let mut bases = Vec::new();
-        for (v, variable) in variables.iter().enumerate() {
-            bases.push(if variable.is_rich() {
-                Basis::find(v, &sampler, &components, &tolerance, choice)?
-            } else {
-                Basis::affine()
-            });
-        }
-        let entries = core::entries(&sampler, &components, &bases, &tolerance)?;
-        let matters = core::significant(&entries, machine.axes.len(), share);
-        let structure = Structure::cover(&entries, &matters, &variables, &bases, options.minimize, options.capacity.0 * 2 / 3);
-        let found = Found {
-            sampler: &sampler,
-            components: &components,
-            bases: &bases,
-            tolerance: &tolerance,
-            structure: &structure,
-        };
-        let error = trials.error(&found)?;
-        let better = best.as_ref().is_none_or(|(e, _, _)| error < 0.9 * e);
+    let mut best = None;
+    let mut joint = 0;
+    // Start generously; where the trial shows that too much was left out, take in what motions
+    // add in pairs, then leave out less.
+    let mut share = 0.25;
+    for _ in 0..6 {
+        let attempt = attempt(&sampler, &components, &tolerance, options, share)?;
+        let error = trials.error(&attempt.found(&sampler, &components, &tolerance))?;
+        let attempt_is_full = attempt.is_full;
+        let better = best.as_ref().is_none_or(|(e, _)| error < 0.9 * e);
         if better {
-            best = Some((error, bases, structure));
+            best = Some((error, attempt));
         }
-        if error <= STRUCTURE_SHARE || !better {
+        if error <= STRUCTURE_SHARE {
             break;
         }
-    }
-    let Some((structure_error, bases, structure)) = best else {
-        return Err(ExactError::TooManyTables { tables: 0 });
-    };
-    let tables = structure.tables();
-    let count = tables.iter().map(|(_, f)| if *f == Function::Sign { 2 } else { 1 }).sum();
-    if count > 255 {
-        return Err(ExactError::TooManyTables { tables: count });
-    }
-    let found = Found {
-        sampler: &sampler,
-        components: &components,
-        bases: &bases,
-        tolerance: &tolerance,
-        structure: &structure,
-    };
-    let intervals = intervals(&found, options, 0.9 - structure_error.min(STRUCTURE_SHARE))?;
-    let draft = draft::draft(machine, errors, &found, &intervals, options)?;
-    Ok(Exact { draft, structure_error, pairs })
-}
-
-/// The components that matter: the base, each switch, and each pair of switches that shows.
-fn components(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<(Vec<Component>, usize), NotConverged> {
-    let variables = sampler.variables;
-    let switches: Vec<usize> = (0..variables.len()).filter(|v| variables[*v].is_switch()).collect();
-    let mut components = Vec::new();
-    let mut add = |on: u32, few: bool| -> Result<(), NotConverged> {
-        let wanted = |v: usize| if few { variables[v].nodes.min(7) } else { variables[v].nodes };
-        let mut counts: Vec<usize> = (0..variables.len()).map(wanted).collect();
-        let rich = |v: &usize| variables[*v].is_rich() && (!variables[*v].is_switch() || on >> v & 1 == 1);
-        loop {
-            let size: usize = (0..counts.len()).filter(rich).map(|v| counts[v]).product();
-            let widest = (0..counts.len())
-                .filter(|v| rich(v) && !variables[*v].is_switch())
-                .max_by_key(|v| counts[*v]);
-            match widest {
-                Some(v) if size > MOST_NODES && counts[v] > 7 => counts[v] -= 2,
-                _ => break,
+        if components.iter().all(|c| c.on.count_ones() < 2) {
+            for on in pairs(&sampler, &tolerance)? {
+                components.push(component(&sampler, on)?);
+                joint += 1;
+            }
+            if joint > 0 {
+                // Numbers of functions change with the components: nothing of before can stay.
+                best = None;
+                continue;
             }
         }
-        let mut component = sampler.component(on, |v| counts[v]);
-        sampler.fill(&mut component)?;
-        components.push(component);
-        Ok(())
-    };
-    add(0, false)?;
-    for &v in &switches {
-        add(1 << v, false)?;
+        if !better || attempt_is_full {
+            break;
+        }
+        share *= 0.5;
     }
-    let mut pairs = 0;
+    let (structure_error, attempt) = match best {
+        Some(best) => best,
+        None => (
+            f64::INFINITY,
+            attempt(&sampler, &components, &tolerance, options, share)?,
+        ),
+    };
+    let tables = attempt.structure.count();
+    if tables > 255 {
+        return Err(ExactError::TooManyTables { tables });
+    }
+    let found = attempt.found(&sampler, &components, &tolerance);
+    // Points finer than what the structure leaves would be wasted.
+    let share = (0.9 - structure_error).max(0.5).max(0.3 * structure_error);
+    let intervals = intervals(&found, options, share)?;
+    let draft = draft::draft(machine, errors, &found, &intervals, options)?;
+    Ok(Exact {
+        draft,
+        structure_error,
+        pairs: joint,
+    })
+}
+
+/// Bases and terms for one choice of what may be left out.
+struct Attempt {
+    bases: Vec<Basis>,
+    structure: Structure,
+    /// More terms or tables would be needed than the target holds.
+    is_full: bool,
+}
+
+impl Attempt {
+    fn found<'a>(
+        &'a self,
+        sampler: &'a Sampler<'a>,
+        components: &'a [Component],
+        tolerance: &'a PerAxis,
+    ) -> Found<'a> {
+        Found {
+            sampler,
+            components,
+            bases: &self.bases,
+            tolerance,
+            structure: &self.structure,
+        }
+    }
+}
+
+/// Finds bases and terms that leave out no more than `share` of the tolerance.
+fn attempt(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    tolerance: &PerAxis,
+    options: &Options,
+    share: f64,
+) -> Result<Attempt, NotConverged> {
+    let choice = Choice {
+        degree: if options.minimize == Minimize::Tables {
+            5
+        } else {
+            4
+        },
+        leave: 0.1 * share,
+    };
+    let mut bases = Vec::new();
+    for (v, variable) in sampler.variables.iter().enumerate() {
+        bases.push(if variable.is_rich() {
+            Basis::find(v, sampler, components, tolerance, choice)?
+        } else {
+            Basis::of_lever(variable)
+        });
+    }
+    let entries = core::entries(sampler, components, &bases, tolerance)?;
+    let cover = Cover::new(&entries, sampler.variables, &bases, options.minimize);
+    let choose = |share: f64| {
+        let structure = cover.choose(share, options.capacity.0 * 2 / 3);
+        let fits =
+            structure.terms.len() <= options.capacity.1 && structure.count() <= options.capacity.0;
+        (structure, fits)
+    };
+    let (mut structure, fits) = choose(share);
+    let is_full = !fits;
+    if is_full {
+        // What the target cannot hold is left out, the smallest first; verification tells.
+        let (mut too_little, mut enough) = (share, share);
+        loop {
+            enough *= 2.0;
+            let (found, fits) = choose(enough);
+            structure = found;
+            if fits || enough > 1e9 {
+                break;
+            }
+            too_little = enough;
+        }
+        for _ in 0..4 {
+            let between = (too_little * enough).sqrt();
+            let (found, fits) = choose(between);
+            if fits {
+                (enough, structure) = (between, found);
+            } else {
+                too_little = between;
+            }
+        }
+    }
+    Ok(Attempt {
+        bases,
+        structure,
+        is_full,
+    })
+}
+
+/// Samples what the switches in `on` add together.
+fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> {
+    let variables = sampler.variables;
+    let mut counts: Vec<usize> = variables.iter().map(|v| v.nodes).collect();
+    let rich =
+        |v: &usize| variables[*v].is_rich() && (!variables[*v].is_switch() || on >> v & 1 == 1);
+    // What several motions add together is small: there, rotary axes show the functions of first
+    // order only; and with one motion, those and a few.
+    let least = 7;
+    let most = match on.count_ones() {
+        0 => usize::MAX,
+        1 => 17,
+        _ => least,
+    };
+    for (count, variable) in counts.iter_mut().zip(variables) {
+        if !variable.is_switch() {
+            *count = (*count).min(most);
+        }
+    }
+    loop {
+        let size: usize = (0..counts.len()).filter(rich).map(|v| counts[v]).product();
+        let widest = (0..counts.len())
+            .filter(|v| rich(v) && !variables[*v].is_switch())
+            .max_by_key(|v| counts[*v]);
+        match widest {
+            Some(v) if size > MOST_NODES && counts[v] > least => counts[v] -= 2,
+            _ => break,
+        }
+    }
+    let mut component = sampler.component(on, |v| counts[v]);
+    sampler.fill(&mut component)?;
+    Ok(component)
+}
+
+/// The pairs of switches whose joint effect shows, the strongest first.
+fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConverged> {
+    let variables = sampler.variables;
+    let switches: Vec<usize> = (0..variables.len())
+        .filter(|v| variables[*v].is_switch())
+        .collect();
     let mut random = Pcg64Mcg::seed_from_u64(2);
+    let mut found = Vec::new();
     for (k, &a) in switches.iter().enumerate() {
         for &b in &switches[k + 1..] {
             let mut worst = 0.0_f64;
@@ -222,22 +342,28 @@ fn components(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<(Vec<Compone
                     worst = worst.max(d.abs() / t);
                 }
             }
-            if worst > 0.05 {
-                add(1 << a | 1 << b, true)?;
-                pairs += 1;
+            if worst > PAIR_SHOWS {
+                found.push((worst, 1 << a | 1 << b));
             }
         }
     }
-    Ok((components, pairs))
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    Ok(found.into_iter().map(|(_, on)| on).collect())
 }
 
-/// A random place over the whole ranges, with a random direction of travel where it counts.
+/// A random place in the calibrated ranges, with a random direction of travel where it counts.
 fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
     let mut place = [0.0; MAX_VARIABLES];
     for (x, variable) in place.iter_mut().zip(variables) {
-        let [low, high] = variable.range;
+        let [low, high] = variable.calibrated;
         *x = match variable.kind {
-            variables::Kind::Sign(_) => if random.random::<bool>() { 1.0 } else { -1.0 },
+            variables::Kind::Sign(_) => {
+                if random.random::<bool>() {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
             _ => low + (high - low) * random.random::<f64>(),
         };
     }
@@ -253,13 +379,20 @@ struct Trials {
 impl Trials {
     fn new(sampler: &Sampler<'_>, count: usize) -> Result<Self, NotConverged> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
-        let places: Vec<Place> = (0..count).map(|_| random_place(sampler.variables, &mut random)).collect();
-        let mut corrections = Vec::new();
-        for place in &places {
-            let all = sampler.exact(place, u32::MAX)?;
-            corrections.push(std::array::from_fn(|i| all[i] - sampler.zero[i]));
+        let (mut places, mut corrections) = (Vec::new(), Vec::new());
+        for _ in 0..count {
+            let place = random_place(sampler.variables, &mut random);
+            let exact = sampler.exact(&place, u32::MAX)?;
+            if sampler.is_near_end(&place, &exact) {
+                continue;
+            }
+            places.push(place);
+            corrections.push(std::array::from_fn(|i| exact[i] - sampler.zero[i]));
         }
-        Ok(Self { places, corrections })
+        Ok(Self {
+            places,
+            corrections,
+        })
     }
 
     /// Largest difference of the structure to the exact correction, in units of the tolerance.
@@ -284,7 +417,11 @@ impl Trials {
 }
 
 /// Intervals of the bent tables of each variable, so that all of them together stay within `share`.
-fn intervals(found: &Found<'_>, options: &Options, share: f64) -> Result<BTreeMap<usize, usize>, NotConverged> {
+fn intervals(
+    found: &Found<'_>,
+    options: &Options,
+    share: f64,
+) -> Result<BTreeMap<usize, usize>, NotConverged> {
     let tables = found.tables();
     let bent: Vec<(usize, Vec<Function>)> = tables
         .into_iter()

@@ -6,6 +6,10 @@ use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{MAX_AXES, PerAxis};
 use rayon::prelude::*;
 
+/// The iteration for samples ends here (mm or rad): 1e-5 of the default tolerance of rotary axes
+/// remains at most, for errors of 1 %.
+const STEP: f64 = 5e-11;
+
 /// The exact correction as a function of the variables.
 pub struct Sampler<'a> {
     pub kinematics: &'a Kinematics<'a>,
@@ -22,11 +26,13 @@ pub struct Component {
     pub on: u32,
     /// The rich variables, and their node positions here.
     pub rich: Vec<(usize, Vec<f64>)>,
-    /// Variables in which it is affine, jointly of degree one.
-    pub affine: Vec<usize>,
+    /// Products of the other positions (and tool length) it is made of: none, one, and two where
+    /// a motion bends. There an angular motion, shifted by its own axis' correction, which depends
+    /// on the levers, acts on the levers once more.
+    pub monomials: Vec<Vec<usize>>,
     /// Odd variables: it is proportional to each of them.
     pub odd: Vec<usize>,
-    /// Values, mm and rad per output: affine part (constant first) slowest, then the rich nodes in order.
+    /// Coefficients, mm and rad per output: monomial slowest, then the rich nodes in order.
     pub values: Vec<PerAxis>,
 }
 
@@ -50,13 +56,29 @@ impl Sampler<'_> {
                 Kind::Kelvin(_) | Kind::Sign(_) => {}
             }
         }
-        let mut dq = self.kinematics.correction(&q, &situation, &switches)?.dq;
-        if on == 0 {
-            for (d, z) in dq.iter_mut().zip(&self.zero) {
-                *d -= z;
-            }
-        }
-        Ok(dq)
+        // Inside its calibrated range a motion goes on smoothly as far as the correction carries it
+        // across an end, and outside it holds the end value: so tables are smooth up to the ends.
+        situation.hold_by = Some(q);
+        Ok(self
+            .kinematics
+            .correction_within(&q, &situation, &switches, STEP)?
+            .dq)
+    }
+
+    /// True where the correction itself carries an axis across an end of its calibrated range:
+    /// the motion bends at the corrected position, so the exact correction is no sum of products
+    /// there.
+    pub fn is_near_end(&self, place: &Place, correction: &PerAxis) -> bool {
+        self.variables
+            .iter()
+            .enumerate()
+            .any(|(v, variable)| match variable.kind {
+                Kind::Bending(i) | Kind::Rotary(i) => variable
+                    .ends
+                    .iter()
+                    .any(|end| (place[v] - end).abs() <= 2.0 * correction[i].abs()),
+                _ => false,
+            })
     }
 
     /// What the switches in `on` add together at a place (inclusion and exclusion).
@@ -64,12 +86,14 @@ impl Sampler<'_> {
         let mut sum = PerAxis::default();
         let mut subset = on;
         loop {
-            let sign = if (on.count_ones() - subset.count_ones()) % 2 == 0 { 1.0 } else { -1.0 };
-            // The zero offset belongs to the part without switches, and to it alone.
+            let sign = if (on.count_ones() - subset.count_ones()) % 2 == 0 {
+                1.0
+            } else {
+                -1.0
+            };
             let value = self.exact(place, subset)?;
-            let offset = if subset == 0 && on != 0 { self.zero } else { PerAxis::default() };
-            for ((s, v), o) in sum.iter_mut().zip(value).zip(offset) {
-                *s += sign * (v + o);
+            for (s, v) in sum.iter_mut().zip(value) {
+                *s += sign * v;
             }
             if subset == 0 {
                 return Ok(sum);
@@ -83,33 +107,51 @@ impl Sampler<'_> {
         let mut component = Component {
             on,
             rich: Vec::new(),
-            affine: Vec::new(),
+            monomials: vec![vec![]],
             odd: Vec::new(),
             values: Vec::new(),
         };
+        let mut levers = Vec::new();
+        let mut bends = 0;
         for (v, variable) in self.variables.iter().enumerate() {
             let active = on >> v & 1 == 1;
             match variable.kind {
                 Kind::Rotary(_) => component.rich.push((v, variable.positions(nodes(v)))),
-                Kind::Bending(_) if active => component.rich.push((v, variable.positions(nodes(v)))),
-                Kind::Affine(_) | Kind::Bending(_) | Kind::Length => component.affine.push(v),
+                Kind::Bending(_) if active => {
+                    component.rich.push((v, variable.positions(nodes(v))));
+                    bends += 1;
+                }
+                Kind::Affine(_) | Kind::Bending(_) | Kind::Length => levers.push(v),
                 Kind::Kelvin(_) | Kind::Sign(_) if active => component.odd.push(v),
                 Kind::Kelvin(_) | Kind::Sign(_) => {}
+            }
+        }
+        component.monomials.extend(levers.iter().map(|v| vec![*v]));
+        // What two motions do jointly is of second order already.
+        if bends == 1 && on.count_ones() == 1 {
+            for (k, &a) in levers.iter().enumerate() {
+                component
+                    .monomials
+                    .extend(levers[k..].iter().map(|b| vec![a, *b]));
             }
         }
         component
     }
 
-    /// The factor of the odd variables' ξ, with one affine variable at ξ = 1 (`affine` counted
-    /// from 1) or none (0), the others at 0, and the rich variables at `place`.
-    fn displaced(&self, component: &Component, affine: usize, place: &Place) -> Result<PerAxis, NotConverged> {
+    /// The factor of the odd variables' ξ, with the levers at the given ξ (the others at 0) and
+    /// the rich variables at `place`.
+    fn at(
+        &self,
+        component: &Component,
+        levers: &[(usize, f64)],
+        place: &Place,
+    ) -> Result<PerAxis, NotConverged> {
         let mut place = *place;
-        for &v in &component.affine {
+        for &v in component.monomials.iter().flatten() {
             place[v] = 0.0;
         }
-        if affine > 0 {
-            let v = component.affine[affine - 1];
-            place[v] = self.variables[v].scale();
+        for &(v, xi) in levers {
+            place[v] = xi * self.variables[v].scale();
         }
         let mut sum = PerAxis::default();
         // Both ends of every odd variable, with the sign of their product.
@@ -125,37 +167,79 @@ impl Sampler<'_> {
                 *s += weight * v;
             }
         }
+        // The zero offset belongs to the part without switches, and to it alone.
+        if component.on == 0 {
+            for (s, z) in sum.iter_mut().zip(&self.zero) {
+                *s -= z;
+            }
+        }
         Ok(sum)
     }
 
-    /// The coefficient of an affine function (0 for the constant, then ξ of each affine variable)
-    /// times the product of the odd variables' ξ, with the rich variables at `place`.
-    pub fn coefficient(&self, component: &Component, affine: usize, place: &Place) -> Result<PerAxis, NotConverged> {
-        let constant = self.displaced(component, 0, place)?;
-        if affine == 0 {
-            return Ok(constant);
+    /// The coefficient of one monomial of the levers' ξ, times the product of the odd variables'
+    /// ξ, with the rich variables at `place`.
+    pub fn coefficient(
+        &self,
+        component: &Component,
+        monomial: usize,
+        place: &Place,
+    ) -> Result<PerAxis, NotConverged> {
+        let mut sum = PerAxis::default();
+        for (levers, weight) in component.stencil(monomial) {
+            let value = self.at(component, &levers, place)?;
+            for (s, v) in sum.iter_mut().zip(value) {
+                *s += weight * v;
+            }
         }
-        let moved = self.displaced(component, affine, place)?;
-        Ok(std::array::from_fn(|i| moved[i] - constant[i]))
+        Ok(sum)
     }
 
     /// Fills the values of a component.
     pub fn fill(&self, component: &mut Component) -> Result<(), NotConverged> {
         let shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
         let nodes: usize = shape.iter().product();
-        let values: Result<Vec<PerAxis>, NotConverged> = (0..nodes * (component.affine.len() + 1))
-            .into_par_iter()
-            .with_min_len(64)
-            .map(|index| {
-                let place = component.place(index % nodes);
-                self.displaced(component, index / nodes, &place)
+        // The monomials share the points of their stencils.
+        let stencils: Vec<_> = (0..component.monomials.len())
+            .map(|m| component.stencil(m))
+            .collect();
+        let mut points: Vec<Levers> = Vec::new();
+        for (levers, _) in stencils.iter().flatten() {
+            if !points.contains(levers) {
+                points.push(levers.clone());
+            }
+        }
+        let weights: Vec<Vec<f64>> = stencils
+            .iter()
+            .map(|stencil| {
+                let weight = |p: &Levers| {
+                    stencil
+                        .iter()
+                        .find(|(l, _)| l == p)
+                        .map_or(0.0, |(_, w)| *w)
+                };
+                points.iter().map(weight).collect()
             })
             .collect();
-        let mut values = values?;
-        let (constant, moved) = values.split_at_mut(nodes);
-        for moved in moved.chunks_mut(nodes) {
-            for (m, c) in moved.iter_mut().flatten().zip(constant.iter().flatten()) {
-                *m -= c;
+        let rows: Result<Vec<Vec<PerAxis>>, NotConverged> = (0..nodes)
+            .into_par_iter()
+            .with_min_len(16)
+            .map(|node| {
+                let place = component.place(node);
+                points
+                    .iter()
+                    .map(|levers| self.at(component, levers, &place))
+                    .collect()
+            })
+            .collect();
+        let rows = rows?;
+        let mut values = vec![PerAxis::default(); nodes * weights.len()];
+        for (weights, values) in weights.iter().zip(values.chunks_mut(nodes)) {
+            for (value, row) in values.iter_mut().zip(&rows) {
+                for (weight, at) in weights.iter().zip(row) {
+                    for (v, a) in value.iter_mut().zip(at) {
+                        *v += weight * a;
+                    }
+                }
             }
         }
         component.values = values;
@@ -163,7 +247,32 @@ impl Sampler<'_> {
     }
 }
 
+/// Levers that are not at 0, with their ξ.
+type Levers = Vec<(usize, f64)>;
+
 impl Component {
+    /// Points and weights whose sum is the coefficient of a monomial: exact finite differences,
+    /// for no monomial is of degree three.
+    fn stencil(&self, monomial: usize) -> Vec<(Levers, f64)> {
+        let quadratic = self.monomials.last().is_some_and(|m| m.len() == 2);
+        match self.monomials[monomial][..] {
+            [v] if quadratic => vec![(vec![(v, 1.0)], 0.5), (vec![(v, -1.0)], -0.5)],
+            [v] => vec![(vec![(v, 1.0)], 1.0), (vec![], -1.0)],
+            [v, w] if v == w => vec![
+                (vec![(v, 1.0)], 0.5),
+                (vec![(v, -1.0)], 0.5),
+                (vec![], -1.0),
+            ],
+            [v, w] => vec![
+                (vec![(v, 1.0), (w, 1.0)], 1.0),
+                (vec![(v, 1.0)], -1.0),
+                (vec![(w, 1.0)], -1.0),
+                (vec![], 1.0),
+            ],
+            _ => vec![(vec![], 1.0)],
+        }
+    }
+
     /// The place of a rich node (affine and odd variables 0).
     pub fn place(&self, mut node: usize) -> Place {
         let mut place = [0.0; MAX_VARIABLES];

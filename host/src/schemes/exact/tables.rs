@@ -28,10 +28,17 @@ pub struct Sampled {
 
 impl Found<'_> {
     /// The tables of one variable, at positions in its kinematic unit.
-    pub fn sample(&self, v: usize, functions: &[Function], at: &[f64]) -> Result<Sampled, NotConverged> {
+    pub fn sample(
+        &self,
+        v: usize,
+        functions: &[Function],
+        at: &[f64],
+    ) -> Result<Sampled, NotConverged> {
         let basis = &self.bases[v];
         let variable = &self.sampler.variables[v];
-        let known = functions.iter().all(|f| matches!(f, Function::Generator(_) | Function::Sign));
+        let known = functions
+            .iter()
+            .all(|f| matches!(f, Function::Generator(_) | Function::Sign));
         let all = if known {
             DMatrix::zeros(0, 0)
         } else {
@@ -44,7 +51,11 @@ impl Found<'_> {
             Function::Numeric(k) => all[(i, *k)],
             Function::Merged(id) => {
                 let coefficients = &self.structure.merged[*id].coefficients;
-                coefficients.iter().enumerate().map(|(k, c)| c * all[(i, k)]).sum()
+                coefficients
+                    .iter()
+                    .enumerate()
+                    .map(|(k, c)| c * all[(i, k)])
+                    .sum()
             }
             Function::Sign => at[i],
         };
@@ -62,7 +73,12 @@ impl Found<'_> {
                 let products = &self.bases[v].products;
                 let coefficients = &self.structure.merged[*id].coefficients;
                 coefficients.iter().enumerate().all(|(k, c)| {
-                    *c == 0.0 || k == 0 || matches!(products.get(k).map(Vec::as_slice), Some([Generator::Coordinate]))
+                    *c == 0.0
+                        || k == 0
+                        || matches!(
+                            products.get(k).map(Vec::as_slice),
+                            Some([Generator::Coordinate])
+                        )
                 })
             }
             _ => false,
@@ -72,7 +88,12 @@ impl Found<'_> {
     /// How far linear interpolation of a variable's tables with `intervals` intervals may lead
     /// each output astray, in units of its tolerance: table by table at mid-interval, with the
     /// other factors at their peaks.
-    pub fn interpolation_error(&self, v: usize, functions: &[Function], intervals: usize) -> Result<f64, NotConverged> {
+    pub fn interpolation_error(
+        &self,
+        v: usize,
+        functions: &[Function],
+        intervals: usize,
+    ) -> Result<f64, NotConverged> {
         let variable = &self.sampler.variables[v];
         let [low, high] = variable.range;
         let at: Vec<f64> = (0..=2 * intervals)
@@ -84,10 +105,23 @@ impl Found<'_> {
                 Function::Numeric(k) => self.bases[w].peaks[*k],
                 Function::Merged(id) => {
                     let coefficients = &self.structure.merged[*id].coefficients;
-                    coefficients.iter().zip(&self.bases[w].peaks).map(|(c, p)| c.abs() * p).sum()
+                    coefficients
+                        .iter()
+                        .zip(&self.bases[w].peaks)
+                        .map(|(c, p)| c.abs() * p)
+                        .sum()
                 }
                 _ => 1.0,
             }
+        };
+        // Next to the ends of the calibrated range nothing is gained by more points.
+        let touches_end = |k: usize| {
+            let width = (high - low) / intervals as f64;
+            let (from, to) = (low + width * k as f64, low + width * (k + 1) as f64);
+            variable
+                .ends
+                .iter()
+                .any(|e| *e > from - 1e-6 * width && *e < to + 1e-6 * width)
         };
         let mut error = vec![PerAxis::default(); intervals];
         for term in &self.structure.terms {
@@ -106,16 +140,28 @@ impl Found<'_> {
             if own.is_empty() {
                 continue;
             }
-            for (k, error) in error.iter_mut().enumerate() {
-                let product = |row: usize| own.iter().map(|c| sampled.values[(row, *c)]).product::<f64>();
+            for (k, error) in error
+                .iter_mut()
+                .enumerate()
+                .filter(|(k, _)| !touches_end(*k))
+            {
+                let product = |row: usize| {
+                    own.iter()
+                        .map(|c| sampled.values[(row, *c)])
+                        .product::<f64>()
+                };
                 let interpolated: f64 = own
                     .iter()
                     .map(|c| 0.5 * (sampled.values[(2 * k, *c)] + sampled.values[(2 * k + 2, *c)]))
                     .product();
-                error[term.output] += term.weight * others * (interpolated - product(2 * k + 1)).abs();
+                error[term.output] +=
+                    term.weight * others * (interpolated - product(2 * k + 1)).abs();
             }
         }
-        Ok(error.iter().flatten().fold(0.0, |worst, e| worst.max(e.abs())))
+        Ok(error
+            .iter()
+            .flatten()
+            .fold(0.0, |worst, e| worst.max(e.abs())))
     }
 
     /// The smallest number of intervals, at least `least`, that puts the variable's kinks on
@@ -129,7 +175,9 @@ impl Found<'_> {
                 (steps - steps.round()).abs() < 1e-6
             })
         };
-        (least..=least + least / 2).find(|n| fits(*n)).unwrap_or(least)
+        (least..=least + least / 2)
+            .find(|n| fits(*n))
+            .unwrap_or(least)
     }
 
     /// Tables in use per variable, the bent ones and the straight ones.
@@ -161,9 +209,17 @@ pub fn input(machine: &Machine, variables: &[Variable], v: usize) -> (u8, f64) {
 }
 
 /// A number for each table, for evaluation in f64 at one place.
-pub fn values_at(sampled: &BTreeMap<usize, Sampled>, row: usize) -> HashMap<(usize, Function), f64> {
+pub fn values_at(
+    sampled: &BTreeMap<usize, Sampled>,
+    row: usize,
+) -> HashMap<(usize, Function), f64> {
     sampled
         .iter()
-        .flat_map(|(v, s)| s.functions.iter().enumerate().map(move |(k, f)| ((*v, *f), s.values[(row, k)])))
+        .flat_map(|(v, s)| {
+            s.functions
+                .iter()
+                .enumerate()
+                .map(move |(k, f)| ((*v, *f), s.values[(row, k)]))
+        })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! What a correction depends on: axis positions, directions, tool length, temperatures.
 
-use crate::errors::{ErrorModel, MAX_SENSORS};
+use crate::errors::{ErrorModel, MAX_SENSORS, Motion};
 use crate::machine::{MAX_AXES, Machine};
 
 /// The most variables: axes, directions, tool length, temperatures.
@@ -33,8 +33,14 @@ pub struct Variable {
     pub kind: Kind,
     /// Its range (mm, rad, K; −1…1).
     pub range: [f64; 2],
-    /// Where its functions may have a kink: ends of the calibrated range, points of tabulated motions.
+    /// Where its functions may have a kink: points of tabulated motions, ends of the calibrated range.
     pub kinks: Vec<f64>,
+    /// Where the tolerance is to hold: the calibrated part of the range.
+    pub calibrated: [f64; 2],
+    /// The ends of the calibrated range that lie inside the travel. The motion holds from where
+    /// the *corrected* position passes an end, so near them, within the correction itself, the
+    /// exact correction is no sum of products.
+    pub ends: Vec<f64>,
     /// How many nodes see all of its functions.
     pub nodes: usize,
 }
@@ -48,12 +54,10 @@ impl Variable {
     /// True for variables that can be switched off: the correction is split into what is there
     /// without them and what each, and each pair, adds.
     pub fn is_switch(&self) -> bool {
-        matches!(self.kind, Kind::Bending(_) | Kind::Kelvin(_) | Kind::Sign(_))
-    }
-
-    /// True for variables that vanish when switched off: their effect is proportional to them.
-    pub fn is_odd(&self) -> bool {
-        matches!(self.kind, Kind::Kelvin(_) | Kind::Sign(_))
+        matches!(
+            self.kind,
+            Kind::Bending(_) | Kind::Kelvin(_) | Kind::Sign(_)
+        )
     }
 
     /// The larger end of the range: the scale of the coordinate ξ = x / scale.
@@ -64,15 +68,19 @@ impl Variable {
     /// The node positions: Chebyshev points with both ends, which keep polynomials and
     /// trigonometric functions well apart.
     pub fn positions(&self, count: usize) -> Vec<f64> {
-        let [low, high] = self.range;
-        let (mid, half) = (0.5 * (low + high), 0.5 * (high - low));
-        (0..count)
-            .map(|k| {
-                let angle = std::f64::consts::PI * k as f64 / (count - 1) as f64;
-                mid - half * angle.cos()
-            })
-            .collect()
+        positions(self.range, count)
     }
+}
+
+/// Chebyshev points of a range, with both ends.
+pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+    let (mid, half) = (0.5 * (low + high), 0.5 * (high - low));
+    (0..count)
+        .map(|k| {
+            let angle = std::f64::consts::PI * k as f64 / (count - 1) as f64;
+            mid - half * angle.cos()
+        })
+        .collect()
 }
 
 /// The variables of a machine with its errors.
@@ -88,17 +96,23 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
             (false, true) => Kind::Bending(index),
             (false, false) => Kind::Affine(index),
         };
-        let mut kinks: Vec<f64> = Vec::new();
-        if errors.motions[index].iter().any(crate::errors::Motion::holds) {
-            kinks.extend(errors.calibrated[index]);
-        }
-        for motion in &errors.motions[index] {
-            if let Some((at, _)) = &motion.table {
-                kinks.extend(at);
+        let [low, high] = range;
+        let inside = |k: &f64| *k > low + 1e-9 && *k < high - 1e-9;
+        let mut ends = Vec::new();
+        let mut calibrated = range;
+        if errors.motions[index].iter().any(Motion::holds) {
+            let [from, to] = errors.calibrated[index];
+            ends.extend([from, to].into_iter().filter(inside));
+            if from < high && to > low {
+                calibrated = [from.max(low), to.min(high)];
             }
         }
-        let [low, high] = range;
-        kinks.retain(|k| *k > low + 1e-9 && *k < high - 1e-9);
+        let mut kinks = ends.clone();
+        for motion in &errors.motions[index] {
+            if let Some((at, _)) = &motion.table {
+                kinks.extend(at.iter().copied().filter(inside));
+            }
+        }
         kinks.sort_by(f64::total_cmp);
         kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
         let nodes = match (&kind, moving) {
@@ -110,9 +124,23 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
             // Six motions and their levers.
             _ => 15,
         };
-        variables.push(Variable { kind, range, kinks, nodes });
+        variables.push(Variable {
+            kind,
+            range,
+            calibrated,
+            kinks,
+            ends,
+            nodes,
+        });
     }
-    let plain = |kind, range| Variable { kind, range, kinks: Vec::new(), nodes: 2 };
+    let plain = |kind, range| Variable {
+        kind,
+        range,
+        calibrated: range,
+        kinks: Vec::new(),
+        ends: Vec::new(),
+        nodes: 2,
+    };
     if let Some(range) = machine.length_range {
         variables.push(plain(Kind::Length, range));
     }
