@@ -46,7 +46,13 @@ impl FileError {
     #[must_use]
     pub fn line(&self, text: &str) -> Option<usize> {
         let start = self.span.as_ref()?.start.min(text.len());
-        Some(text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count() + 1)
+        Some(
+            text.as_bytes()[..start]
+                .iter()
+                .filter(|b| **b == b'\n')
+                .count()
+                + 1,
+        )
     }
 }
 
@@ -55,7 +61,8 @@ impl From<toml::de::Error> for FileError {
         Self {
             message: error.message().to_owned(),
             label: "here".to_owned(),
-            remedy: "see the file formats in the manual: unknown keys and wrong types are refused".to_owned(),
+            remedy: "see the file formats in the manual: unknown keys and wrong types are refused"
+                .to_owned(),
             span: error.span(),
         }
     }

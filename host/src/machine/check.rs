@@ -1,20 +1,24 @@
 //! What makes a machine one that can be corrected.
 
 use super::{Machine, PerAxis};
-use crate::kinematics::Kinematics;
 use crate::errors::ErrorModel;
+use crate::kinematics::Kinematics;
 
 /// Why a machine cannot be corrected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MachineProblem {
     /// The linear axes leave a direction of space without motion.
-    #[error("the linear axes do not span space{at}: no correction could move the tool in every direction")]
+    #[error(
+        "the linear axes do not span space{at}: no correction could move the tool in every direction"
+    )]
     LinearAxesDoNotSpan {
         /// ` at …`, or empty if they never do.
         at: String,
     },
     /// Two rotary axes turn about the same direction.
-    #[error("the rotary axes {first} and {second} are parallel{at}: a correction could not tell them apart")]
+    #[error(
+        "the rotary axes {first} and {second} are parallel{at}: a correction could not tell them apart"
+    )]
     ParallelRotaryAxes {
         /// The first of them.
         first: char,

@@ -174,9 +174,6 @@ impl Machine {
         };
         let workpiece: String = branch(Branch::Workpiece).collect();
         let tool: String = branch(Branch::Tool).collect();
-        format!(
-            "w{}F{tool}St",
-            workpiece.chars().rev().collect::<String>()
-        )
+        format!("w{}F{tool}St", workpiece.chars().rev().collect::<String>())
     }
 }

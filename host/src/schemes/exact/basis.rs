@@ -133,11 +133,15 @@ impl Basis {
             let (stride, count, rich) = (component.stride(k), full, component.nodes());
             for monomial in 0..component.monomials.len() {
                 for node in (0..rich).filter(|n| n / stride % count == 0) {
-                    for output in 0..sampler.kinematics.machine.axes.len() {
+                    for (output, unit) in tolerance
+                        .iter()
+                        .enumerate()
+                        .take(sampler.kinematics.machine.axes.len())
+                    {
                         let base = monomial * rich + node;
-                        samples.extend((0..count).map(|i| {
-                            component.values[base + i * stride][output] / tolerance[output]
-                        }));
+                        samples.extend(
+                            (0..count).map(|i| component.values[base + i * stride][output] / unit),
+                        );
                         columns.push(Column {
                             component: c,
                             monomial,

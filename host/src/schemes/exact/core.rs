@@ -28,14 +28,17 @@ pub struct Entry {
 /// thousand of them would not add up to a tenth.
 const NOISE: f64 = 1e-4;
 
-/// Projects all components onto the bases.
+/// Projects all components onto the bases. Where more than the tolerance will be left out
+/// anyway (`left_out`, in its units), small products are dropped in proportion.
 pub fn entries(
     sampler: &Sampler<'_>,
     components: &[Component],
     bases: &[Basis],
     tolerance: &PerAxis,
+    left_out: f64,
 ) -> Result<Vec<Entry>, NotConverged> {
     let n = sampler.kinematics.machine.axes.len();
+    let noise = NOISE * left_out.max(1.0);
     let mut sums: HashMap<(usize, Key), f64> = HashMap::new();
     let mut inverses: HashMap<(usize, usize), DMatrix<f64>> = HashMap::new();
     for component in components {
@@ -84,7 +87,7 @@ pub fn entries(
         }
         let functions: usize = shape.iter().product();
         for (index, value) in values.iter().enumerate() {
-            if value.abs() < 1e-3 * NOISE {
+            if value.abs() < 1e-3 * noise {
                 continue;
             }
             let mut key = [0; MAX_VARIABLES];
@@ -118,10 +121,10 @@ pub fn entries(
                 peak: value.abs() * peaks,
             }
         })
-        .filter(|e| e.peak > NOISE)
+        .filter(|e| e.peak > noise)
         .collect();
     // A fixed order, so that the same input gives the same file.
-    entries.sort_by(|a, b| (a.output, a.key).cmp(&(b.output, b.key)));
+    entries.sort_by_key(|e| (e.output, e.key));
     Ok(entries)
 }
 

@@ -66,10 +66,22 @@ const COUNTS: f64 = 0.08;
 const MERGE: f64 = 1.7;
 
 /// How many entries of weight a fibre holds.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug)]
 struct Score(f64);
 
+impl PartialEq for Score {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
 impl Eq for Score {}
+
+impl PartialOrd for Score {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
 
 impl Ord for Score {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
@@ -165,6 +177,16 @@ impl<'a> Cover<'a> {
             bases,
             fibres,
         }
+    }
+
+    /// The share at which nothing is chosen.
+    pub fn share_of_nothing(&self) -> f64 {
+        let squares = Left::new(self.entries, 0.0).squares;
+        2.0 * squares
+            .values()
+            .fold(0.0, |most: f64, s| most.max(*s))
+            .sqrt()
+            * (1.0 + 1e-9)
     }
 
     /// Chooses terms until what is left out is less than `share` of the tolerance in every output

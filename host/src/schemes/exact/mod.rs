@@ -152,8 +152,10 @@ pub fn compile(
     // Start generously; where the trial shows that too much was left out, take in what motions
     // add in pairs, then leave out less.
     let mut share = 0.25;
+    let mut left_out = 0.0;
     for _ in 0..6 {
-        let attempt = attempt(&sampler, &components, &tolerance, options, share)?;
+        let attempt = attempt(&sampler, &components, &tolerance, options, share, left_out)?;
+        left_out = attempt.left_out;
         let error = trials.error(&attempt.found(&sampler, &components, &tolerance))?;
         let attempt_is_full = attempt.is_full;
         let better = best.as_ref().is_none_or(|(e, _)| error < 0.9 * e);
@@ -183,7 +185,7 @@ pub fn compile(
         Some(best) => best,
         None => (
             f64::INFINITY,
-            attempt(&sampler, &components, &tolerance, options, share)?,
+            attempt(&sampler, &components, &tolerance, options, share, left_out)?,
         ),
     };
     let tables = attempt.structure.count();
@@ -208,6 +210,8 @@ struct Attempt {
     structure: Structure,
     /// More terms or tables would be needed than the target holds.
     is_full: bool,
+    /// What was left out, in units of the tolerance.
+    left_out: f64,
 }
 
 impl Attempt {
@@ -227,13 +231,15 @@ impl Attempt {
     }
 }
 
-/// Finds bases and terms that leave out no more than `share` of the tolerance.
+/// Finds bases and terms that leave out no more than `share` of the tolerance; `before` is what
+/// an earlier attempt had to leave out.
 fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
     tolerance: &PerAxis,
     options: &Options,
     share: f64,
+    before: f64,
 ) -> Result<Attempt, NotConverged> {
     let choice = Choice {
         degree: if options.minimize == Minimize::Tables {
@@ -251,7 +257,7 @@ fn attempt(
             Basis::of_lever(variable)
         });
     }
-    let entries = core::entries(sampler, components, &bases, tolerance)?;
+    let entries = core::entries(sampler, components, &bases, tolerance, before)?;
     let cover = Cover::new(&entries, sampler.variables, &bases, options.minimize);
     let choose = |share: f64| {
         let structure = cover.choose(share, options.capacity.0 * 2 / 3);
@@ -261,19 +267,13 @@ fn attempt(
     };
     let (mut structure, fits) = choose(share);
     let is_full = !fits;
+    let mut left_out = share;
     if is_full {
-        // What the target cannot hold is left out, the smallest first; verification tells.
-        let (mut too_little, mut enough) = (share, share);
-        loop {
-            enough *= 2.0;
-            let (found, fits) = choose(enough);
-            structure = found;
-            if fits || enough > 1e9 {
-                break;
-            }
-            too_little = enough;
-        }
-        for _ in 0..4 {
+        // What the target cannot hold is left out, the smallest first; verification tells. With
+        // everything left out it fits for sure: halve the logarithm of the distance.
+        let (mut too_little, mut enough) = (share, cover.share_of_nothing().max(share));
+        structure = choose(enough).0;
+        for _ in 0..8 {
             let between = (too_little * enough).sqrt();
             let (found, fits) = choose(between);
             if fits {
@@ -282,11 +282,13 @@ fn attempt(
                 too_little = between;
             }
         }
+        left_out = enough;
     }
     Ok(Attempt {
         bases,
         structure,
         is_full,
+        left_out,
     })
 }
 

@@ -86,7 +86,7 @@ impl Sampler<'_> {
         let mut sum = PerAxis::default();
         let mut subset = on;
         loop {
-            let sign = if (on.count_ones() - subset.count_ones()) % 2 == 0 {
+            let sign = if (on.count_ones() - subset.count_ones()).is_multiple_of(2) {
                 1.0
             } else {
                 -1.0
