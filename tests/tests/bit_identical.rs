@@ -1,0 +1,38 @@
+//! The same blob gives the same bits in every build and on every machine.
+//!
+//! `cargo xtask test` runs this in debug, in release, and in release with `-C target-cpu=native`:
+//! always against the same stored hashes.
+
+use trueaxis_tests::golden::{blob, hash_of_evaluation, hash_of_servo, load};
+
+#[track_caller]
+fn same(found: u64, stored: u64) {
+    assert!(
+        found == stored,
+        "the bits have changed: 0x{found:016X} instead of 0x{stored:016X}"
+    );
+}
+
+#[test]
+fn corrections_of_the_huron_are_the_stored_bits() {
+    same(
+        hash_of_evaluation(&load(&blob("huron-13"))),
+        0x0A00_C06A_2831_07A8,
+    );
+}
+
+#[test]
+fn corrections_of_everything_are_the_stored_bits() {
+    same(
+        hash_of_evaluation(&load(&blob("everything"))),
+        0xB362_1537_4974_842D,
+    );
+}
+
+#[test]
+fn corrections_through_the_servo_are_the_stored_bits() {
+    same(
+        hash_of_servo(&load(&blob("everything"))),
+        0xBAA7_5161_ACCD_87CF,
+    );
+}
