@@ -1,0 +1,345 @@
+//! The closed forms of the source document against the general code: the control Jacobian of
+//! wCAYFXZt (Eq. 42), its pseudo-inverse (Eq. 43) and the corrections of the 45° machine (Eq. 59),
+//! as printed where they are right, and corrected where they are misprinted.
+
+use trueaxis_host::errors::{ErrorModel, Parameter, Situation};
+use trueaxis_host::kinematics::{Kinematics, Linearised, Twist};
+use trueaxis_host::machine::{Machine, PerAxis};
+use trueaxis_tests::{Fixed, machine, read};
+
+/// Rounding of a dozen operations in f64, relative to the largest entry.
+const EXACT: f64 = 1e-12;
+
+/// Axes in the order of the document.
+const ORDER: [char; 5] = ['X', 'Y', 'Z', 'A', 'C'];
+
+fn of(machine: &Machine, q: &PerAxis, letter: char) -> f64 {
+    q[machine.index(letter).unwrap()]
+}
+
+/// The Kolibri as in Chapters 5 and 6: all frames aligned, the tip in the Z-axis frame.
+fn aligned() -> Machine {
+    let text = read("tests/golden/kolibri-10.machine.toml");
+    Machine::from_toml(&text.replace("[0.0, 0.0, -74.0]", "[0.0, 0.0, 0.0]")).unwrap()
+}
+
+fn close(found: f64, expected: f64, scale: f64, what: &str) {
+    let allowed = EXACT * scale.max(1.0);
+    assert!(
+        (found - expected).abs() <= allowed,
+        "{what}: {found} instead of {expected}"
+    );
+}
+
+#[test]
+fn the_control_jacobian_is_that_of_eq_42() {
+    let machine = aligned();
+    let errors = ErrorModel::perfect(&machine);
+    let kinematics = Kinematics::new(&machine, &errors);
+    let mut random = Fixed::new(42);
+    for _ in 0..200 {
+        let q = random.position(&machine);
+        let [x, y, z, a, _] = ORDER.map(|l| of(&machine, &q, l));
+        let (s, c) = a.sin_cos();
+        let expected = [
+            [1.0, 0.0, 0.0, 0.0, s * z - c * y],
+            [0.0, -1.0, 0.0, z, -c * x],
+            [0.0, 0.0, 1.0, y, -s * x],
+            [0.0, 0.0, 0.0, -1.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, s],
+            [0.0, 0.0, 0.0, 0.0, -c],
+        ];
+        let jacobian = kinematics.jacobian(&q, None);
+        for (k, letter) in ORDER.into_iter().enumerate() {
+            let column = jacobian.column(machine.index(letter).unwrap());
+            for (row, found) in column.into_iter().enumerate() {
+                close(
+                    found,
+                    expected[row][k],
+                    1e3,
+                    &format!("row {row}, {letter}"),
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_block_solution_is_the_pseudo_inverse_of_eq_43_with_two_entries_corrected() {
+    let machine = aligned();
+    let errors = ErrorModel::perfect(&machine);
+    let kinematics = Kinematics::new(&machine, &errors);
+    let mut random = Fixed::new(43);
+    let mut misprints = [0.0_f64; 2];
+    for _ in 0..200 {
+        let q = random.position(&machine);
+        let [x, y, z, a, _] = ORDER.map(|l| of(&machine, &q, l));
+        let (s, c) = a.sin_cos();
+        let lever = c * y - s * z;
+        let mut expected = [
+            [1.0, 0.0, 0.0, 0.0, s * lever, -c * lever],
+            [0.0, -1.0, 0.0, -z, s * lever, c * c * x],
+            [0.0, 0.0, 1.0, y, s * s * x, -c * s * x],
+            [0.0, 0.0, 0.0, -1.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, s, c],
+        ];
+        let printed = [expected[1][4], expected[4][5]];
+        expected[1][4] = -c * s * x;
+        expected[4][5] = -c;
+        for (k, (p, e)) in printed
+            .into_iter()
+            .zip([expected[1][4], expected[4][5]])
+            .enumerate()
+        {
+            misprints[k] = misprints[k].max((p - e).abs());
+        }
+        let solver = kinematics.jacobian(&q, None).solver().unwrap();
+        for column in 0..6 {
+            let mut e = [0.0; 6];
+            e[column] = 1.0;
+            let error = Twist {
+                t: [e[0], e[1], e[2]].into(),
+                r: [e[3], e[4], e[5]].into(),
+            };
+            // The correction undoes the error: −J⁺·E.
+            let correction = solver.correct(&error);
+            for (row, letter) in ORDER.into_iter().enumerate() {
+                let what = format!("{letter} for component {column}");
+                close(
+                    -of(&machine, &correction, letter),
+                    expected[row][column],
+                    1e3,
+                    &what,
+                );
+            }
+        }
+    }
+    assert!(
+        misprints.iter().all(|m| *m > 0.1),
+        "the printed entries are right after all"
+    );
+}
+
+/// Position, tool length, and sine and cosine of A.
+#[derive(Clone, Copy)]
+struct At {
+    x: f64,
+    y: f64,
+    z: f64,
+    t: f64,
+    a: f64,
+}
+
+impl At {
+    fn s(self) -> f64 {
+        self.a.sin()
+    }
+    fn c(self) -> f64 {
+        self.a.cos()
+    }
+    fn s2(self) -> f64 {
+        (2.0 * self.a).sin()
+    }
+    fn c2(self) -> f64 {
+        (2.0 * self.a).cos()
+    }
+}
+
+const R: f64 = std::f64::consts::SQRT_2;
+
+/// One line of Eq. 59: ΔX, ΔY, ΔZ, ΔA, ΔC per unit of the error, as printed, and the entries
+/// (by place) that are misprinted, as they must read.
+struct Line {
+    name: &'static str,
+    printed: fn(At) -> [f64; 5],
+    corrected: &'static [(usize, fn(At) -> f64)],
+}
+
+const EQ_59: [Line; 13] = [
+    Line {
+        name: "EC0X",
+        printed: |p| {
+            let At { x, y, z, t, .. } = p;
+            [
+                (y * (p.c2() - 3.0) + R * p.s2() * (z - t)) / 4.0,
+                (p.c().powi(2) - 1.0) * (t - z - x) / 2.0,
+                (y * (1.0 - p.c2()) - R * x * p.s2()) / 4.0,
+                R / 2.0 * (p.c() - 1.0),
+                -p.c(),
+            ]
+        },
+        corrected: &[
+            (0, |p| {
+                (-p.y * (p.c2() + 3.0) + R * p.s2() * (p.z - p.t)) / 4.0
+            }),
+            (1, |p| (1.0 - p.c().powi(2)) * (p.t - p.z - p.x) / 2.0),
+        ],
+    },
+    Line {
+        name: "EA0Z",
+        printed: |p| {
+            let At { x, y, z, t, .. } = p;
+            [
+                (y * (p.c2() - 1.0) + R * p.s2() * (t - z)) / 4.0,
+                (1.0 - p.c().powi(2)) * (x + z - t) / 2.0,
+                (y * (3.0 + p.c2()) + R * x * p.s2()) / 4.0,
+                -R / 2.0 * (p.c() + 1.0),
+                p.c(),
+            ]
+        },
+        corrected: &[],
+    },
+    Line {
+        name: "EB0Z",
+        printed: |p| {
+            let At { x, y, z, t, .. } = p;
+            [
+                (-2.0 * p.c() * (t - z) - R * y * p.s()) / 4.0,
+                p.s2() * (t - x - z) / 2.0,
+                R * p.s() * (y * p.c() + R * x * p.s2()) / 2.0,
+                -p.s(),
+                R * p.s(),
+            ]
+        },
+        corrected: &[
+            (0, |p| p.c().powi(2) * (p.z - p.t) + R * p.y * p.s2() / 4.0),
+            (1, |p| R * p.s2() * (p.t - p.x - p.z) / 4.0),
+            (2, |p| p.x * p.s().powi(2) + R * p.y * p.s2() / 4.0),
+        ],
+    },
+    Line {
+        name: "EB0A",
+        printed: |p| {
+            let At { x, y, z, t, .. } = p;
+            [
+                p.c() * (p.c() * (t - z) - R * y * p.s()) / 2.0,
+                R * p.s2() * (x + z - t) / 4.0,
+                p.c() * (2.0 * x * p.c() - R * y * p.s()) / 2.0,
+                p.s(),
+                -R * p.s(),
+            ]
+        },
+        corrected: &[(0, |p| p.c().powi(2) * (p.t - p.z) - R * p.y * p.s2() / 4.0)],
+    },
+    Line {
+        name: "EC0A",
+        printed: |p| {
+            let At { x, y, z, t, .. } = p;
+            [
+                (-R * y * (p.c2() - 1.0) + 2.0 * p.s2() * (t - z)) / 4.0,
+                -R * p.s().powi(2) * (x + z - t) / 2.0,
+                (R * y * p.c().powi(2) + x * p.s2()) / 2.0,
+                -p.c(),
+                R * p.c(),
+            ]
+        },
+        corrected: &[
+            (0, |p| {
+                (R * p.y * (p.c2() - 1.0) + 2.0 * p.s2() * (p.t - p.z)) / 4.0
+            }),
+            (1, |p| R * p.s().powi(2) * (p.x + p.z - p.t) / 2.0),
+            (2, |p| (p.x * p.s2() - R * p.y * p.s().powi(2)) / 2.0),
+        ],
+    },
+    Line {
+        name: "EY0C",
+        printed: |p| [R / 2.0 * p.s(), p.c(), -R / 2.0 * p.s(), 0.0, 0.0],
+        corrected: &[],
+    },
+    Line {
+        name: "EA0C",
+        printed: |_| [0.0, 0.0, 0.0, R, -1.0],
+        corrected: &[],
+    },
+    Line {
+        name: "EB0C",
+        printed: |p| {
+            let At { x, y, z, t, .. } = p;
+            [
+                p.c() * (t - z) - R / 2.0 * y * p.s(),
+                R / 2.0 * p.s() * (x + z - t),
+                x * p.c(),
+                0.0,
+                0.0,
+            ]
+        },
+        corrected: &[(2, |p| p.x * p.c() - R * p.y * p.s() / 2.0)],
+    },
+    Line {
+        name: "EX0S",
+        printed: |_| [1.0, 0.0, 0.0, 0.0, 0.0],
+        corrected: &[],
+    },
+    Line {
+        name: "EZ0S",
+        printed: |_| [0.0, -1.0, 0.0, 0.0, 0.0],
+        corrected: &[],
+    },
+    Line {
+        name: "EXX1",
+        printed: |p| [p.x, 0.0, 0.0, 0.0, 0.0],
+        corrected: &[],
+    },
+    Line {
+        name: "EYY1",
+        printed: |p| [0.0, p.y, 0.0, 0.0, 0.0],
+        corrected: &[],
+    },
+    Line {
+        name: "EZZ1",
+        printed: |p| [0.0, 0.0, p.z, 0.0, 0.0],
+        corrected: &[],
+    },
+];
+
+#[test]
+fn the_corrections_of_eq_59_agree_and_its_ten_misprints_do_not() {
+    let machine = machine("tests/golden/huron-13.machine.toml");
+    let errors = ErrorModel::perfect(&machine);
+    let kinematics = Kinematics::new(&machine, &errors);
+    let mut random = Fixed::new(59);
+    let mut misprints = vec![[0.0_f64; 5]; EQ_59.len()];
+    for _ in 0..200 {
+        let q = random.position(&machine);
+        let at = At {
+            x: of(&machine, &q, 'X'),
+            y: of(&machine, &q, 'Y'),
+            z: of(&machine, &q, 'Z'),
+            a: of(&machine, &q, 'A'),
+            t: machine.tip[1],
+        };
+        let linearised = Linearised::new(&kinematics, &q, &Situation::default());
+        let solver = kinematics.jacobian(&q, None).solver().unwrap();
+        for (line, worst) in EQ_59.iter().zip(&mut misprints) {
+            let error = linearised
+                .column(Parameter::parse(line.name).unwrap())
+                .unwrap();
+            // Eq. 51: the motion equivalent to the error, +J⁺·E.
+            let found = ORDER.map(|l| -of(&machine, &solver.correct(&error), l));
+            let printed = (line.printed)(at);
+            let mut expected = printed;
+            for (place, entry) in line.corrected {
+                expected[*place] = entry(at);
+            }
+            for place in 0..5 {
+                let what = format!("{}, Δ{}", line.name, ORDER[place]);
+                close(found[place], expected[place], 1e3, &what);
+                worst[place] = worst[place].max((printed[place] - expected[place]).abs());
+            }
+        }
+    }
+    let mut count = 0;
+    for (line, worst) in EQ_59.iter().zip(&misprints) {
+        for (place, _) in line.corrected {
+            // Hundreds of mm per rad or more: no rounding.
+            assert!(
+                worst[*place] > 10.0,
+                "{}, Δ{} is printed right",
+                line.name,
+                ORDER[*place]
+            );
+            count += 1;
+        }
+    }
+    assert_eq!(count, 10);
+}
