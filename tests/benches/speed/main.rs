@@ -1,0 +1,313 @@
+//! Run times beside their rivals, in one run: `cargo xtask bench`.
+//!
+//! Every figure is the median over many batches, in nanoseconds per call, on one thread. With
+//! `--calls WORKLOAD N` nothing is timed: the workload is called N times, for a program that counts
+//! instructions.
+
+mod direct;
+mod timing;
+
+use direct::Direct;
+use interpn::MultilinearRegular;
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::time::Instant;
+use timing::{POINTS, per_call};
+use trueaxis::{
+    AlignedBlob, Axis, Compensation, Draft, DraftGrid, GridAxis, Inputs, SampleFormat, Servo,
+    Travelling,
+};
+use trueaxis_host::compile::{self, Options};
+use trueaxis_tests::{Fixed, errors, golden, machine};
+
+const HURON: [&str; 2] = [
+    "examples/huron-k2x8/machine.toml",
+    "examples/huron-k2x8/errors-13.toml",
+];
+
+/// Positions in the travel of the Huron, in the order of its blob, and the compensation itself.
+struct Huron {
+    blob: AlignedBlob,
+    inputs: Vec<Inputs<8>>,
+}
+
+impl Huron {
+    fn new() -> Self {
+        let machine = machine(HURON[0]);
+        let mut random = Fixed::new(1);
+        let inputs = (0..POINTS)
+            .map(|_| {
+                let q = machine.to_command(&random.position(&machine));
+                Inputs::at(std::array::from_fn(|i| q.get(i).map_or(0.0, |q| *q as f32)))
+            })
+            .collect();
+        Self {
+            blob: golden::blob("huron-13"),
+            inputs,
+        }
+    }
+
+    fn load(&self) -> Compensation<'_> {
+        Compensation::decode(&self.blob).expect("a golden blob loads")
+    }
+}
+
+/// 25³ nodes over X Y Z, three outputs.
+struct Cube {
+    blob: AlignedBlob,
+    columns: [Vec<f32>; 3],
+    points: [Vec<f32>; 3],
+}
+
+const NODES: usize = 25;
+const STEP: f32 = 20.0;
+
+impl Cube {
+    fn new() -> Self {
+        let mut random = Fixed::new(2);
+        let values: Vec<f32> = (0..3 * NODES.pow(3))
+            .map(|_| random.within(-0.05, 0.05) as f32)
+            .collect();
+        let axis = |name| Axis {
+            name,
+            travel: [0.0, 480.0],
+            value_bound: 1.0,
+            rate_bound: 1.0,
+            hysteresis: 0.0,
+            ramp_rate: 1.0,
+        };
+        let grid = DraftGrid {
+            axes: (0..3)
+                .map(|input| GridAxis {
+                    input,
+                    start: 0.0,
+                    step: STEP,
+                    points: NODES as u32,
+                    modulo: false,
+                })
+                .collect(),
+            outputs: vec![0, 1, 2],
+            format: SampleFormat::F32,
+            values: values.clone(),
+        };
+        let draft = Draft {
+            machine: "cube".to_owned(),
+            axes: vec![axis(b'X'), axis(b'Y'), axis(b'Z')],
+            grids: vec![grid],
+            ..Draft::default()
+        };
+        Self {
+            blob: draft.encode().expect("a sound draft"),
+            columns: std::array::from_fn(|k| values[k..].iter().step_by(3).copied().collect()),
+            points: std::array::from_fn(|_| {
+                (0..POINTS)
+                    .map(|_| random.within(0.0, 480.0) as f32)
+                    .collect()
+            }),
+        }
+    }
+
+    fn inputs(&self) -> Vec<Inputs<8>> {
+        let at = |i: usize| {
+            let mut q = [0.0; 8];
+            for (q, points) in q.iter_mut().zip(&self.points) {
+                *q = points[i];
+            }
+            Inputs::at(q)
+        };
+        (0..POINTS).map(at).collect()
+    }
+}
+
+fn evaluations(compensation: &Compensation<'_>, inputs: &[Inputs<8>]) {
+    let (travel, weights) = (Travelling::default(), compensation.weights());
+    for q in inputs {
+        black_box(compensation.evaluate(black_box(q), &travel, &weights));
+    }
+}
+
+fn servo_updates(servo: &mut Servo<'_>, inputs: &[Inputs<8>]) {
+    for q in inputs {
+        black_box(servo.update(black_box(q), u16::MAX, 0.001));
+    }
+}
+
+fn verdict(ratio: f64, target: f64) -> String {
+    let word = if ratio <= target { "met" } else { "missed" };
+    format!("{ratio:.3}   (target {target:.2}: {word})")
+}
+
+fn line(what: &str, nanoseconds: f64) {
+    println!("  {what:<58} {nanoseconds:>9.1} ns");
+}
+
+fn thirteen_errors() {
+    println!("thirteen errors of the Huron, five axes, one correction");
+    let huron = Huron::new();
+    let compensation = huron.load();
+    let evaluate = per_call(|| evaluations(&compensation, &huron.inputs));
+    line("tables: evaluate", evaluate);
+    let mut servo = Servo::new(&compensation);
+    servo.enable();
+    line(
+        "tables: servo update",
+        per_call(|| servo_updates(&mut servo, &huron.inputs)),
+    );
+
+    let machine = machine(HURON[0]);
+    let errors = errors(HURON[1], &machine);
+    let (single, double) = (
+        Direct::<f32>::new(&machine, &errors),
+        Direct::<f64>::new(&machine, &errors),
+    );
+    // The same thing is computed: to second order in f64, to rounding of 1 m in f32.
+    let (travel, weights) = (Travelling::default(), compensation.weights());
+    for q in &huron.inputs {
+        let tables = compensation.evaluate(q, &travel, &weights);
+        let q64: [f64; 5] = std::array::from_fn(|i| f64::from(q.axes[i]));
+        let found = double.correction(&q64);
+        let found32 = single.correction(&std::array::from_fn(|i| q.axes[i]));
+        for i in 0..5 {
+            assert!(
+                (f64::from(tables[i]) - found[i]).abs() < 2e-4,
+                "{tables:?} {found:?}"
+            );
+            assert!(
+                (tables[i] - found32[i]).abs() < 1e-2,
+                "{tables:?} {found32:?}"
+            );
+        }
+    }
+    let single = per_call(|| {
+        for q in &huron.inputs {
+            black_box(single.correction(black_box(&std::array::from_fn(|i| q.axes[i]))));
+        }
+    });
+    line(
+        "direct: matrices of all axes and errors, least squares, f32",
+        single,
+    );
+    let double = per_call(|| {
+        for q in &huron.inputs {
+            black_box(double.correction(black_box(&std::array::from_fn(|i| f64::from(q.axes[i])))));
+        }
+    });
+    line("direct, f64", double);
+    println!(
+        "  evaluate / direct f32: {}",
+        verdict(evaluate / single, 0.25)
+    );
+    println!(
+        "  evaluate / direct f64: {}",
+        verdict(evaluate / double, 0.25)
+    );
+}
+
+fn grid() {
+    println!("grid of {NODES}×{NODES}×{NODES} nodes, three outputs");
+    let cube = Cube::new();
+    let compensation: Compensation<'_> = Compensation::decode(&cube.blob).expect("loads");
+    let inputs = cube.inputs();
+    let ours = per_call(|| evaluations(&compensation, &inputs));
+    line("grid: evaluate", ours);
+    let rivals = cube.columns.each_ref().map(|column| {
+        MultilinearRegular::<f32, 3>::new([NODES; 3], [0.0; 3], [STEP; 3], column).expect("sound")
+    });
+    let points = cube.points.each_ref().map(Vec::as_slice);
+    let mut out = vec![0.0; POINTS];
+    let theirs = per_call(|| {
+        for rival in &rivals {
+            rival.interp(black_box(&points), &mut out).expect("sound");
+            black_box(&out);
+        }
+    });
+    line("interpn, three calls on all points, f32", theirs);
+    println!("  grid / interpn: {}", verdict(ours / theirs, 0.6));
+}
+
+fn compiling() {
+    println!("compile, all steps from the parsed files to the proof");
+    for (name, parameters, zero_at) in [
+        ("kolibri", "81", Some(vec![0.0, 0.0, 0.0, 0.0, 150.0])),
+        ("hu40", "84", None),
+        ("huron-k2x8", "13", None),
+    ] {
+        let machine = machine(&format!("examples/{name}/machine.toml"));
+        let errors = errors(
+            &format!("examples/{name}/errors-{parameters}.toml"),
+            &machine,
+        );
+        let mut options = Options {
+            allow_large: true,
+            ..Options::default()
+        };
+        options.scheme.zero_at = zero_at;
+        let run = || {
+            let start = Instant::now();
+            let compiled = compile::compile(&machine, &errors, &options, &()).map(|c| c.built.size);
+            (start.elapsed().as_secs_f64(), compiled)
+        };
+        let mut best = run();
+        for _ in 0..2 {
+            let again = run();
+            if again.0 < best.0 {
+                best = again;
+            }
+        }
+        match best.1 {
+            Ok(size) => {
+                let met = if best.0 <= 2.0 { "met" } else { "missed" };
+                println!(
+                    "  {name}, {parameters} parameters: {:.2} s, {} tables, {} terms   (target 2 s: {met})",
+                    best.0, size.tables, size.terms
+                );
+            }
+            Err(error) => println!("  {name}, {parameters} parameters: {error}"),
+        }
+    }
+}
+
+/// Calls a workload a number of times, after the same preparation whatever the number.
+fn calls(workload: &str, count: usize) -> Result<(), String> {
+    let huron = Huron::new();
+    let cube = Cube::new();
+    let (on_huron, on_cube) = (
+        huron.load(),
+        Compensation::<'_>::decode(&cube.blob).expect("loads"),
+    );
+    let cube_inputs = cube.inputs();
+    let mut servo = Servo::new(&on_huron);
+    servo.enable();
+    match workload {
+        "evaluate" => evaluations(&on_huron, &huron.inputs[..count]),
+        "servo" => servo_updates(&mut servo, &huron.inputs[..count]),
+        "grid" => evaluations(&on_cube, &cube_inputs[..count]),
+        other => return Err(format!("no workload `{other}`")),
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench")
+        .collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words[..] {
+        ["--calls", workload, count] => {
+            let result = count.parse().map_err(|_| format!("`{count}` is no number"));
+            if let Err(message) = result.and_then(|n: usize| calls(workload, n.min(POINTS))) {
+                eprintln!("{message}");
+                return ExitCode::from(2);
+            }
+        }
+        // `cargo test --benches` starts it as well: there is nothing to test.
+        ["--test"] => {}
+        _ => {
+            thirteen_errors();
+            grid();
+            compiling();
+        }
+    }
+    ExitCode::SUCCESS
+}
