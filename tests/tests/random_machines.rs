@@ -1,57 +1,51 @@
 //! The scheme `exact` on machines nobody drew: it meets its tolerance, or says that it does not.
 
-use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_host::machine::Machine;
-use trueaxis_host::schemes::exact::{Minimize, Options, compile};
+use trueaxis_host::schemes::exact::{Options, compile};
 use trueaxis_host::validate::{Region, Runtime, random_commands, verify};
 
-/// A random serial machine: three linear axes and up to three rotary ones in either branch, in
-/// any order, with tilted frames and offsets, reversed or not.
-fn machine() -> impl Strategy<Value = String> {
-    let axis = (
-        any::<bool>(),
-        any::<bool>(),
-        prop::array::uniform3(-60.0..60.0_f64),
-        prop::array::uniform3(-50.0..50.0_f64),
-        (50.0..400.0_f64, 50.0..400.0_f64),
-        any::<u32>(),
-    );
-    let letters = prop::sample::select(vec!["XYZ", "XYZA", "XYZB", "XYZC", "XYZAC", "XYZBC", "XYZAB", "XYZABC", "XYZUC"]);
-    (letters, prop::collection::vec(axis, 6), any::<bool>(), prop::option::of(20.0..80.0_f64)).prop_map(
-        |(letters, axes, tilted, length)| {
-            let mut order: Vec<usize> = (0..letters.len()).collect();
-            order.sort_by_key(|i| axes[*i].5);
-            let mut text = String::from("name = \"any\"\n");
-            for i in order {
-                let (tool, reversed, origin, tilt, (low, high), _) = &axes[i];
-                let letter = &letters[i..=i];
-                let rotary = "ABC".contains(letter);
-                let (low, high) = if rotary { (low * 0.3, high * 0.3) } else { (*low, *high) };
-                let branch = if *tool { "tool" } else { "workpiece" };
-                let tilt = if tilted && rotary { *tilt } else { [0.0; 3] };
-                text += &format!(
-                    "[[axis]]\nname = \"{letter}\"\nbranch = \"{branch}\"\nrange = [{:?}, {high:?}]\n\
-                     reversed = {reversed}\norigin_mm = {origin:?}\norientation_deg = {tilt:?}\n",
-                    -low
-                );
-            }
-            text += "[spindle]\naxis = \"z\"\n[tool]\ntip_mm = [0.0, 0.0, -120.0]\n";
-            if let Some(length) = length {
-                text += &format!("length_range_mm = [{:?}, {:?}]\n", 120.0 - length, 120.0 + length);
-            }
-            text
-        },
-    )
+/// A random serial machine: three or four linear axes and up to three rotary ones, each in either
+/// branch and anywhere in it, with tilted frames and offsets, reversed or not.
+fn machine(random: &mut Pcg64Mcg) -> String {
+    const LETTERS: [&str; 9] = ["XYZ", "XYZA", "XYZB", "XYZC", "XYZAC", "XYZBC", "XYZAB", "XYZABC", "XYZUC"];
+    let letters = LETTERS[random.random_range(0..LETTERS.len())];
+    let tilted = random.random::<bool>();
+    let mut order: Vec<char> = letters.chars().collect();
+    for i in (1..order.len()).rev() {
+        order.swap(i, random.random_range(0..=i));
+    }
+    let mut text = String::from("name = \"any\"\n");
+    for letter in order {
+        let rotary = "ABC".contains(letter);
+        let reach = if rotary { 15.0..120.0 } else { 50.0..400.0 };
+        let (low, high) = (-random.random_range(reach.clone()), random.random_range(reach));
+        let branch = if random.random() { "tool" } else { "workpiece" };
+        let mut three = |size: f64| -> [f64; 3] { std::array::from_fn(|_| random.random_range(-size..size)) };
+        let (origin, tilt) = (three(60.0), three(50.0));
+        let tilt = if tilted && rotary { tilt } else { [0.0; 3] };
+        let reversed = random.random::<bool>();
+        text += &format!(
+            "[[axis]]\nname = \"{letter}\"\nbranch = \"{branch}\"\nrange = [{low:?}, {high:?}]\n\
+             reversed = {reversed}\norigin_mm = {origin:?}\norientation_deg = {tilt:?}\n"
+        );
+    }
+    text += "[spindle]\naxis = \"z\"\n[tool]\ntip_mm = [0.0, 0.0, -120.0]\n";
+    if random.random() {
+        text += "length_range_mm = [70.0, 190.0]\n";
+    }
+    text
 }
 
-/// How large each kind of error is, in parts of what machines have.
+/// Inter-axis errors, degrees 0 to 3, backlash.
 const KINDS: usize = 6;
 
-fn errors(machine: &Machine, sizes: &[f64], density: f64, kinds: u8) -> ErrorModel {
+fn errors(machine: &Machine, random: &mut Pcg64Mcg) -> ErrorModel {
     let mut errors = ErrorModel::perfect(machine);
-    let mut next = sizes.iter().cycle();
-    let mut draw = || *next.next().unwrap();
+    let (density, kinds) = (random.random_range(0.05..0.5), random.random::<u8>());
+    let mut draw = || random.random_range(-1.0..1.0_f64);
     let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).chain(['S']).collect();
     for axis in letters {
         let index = machine.index(axis);
@@ -82,20 +76,16 @@ fn errors(machine: &Machine, sizes: &[f64], density: f64, kinds: u8) -> ErrorMod
     errors
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, max_shrink_iters: 0, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn exact_meets_its_tolerance_or_says_what_it_achieves(
-        text in machine(),
-        sizes in prop::collection::vec(-1.0..1.0_f64, 97),
-        density in 0.05..0.5_f64,
-        kinds in any::<u8>(),
-    ) {
+#[test]
+fn exact_meets_its_tolerance_or_says_what_it_achieves() {
+    let (mut corrected, mut met) = (0, 0);
+    for seed in 0..60 {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let text = machine(&mut random);
         // Machines that cannot be corrected (parallel or dependent rotary axes) are refused.
-        let Ok(machine) = Machine::from_toml(&text) else { return Ok(()) };
-        let errors = errors(&machine, &sizes, density, kinds);
-        let options = Options { minimize: Minimize::Cost, capacity: (250, 4096), ..Options::default() };
+        let Ok(machine) = Machine::from_toml(&text) else { continue };
+        let errors = errors(&machine, &mut random);
+        let options = Options { capacity: (250, 4096), ..Options::default() };
         let found = compile(&machine, &errors, &options).unwrap();
         let mut draft = found.draft;
         for axis in &mut draft.axes {
@@ -106,13 +96,24 @@ proptest! {
         let commands = random_commands(&machine, &errors, Region::Travel, 400, 5).unwrap();
         let proof = verify(&machine, &errors, &runtime, &[0.0; 6], &commands, || {}).unwrap();
         let achieved = (proof.difference_um / 0.05).max(proof.difference_urad / 0.05);
-        // The promise: below 1, or announced. What is announced comes from 160 other positions,
-        // so the largest of these 400 may exceed it; twice covers that.
-        prop_assert!(
-            achieved <= 1.0 || (found.structure_error > 0.4 && achieved < 2.0 * found.structure_error + 1.0),
-            "{achieved} of the tolerance achieved, {} announced, {:?}\n{text}",
-            found.structure_error,
-            proof
+        println!(
+            "{seed}: {}, {} errors, {} tables, {} terms: {achieved:.2} of the tolerance, {:.2} announced",
+            machine.topology(),
+            errors.parameters.len(),
+            runtime.compensation().tables(),
+            draft.terms.len(),
+            found.structure_error
         );
+        // What is announced comes from 160 other positions, so the largest of these 400 may
+        // exceed it; twice, and what interpolation adds, covers that.
+        if std::env::var("LOOK").is_err() { assert!(
+            achieved <= 1.0 || (found.structure_error > 0.4 && achieved < 2.0 * found.structure_error + 1.0),
+            "neither met nor announced, seed {seed}:\n{text}{:?}",
+            errors.parameters
+        ); }
+        corrected += 1;
+        met += usize::from(achieved <= 1.0);
     }
+    println!("{met} of {corrected} machines met the tolerance");
+    assert!(corrected >= 30, "only {corrected} machines can be corrected");
 }

@@ -158,10 +158,14 @@ impl<T: RealField + Copy> Direct<T> {
                 }
             }
         }
-        // Least squares by the normal equations.
-        let square = jacobian.tr_mul(&jacobian);
-        let right = jacobian.tr_mul(&twist);
-        let dq = square.lu().solve(&right).unwrap_or_else(SVector::zeros);
+        // Least squares by QR: the normal equations square the condition, mm beside rad, and in
+        // f32 leave nothing of the result.
+        let qr = jacobian.qr();
+        let right = qr.q().tr_mul(&twist);
+        let dq = qr
+            .r()
+            .solve_upper_triangular(&right)
+            .unwrap_or_else(SVector::zeros);
         std::array::from_fn(|i| {
             let joint = self
                 .workpiece
