@@ -147,12 +147,15 @@ impl At {
 
 const R: f64 = std::f64::consts::SQRT_2;
 
+/// One entry, per unit of the error.
+type Entry = fn(At) -> f64;
+
 /// One line of Eq. 59: ΔX, ΔY, ΔZ, ΔA, ΔC per unit of the error, as printed, and the entries
 /// (by place) that are misprinted, as they must read.
 struct Line {
     name: &'static str,
     printed: fn(At) -> [f64; 5],
-    corrected: &'static [(usize, fn(At) -> f64)],
+    corrected: &'static [(usize, Entry)],
 }
 
 const EQ_59: [Line; 13] = [

