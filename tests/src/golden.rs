@@ -124,6 +124,10 @@ pub fn everything() -> Draft {
             ),
             bank(4, 50.0, 200.0, &[&[-80.0, 120.0]]),
             bank(5, -20.0, 40.0, &[&[-20.0, 20.0]]),
+            DraftBank {
+                direction: Direction::Signed,
+                ..bank(1, -250.0, 250.0, &[&[0.003, 0.002, 0.0025]])
+            },
         ],
         terms: vec![
             term(0, 1.0, None, &[1]),
@@ -137,6 +141,7 @@ pub fn everything() -> Draft {
             term(2, 0.02, None, &[2, 5, 5, 5, 2, 2]),
             term(2, 3e-6, Some([0.0, 1e-4]), &[0, 9]),
             term(3, 0.5, None, &[3]),
+            term(1, 1.0, None, &[10]),
         ],
         grids: vec![
             DraftGrid {

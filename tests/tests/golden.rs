@@ -17,7 +17,9 @@ fn case(name: &str) {
     for line in csv.lines().skip(1) {
         let v: Vec<f64> = line.split(',').map(|f| f.parse().unwrap()).collect();
         let q = machine.to_kinematic(&v[..n]);
-        let correction = kinematics.correction(&q, &situation, &Switches::ALL).unwrap();
+        let correction = kinematics
+            .correction(&q, &situation, &Switches::ALL)
+            .unwrap();
         let dq = machine.to_command(&correction.dq);
         for i in 0..n {
             worst[0] = worst[0].max((dq[i] - v[n + i]).abs());
@@ -28,9 +30,20 @@ fn case(name: &str) {
         }
     }
     assert_eq!(csv.lines().count(), 41);
-    println!("{name}: corrections agree to {:.1e}, twists to {:.1e}", worst[0], worst[1]);
-    assert!(worst[0] < 1e-9, "corrections differ by {:e} mm or deg", worst[0]);
-    assert!(worst[1] < 1e-11, "twists differ by {:e} mm or rad", worst[1]);
+    println!(
+        "{name}: corrections agree to {:.1e}, twists to {:.1e}",
+        worst[0], worst[1]
+    );
+    assert!(
+        worst[0] < 1e-9,
+        "corrections differ by {:e} mm or deg",
+        worst[0]
+    );
+    assert!(
+        worst[1] < 1e-11,
+        "twists differ by {:e} mm or rad",
+        worst[1]
+    );
 }
 
 #[test]

@@ -28,8 +28,9 @@ pub struct NotConverged {
 /// The iteration ends when no axis moves more than this (mm or rad): three orders below the
 /// 1e-9 mm asked for, three above the rounding of positions of 1 m in f64 (1e-13 mm).
 const STEP: f64 = 1e-12;
-/// Each iteration gains the relative size of the errors (1e-3 or better): ten are plenty.
-const ITERATIONS: u32 = 30;
+/// Each iteration gains the relative size of the errors (1e-3 or better), less where the axes are
+/// nearly dependent.
+const ITERATIONS: u32 = 50;
 
 impl Kinematics<'_> {
     /// The kinematic correction at a command `q` (mm, rad), with the error motions that

@@ -62,8 +62,12 @@ pub struct MachineError {
     pub problem: MachineProblem,
 }
 
-/// Below these determinants a set of unit directions counts as dependent: 1e-3 is 0.06° from parallel.
-const INDEPENDENT: f64 = 1e-3;
+/// Two rotary axes closer than this (rad, about a degree) count as parallel.
+const PARALLEL: f64 = 0.02;
+/// Linear axes with a rotary axis between them, and three rotary axes, become dependent at single
+/// positions. The grid over the travel has steps of 15° at most, so within half a step of such a
+/// position the volume of the directions is below this. Independent axes have 1.
+const DEPENDENT: f64 = 0.13;
 
 impl Machine {
     /// Checks that linear axes span space and rotary axes stay independent over the travel.
@@ -102,13 +106,13 @@ impl Machine {
                 format!(" at {}", place.join(", "))
             };
             let jacobian = kinematics.jacobian(q, None);
-            if jacobian.linear_volume() < INDEPENDENT {
+            if jacobian.linear_volume() < DEPENDENT {
                 return Err(MachineError {
                     axis: None,
                     problem: MachineProblem::LinearAxesDoNotSpan { at },
                 });
             }
-            if let Some((i, j)) = jacobian.parallel_rotary_axes(INDEPENDENT) {
+            if let Some((i, j)) = jacobian.parallel_rotary_axes(PARALLEL) {
                 return Err(MachineError {
                     axis: Some(j),
                     problem: MachineProblem::ParallelRotaryAxes {
@@ -118,7 +122,7 @@ impl Machine {
                     },
                 });
             }
-            if jacobian.rotary_volume() < INDEPENDENT {
+            if rotary.len() == 3 && jacobian.rotary_volume() < DEPENDENT {
                 return Err(MachineError {
                     axis: None,
                     problem: MachineProblem::DependentRotaryAxes { at },
