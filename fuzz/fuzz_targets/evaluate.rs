@@ -53,7 +53,7 @@ fn run(b: &mut Bytes<'_>, first: &AlignedBlob, second: &AlignedBlob) {
     });
     let mut referenced = u16::MAX;
     let mut dt = 0.001;
-    for _ in 0..48 {
+    for _ in 0..24 {
         if b.is_empty() {
             break;
         }
@@ -92,7 +92,7 @@ fn run(b: &mut Bytes<'_>, first: &AlignedBlob, second: &AlignedBlob) {
             _ => {}
         }
         let q = inputs(b);
-        let repeat = 1 + b.below(8);
+        let repeat = 1 + b.below(4);
         for _ in 0..repeat {
             let correction = servo.update(&q, referenced, dt);
             let both = correction.dq.iter().zip(correction.computed).zip(bounds);

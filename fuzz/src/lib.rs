@@ -131,9 +131,10 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
                 start: b.number(),
                 step: 0.125 + b.number().abs(),
                 modulo: b.flag(),
-                direction: match b.below(3) {
+                direction: match b.below(4) {
                     1 if input < outputs => Direction::Positive,
                     2 if input < outputs => Direction::Negative,
+                    3 if input < outputs => Direction::Signed,
                     _ => Direction::Both,
                 },
                 interpolation: if b.flag() {
