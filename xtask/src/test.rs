@@ -40,7 +40,7 @@ fn steps() -> Vec<Step> {
             "runtime that encodes",
             "test -q -p trueaxis --features encode",
         ),
-        step("all tests", "test -q --workspace"),
+        step("all tests", "test -q --workspace --no-fail-fast"),
         step("bit identity, debug", identical),
         step("bit identity, release", &format!("{identical} --release")),
         apart(
