@@ -30,6 +30,8 @@ mod guard;
 mod header;
 mod inputs;
 mod kernel;
+#[cfg(feature = "link")]
+pub mod link;
 mod load_error;
 mod lookup;
 mod magnitude;

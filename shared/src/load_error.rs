@@ -5,6 +5,7 @@ use core::fmt;
 /// A part of the description, with its index where there are several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum Part {
     /// Name of the machine.
     Machine,
@@ -57,6 +58,7 @@ impl fmt::Display for Part {
 /// A const generic of [`Compensation`](crate::Compensation).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum Capacity {
     /// `AXES`
     Axes,
@@ -71,6 +73,7 @@ pub enum Capacity {
 /// Why a blob was refused. Indices count from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum LoadError {
     /// Fewer bytes than a header.
     NoHeader,

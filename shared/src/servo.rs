@@ -38,6 +38,7 @@ pub const PATIENCE: f32 = 0.01;
 /// Why a compensation was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum Refused {
     /// The change before it is not finished: try again when [`Servo::is_swapping`] is false.
     Busy,

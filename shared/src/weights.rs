@@ -81,6 +81,7 @@ impl Weights {
 /// Why a weight was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum WeightError {
     /// No such term, or its weight is fixed.
     NotAdjustable,

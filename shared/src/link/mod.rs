@@ -1,0 +1,42 @@
+//! What host and controller say to each other: frames, requests, replies.
+//!
+//! The normative description with byte tables is `docs/src/link.md`. The host asks, the controller
+//! answers; one request is under way at a time, and the host repeats it until its answer has come.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `cobs` | bytes without zeros, so that a zero ends a frame |
+//! | `frame` | protocol version, session, sequence number, checksum |
+//! | `request`, `reply` | the messages, postcard-encoded |
+//! | `report` | what hello and status tell |
+//! | `refusal` | why a request was not carried out |
+//! | `rows` | positions and corrections as rows of little-endian f32 |
+//!
+//! **Panic contract.** Any bytes at all are either a message or dropped; nothing here panics,
+//! allocates, or loops for longer than its input is long.
+
+mod cobs;
+mod frame;
+mod refusal;
+mod reply;
+mod report;
+mod request;
+mod rows;
+
+#[cfg(test)]
+mod tests;
+
+pub use frame::{
+    END, FrameError, Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver,
+    VERSION_ANSWER, VersionAnswer, encode, encode_version_answer,
+};
+pub use refusal::Refusal;
+pub use reply::{Activation, Reply, Upload};
+pub use report::{
+    Capacities, CostUnit, Damage, Fault, Hello, MOST_AXES, MOST_NAME, Rails, Report, Slot,
+    SlotReport, SlotState, WhileBusy, short_name,
+};
+pub use request::{MOST_CHUNK, Request};
+pub use rows::{
+    EvaluateRow, MOST_ROWS, MotionResult, evaluate_rows, motion_rows, positions, put_positions,
+};

@@ -1,0 +1,242 @@
+//! What hello and status tell.
+
+use serde::{Deserialize, Serialize};
+
+use super::reply::{Activation, Upload};
+use crate::load_error::LoadError;
+
+/// Most axes of any controller: masks have 16 bits.
+pub const MOST_AXES: usize = 16;
+/// Most bytes of a machine name in [`Hello`]; longer ones are cut off, see [`short_name`].
+pub const MOST_NAME: usize = 64;
+
+/// The first [`MOST_NAME`] bytes of a name, or fewer so that no character is cut.
+#[must_use]
+pub fn short_name(name: &str) -> &str {
+    let mut end = name.len();
+    if end > MOST_NAME {
+        end = MOST_NAME;
+        while !name.is_char_boundary(end) {
+            end -= 1;
+        }
+    }
+    name.get(..end).unwrap_or(name)
+}
+
+/// One of the two places for a blob.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Slot {
+    /// The first.
+    A,
+    /// The second.
+    B,
+}
+
+impl core::fmt::Display for Slot {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::A => "A",
+            Self::B => "B",
+        })
+    }
+}
+
+/// What a slot holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SlotState {
+    /// Nothing.
+    Blank,
+    /// A part of a blob.
+    Uploading {
+        /// Bytes that are there.
+        received: u32,
+        /// Of so many.
+        length: u32,
+    },
+    /// A whole blob with a right checksum.
+    Valid {
+        /// The highest is the newest.
+        sequence: u32,
+        /// Bytes of the blob.
+        length: u32,
+        /// CRC-32 in its header.
+        crc: u32,
+    },
+    /// Something that is no committed blob.
+    Damaged(Damage),
+}
+
+/// What is wrong with a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Damage {
+    /// The upload was never completed, and cannot be continued.
+    Unfinished,
+    /// The commit word is torn or has been changed.
+    Commit,
+    /// The header of the blob is wrong.
+    Header,
+    /// The checksum of the blob is wrong.
+    Checksum,
+    /// The flash cannot be read.
+    Unreadable,
+}
+
+/// A slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SlotReport {
+    /// What it holds.
+    pub state: SlotState,
+    /// How often it has been erased.
+    pub erased: u32,
+}
+
+/// What goes on while the flash is erased or programmed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum WhileBusy {
+    /// Nothing: the processor stalls. Uploads only at standstill with drives off.
+    Standstill,
+    /// Everything: the flash has two banks.
+    DualBank,
+    /// Everything: servo code, vectors and active samples lie in RAM.
+    ServoInRam,
+}
+
+/// What a controller can hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Capacities {
+    /// Axes of a compensation.
+    pub axes: u8,
+    /// Tables.
+    pub tables: u16,
+    /// Terms.
+    pub terms: u16,
+    /// Grids.
+    pub grids: u16,
+    /// Bytes of a blob that fit into a slot.
+    pub slot: u32,
+}
+
+/// Why the corrections are zero, or not those of the newest slot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Fault {
+    /// Neither slot holds a valid compensation.
+    NoCompensation,
+    /// The compensation of this slot is refused by this firmware.
+    Load(Slot, LoadError),
+}
+
+/// Who is there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hello<'a> {
+    /// To be put into the header of all further requests.
+    pub session: u32,
+    /// Name and version of the firmware.
+    pub firmware: &'a str,
+    /// Name of the board.
+    pub board: &'a str,
+    /// Lowest and highest version of blobs that it reads.
+    pub formats: [u16; 2],
+    /// What it can hold.
+    pub capacities: Capacities,
+    /// Nominal servo period, s.
+    pub period: f32,
+    /// What goes on while the flash is busy.
+    pub while_busy: WhileBusy,
+    /// Machine of the active compensation, see [`short_name`]; empty without one.
+    pub machine: &'a str,
+    /// Letters of its axes.
+    pub axes: &'a str,
+    /// Number of its auxiliary inputs.
+    pub auxiliaries: u8,
+    /// Active slot.
+    pub active: Option<Slot>,
+    /// Slots A and B.
+    pub slots: [SlotReport; 2],
+    /// Why the corrections are zero, or not those of the newest slot.
+    pub fault: Option<Fault>,
+}
+
+/// What [`Report::cost`] counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CostUnit {
+    /// Nothing: the board has no counter.
+    #[default]
+    None,
+    /// Processor cycles.
+    Cycles,
+    /// Instructions, as an emulator counts them.
+    Instructions,
+}
+
+/// In how many servo periods the guard rails of an axis have acted, since start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Rails {
+    /// Value bound.
+    pub value: u32,
+    /// Rate bound.
+    pub rate: u32,
+    /// Travel.
+    pub travel: u32,
+}
+
+/// How things are: of the last servo period, and counted since start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Commanded positions, mm or degrees, in the order of the axes.
+    pub positions: heapless::Vec<f32, MOST_AXES>,
+    /// Corrections, mm or degrees.
+    pub dq: heapless::Vec<f32, MOST_AXES>,
+    /// Corrections before common factor, travel and rate bounds.
+    pub computed: heapless::Vec<f32, MOST_AXES>,
+    /// Tool length and temperatures, mm and K.
+    pub auxiliaries: heapless::Vec<f32, { crate::AUXILIARIES }>,
+    /// Auxiliaries whose sensor does not answer: their last value is held. Bit 0 is the first.
+    pub sensors_lost: u8,
+    /// Index and wanted weight of each adjustable term.
+    pub weights: heapless::Vec<(u16, f32), { crate::ADJUSTABLE }>,
+    /// Corrections are wanted.
+    pub enabled: bool,
+    /// A dry run is wanted.
+    pub dry_run: bool,
+    /// The servo is not updated, since the flash is or may become busy.
+    pub suspended: bool,
+    /// Mask of referenced axes.
+    pub referenced: u16,
+    /// Common factor, 0…1.
+    pub factor: f32,
+    /// [`Conditions`](crate::Conditions) of the last period.
+    pub conditions: u16,
+    /// Axes on which the value bound acts.
+    pub saturated: u16,
+    /// Axes on which the rate bound acts.
+    pub rate_limited: u16,
+    /// Axes on which the travel acts.
+    pub travel_limited: u16,
+    /// One for each axis.
+    pub rails: heapless::Vec<Rails, MOST_AXES>,
+    /// Servo updates.
+    pub updates: u32,
+    /// Servo periods without a command.
+    pub missed: u32,
+    /// Of the last update.
+    pub cost: u32,
+    /// Of the most expensive update.
+    pub worst_cost: u32,
+    /// Unit of both.
+    pub cost_unit: CostUnit,
+    /// Active slot, or how far a change has come.
+    pub activation: Activation,
+    /// How far the upload has come.
+    pub upload: Upload,
+    /// Why the corrections are zero, or not those of the newest slot.
+    pub fault: Option<Fault>,
+}
