@@ -5,4 +5,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(any(test, feature = "mock"))]
+extern crate std;
+
+#[cfg(any(test, feature = "mock"))]
+pub mod mock_flash;
+pub mod slots;
+
 pub use trueaxis as runtime;

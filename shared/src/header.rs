@@ -24,6 +24,56 @@ pub(crate) fn checksum(blob: &[u8]) -> u32 {
     digest.finalize()
 }
 
+/// What the fixed bytes at the start of a blob say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Header {
+    /// Bytes of the whole blob, header included.
+    pub length: u32,
+    /// CRC-32 over everything but itself; with the length it tells blobs apart.
+    pub crc: u32,
+}
+
+impl Header {
+    /// Reads the header at the start of `bytes`; what follows it is not looked at.
+    ///
+    /// The magic and the version are checked before anything that a later version may change.
+    ///
+    /// # Errors
+    /// [`LoadError::NoHeader`], [`LoadError::BadMagic`], [`LoadError::UnknownVersion`],
+    /// [`LoadError::ReservedNotZero`].
+    pub fn read(bytes: &[u8]) -> Result<Self, LoadError> {
+        let Some((header, _)) = bytes.split_first_chunk::<HEADER>() else {
+            return Err(LoadError::NoHeader);
+        };
+        if header[..4] != MAGIC {
+            return Err(LoadError::BadMagic);
+        }
+        let version = u16::from_le_bytes([header[4], header[5]]);
+        if version != VERSION {
+            return Err(LoadError::UnknownVersion { found: version });
+        }
+        if header[6..8] != [0, 0] {
+            return Err(LoadError::ReservedNotZero);
+        }
+        Ok(Self {
+            length: u32::from_le_bytes([header[8], header[9], header[10], header[11]]),
+            crc: u32::from_le_bytes([header[12], header[13], header[14], header[15]]),
+        })
+    }
+
+    /// Checks header, length and checksum of the blob at the start of `slot`; bytes after the
+    /// stated length are ignored. The description and the samples are not looked into.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), [`LoadError::WrongLength`], [`LoadError::BadChecksum`].
+    pub fn check_slot(slot: &[u8]) -> Result<Self, LoadError> {
+        let header = Self::read(slot)?;
+        open(slot, Held::AtLeast)?;
+        Ok(header)
+    }
+}
+
 /// Whether more bytes than stated may follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Held {
@@ -34,34 +84,18 @@ pub(crate) enum Held {
 }
 
 /// Checks header, length and checksum; returns the blob without what follows it.
-///
-/// The magic and the version are checked before anything that a later version may change.
 pub(crate) fn open(bytes: &[u8], held: Held) -> Result<&[u8], LoadError> {
-    let Some((header, _)) = bytes.split_first_chunk::<HEADER>() else {
-        return Err(LoadError::NoHeader);
-    };
-    if header[..4] != MAGIC {
-        return Err(LoadError::BadMagic);
-    }
-    let version = u16::from_le_bytes([header[4], header[5]]);
-    if version != VERSION {
-        return Err(LoadError::UnknownVersion { found: version });
-    }
-    if header[6..8] != [0, 0] {
-        return Err(LoadError::ReservedNotZero);
-    }
-    let stated = u32::from_le_bytes([header[8], header[9], header[10], header[11]]);
+    let header = Header::read(bytes)?;
     let wrong = LoadError::WrongLength {
-        stated,
+        stated: header.length,
         held: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
     };
-    let length = usize::try_from(stated).map_err(|_| wrong)?;
+    let length = usize::try_from(header.length).map_err(|_| wrong)?;
     if length < HEADER || (held == Held::Exactly && length != bytes.len()) {
         return Err(wrong);
     }
     let blob = bytes.get(..length).ok_or(wrong)?;
-    let stored = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
-    if stored != checksum(blob) {
+    if header.crc != checksum(blob) {
         return Err(LoadError::BadChecksum);
     }
     Ok(blob)

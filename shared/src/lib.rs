@@ -54,7 +54,7 @@ pub use description::{
 pub use direction::Reversal;
 #[cfg(feature = "encode")]
 pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
-pub use header::{ALIGNMENT, HEADER, MAGIC, VERSION};
+pub use header::{ALIGNMENT, HEADER, Header, MAGIC, VERSION};
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};
 pub use ramp::RISE;

@@ -1,0 +1,318 @@
+//! A NOR flash on the desktop that can lose its power, stall its readers and flip its bits.
+
+use std::boxed::Box;
+use std::cell::RefCell;
+use std::fmt;
+use std::ops::Range;
+use std::vec;
+use std::vec::Vec;
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
+    check_write,
+};
+
+use crate::slots::{Slot, TableFlash, WhileBusy};
+
+/// Why the mock did not do what it was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MockError {
+    /// The fuel is used up: everything fails until the power comes back.
+    PowerCut,
+    /// A word was written that was not blank.
+    NotBlank,
+    /// The address is no multiple of the size, or outside.
+    Place(NorFlashErrorKind),
+}
+
+impl NorFlashError for MockError {
+    fn kind(&self) -> NorFlashErrorKind {
+        match *self {
+            Self::Place(kind) => kind,
+            Self::PowerCut | Self::NotBlank => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// What the flash is busy with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Busy {
+    /// It erases a block.
+    Erase,
+    /// It programs words.
+    Program,
+}
+
+/// What an erase that was cut leaves behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CutErase {
+    /// The first bytes are erased.
+    Ascending,
+    /// The last bytes are erased.
+    Descending,
+    /// Any bits are erased; the number decides which.
+    Scattered(u64),
+}
+
+type Listener = Box<dyn FnMut(Busy) + Send>;
+
+/// Two slots in memory, with `WRITE` bytes to a word and `ERASE` to a block.
+pub struct MockFlash<const WRITE: usize = 4, const ERASE: usize = 256> {
+    memory: Vec<u8>,
+    erases: Vec<u32>,
+    /// Blocks whose erase was cut and that were not erased since.
+    weak: Vec<bool>,
+    fuel: Option<u64>,
+    spent: u64,
+    cut_erase: CutErase,
+    while_busy: WhileBusy,
+    listener: Option<Listener>,
+    programmed_weak: u32,
+    in_place: RefCell<[Option<&'static [u8]>; 2]>,
+}
+
+impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
+    /// Two blank slots of `blocks` blocks each, in a flash that a servo in RAM does not notice.
+    #[must_use]
+    pub fn new(blocks: usize) -> Self {
+        Self {
+            memory: vec![0xFF; 2 * blocks * ERASE],
+            erases: vec![0; 2 * blocks],
+            weak: vec![false; 2 * blocks],
+            fuel: None,
+            spent: 0,
+            cut_erase: CutErase::Ascending,
+            while_busy: WhileBusy::ServoInRam,
+            listener: None,
+            programmed_weak: 0,
+            in_place: RefCell::new([None; 2]),
+        }
+    }
+
+    /// Says what keeps the servo running.
+    #[must_use]
+    pub fn with_while_busy(mut self, while_busy: WhileBusy) -> Self {
+        self.while_busy = while_busy;
+        self
+    }
+
+    /// Called in the midst of every erase and program, where an interrupt would come.
+    pub fn set_listener(&mut self, listener: impl FnMut(Busy) + Send + 'static) {
+        self.listener = Some(Box::new(listener));
+    }
+
+    /// Cuts the power when this many more bytes have been erased or programmed; the byte at which
+    /// it goes is left between old and new. `None`: power without end.
+    pub fn set_fuel(&mut self, fuel: Option<u64>) {
+        self.fuel = fuel;
+    }
+
+    /// What erases leave that the power cuts.
+    pub fn set_cut_erase(&mut self, cut_erase: CutErase) {
+        self.cut_erase = cut_erase;
+    }
+
+    /// Bytes erased or programmed so far.
+    #[must_use]
+    pub fn spent(&self) -> u64 {
+        self.spent
+    }
+
+    /// Completed erases of each block of a slot.
+    #[must_use]
+    pub fn erases(&self, slot: Slot) -> &[u32] {
+        let blocks = self.erases.len() / 2;
+        &self.erases[slot.index() * blocks..][..blocks]
+    }
+
+    /// Words that were programmed in a block whose last erase was cut: such cells need not hold.
+    #[must_use]
+    pub fn programmed_weak(&self) -> u32 {
+        self.programmed_weak
+    }
+
+    /// Flips one bit of a slot.
+    pub fn flip(&mut self, slot: Slot, bit: usize) {
+        let place = slot.index() * self.memory.len() / 2 + bit / 8;
+        self.memory[place] ^= 1 << (bit % 8);
+        self.changed(place);
+    }
+
+    /// Both slots, to fill or change at will.
+    pub fn image(&mut self) -> &mut [u8] {
+        *self.in_place.get_mut() = [None; 2];
+        &mut self.memory
+    }
+
+    fn changed(&mut self, place: usize) {
+        let slot = 2 * place / self.memory.len();
+        self.in_place.get_mut()[slot] = None;
+    }
+
+    /// Takes the fuel for one byte; false: it was the last.
+    fn burn(&mut self) -> bool {
+        self.spent += 1;
+        match &mut self.fuel {
+            None => true,
+            Some(fuel) => {
+                *fuel = fuel.saturating_sub(1);
+                *fuel > 0
+            }
+        }
+    }
+
+    fn powered(&self) -> Result<(), MockError> {
+        match self.fuel {
+            Some(0) => Err(MockError::PowerCut),
+            _ => Ok(()),
+        }
+    }
+
+    fn notify(&mut self, busy: Busy) {
+        if let Some(listener) = &mut self.listener {
+            listener(busy);
+        }
+    }
+
+    fn erase_block(&mut self, block: usize) -> Result<(), MockError> {
+        let bytes = block * ERASE..(block + 1) * ERASE;
+        self.changed(bytes.start);
+        self.notify(Busy::Erase);
+        self.weak[block] = true;
+        for step in 0..ERASE {
+            let place = match self.cut_erase {
+                CutErase::Descending => bytes.end - 1 - step,
+                CutErase::Ascending | CutErase::Scattered(_) => bytes.start + step,
+            };
+            if !self.burn() {
+                self.half_erase(place, bytes);
+                return Err(MockError::PowerCut);
+            }
+            if !matches!(self.cut_erase, CutErase::Scattered(_)) {
+                self.memory[place] = 0xFF;
+            }
+        }
+        self.memory[bytes].fill(0xFF);
+        self.weak[block] = false;
+        self.erases[block] += 1;
+        Ok(())
+    }
+
+    /// The power goes while `place` is erased.
+    fn half_erase(&mut self, place: usize, block: Range<usize>) {
+        let CutErase::Scattered(seed) = self.cut_erase else {
+            self.memory[place] |= 0x5A;
+            return;
+        };
+        // SplitMix64.
+        let mut state = seed ^ place as u64;
+        for byte in &mut self.memory[block] {
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut bits = state;
+            bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            *byte |= (bits >> 56) as u8;
+        }
+    }
+}
+
+impl<const WRITE: usize, const ERASE: usize> fmt::Debug for MockFlash<WRITE, ERASE> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MockFlash")
+            .field("write", &WRITE)
+            .field("erase", &ERASE)
+            .field("bytes", &self.memory.len())
+            .field("fuel", &self.fuel)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<const WRITE: usize, const ERASE: usize> ErrorType for MockFlash<WRITE, ERASE> {
+    type Error = MockError;
+}
+
+impl<const WRITE: usize, const ERASE: usize> ReadNorFlash for MockFlash<WRITE, ERASE> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), MockError> {
+        check_read(self, offset, bytes.len()).map_err(MockError::Place)?;
+        bytes.copy_from_slice(&self.memory[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.memory.len()
+    }
+}
+
+impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE> {
+    const WRITE_SIZE: usize = WRITE;
+    const ERASE_SIZE: usize = ERASE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), MockError> {
+        check_erase(self, from, to).map_err(MockError::Place)?;
+        self.powered()?;
+        for block in from as usize / ERASE..to as usize / ERASE {
+            self.erase_block(block)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), MockError> {
+        check_write(self, offset, bytes.len()).map_err(MockError::Place)?;
+        self.powered()?;
+        let offset = offset as usize;
+        self.notify(Busy::Program);
+        for (number, word) in bytes.chunks(WRITE).enumerate() {
+            let start = offset + number * WRITE;
+            self.changed(start);
+            if self.memory[start..start + WRITE].iter().any(|&b| b != 0xFF) {
+                return Err(MockError::NotBlank);
+            }
+            if self.weak[start / ERASE] {
+                self.programmed_weak += 1;
+            }
+            for (place, &byte) in (start..).zip(word) {
+                if !self.burn() {
+                    self.memory[place] &= byte | 0xA5;
+                    return Err(MockError::PowerCut);
+                }
+                self.memory[place] &= byte;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERASE> {
+    fn range(&self, slot: Slot) -> Range<u32> {
+        let length = self.memory.len() / 2;
+        let start = slot.index() * length;
+        start as u32..(start + length) as u32
+    }
+
+    fn mapped(&self, slot: Slot) -> &[u8] {
+        let length = self.memory.len() / 2;
+        &self.memory[slot.index() * length..][..length]
+    }
+
+    /// A copy that stays as it is, made once after each change and never freed.
+    fn in_place(&self, slot: Slot) -> &'static [u8] {
+        let copies = &mut self.in_place.borrow_mut()[slot.index()];
+        copies.get_or_insert_with(|| aligned(self.mapped(slot)))
+    }
+
+    fn while_busy(&self) -> WhileBusy {
+        self.while_busy
+    }
+}
+
+/// A copy at a multiple of 32 bytes, never freed.
+fn aligned(bytes: &[u8]) -> &'static [u8] {
+    let copy = vec![0; bytes.len() + 32].leak();
+    let skip = copy.as_ptr().align_offset(32);
+    let (_, rest) = copy.split_at_mut(skip);
+    let (copy, _) = rest.split_at_mut(bytes.len());
+    copy.copy_from_slice(bytes);
+    copy
+}

@@ -1,0 +1,244 @@
+//! Two slots of flash, A and B, of which one always holds a complete compensation.
+//!
+//! A new blob goes to the slot that is not in use, is read back in place, and counts only once the
+//! last word, with a sequence number, has been written behind it. At start the newest valid slot
+//! wins and the other one is the fallback. Layout and promises: `docs/src/slots.md`.
+//!
+//! **Panic contract.** Whatever the flash holds, and wherever the power goes: every function
+//! returns, with a [`SlotState`] or a [`SlotError`].
+
+mod access;
+mod error;
+mod layout;
+mod scan;
+mod state;
+mod tail;
+mod upload;
+
+pub use error::SlotError;
+pub use state::{Damage, SlotState};
+pub use upload::{Progress, Upload};
+
+use core::ops::Range;
+use embedded_storage::nor_flash::NorFlash;
+use layout::{TRAILER, WORD};
+use scan::{Found, newer};
+use upload::Session;
+
+/// One of the two slots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Slot {
+    /// The first slot.
+    A,
+    /// The second slot.
+    B,
+}
+
+impl Slot {
+    /// Both, A first.
+    pub const BOTH: [Self; 2] = [Self::A, Self::B];
+
+    /// The other slot.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+
+    /// Its place in arrays: 0 or 1.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::A => 0,
+            Self::B => 1,
+        }
+    }
+}
+
+/// What keeps the servo running while the flash erases or programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum WhileBusy {
+    /// Nothing: every fetch and every read stalls, for up to seconds. The slots are erased and
+    /// written only while the machine stands still with its drives off.
+    Standstill,
+    /// Each slot has a bank of its own, and the program does not lie in that of the slot being
+    /// written: reads of the other bank go on.
+    DualBank,
+    /// Servo code, vectors and active samples are in RAM.
+    ServoInRam,
+}
+
+/// Flash with two slots that the processor can read in place.
+///
+/// `WRITE_SIZE` divides 32, `ERASE_SIZE` is a multiple of 32, erased bytes read `FF`.
+pub trait TableFlash: NorFlash {
+    /// Where a slot lies in the address space of the driver: whole blocks of `ERASE_SIZE`, both
+    /// slots of the same length.
+    fn range(&self, slot: Slot) -> Range<u32>;
+
+    /// The slot as the processor sees it now, from its first byte to its last; it starts at a
+    /// multiple of 32 bytes.
+    fn mapped(&self, slot: Slot) -> &[u8];
+
+    /// The same bytes, for a compensation that is read in place for as long as the program runs.
+    ///
+    /// [`Slots`] does not change a slot that is [active](Slots::set_active); whoever keeps bytes
+    /// of a slot that is not must not look at them again once an upload has begun.
+    fn in_place(&self, slot: Slot) -> &'static [u8];
+
+    /// What keeps the servo running while this flash erases or programs.
+    fn while_busy(&self) -> WhileBusy;
+}
+
+/// The two slots of a [`TableFlash`], and the upload into one of them.
+///
+/// An upload is: [`begin`](Self::begin), [`erase_step`](Self::erase_step) until the progress is
+/// [`Progress::Receiving`], [`write`](Self::write), [`commit`](Self::commit). All of them may be
+/// repeated.
+#[derive(Debug)]
+pub struct Slots<F> {
+    flash: F,
+    found: [Found; 2],
+    active: Option<Slot>,
+    standstill: bool,
+    session: Option<Session>,
+}
+
+impl<F: TableFlash> Slots<F> {
+    /// Reads both slots. No slot is active.
+    #[must_use]
+    pub fn open(flash: F) -> Self {
+        const {
+            assert!(
+                F::WRITE_SIZE > 0 && WORD.is_multiple_of(F::WRITE_SIZE),
+                "the write size divides 32"
+            );
+            assert!(
+                F::ERASE_SIZE > 0 && F::ERASE_SIZE.is_multiple_of(WORD),
+                "the erase size is a multiple of 32"
+            );
+        }
+        let mut slots = Self {
+            flash,
+            found: [Found::NOTHING; 2],
+            active: None,
+            standstill: false,
+            session: None,
+        };
+        for slot in Slot::BOTH {
+            slots.scan(slot);
+        }
+        slots
+    }
+
+    /// Gives the flash back.
+    pub fn close(self) -> F {
+        self.flash
+    }
+
+    /// The flash, to look at.
+    #[must_use]
+    pub fn flash(&self) -> &F {
+        &self.flash
+    }
+
+    /// Bytes of the largest blob that a slot holds.
+    #[must_use]
+    pub fn capacity(&self) -> u32 {
+        self.length().saturating_sub(TRAILER as u32)
+    }
+
+    /// What a slot holds, as found at start or at the last change by these functions.
+    #[must_use]
+    pub fn state(&self, slot: Slot) -> SlotState {
+        match self.session {
+            Some(Session { upload, .. }) if upload.slot == slot => match upload.progress {
+                Progress::Erasing { .. } => SlotState::Erasing,
+                Progress::Receiving { next } => SlotState::Uploading {
+                    received: next,
+                    length: upload.length,
+                    crc: upload.crc,
+                },
+                Progress::Spoiled => SlotState::Uploading {
+                    received: 0,
+                    length: upload.length,
+                    crc: upload.crc,
+                },
+            },
+            _ => self.found[slot.index()].state,
+        }
+    }
+
+    /// Erase cycles of a slot: of its last block, which no other block exceeds. An erase that the
+    /// power cuts is not counted.
+    #[must_use]
+    pub fn wear(&self, slot: Slot) -> u32 {
+        self.found[slot.index()].wear
+    }
+
+    /// The valid slot with the newest blob.
+    #[must_use]
+    pub fn newest(&self) -> Option<Slot> {
+        match self.found.map(|found| found.valid()) {
+            [Some(a), Some(b)] if newer(b, a) => Some(Slot::B),
+            [Some(_), _] => Some(Slot::A),
+            [None, Some(_)] => Some(Slot::B),
+            [None, None] => None,
+        }
+    }
+
+    /// The valid slot that is not the newest.
+    #[must_use]
+    pub fn fallback(&self) -> Option<Slot> {
+        let other = self.newest()?.other();
+        self.found[other.index()].valid().map(|_| other)
+    }
+
+    /// The blob of a valid slot, in place. Loading checks it again.
+    #[must_use]
+    pub fn blob(&self, slot: Slot) -> Option<&'static [u8]> {
+        match self.state(slot) {
+            SlotState::Valid { length, .. } => self.flash.in_place(slot).get(..length as usize),
+            _ => None,
+        }
+    }
+
+    /// Reads a slot again: what has changed since, by itself, is found.
+    pub fn rescan(&mut self, slot: Slot) -> SlotState {
+        self.scan(slot);
+        self.state(slot)
+    }
+
+    /// The slot that the servo reads, which no upload touches; an upload into it is aborted.
+    ///
+    /// While a cross-fade reads both, no upload must begin.
+    pub fn set_active(&mut self, slot: Option<Slot>) {
+        self.active = slot;
+        if self.session.is_some_and(|s| Some(s.upload.slot) == slot) {
+            self.abort();
+        }
+    }
+
+    /// The slot that the servo reads.
+    #[must_use]
+    pub fn active(&self) -> Option<Slot> {
+        self.active
+    }
+
+    /// Tells whether the machine stands still with its drives off and the servo does not run:
+    /// without it, flash that stalls the processor is neither erased nor written. False at start;
+    /// other flash does not ask.
+    pub fn set_standstill(&mut self, standstill: bool) {
+        self.standstill = standstill;
+    }
+
+    /// The upload that has begun.
+    #[must_use]
+    pub fn upload(&self) -> Option<Upload> {
+        self.session.map(|session| session.upload)
+    }
+}

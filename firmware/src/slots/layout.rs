@@ -1,0 +1,143 @@
+//! The last 128 bytes of a slot, see `docs/src/slots.md`.
+//!
+//! | from the end | bytes | |
+//! |---|---|---|
+//! | −128 | 64 | record: which blob is coming, wear |
+//! | −64 | 32 | mark: not blank as soon as the slot may be erased |
+//! | −32 | 32 | commit: the sequence number |
+//!
+//! Record and commit consist of their content and its complement. A write that was cut leaves bits
+//! set in both, so it is recognised with certainty, whatever the order of the bits.
+
+use core::ops::Range;
+
+use super::Damage;
+
+/// Version of the layout.
+pub const LAYOUT: u16 = 1;
+/// Bytes at the end of a slot that hold no blob.
+pub const TRAILER: usize = 128;
+/// Largest write size that the layout has room for; every write size divides it.
+pub const WORD: usize = 32;
+
+const MAGIC: [u8; 4] = *b"TXSL";
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// Where in a slot of `length` bytes the record lies.
+pub const fn record_at(length: usize) -> Range<usize> {
+    length - 128..length - 64
+}
+
+/// Where in a slot of `length` bytes the mark lies.
+pub const fn mark_at(length: usize) -> Range<usize> {
+    length - 64..length - 32
+}
+
+/// Where in a slot of `length` bytes the commit lies.
+pub const fn commit_at(length: usize) -> Range<usize> {
+    length - 32..length
+}
+
+/// Whether every byte is erased.
+pub fn blank(bytes: &[u8]) -> bool {
+    bytes.iter().all(|&byte| byte == 0xFF)
+}
+
+/// Written after the erase, before the first byte of the blob.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// Bytes of the blob.
+    pub length: u32,
+    /// CRC-32 in the header of the blob.
+    pub crc: u32,
+    /// Erase cycles of this slot.
+    pub wear: u32,
+    /// Erase cycles of the other slot at that time.
+    pub other_wear: u32,
+}
+
+impl Record {
+    fn content(&self) -> [u8; 32] {
+        let mut content = [0; 32];
+        content[..4].copy_from_slice(&MAGIC);
+        content[4..6].copy_from_slice(&LAYOUT.to_le_bytes());
+        content[8..12].copy_from_slice(&self.length.to_le_bytes());
+        content[12..16].copy_from_slice(&self.crc.to_le_bytes());
+        content[16..20].copy_from_slice(&self.wear.to_le_bytes());
+        content[20..24].copy_from_slice(&self.other_wear.to_le_bytes());
+        let check = CRC.checksum(&content[..28]);
+        content[28..].copy_from_slice(&check.to_le_bytes());
+        content
+    }
+
+    /// As it is written.
+    pub fn encode(&self) -> [u8; 64] {
+        let content = self.content();
+        let mut bytes = [0; 64];
+        let (plain, complement) = bytes.split_at_mut(32);
+        plain.copy_from_slice(&content);
+        for (not, byte) in complement.iter_mut().zip(content) {
+            *not = !byte;
+        }
+        bytes
+    }
+
+    /// Reads the record in the trailer of `slot`, which is at least as long as that.
+    pub fn decode(slot: &[u8]) -> Result<Self, Damage> {
+        let bytes = &slot[record_at(slot.len())];
+        let (content, complement) = bytes.split_at(32);
+        if content[..4] != MAGIC || !complementary(content, complement) {
+            return Err(Damage::Record);
+        }
+        let found = u16::from_le_bytes([content[4], content[5]]);
+        if found != LAYOUT {
+            return Err(Damage::UnknownLayout { found });
+        }
+        let record = Self {
+            length: word(content, 8),
+            crc: word(content, 12),
+            wear: word(content, 16),
+            other_wear: word(content, 20),
+        };
+        if record.content() != content {
+            return Err(Damage::Record);
+        }
+        Ok(record)
+    }
+
+    /// The last word: `sequence`, tied to this record.
+    pub fn commit(&self, sequence: u32) -> [u8; 32] {
+        let mut digest = CRC.digest();
+        digest.update(&self.content());
+        digest.update(&sequence.to_le_bytes());
+        let check = digest.finalize();
+        let mut bytes = [0; 32];
+        bytes[..4].copy_from_slice(&sequence.to_le_bytes());
+        bytes[4..8].copy_from_slice(&check.to_le_bytes());
+        let (content, complement) = bytes.split_at_mut(16);
+        for (not, byte) in complement.iter_mut().zip(content) {
+            *not = !*byte;
+        }
+        bytes
+    }
+
+    /// The sequence number in the trailer of `slot` if it belongs to this record.
+    pub fn committed(&self, slot: &[u8]) -> Result<u32, Damage> {
+        let bytes = &slot[commit_at(slot.len())];
+        let sequence = word(bytes, 0);
+        if bytes == self.commit(sequence) {
+            Ok(sequence)
+        } else {
+            Err(Damage::Commit)
+        }
+    }
+}
+
+fn complementary(content: &[u8], complement: &[u8]) -> bool {
+    content.iter().zip(complement).all(|(&a, &b)| a == !b)
+}
+
+/// The little-endian number at `at`, within a record.
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}

@@ -1,0 +1,35 @@
+//! Bytes that wait for a whole word.
+
+use super::layout::WORD;
+
+/// Bytes that do not fill a word of the flash yet.
+#[derive(Clone, Copy, Debug)]
+pub struct Tail {
+    bytes: [u8; WORD],
+    length: usize,
+}
+
+impl Tail {
+    pub const EMPTY: Self = Self {
+        bytes: [0xFF; WORD],
+        length: 0,
+    };
+
+    pub fn held(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+
+    /// Takes bytes until there are `word` of them; returns the rest.
+    pub fn fill<'b>(&mut self, word: usize, bytes: &'b [u8]) -> &'b [u8] {
+        let taken = bytes.len().min(word - self.length);
+        let (now, rest) = bytes.split_at(taken);
+        self.bytes[self.length..self.length + taken].copy_from_slice(now);
+        self.length += taken;
+        rest
+    }
+
+    /// The word of `word` bytes, erased bytes at its end.
+    pub fn padded(&self, word: usize) -> &[u8] {
+        &self.bytes[..word]
+    }
+}

@@ -1,0 +1,259 @@
+//! A blob on its way into a slot.
+
+use trueaxis::{HEADER, Header};
+
+use super::layout::{self, Record};
+use super::tail::Tail;
+use super::{Slot, SlotError, SlotState, Slots, TableFlash};
+
+/// How far an upload is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Progress {
+    /// The slot is being erased, one block per call of `erase_step`.
+    Erasing {
+        /// Blocks that are done or need no erase.
+        done: u32,
+        /// Blocks of the slot.
+        blocks: u32,
+    },
+    /// The slot takes bytes from `next` on; at the length of the blob it can be committed.
+    Receiving {
+        /// Offset of the first byte that has not arrived.
+        next: u32,
+    },
+    /// An error has spoiled it: begin again, which erases.
+    Spoiled,
+}
+
+/// An upload.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Upload {
+    /// The slot it goes to.
+    pub slot: Slot,
+    /// Bytes of the blob.
+    pub length: u32,
+    /// CRC-32 in the header of the blob.
+    pub crc: u32,
+    /// How far it is.
+    pub progress: Progress,
+}
+
+/// An upload, with what only this module needs to know.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Session {
+    pub upload: Upload,
+    /// Blocks that read blank are blank: none of them was in an erase that was cut.
+    pub proven: bool,
+    pub tail: Tail,
+}
+
+impl Session {
+    /// Offset of the first byte that has not arrived.
+    pub fn receiving(&self) -> Result<u32, SlotError> {
+        match self.upload.progress {
+            Progress::Erasing { .. } => Err(SlotError::Erasing),
+            Progress::Receiving { next } => Ok(next),
+            Progress::Spoiled => Err(SlotError::Spoiled),
+        }
+    }
+}
+
+impl<F: TableFlash> Slots<F> {
+    /// Begins the upload of a blob of `length` bytes with `crc` in its header.
+    ///
+    /// It goes to the slot that is not active; with none active, to the one that is not the newest.
+    /// The same blob goes on where it was; after a restart from byte 0 on, but what is in the flash
+    /// already is only compared: nothing is erased or written twice. Another blob takes the place
+    /// of an upload that has begun.
+    ///
+    /// # Errors
+    /// [`SlotError::Length`], [`SlotError::NotStandstill`], [`SlotError::Flash`],
+    /// [`SlotError::Readback`].
+    pub fn begin(&mut self, length: u32, crc: u32) -> Result<Progress, SlotError> {
+        let capacity = self.capacity();
+        if length > capacity || (length as usize) < HEADER {
+            return Err(SlotError::Length { capacity });
+        }
+        self.may_stall()?;
+        let slot = self.target();
+        let known = self.session.take().filter(|session| {
+            let upload = session.upload;
+            (upload.slot, upload.length, upload.crc) == (slot, length, crc)
+        });
+        let spoiled = match known {
+            Some(session) if session.upload.progress != Progress::Spoiled => {
+                self.session = known;
+                return Ok(session.upload.progress);
+            }
+            Some(_) => true,
+            None => false,
+        };
+        self.scan(slot);
+        let found = self.found[slot.index()];
+        let left = matches!(found.state, SlotState::Uploading { length: l, crc: c, .. }
+            if (l, c) == (length, crc));
+        let resumes = left && !spoiled;
+        let progress = if resumes {
+            Progress::Receiving { next: 0 }
+        } else {
+            Progress::Erasing {
+                done: 0,
+                blocks: self.blocks(),
+            }
+        };
+        if !resumes {
+            self.mark(slot)?;
+        }
+        self.session = Some(Session {
+            upload: Upload {
+                slot,
+                length,
+                crc,
+                progress,
+            },
+            proven: found.proven(),
+            tail: Tail::EMPTY,
+        });
+        Ok(progress)
+    }
+
+    /// Erases the next block that needs it, at most one, the last block of the slot last; does
+    /// nothing after the erase.
+    ///
+    /// # Errors
+    /// [`SlotError::NoUpload`], [`SlotError::Spoiled`], [`SlotError::NotStandstill`],
+    /// [`SlotError::Flash`], [`SlotError::Readback`].
+    pub fn erase_step(&mut self) -> Result<Progress, SlotError> {
+        let mut session = self.session.ok_or(SlotError::NoUpload)?;
+        let (mut done, blocks) = match session.upload.progress {
+            Progress::Erasing { done, blocks } => (done, blocks),
+            Progress::Receiving { .. } => return Ok(session.upload.progress),
+            Progress::Spoiled => return Err(SlotError::Spoiled),
+        };
+        self.may_stall()?;
+        // What an error interrupts stays spoiled.
+        self.spoil();
+        let slot = session.upload.slot;
+        while done + 1 < blocks && session.proven && layout::blank(self.block(slot, done)?) {
+            done += 1;
+        }
+        self.erase(slot, done)?;
+        done += 1;
+        session.upload.progress = if done < blocks {
+            Progress::Erasing { done, blocks }
+        } else {
+            self.record(&session.upload)?;
+            Progress::Receiving { next: 0 }
+        };
+        self.session = Some(session);
+        Ok(session.upload.progress)
+    }
+
+    /// Takes the bytes of the blob from `offset` on; returns the offset of the first byte that has
+    /// not arrived. Bytes that have arrived before are compared only.
+    ///
+    /// # Errors
+    /// [`SlotError::NoUpload`], [`SlotError::Erasing`], [`SlotError::Gap`], [`SlotError::Beyond`],
+    /// [`SlotError::Conflict`], [`SlotError::NotStandstill`]: nothing has changed.
+    /// [`SlotError::Spoiled`], [`SlotError::NotBlank`], [`SlotError::Readback`],
+    /// [`SlotError::Flash`]: begin again.
+    pub fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<u32, SlotError> {
+        let mut session = self.session.ok_or(SlotError::NoUpload)?;
+        let next = session.receiving()?;
+        let length = session.upload.length;
+        let end = u64::from(offset) + bytes.len() as u64;
+        if end > u64::from(length) {
+            return Err(SlotError::Beyond { length });
+        }
+        if offset > next {
+            return Err(SlotError::Gap { expected: next });
+        }
+        let again = bytes.len().min((next - offset) as usize);
+        let (again, fresh) = bytes.split_at(again);
+        self.compare(&session, offset, again)?;
+        if fresh.is_empty() {
+            return Ok(next);
+        }
+        self.may_stall()?;
+        self.spoil();
+        let slot = session.upload.slot;
+        // `next` without what waits in the tail: where the flash goes on.
+        let mut at = next as usize - session.tail.held().len();
+        let mut rest = fresh;
+        if !session.tail.held().is_empty() {
+            rest = session.tail.fill(F::WRITE_SIZE, rest);
+            if session.tail.held().len() == F::WRITE_SIZE {
+                self.program(slot, at, session.tail.held())?;
+                at += F::WRITE_SIZE;
+                session.tail = Tail::EMPTY;
+            }
+        }
+        let whole = rest.len() - rest.len() % F::WRITE_SIZE;
+        let (words, rest) = rest.split_at(whole);
+        self.program(slot, at, words)?;
+        at += whole;
+        session.tail.fill(F::WRITE_SIZE, rest);
+        if end == u64::from(length) && !session.tail.held().is_empty() {
+            self.program(slot, at, session.tail.padded(F::WRITE_SIZE))?;
+            session.tail = Tail::EMPTY;
+        }
+        let next = end as u32;
+        session.upload.progress = Progress::Receiving { next };
+        self.session = Some(session);
+        Ok(next)
+    }
+
+    /// Makes the blob that has arrived the newest: reads it in place, asks `check` whether it can
+    /// be used, and writes the last word. Returns the slot.
+    ///
+    /// # Errors
+    /// [`SlotError::NoUpload`], [`SlotError::Erasing`], [`SlotError::Incomplete`],
+    /// [`SlotError::Refused`], [`SlotError::NotStandstill`]: nothing has changed.
+    /// [`SlotError::Spoiled`], [`SlotError::Blob`], [`SlotError::OtherBlob`],
+    /// [`SlotError::Readback`], [`SlotError::Flash`]: begin again.
+    pub fn commit(&mut self, check: impl FnOnce(&'static [u8]) -> bool) -> Result<Slot, SlotError> {
+        let session = self.session.ok_or(SlotError::NoUpload)?;
+        let Upload {
+            slot, length, crc, ..
+        } = session.upload;
+        let expected = session.receiving()?;
+        if expected != length {
+            return Err(SlotError::Incomplete { expected });
+        }
+        self.may_stall()?;
+        self.spoil();
+        let bytes = self.flash.mapped(slot);
+        let blob = bytes.get(..self.capacity() as usize);
+        let header = Header::check_slot(blob.ok_or(SlotError::LogicBug)?);
+        if header.map_err(SlotError::Blob)? != (Header { length, crc }) {
+            return Err(SlotError::OtherBlob);
+        }
+        let record = Record::decode(bytes).map_err(|_| SlotError::Readback {
+            offset: self.capacity(),
+        })?;
+        let blob = self.flash.in_place(slot).get(..length as usize);
+        if !check(blob.ok_or(SlotError::LogicBug)?) {
+            self.session = Some(session);
+            return Err(SlotError::Refused);
+        }
+        let other = self.found[slot.other().index()].committed;
+        let sequence = other.map_or(1, |newest| newest.wrapping_add(1));
+        let at = layout::commit_at(self.length() as usize).start;
+        self.program(slot, at, &record.commit(sequence))?;
+        self.scan(slot);
+        if self.found[slot.index()].valid() != Some(sequence) {
+            return Err(SlotError::Readback { offset: at as u32 });
+        }
+        self.session = None;
+        Ok(slot)
+    }
+
+    /// Forgets the upload. What has been written stays, and the same blob can go on later.
+    pub fn abort(&mut self) {
+        if let Some(session) = self.session.take() {
+            self.scan(session.upload.slot);
+        }
+    }
+}
