@@ -1,0 +1,226 @@
+//! Counts the instructions of one evaluation, of one servo update, and of what one would do without
+//! tables, on a Cortex-M4F in QEMU; and how much stack they need. Prints one `key value` per line;
+//! `cargo xtask bench-target` builds the blobs, runs this and judges the figures.
+#![no_std]
+#![no_main]
+
+mod counter;
+mod path;
+mod rivals;
+mod stack;
+mod workloads;
+
+use core::hint::black_box;
+
+use cortex_m_rt::entry;
+use counter::{Counter, Spread};
+use path::Path;
+use rivals::closed_form;
+use rivals::htm::Direct;
+use semihosting::{println, process};
+use trueaxis::{Compensation, Inputs, Servo, Travelling};
+use workloads::{DOCUMENT, GRID, HURON};
+
+/// Positions of each measurement.
+const POSITIONS: usize = 512;
+/// Servo updates of each measurement; several reversals of every axis.
+const UPDATES: usize = 4096;
+/// Servo updates that are measured of a change of compensation, which takes about 1 s.
+const FADING: usize = 256;
+/// Servo period of the measurements, s.
+const PERIOD: f32 = 0.001;
+/// How far a rival may be from the tables, mm or degrees: f32 rounds products of matrices of 1 m to
+/// about 1e-3.
+const AGREE: f32 = 0.005;
+
+/// The capacities that the runtime has unless told otherwise: for the headline figures.
+type Usual = Compensation<'static>;
+/// Capacities of a controller for five axes.
+type Tight = Compensation<'static, 5, 32, 64, 1>;
+
+/// Ends the run with a message.
+fn fail(what: &str) -> ! {
+    println!("failed {what}");
+    process::exit(1)
+}
+
+fn load<const A: usize, const T: usize, const N: usize, const G: usize>(
+    place: &'static mut Compensation<'static, A, T, N, G>,
+    blob: &'static [u8],
+) -> &'static Compensation<'static, A, T, N, G> {
+    if let Err(error) = place.load(blob) {
+        println!("failed load: {error}");
+        process::exit(1);
+    }
+    place
+}
+
+fn report(key: &str, counts: &mut [u32]) {
+    let Spread {
+        least,
+        typical,
+        most,
+    } = Spread::of(counts);
+    println!("{key} {typical}");
+    println!("{key}_min {least}");
+    println!("{key}_max {most}");
+}
+
+/// Evaluations anywhere in the travel.
+fn evaluate<const A: usize, const T: usize, const N: usize, const G: usize>(
+    counter: &mut Counter,
+    key: &str,
+    c: &Compensation<'static, A, T, N, G>,
+) {
+    let mut path = Path::new(c);
+    let (travel, weights) = (Travelling::default(), c.weights());
+    let mut stack = 0;
+    let mut counts = [0; POSITIONS];
+    for count in &mut counts {
+        let q = path.random();
+        let inputs = Inputs::at(core::array::from_fn(|i| q[i]));
+        *count = counter.instructions(|| {
+            black_box(workloads::evaluate(c, &inputs, &travel, &weights));
+        });
+        stack = stack.max(stack::peak(|| {
+            black_box(workloads::evaluate(c, &inputs, &travel, &weights));
+        }));
+    }
+    report(key, &mut counts);
+    println!("stack_{key} {stack}");
+}
+
+/// Servo updates with all axes moving, one per period from period `first` on.
+fn updates<const A: usize, const T: usize, const N: usize, const G: usize>(
+    counter: &mut Counter,
+    key: &str,
+    servo: &mut Servo<'_, A, T, N, G>,
+    path: &Path,
+    first: usize,
+    counts: &mut [u32],
+) {
+    let mut stack = 0;
+    let mut period = first;
+    let mut call = |measured: &mut dyn FnMut(&mut dyn FnMut())| {
+        let q = path.smooth(period);
+        period += 1;
+        let inputs = Inputs::at(core::array::from_fn(|i| q[i]));
+        measured(&mut || {
+            black_box(workloads::update(servo, &inputs, u16::MAX, PERIOD));
+        });
+    };
+    for count in counts.iter_mut() {
+        call(&mut |update| *count = counter.instructions(update));
+        call(&mut |update| stack = stack.max(stack::peak(update)));
+    }
+    report(key, counts);
+    println!("stack_{key} {stack}");
+}
+
+/// Servo updates in the steady state, and through a change of compensation.
+fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
+    counter: &mut Counter,
+    keys: [&str; 2],
+    c: &'static Compensation<'static, A, T, N, G>,
+    counts: &mut [u32; UPDATES],
+) {
+    let path = Path::new(c);
+    let mut servo = Servo::new(c);
+    servo.enable();
+    for period in 0..UPDATES {
+        let q = path.smooth(period);
+        servo.update(
+            &Inputs::at(core::array::from_fn(|i| q[i])),
+            u16::MAX,
+            PERIOD,
+        );
+    }
+    if servo.factor() != 1.0 {
+        fail("the corrections are not in");
+    }
+    updates(counter, keys[0], &mut servo, &path, UPDATES, counts);
+    if servo.swap(c).is_err() {
+        fail("the compensation does not take its own place");
+    }
+    updates(
+        counter,
+        keys[1],
+        &mut servo,
+        &path,
+        3 * UPDATES,
+        &mut counts[..FADING],
+    );
+    if !servo.is_swapping() {
+        fail("the change ended before the measurement");
+    }
+}
+
+/// What one would do without tables, at the same positions; it must find the same.
+fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32; 5]) -> [f32; 5]) {
+    let mut path = Path::new(c);
+    let (travel, weights) = (Travelling::default(), c.weights());
+    let mut counts = [0; POSITIONS];
+    let mut worst: f32 = 0.0;
+    for count in &mut counts {
+        let q = path.random();
+        let position: [f32; 5] = core::array::from_fn(|i| q[i]);
+        let mut found = [0.0; 5];
+        *count = counter.instructions(|| {
+            found = black_box(correction(black_box(&position)));
+        });
+        let tables = c.evaluate(&Inputs::at(q), &travel, &weights);
+        for (a, b) in tables.iter().zip(found) {
+            worst = worst.max((a - b).abs());
+        }
+    }
+    if worst.is_nan() || worst > AGREE {
+        println!("failed {key} is off by {worst}");
+        process::exit(1);
+    }
+    report(key, &mut counts);
+}
+
+#[entry]
+fn main() -> ! {
+    static mut HURON_USUAL: Usual = Usual::empty();
+    static mut HURON_TIGHT: Tight = Tight::empty();
+    static mut CUBE: Usual = Usual::empty();
+    static mut LAYOUT: Usual = Usual::empty();
+    static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
+
+    let Some(peripherals) = cortex_m::Peripherals::take() else {
+        fail("no peripherals")
+    };
+    let counter = &mut Counter::new(peripherals.SYST);
+
+    let huron = load(HURON_USUAL, &HURON.0);
+    let tight = load(HURON_TIGHT, &HURON.0);
+    evaluate(counter, "evaluate_huron13", huron);
+    evaluate(counter, "evaluate_huron13_5_axes", tight);
+    evaluate(counter, "grid25_3out", load(CUBE, &GRID.0));
+    evaluate(counter, "document_40_tables", load(LAYOUT, &DOCUMENT.0));
+
+    rival(
+        counter,
+        "rival_closed_form_libm",
+        huron,
+        closed_form::correction,
+    );
+    let direct = Direct::new();
+    rival(counter, "rival_htm_nalgebra", huron, |q| {
+        direct.correction(q)
+    });
+
+    let keys = ["servo_update_huron13", "servo_fade_huron13"];
+    servo(counter, keys, huron, COUNTS);
+    let keys = ["servo_update_huron13_5_axes", "servo_fade_huron13_5_axes"];
+    servo(counter, keys, tight, COUNTS);
+    println!("done 1");
+    process::exit(0)
+}
+
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+    println!("failed {info}");
+    process::exit(1)
+}

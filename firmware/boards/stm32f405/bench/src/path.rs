@@ -1,0 +1,62 @@
+//! Where the machine is during a measurement.
+
+use trueaxis::Compensation;
+
+/// Half of the way of an axis of endless travel, degrees.
+const ENDLESS: f32 = 720.0;
+
+/// Travel of each axis, and what draws positions within it.
+pub struct Path {
+    travel: [[f32; 2]; 8],
+    state: u32,
+}
+
+impl Path {
+    pub fn new<const A: usize, const T: usize, const N: usize, const G: usize>(
+        c: &Compensation<'_, A, T, N, G>,
+    ) -> Self {
+        let mut travel = [[0.0; 2]; 8];
+        for (travel, axis) in travel.iter_mut().zip(c.axes()) {
+            *travel = axis.travel.map(|end| {
+                if end.abs() < 1e6 {
+                    end
+                } else {
+                    ENDLESS.copysign(end)
+                }
+            });
+        }
+        Self { travel, state: 1 }
+    }
+
+    /// From 0 to 1.
+    fn next(&mut self) -> f32 {
+        self.state = self
+            .state
+            .wrapping_mul(1_664_525)
+            .wrapping_add(1_013_904_223);
+        (self.state >> 8) as f32 / (1 << 24) as f32
+    }
+
+    /// Anywhere in the travel.
+    pub fn random(&mut self) -> [f32; 8] {
+        let mut q = self.travel;
+        core::array::from_fn(|k| {
+            let [low, high] = q[k];
+            q[k][0] = low + (high - low) * self.next();
+            q[k][0]
+        })
+    }
+
+    /// All axes to and fro within half of their travel, in 1 s to 3 s each way, one period of 1 ms
+    /// after the other.
+    pub fn smooth(&self, period: usize) -> [f32; 8] {
+        core::array::from_fn(|k| {
+            let [low, high] = self.travel[k];
+            let way = 1000 + 317 * k;
+            let phase = period % (2 * way);
+            let there = if phase < way { phase } else { 2 * way - phase };
+            let part = 0.25 + 0.5 * there as f32 / way as f32;
+            low + (high - low) * part
+        })
+    }
+}

@@ -1,0 +1,155 @@
+//! Writes the blobs that `cargo xtask bench-target` measures beside the Huron's, into the folder
+//! that is its argument.
+
+use std::path::Path;
+use std::process::ExitCode;
+use trueaxis::{
+    Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis, Interpolation, SampleFormat, Term,
+};
+use trueaxis_tests::Fixed;
+
+fn axis(name: u8, travel: [f32; 2]) -> Axis {
+    Axis {
+        name,
+        travel,
+        value_bound: 1.0,
+        rate_bound: 1.0,
+        hysteresis: 0.001,
+        ramp_rate: 1.0,
+    }
+}
+
+/// 25 × 25 × 25 nodes over X Y Z, three outputs.
+fn grid() -> Draft {
+    const NODES: u32 = 25;
+    const STEP: f32 = 20.0;
+    let travel = [0.0, (NODES - 1) as f32 * STEP];
+    let mut random = Fixed::new(2);
+    let lines = (0..3).map(|input| GridAxis {
+        input,
+        start: travel[0],
+        step: STEP,
+        points: NODES,
+        modulo: false,
+    });
+    Draft {
+        machine: "cube".to_owned(),
+        axes: b"XYZ".map(|name| axis(name, travel)).into(),
+        grids: vec![DraftGrid {
+            axes: lines.collect(),
+            outputs: vec![0, 1, 2],
+            format: SampleFormat::F32,
+            values: (0..3 * NODES.pow(3))
+                .map(|_| random.within(-0.05, 0.05) as f32)
+                .collect(),
+        }],
+        ..Draft::default()
+    }
+}
+
+/// The layout of the source document for thirteen errors: 13, 11, 14, 1 and 1 tables correct X, Y,
+/// Z, A and C. All but one of a linear axis' tables are pairs of a linear axis and A multiplied with
+/// each other, as in its Eq. 59; tables have 15 points, as in its Figure 7.3. Values are random.
+///
+/// The document's ΔC hangs on A; here it hangs on C, so that all five axes are looked up.
+fn document() -> Draft {
+    const POINTS: usize = 15;
+    const X: usize = 0;
+    const Y: usize = 1;
+    const Z: usize = 2;
+    const A: usize = 3;
+    const C: usize = 4;
+    let travel: [[f32; 2]; 5] = [
+        [-350.0, 350.0],
+        [-350.0, 350.0],
+        [-350.0, 350.0],
+        [-120.0, 120.0],
+        [-360.0, 360.0],
+    ];
+    // Inputs of the tables of each term, output by output.
+    let terms: Vec<(usize, Vec<usize>)> = [
+        (X, [Y, Z, Y, Z, Y, Z].as_slice(), Some(X)),
+        (Y, &[X, Z, X, Z, X], Some(Y)),
+        (Z, &[X, Y, X, Y, X, Y, X], None),
+        (A, &[], Some(A)),
+        (C, &[], Some(C)),
+    ]
+    .into_iter()
+    .flat_map(|(output, pairs, single)| {
+        let pairs = pairs.iter().map(|&linear| vec![linear, A]);
+        let terms = pairs.chain(single.map(|input| vec![input]));
+        terms.map(|inputs| (output, inputs)).collect::<Vec<_>>()
+    })
+    .collect();
+
+    let mut random = Fixed::new(40);
+    let mut banks: Vec<DraftBank> = (0..5)
+        .map(|input| DraftBank {
+            input: input as u8,
+            start: travel[input][0],
+            step: (travel[input][1] - travel[input][0]) / (POINTS - 1) as f32,
+            modulo: false,
+            direction: Direction::Both,
+            interpolation: Interpolation::Linear,
+            format: SampleFormat::F32,
+            columns: Vec::new(),
+        })
+        .collect();
+    // Tables are numbered through the banks, so that these must be complete first.
+    let mut places = Vec::new();
+    for (_, inputs) in &terms {
+        for &input in inputs {
+            let columns = &mut banks[input].columns;
+            places.push((input, columns.len()));
+            columns.push(
+                (0..POINTS)
+                    .map(|_| random.within(-0.3, 0.3) as f32)
+                    .collect(),
+            );
+        }
+    }
+    assert_eq!(places.len(), 40);
+    let first: Vec<usize> = (0..5)
+        .map(|bank| banks[..bank].iter().map(|b| b.columns.len()).sum())
+        .collect();
+    let mut places = places
+        .into_iter()
+        .map(|(bank, column)| first[bank] + column);
+    let terms = terms.iter().map(|(output, inputs)| Term {
+        output: *output as u8,
+        weight: 1.0,
+        limits: None,
+        factors: places
+            .by_ref()
+            .take(inputs.len())
+            .map(|p| p as u8)
+            .collect(),
+    });
+    Draft {
+        machine: "document".to_owned(),
+        axes: (0..5).map(|k| axis(b"XYZAC"[k], travel[k])).collect(),
+        terms: terms.collect(),
+        banks,
+        ..Draft::default()
+    }
+}
+
+fn main() -> ExitCode {
+    let Some(folder) = std::env::args().nth(1) else {
+        eprintln!("usage: bench-blobs FOLDER");
+        return ExitCode::from(2);
+    };
+    for (name, draft) in [("grid25.trax", grid()), ("document40.trax", document())] {
+        let written = draft
+            .encode()
+            .map_err(|error| error.to_string())
+            .and_then(|blob| {
+                std::fs::write(Path::new(&folder).join(name), &*blob).map_err(|e| e.to_string())
+            });
+        if let Err(message) = written {
+            eprintln!("{name}: {message}");
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
+}
