@@ -3,13 +3,15 @@
 //! A motion controller links this crate beside its own code. It re-exports the
 //! runtime; table slots, the host link and thermal inputs join it here.
 #![no_std]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 #[cfg(any(test, feature = "mock"))]
 extern crate std;
 
+pub mod device;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock_flash;
+pub mod places;
 pub mod slots;
 
 pub use trueaxis as runtime;

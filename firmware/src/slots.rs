@@ -11,12 +11,11 @@ mod access;
 mod error;
 mod layout;
 mod scan;
-mod state;
 mod tail;
 mod upload;
 
 pub use error::SlotError;
-pub use state::{Damage, SlotState};
+pub use trueaxis::link::{Damage, Slot, SlotState, WhileBusy};
 pub use upload::{Progress, Upload};
 
 use core::ops::Range;
@@ -24,53 +23,6 @@ use embedded_storage::nor_flash::NorFlash;
 use layout::{TRAILER, WORD};
 use scan::{Found, newer};
 use upload::Session;
-
-/// One of the two slots.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Slot {
-    /// The first slot.
-    A,
-    /// The second slot.
-    B,
-}
-
-impl Slot {
-    /// Both, A first.
-    pub const BOTH: [Self; 2] = [Self::A, Self::B];
-
-    /// The other slot.
-    #[must_use]
-    pub const fn other(self) -> Self {
-        match self {
-            Self::A => Self::B,
-            Self::B => Self::A,
-        }
-    }
-
-    /// Its place in arrays: 0 or 1.
-    #[must_use]
-    pub const fn index(self) -> usize {
-        match self {
-            Self::A => 0,
-            Self::B => 1,
-        }
-    }
-}
-
-/// What keeps the servo running while the flash erases or programs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum WhileBusy {
-    /// Nothing: every fetch and every read stalls, for up to seconds. The slots are erased and
-    /// written only while the machine stands still with its drives off.
-    Standstill,
-    /// Each slot has a bank of its own, and the program does not lie in that of the slot being
-    /// written: reads of the other bank go on.
-    DualBank,
-    /// Servo code, vectors and active samples are in RAM.
-    ServoInRam,
-}
 
 /// Flash with two slots that the processor can read in place.
 ///

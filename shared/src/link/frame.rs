@@ -30,7 +30,7 @@ const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Header {
-    /// From the answer to hello; 0 in hello itself.
+    /// From the answer to hello; in hello itself and in that answer a random number of the host.
     pub session: u32,
     /// Counts the requests of a session; a reply has that of its request.
     pub sequence: u16,

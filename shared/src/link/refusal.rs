@@ -21,20 +21,34 @@ pub enum Refusal {
     Busy,
     /// The flash can only be written at standstill with drives off.
     NotStandstill,
-    /// The blob is longer than a slot.
+    /// The blob is longer than a slot, or shorter than a header.
     TooLong {
         /// Bytes that a slot holds.
         held: u32,
     },
     /// There is no upload: begin one.
     NoUpload,
-    /// Bytes are missing, or others have been written there.
-    WrongOffset {
-        /// Place of the next byte that is wanted.
+    /// The slot is still being erased.
+    Erasing,
+    /// Bytes are missing: go on at `expected`.
+    Missing {
+        /// Place of the first byte that has not arrived.
         expected: u32,
     },
-    /// What was written is not what was announced: begin anew.
-    BadChecksum,
+    /// The bytes reach beyond the announced length.
+    Beyond {
+        /// Bytes of the blob, as announced.
+        length: u32,
+    },
+    /// A byte that has arrived before differs now.
+    Conflict {
+        /// Its place.
+        offset: u32,
+    },
+    /// The flash does not hold what it should: begin again, which erases.
+    Spoiled,
+    /// What has arrived is not the announced blob: begin again.
+    OtherBlob,
     /// This firmware does not take the compensation.
     Load(LoadError),
     /// Its machine has another name or other axes than the active one.
@@ -75,10 +89,14 @@ impl fmt::Display for Refusal {
             Self::NotStandstill => {
                 f.write_str("the flash is written only at standstill with drives off")
             }
-            Self::TooLong { held } => write!(f, "a slot holds {held} bytes"),
+            Self::TooLong { held } => write!(f, "a slot holds 16 to {held} bytes"),
             Self::NoUpload => f.write_str("no upload is under way"),
-            Self::WrongOffset { expected } => write!(f, "byte {expected} is to come next"),
-            Self::BadChecksum => f.write_str("what was written has a wrong checksum"),
+            Self::Erasing => f.write_str("the slot is still being erased"),
+            Self::Missing { expected } => write!(f, "bytes are missing from {expected} on"),
+            Self::Beyond { length } => write!(f, "beyond the end of the blob at {length}"),
+            Self::Conflict { offset } => write!(f, "byte {offset} was another one before"),
+            Self::Spoiled => f.write_str("the flash does not hold what was written"),
+            Self::OtherBlob => f.write_str("what has arrived is not what was announced"),
             Self::Load(error) => write!(f, "the controller cannot use it: {error}"),
             Self::OtherMachine => f.write_str("it is for another machine than the active one"),
             Self::Swap(refused) => write!(f, "the servo refuses it: {refused}"),

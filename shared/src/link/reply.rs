@@ -41,10 +41,10 @@ pub enum Upload {
     Ramping,
     /// Blocks are being erased.
     Erasing {
-        /// Erased blocks.
-        done: u16,
-        /// Of so many.
-        blocks: u16,
+        /// Blocks that are done or need no erase.
+        done: u32,
+        /// Blocks of the slot.
+        blocks: u32,
     },
     /// Waits for bytes.
     Receiving {

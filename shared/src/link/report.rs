@@ -1,5 +1,7 @@
 //! What hello and status tell.
 
+use core::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::reply::{Activation, Upload};
@@ -23,18 +25,41 @@ pub fn short_name(name: &str) -> &str {
     name.get(..end).unwrap_or(name)
 }
 
-/// One of the two places for a blob.
+/// One of the two slots of flash that hold blobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Slot {
-    /// The first.
+    /// The first slot.
     A,
-    /// The second.
+    /// The second slot.
     B,
 }
 
-impl core::fmt::Display for Slot {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl Slot {
+    /// Both, A first.
+    pub const BOTH: [Self; 2] = [Self::A, Self::B];
+
+    /// The other slot.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+
+    /// Its place in arrays: 0 or 1.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::A => 0,
+            Self::B => 1,
+        }
+    }
+}
+
+impl fmt::Display for Slot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::A => "A",
             Self::B => "B",
@@ -43,49 +68,76 @@ impl core::fmt::Display for Slot {
 }
 
 /// What a slot holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SlotState {
-    /// Nothing.
+    /// Every byte is erased.
     Blank,
-    /// A part of a blob.
+    /// It is being erased for an upload, or that was interrupted.
+    Erasing,
+    /// An upload has begun and has not been committed.
     Uploading {
-        /// Bytes that are there.
+        /// Bytes that have arrived; 0 if the upload was interrupted by a restart.
         received: u32,
-        /// Of so many.
+        /// Bytes of the whole blob.
         length: u32,
+        /// CRC-32 in the header of the blob.
+        crc: u32,
     },
-    /// A whole blob with a right checksum.
+    /// A complete blob that was committed.
     Valid {
-        /// The highest is the newest.
+        /// Counts the commits, with wrap; the newer slot has the larger one.
         sequence: u32,
         /// Bytes of the blob.
         length: u32,
-        /// CRC-32 in its header.
+        /// CRC-32 in the header of the blob.
         crc: u32,
     },
-    /// Something that is no committed blob.
+    /// Something else.
     Damaged(Damage),
 }
 
-/// What is wrong with a slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+impl SlotState {
+    /// Whether the slot holds a complete blob that was committed.
+    #[must_use]
+    pub const fn is_valid(self) -> bool {
+        matches!(self, Self::Valid { .. })
+    }
+}
+
+/// Why a slot is not valid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Damage {
-    /// The upload was never completed, and cannot be continued.
-    Unfinished,
-    /// The commit word is torn or has been changed.
+    /// It is not empty and its record does not hold.
+    Record,
+    /// Its record is of a version that this firmware does not know.
+    UnknownLayout {
+        /// Version of the layout.
+        found: u16,
+    },
+    /// The last word was not written completely, or has changed.
     Commit,
-    /// The header of the blob is wrong.
-    Header,
-    /// The checksum of the blob is wrong.
-    Checksum,
-    /// The flash cannot be read.
-    Unreadable,
+    /// The blob has changed.
+    Blob(LoadError),
+    /// The blob is not the one that the record announces.
+    OtherBlob,
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Record => f.write_str("its record does not hold"),
+            Self::UnknownLayout { found } => write!(f, "its layout has version {found}"),
+            Self::Commit => f.write_str("it was not committed completely"),
+            Self::Blob(error) => write!(f, "its blob has changed: {error}"),
+            Self::OtherBlob => f.write_str("its blob is not the one announced"),
+        }
+    }
 }
 
 /// A slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlotReport {
     /// What it holds.
@@ -94,15 +146,17 @@ pub struct SlotReport {
     pub erased: u32,
 }
 
-/// What goes on while the flash is erased or programmed.
+/// What keeps the servo running while the flash erases or programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum WhileBusy {
-    /// Nothing: the processor stalls. Uploads only at standstill with drives off.
+    /// Nothing: every fetch and every read stalls, for up to seconds. The slots are erased and
+    /// written only while the machine stands still with its drives off.
     Standstill,
-    /// Everything: the flash has two banks.
+    /// Each slot has a bank of its own, and the program does not lie in that of the slot being
+    /// written: reads of the other bank go on.
     DualBank,
-    /// Everything: servo code, vectors and active samples lie in RAM.
+    /// Servo code, vectors and active samples are in RAM.
     ServoInRam,
 }
 
@@ -132,10 +186,19 @@ pub enum Fault {
     Load(Slot, LoadError),
 }
 
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoCompensation => f.write_str("no slot holds a valid compensation"),
+            Self::Load(slot, error) => write!(f, "slot {slot} cannot be used: {error}"),
+        }
+    }
+}
+
 /// Who is there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello<'a> {
-    /// To be put into the header of all further requests.
+    /// For the header of all further requests.
     pub session: u32,
     /// Name and version of the firmware.
     pub firmware: &'a str,

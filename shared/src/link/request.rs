@@ -14,11 +14,10 @@ pub const MOST_CHUNK: usize = 992;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Request<'a> {
-    /// Opens a session and asks who is there. Answer: [`Reply::Hello`](super::Reply::Hello).
-    Hello {
-        /// Random; the same one asks for the same session again.
-        nonce: u32,
-    },
+    /// Opens a session and asks who is there. In place of the session its header has a random
+    /// number; the same one asks for the same session again. Answer:
+    /// [`Reply::Hello`](super::Reply::Hello), under that number.
+    Hello,
     /// Asks for the status. Answer: [`Reply::Status`](super::Reply::Status).
     Status,
     /// Begins an upload into the slot that is not active, or continues it, or asks how far it has

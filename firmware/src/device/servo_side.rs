@@ -1,0 +1,392 @@
+//! The side of the servo interrupt: one [`tick`](ServoSide::tick) per servo period.
+
+use trueaxis::link::{CostUnit, MOST_ROWS, Rails};
+use trueaxis::{
+    AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, PATIENCE, Refused, Status,
+    WeightError,
+};
+
+use super::board::{Clock, Command, CorrectionSink, PositionSource};
+use crate::places::{Driven, Loaded};
+
+/// What has been counted since start.
+#[derive(Clone, Copy, Debug)]
+pub struct Counters<const AXES: usize> {
+    /// Servo updates.
+    pub updates: u32,
+    /// Periods without a command, of a source that has given commands before.
+    pub missed: u32,
+    /// In how many periods the guard rails of each axis have acted.
+    pub rails: [Rails; AXES],
+    /// Cost of the last update.
+    pub cost: u32,
+    /// Cost of the most expensive update.
+    pub worst_cost: u32,
+    /// Unit of both.
+    pub cost_unit: CostUnit,
+}
+
+/// Commanded positions from the link, and what the servo gave for them.
+struct Batch<const AXES: usize> {
+    commands: [[f32; AXES]; MOST_ROWS],
+    results: [Correction<AXES>; MOST_ROWS],
+    given: usize,
+    done: usize,
+}
+
+impl<const AXES: usize> Batch<AXES> {
+    /// The next command that waits.
+    fn next(&self) -> Option<[f32; AXES]> {
+        let waits = self.done < self.given;
+        self.commands.get(self.done).filter(|_| waits).copied()
+    }
+
+    /// What the servo gave for it.
+    fn put(&mut self, correction: Correction<AXES>) {
+        if let Some(result) = self.results.get_mut(self.done) {
+            *result = correction;
+            self.done += 1;
+        }
+    }
+}
+
+/// The servo, its inputs, and what it reports. In an interrupt, shared with the main loop through
+/// [`ServoAccess`](super::ServoAccess).
+pub struct ServoSide<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+{
+    driven: Driven<AXES, TABLES, TERMS, GRIDS>,
+    /// Nominal period, s.
+    period: f32,
+    enabled: bool,
+    dry_run: bool,
+    /// The corrections are to be zero whatever is enabled.
+    to_zero: bool,
+    /// No updates: the flash is or may become busy.
+    suspended: bool,
+    referenced: u16,
+    auxiliaries: [f32; AUXILIARIES],
+    sensors_lost: u8,
+    tool_length: Option<f32>,
+    last: Correction<AXES>,
+    positions: [f32; AXES],
+    /// For how long the source of the board has been silent, s; `None` before its first command.
+    silent: Option<f32>,
+    batch: Batch<AXES>,
+    counters: Counters<AXES>,
+}
+
+const fn zero<const AXES: usize>(conditions: Conditions) -> Correction<AXES> {
+    Correction {
+        dq: [0.0; AXES],
+        computed: [0.0; AXES],
+        status: Status {
+            conditions,
+            saturated: 0,
+            rate_limited: 0,
+            travel_limited: 0,
+        },
+    }
+}
+
+impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    ServoSide<AXES, TABLES, TERMS, GRIDS>
+{
+    /// Disabled, no axis referenced. `period`: the nominal servo period, s.
+    #[must_use]
+    pub fn new(driven: Driven<AXES, TABLES, TERMS, GRIDS>, period: f32) -> Self {
+        let rest = zero(Conditions::DISABLED);
+        Self {
+            driven,
+            period,
+            enabled: false,
+            dry_run: false,
+            to_zero: false,
+            suspended: false,
+            referenced: 0,
+            auxiliaries: [0.0; AUXILIARIES],
+            sensors_lost: 0,
+            tool_length: None,
+            last: rest,
+            positions: [0.0; AXES],
+            silent: None,
+            batch: Batch {
+                commands: [[0.0; AXES]; MOST_ROWS],
+                results: [rest; MOST_ROWS],
+                given: 0,
+                done: 0,
+            },
+            counters: Counters {
+                updates: 0,
+                missed: 0,
+                rails: [Rails::default(); AXES],
+                cost: 0,
+                worst_cost: 0,
+                cost_unit: CostUnit::None,
+            },
+        }
+    }
+
+    /// One servo period: takes a command, updates the servo, gives the correction.
+    ///
+    /// Commands of `source` come before those of the link. A source that has given commands and
+    /// then gives none is a fault: the correction is held, and after
+    /// [`PATIENCE`](trueaxis::PATIENCE) ramped to zero. Before its first command, and with the
+    /// link alone, a period without a command does not count: the one who commands is the clock.
+    pub fn tick<C: Clock>(
+        &mut self,
+        source: &mut impl PositionSource<AXES>,
+        sink: &mut impl CorrectionSink<AXES>,
+        clock: &C,
+    ) {
+        let command = source.take();
+        if self.suspended {
+            self.silent = command.map(|_| 0.0).or(self.silent);
+            sink.give(&self.last);
+            return;
+        }
+        if let Some(Command { axes, referenced }) = command {
+            self.silent = Some(0.0);
+            self.referenced = referenced;
+            self.update(axes, clock);
+        } else if let Some(axes) = self.batch.next() {
+            self.update(axes, clock);
+            self.batch.put(self.last);
+        } else if let Some(silent) = &mut self.silent {
+            *silent += self.period;
+            self.counters.missed = self.counters.missed.wrapping_add(1);
+            // Not a number: the servo holds, and ramps to zero if that lasts.
+            self.update([f32::NAN; AXES], clock);
+        } else if self.wants_zero() {
+            // Nobody commands, so nobody minds that time goes on where the machine is.
+            self.update(self.positions, clock);
+        } else {
+            return;
+        }
+        sink.give(&self.last);
+    }
+
+    /// Something waits for corrections that are zero, or for nothing but an update at zero.
+    fn wants_zero(&self) -> bool {
+        let at_zero = self.is_at_zero();
+        (self.to_zero && !at_zero) || (self.driven.is_swapping() && at_zero)
+    }
+
+    fn update<C: Clock>(&mut self, axes: [f32; AXES], clock: &C) {
+        let inputs = Inputs {
+            axes,
+            auxiliaries: self.auxiliaries,
+        };
+        let begin = clock.now();
+        let correction = self.driven.update(&inputs, self.referenced, self.period);
+        let cost = clock.now().wrapping_sub(begin);
+        self.last = correction;
+        if axes.iter().all(|q| q.is_finite()) {
+            self.positions = axes;
+        }
+        let counters = &mut self.counters;
+        counters.updates = counters.updates.wrapping_add(1);
+        counters.cost = cost;
+        counters.cost_unit = C::UNIT;
+        if cost > counters.worst_cost {
+            counters.worst_cost = cost;
+        }
+        let status = &correction.status;
+        if status.saturated | status.rate_limited | status.travel_limited != 0 {
+            for (k, rails) in counters.rails.iter_mut().enumerate() {
+                let acts = |mask: u16| u32::from((mask >> k) & 1);
+                rails.value = rails.value.saturating_add(acts(status.saturated));
+                rails.rate = rails.rate.saturating_add(acts(status.rate_limited));
+                rails.travel = rails.travel.saturating_add(acts(status.travel_limited));
+            }
+        }
+    }
+
+    /// Lets the corrections in or takes them out.
+    pub fn enable(&mut self, on: bool) {
+        self.enabled = on;
+        self.driven.enable(on && !self.to_zero);
+    }
+
+    /// Starts or ends a dry run.
+    pub fn dry_run(&mut self, on: bool) {
+        self.dry_run = on;
+        self.driven.dry_run(on);
+    }
+
+    /// Sets the mask of referenced axes; commands of the board's source bring their own.
+    pub fn set_referenced(&mut self, mask: u16) {
+        self.referenced = mask;
+    }
+
+    /// Sets the tool length, mm. Until then it is that for which the tables were made.
+    pub fn set_tool_length(&mut self, length: f32) {
+        self.tool_length = Some(length);
+        self.place_tool_length();
+    }
+
+    /// Sets an auxiliary input: a temperature as K difference to its reference.
+    pub fn set_auxiliary(&mut self, index: usize, value: f32) {
+        if let Some(auxiliary) = self.auxiliaries.get_mut(index) {
+            *auxiliary = value;
+        }
+    }
+
+    /// Reports which auxiliaries have lost their sensor, bit 0 for the first.
+    pub fn set_sensors_lost(&mut self, mask: u8) {
+        self.sensors_lost = mask;
+    }
+
+    /// See [`Driven::set_weight`].
+    ///
+    /// # Errors
+    /// [`WeightError`]; nothing changes.
+    pub fn set_weight(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
+        self.driven.set_weight(term, value)
+    }
+
+    fn place_tool_length(&mut self) {
+        let auxiliaries = self.driven.compensation().auxiliaries();
+        for (value, auxiliary) in self.auxiliaries.iter_mut().zip(auxiliaries) {
+            if auxiliary.kind == AuxiliaryKind::ToolLength {
+                *value = self.tool_length.unwrap_or(auxiliary.reference);
+            }
+        }
+    }
+
+    /// Fades over to another compensation of the same machine.
+    ///
+    /// # Errors
+    /// See [`Servo::swap`](trueaxis::Servo::swap).
+    pub fn swap(&mut self, loaded: Loaded<'_, AXES, TABLES, TERMS, GRIDS>) -> Result<(), Refused> {
+        self.driven.swap(loaded)
+    }
+
+    /// Takes a compensation with other axes or auxiliaries, at zero. Settings stay; auxiliaries
+    /// are zero until they are set again, but for the tool length; no axis is referenced.
+    ///
+    /// # Errors
+    /// [`Refused::Busy`] while a correction is not zero or a change is under way.
+    pub fn replace(
+        &mut self,
+        loaded: Loaded<'_, AXES, TABLES, TERMS, GRIDS>,
+    ) -> Result<(), Refused> {
+        if !self.is_at_zero() {
+            return Err(Refused::Busy);
+        }
+        self.driven.replace(loaded)?;
+        self.driven.enable(self.enabled && !self.to_zero);
+        self.driven.dry_run(self.dry_run);
+        self.auxiliaries = [0.0; AUXILIARIES];
+        self.place_tool_length();
+        self.referenced = 0;
+        self.last = zero(Conditions::DISABLED);
+        self.counters.rails = [Rails::default(); AXES];
+        Ok(())
+    }
+
+    /// Takes the corrections to zero and keeps them there (`true`), whatever is enabled.
+    pub fn keep_at_zero(&mut self, on: bool) {
+        self.to_zero = on;
+        self.driven.enable(self.enabled && !on);
+    }
+
+    /// Stops the updates (`true`), only at zero; nothing is read from the slots any more.
+    pub fn suspend(&mut self, on: bool) {
+        self.suspended = on;
+    }
+
+    /// All corrections are zero, and the common factor rests at zero: nothing that happens to the
+    /// compensation is felt.
+    #[must_use]
+    pub fn is_at_zero(&self) -> bool {
+        let ramping = self.last.status.is(Conditions::RAMPING);
+        self.driven.factor() == 0.0 && !ramping && self.last.dq.iter().all(|dq| *dq == 0.0)
+    }
+
+    /// Begins a batch of commands from the link; what was left of the one before is dropped.
+    ///
+    /// False while the source of the board commands.
+    pub fn begin_batch(&mut self) -> bool {
+        (self.batch.given, self.batch.done) = (0, 0);
+        self.silent.is_none_or(|silent| silent > PATIENCE)
+    }
+
+    /// Appends a command to the batch: one servo period will take it. False if it is full.
+    pub fn push(&mut self, axes: [f32; AXES]) -> bool {
+        match self.batch.commands.get_mut(self.batch.given) {
+            Some(place) => {
+                *place = axes;
+                self.batch.given += 1;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// What the servo gave for a command of the batch, once its period has come.
+    #[must_use]
+    pub fn result(&self, row: usize) -> Option<Correction<AXES>> {
+        let done = row < self.batch.done;
+        self.batch.results.get(row).filter(|_| done).copied()
+    }
+
+    /// See [`Driven`].
+    #[must_use]
+    pub fn driven(&self) -> &Driven<AXES, TABLES, TERMS, GRIDS> {
+        &self.driven
+    }
+
+    /// What has been counted since start.
+    #[must_use]
+    pub fn counters(&self) -> &Counters<AXES> {
+        &self.counters
+    }
+
+    /// The correction of the last period.
+    #[must_use]
+    pub fn last(&self) -> &Correction<AXES> {
+        &self.last
+    }
+
+    /// The last finite commanded positions, mm or degrees.
+    #[must_use]
+    pub fn positions(&self) -> &[f32; AXES] {
+        &self.positions
+    }
+
+    /// Auxiliary inputs, mm and K.
+    #[must_use]
+    pub fn auxiliaries(&self) -> &[f32; AUXILIARIES] {
+        &self.auxiliaries
+    }
+
+    /// Auxiliaries that have lost their sensor.
+    #[must_use]
+    pub fn sensors_lost(&self) -> u8 {
+        self.sensors_lost
+    }
+
+    /// Mask of referenced axes.
+    #[must_use]
+    pub fn referenced(&self) -> u16 {
+        self.referenced
+    }
+
+    /// Whether corrections are wanted.
+    #[must_use]
+    pub fn is_enabled(&self) -> bool {
+        self.enabled
+    }
+
+    /// Whether a dry run is wanted.
+    #[must_use]
+    pub fn is_dry_run(&self) -> bool {
+        self.dry_run
+    }
+
+    /// Whether updates are stopped.
+    #[must_use]
+    pub fn is_suspended(&self) -> bool {
+        self.suspended
+    }
+}
