@@ -27,6 +27,8 @@ pub struct Kinematics<'a> {
     to_workpiece: Htm,
     /// From the last tool axis to the spindle frame.
     to_spindle: Htm,
+    /// `to_spindle` with the spindle's inter-axis error behind it, at reference temperature.
+    to_located_spindle: Htm,
 }
 
 impl<'a> Kinematics<'a> {
@@ -43,6 +45,7 @@ impl<'a> Kinematics<'a> {
             tool,
             to_workpiece,
             to_spindle,
+            to_located_spindle: to_spindle * Htm::from_xyz_abc(errors.inter[machine.axes.len()]),
         }
     }
 
@@ -108,13 +111,16 @@ impl<'a> Kinematics<'a> {
             })
         };
         let workpiece = branch(&self.workpiece) * self.to_workpiece;
-        let spindle = self
-            .errors
-            .inter_at(self.machine.axes.len(), &situation.kelvin);
-        let tool = branch(&self.tool)
-            * self.to_spindle
-            * Htm::from_xyz_abc(spindle)
-            * Htm::translation(self.tip(situation.length));
+        let to_spindle = if cold {
+            self.to_located_spindle
+        } else {
+            let spindle = self
+                .errors
+                .inter_at(self.machine.axes.len(), &situation.kelvin);
+            self.to_spindle * Htm::from_xyz_abc(spindle)
+        };
+        let mut tool = branch(&self.tool) * to_spindle;
+        tool.t += tool.r * self.tip(situation.length);
         workpiece.inverse() * tool
     }
 

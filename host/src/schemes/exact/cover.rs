@@ -148,7 +148,10 @@ pub struct Cover<'a> {
     entries: &'a [Entry],
     variables: &'a [Variable],
     bases: &'a [Basis],
-    fibres: BTreeMap<Fibre, Vec<usize>>,
+    /// With the entries of each.
+    fibres: Vec<(Fibre, Vec<usize>)>,
+    /// All entries, the largest first.
+    order: Vec<usize>,
 }
 
 impl<'a> Cover<'a> {
@@ -159,7 +162,7 @@ impl<'a> Cover<'a> {
         bases: &'a [Basis],
         minimize: Minimize,
     ) -> Self {
-        let mut fibres: BTreeMap<Fibre, Vec<usize>> = BTreeMap::new();
+        let mut fibres: HashMap<Fibre, Vec<usize>> = HashMap::new();
         if minimize == Minimize::Cost {
             for (i, entry) in entries.iter().enumerate() {
                 for (v, variable) in variables.iter().enumerate() {
@@ -171,11 +174,18 @@ impl<'a> Cover<'a> {
                 }
             }
         }
+        // Alone, an entry gains nothing from a table of its own; and a fixed order, so that the
+        // same input gives the same file.
+        let mut fibres: Vec<_> = fibres.into_iter().filter(|(_, m)| m.len() > 1).collect();
+        fibres.sort_unstable_by_key(|(fibre, _)| *fibre);
+        let mut order: Vec<usize> = (0..entries.len()).collect();
+        order.sort_by(|a, b| entries[*b].peak.total_cmp(&entries[*a].peak).then(a.cmp(b)));
         Self {
             entries,
             variables,
             bases,
             fibres,
+            order,
         }
     }
 
@@ -197,20 +207,24 @@ impl<'a> Cover<'a> {
     /// first; small entries come along for nothing or stay out. `capacity` limits the number of
     /// merged tables.
     pub fn choose(&self, share: f64, capacity: usize) -> Structure {
-        let (entries, variables, bases, fibres) =
-            (self.entries, self.variables, self.bases, &self.fibres);
+        let (entries, variables, bases) = (self.entries, self.variables, self.bases);
         let mut structure = Structure::default();
         let mut left = Left::new(entries, share);
         // Scores in the heap may be out of date and are checked when they come up.
-        let mut heap: BinaryHeap<(Score, std::cmp::Reverse<Fibre>)> = fibres
-            .iter()
-            .map(|(fibre, members)| (left.score(entries, members), std::cmp::Reverse(*fibre)))
+        // They only fall.
+        let scores = self.fibres.iter().map(|(_, m)| left.score(entries, m));
+        let mut heap: BinaryHeap<(Score, std::cmp::Reverse<usize>)> = scores
+            .zip(0..)
+            .filter(|(score, _)| *score >= Score(MERGE))
+            .map(|(score, fibre)| (score, std::cmp::Reverse(fibre)))
             .collect();
         while let Some((score, std::cmp::Reverse(fibre))) = heap.pop() {
-            let (output, v, mut key) = fibre;
-            let members = &fibres[&fibre];
+            if structure.merged.len() >= capacity {
+                break;
+            }
+            let &((output, v, mut key), ref members) = &self.fibres[fibre];
             let now = left.score(entries, members);
-            if left.is_little(output) || now < Score(MERGE) || structure.merged.len() >= capacity {
+            if left.is_little(output) || now < Score(MERGE) {
                 continue;
             }
             if now < score {
@@ -244,9 +258,7 @@ impl<'a> Cover<'a> {
             });
         }
         // The rest, the largest first.
-        let mut order: Vec<usize> = (0..entries.len()).collect();
-        order.sort_by(|a, b| entries[*b].peak.total_cmp(&entries[*a].peak).then(a.cmp(b)));
-        for i in order {
+        for &i in &self.order {
             if !left.is_little(entries[i].output) && left.take(entries, i) {
                 structure.single(&entries[i], variables, bases);
             }
