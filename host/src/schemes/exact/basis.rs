@@ -6,6 +6,7 @@ use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// A generator: a table from which functions are made as products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -53,6 +54,39 @@ struct Column {
     monomial: usize,
     node: usize,
     output: usize,
+}
+
+/// Samples along one variable at one set of nodes: node fastest, one run for each column.
+#[derive(Default)]
+struct Along {
+    columns: Vec<Column>,
+    samples: Vec<f64>,
+    /// One of the components is what no more than one switch adds.
+    defines: bool,
+}
+
+impl Along {
+    /// Takes in component `c` along its `k`-th rich variable, in units of the tolerances.
+    fn take(&mut self, c: usize, component: &Component, k: usize, tolerance: &[f64]) {
+        self.defines |= component.on.count_ones() <= 1;
+        let (stride, rich) = (component.stride(k), component.nodes());
+        let count = component.rich[k].1.len();
+        for monomial in 0..component.monomials.len() {
+            for node in (0..rich).filter(|n| n / stride % count == 0) {
+                let base = monomial * rich + node;
+                for (output, unit) in tolerance.iter().enumerate() {
+                    let value = |i: usize| component.values[base + i * stride][output] / unit;
+                    self.samples.extend((0..count).map(value));
+                    self.columns.push(Column {
+                        component: c,
+                        monomial,
+                        node,
+                        output,
+                    });
+                }
+            }
+        }
+    }
 }
 
 /// How a basis is chosen.
@@ -112,73 +146,60 @@ impl Basis {
         choice: Choice,
     ) -> Result<Self, NotConverged> {
         let variable = &sampler.variables[v];
-        // All samples along the variable, one row per column of the unfolding. Components may
-        // have different nodes: only those with the full set define the functions.
-        let full = components
-            .iter()
-            .filter_map(|c| Some(c.rich.iter().find(|(w, _)| *w == v)?.1.len()))
-            .max()
-            .unwrap_or(0);
-        let nodes = variable.positions(full);
-        let mut columns = Vec::new();
-        let mut samples: Vec<f64> = Vec::new();
+        let outputs = sampler.kinematics.machine.axes.len();
+        let mut along: BTreeMap<usize, Along> = BTreeMap::new();
         for (c, component) in components.iter().enumerate() {
-            let Some(k) = component
-                .rich
-                .iter()
-                .position(|(w, p)| *w == v && p.len() == full)
-            else {
+            let Some(k) = component.rich.iter().position(|(w, _)| *w == v) else {
                 continue;
             };
-            let (stride, count, rich) = (component.stride(k), full, component.nodes());
-            for monomial in 0..component.monomials.len() {
-                for node in (0..rich).filter(|n| n / stride % count == 0) {
-                    for (output, unit) in tolerance
-                        .iter()
-                        .enumerate()
-                        .take(sampler.kinematics.machine.axes.len())
-                    {
-                        let base = monomial * rich + node;
-                        samples.extend(
-                            (0..count).map(|i| component.values[base + i * stride][output] / unit),
-                        );
-                        columns.push(Column {
-                            component: c,
-                            monomial,
-                            node,
-                            output,
-                        });
-                    }
-                }
-            }
+            let group = along.entry(component.rich[k].1.len()).or_default();
+            group.take(c, component, k, &tolerance[..outputs]);
         }
-        // nodes × columns
-        let samples = DMatrix::from_vec(full, columns.len(), samples);
+        // What several motions add together is seen at few nodes: too few to tell functions by.
+        along.retain(|_, group| group.defines);
         let mut basis = Self {
             products: vec![vec![]],
             ..Self::lever()
         };
-        let mut residual = samples.clone();
+        // The group with most nodes is the last; where there is none, nothing depends on this.
+        let Some((full, last)) = along.pop_last() else {
+            return Ok(basis.with_peaks(variable, sampler, components, tolerance));
+        };
+        let nodes = variable.positions(full);
+        let samples = DMatrix::from_vec(full, last.columns.len(), last.samples);
+        let few: Vec<(Vec<f64>, DMatrix<f64>)> = along
+            .into_iter()
+            .map(|(count, group)| {
+                let samples = DMatrix::from_vec(count, group.columns.len(), group.samples);
+                (variable.positions(count), samples)
+            })
+            .collect();
         let largest = |m: &DMatrix<f64>| if m.is_empty() { 0.0 } else { m.amax() };
         let lowest = if matches!(variable.kind, Kind::Rotary(_)) {
             0
         } else {
             2
         };
+        let mut holds = false;
         for degree in lowest..=choice.degree {
             basis.products = products(&variable.kind, degree);
-            let values = basis.product_values(variable, &nodes);
-            let Ok(pinv) = values.clone().pseudo_inverse(1e-10) else {
-                break;
+            let left = |nodes: &[f64], samples: &DMatrix<f64>| {
+                let values = basis.product_values(variable, nodes);
+                let pinv = values.clone().pseudo_inverse(1e-10).ok()?;
+                Some(largest(&(samples - &values * (pinv * samples))))
             };
-            residual = &samples - &values * (pinv * &samples);
-            if largest(&residual) < choice.leave {
+            // Each group at its own nodes; a product too many for them tells nothing.
+            let fits = |(nodes, samples): (&[f64], &DMatrix<f64>)| {
+                left(nodes, samples).is_some_and(|left| left < choice.leave)
+            };
+            holds = fits((&nodes, &samples)) && few.iter().all(|(n, s)| fits((n, s)));
+            if holds {
                 break;
             }
         }
         // If the products do not do it, the lowest degree that first order calls for and
         // numerical functions for the rest.
-        if largest(&residual) >= choice.leave {
+        if !holds {
             let degree = 2;
             basis.products = products(&variable.kind, degree);
             let values = basis.product_values(variable, &nodes);
@@ -186,7 +207,7 @@ impl Basis {
                 .clone()
                 .pseudo_inverse(1e-10)
                 .unwrap_or_else(|_| DMatrix::zeros(values.ncols(), values.nrows()));
-            residual = &samples - &values * (pinv * &samples);
+            let residual = &samples - &values * (pinv * &samples);
             let (functions, numeric) = leading(&residual, choice.leave);
             basis.numeric = numeric;
             let mut all = values.clone().insert_columns(values.ncols(), numeric, 0.0);
@@ -197,7 +218,7 @@ impl Basis {
                 return Ok(basis.with_peaks(variable, sampler, components, tolerance));
             };
             let weights = pinv * &samples; // functions × columns
-            basis.choose_columns(&weights, columns);
+            basis.choose_columns(&weights, last.columns);
         }
         Ok(basis.with_peaks(variable, sampler, components, tolerance))
     }

@@ -299,11 +299,12 @@ fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> 
     let rich =
         |v: &usize| variables[*v].is_rich() && (!variables[*v].is_switch() || on >> v & 1 == 1);
     // What several motions add together is small: there, rotary axes show the functions of first
-    // order only; and with one motion, those and a few.
+    // order only; and with one bending motion, which is one more dimension, those and a few.
     let least = 7;
-    let most = match on.count_ones() {
-        0 => usize::MAX,
-        1 => 17,
+    let bends = (0..variables.len()).any(|v| on >> v & 1 == 1 && variables[v].is_rich());
+    let most = match (on.count_ones(), bends) {
+        (0, _) | (1, false) => usize::MAX,
+        (1, true) => 17,
         _ => least,
     };
     for (count, variable) in counts.iter_mut().zip(variables) {
