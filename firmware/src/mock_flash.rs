@@ -68,6 +68,8 @@ pub struct MockFlash<const WRITE: usize = 4, const ERASE: usize = 256> {
     while_busy: WhileBusy,
     listener: Option<Listener>,
     programmed_weak: u32,
+    refused: u32,
+    stuck: Option<usize>,
     in_place: RefCell<[Option<&'static [u8]>; 2]>,
 }
 
@@ -85,6 +87,8 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
             while_busy: WhileBusy::ServoInRam,
             listener: None,
             programmed_weak: 0,
+            refused: 0,
+            stuck: None,
             in_place: RefCell::new([None; 2]),
         }
     }
@@ -131,6 +135,17 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         self.programmed_weak
     }
 
+    /// Operations that were no use of a NOR flash: words written twice, wrong addresses.
+    #[must_use]
+    pub fn refused(&self) -> u32 {
+        self.refused
+    }
+
+    /// A byte that no longer takes zeros, at this place of the flash.
+    pub fn set_stuck(&mut self, place: Option<usize>) {
+        self.stuck = place;
+    }
+
     /// Flips one bit of a slot.
     pub fn flip(&mut self, slot: Slot, bit: usize) {
         let place = slot.index() * self.memory.len() / 2 + bit / 8;
@@ -166,6 +181,11 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
             Some(0) => Err(MockError::PowerCut),
             _ => Ok(()),
         }
+    }
+
+    fn allow(&mut self, place: Result<(), NorFlashErrorKind>) -> Result<(), MockError> {
+        self.refused += u32::from(place.is_err());
+        place.map_err(MockError::Place)
     }
 
     fn notify(&mut self, busy: Busy) {
@@ -250,8 +270,9 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE
     const ERASE_SIZE: usize = ERASE;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), MockError> {
-        check_erase(self, from, to).map_err(MockError::Place)?;
         self.powered()?;
+        let place = check_erase(self, from, to);
+        self.allow(place)?;
         for block in from as usize / ERASE..to as usize / ERASE {
             self.erase_block(block)?;
         }
@@ -259,14 +280,16 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), MockError> {
-        check_write(self, offset, bytes.len()).map_err(MockError::Place)?;
         self.powered()?;
+        let place = check_write(self, offset, bytes.len());
+        self.allow(place)?;
         let offset = offset as usize;
         self.notify(Busy::Program);
         for (number, word) in bytes.chunks(WRITE).enumerate() {
             let start = offset + number * WRITE;
             self.changed(start);
             if self.memory[start..start + WRITE].iter().any(|&b| b != 0xFF) {
+                self.refused += 1;
                 return Err(MockError::NotBlank);
             }
             if self.weak[start / ERASE] {
@@ -277,7 +300,9 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE
                     self.memory[place] &= byte | 0xA5;
                     return Err(MockError::PowerCut);
                 }
-                self.memory[place] &= byte;
+                if self.stuck != Some(place) {
+                    self.memory[place] &= byte;
+                }
             }
         }
         Ok(())

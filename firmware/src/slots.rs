@@ -194,3 +194,6 @@ impl<F: TableFlash> Slots<F> {
         self.session.map(|session| session.upload)
     }
 }
+
+#[cfg(test)]
+mod tests;

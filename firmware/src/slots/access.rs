@@ -4,7 +4,7 @@ use embedded_storage::nor_flash::NorFlashError;
 
 use super::layout::{self, Record};
 use super::upload::{Progress, Session, Upload};
-use super::{Slot, SlotError, SlotState, Slots, TableFlash, WhileBusy};
+use super::{Slot, SlotError, Slots, TableFlash, WhileBusy};
 
 impl<F: TableFlash> Slots<F> {
     /// Bytes of a slot; 0 if the driver describes slots that cannot be.
@@ -62,11 +62,6 @@ impl<F: TableFlash> Slots<F> {
     /// Writes the mark before anything is erased, so that what an erase leaves is never valid.
     pub(super) fn mark(&mut self, slot: Slot) -> Result<(), SlotError> {
         let place = layout::mark_at(self.length() as usize);
-        let bytes = self.flash.mapped(slot);
-        let mark = bytes.get(place.clone()).ok_or(SlotError::LogicBug)?;
-        if self.found[slot.index()].state == SlotState::Blank || !layout::blank(mark) {
-            return Ok(());
-        }
         let result = self.program(slot, place.start, &[0; 32]);
         self.scan(slot);
         result

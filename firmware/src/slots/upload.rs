@@ -103,7 +103,7 @@ impl<F: TableFlash> Slots<F> {
                 blocks: self.blocks(),
             }
         };
-        if !resumes {
+        if !resumes && found.proven() {
             self.mark(slot)?;
         }
         self.session = Some(Session {

@@ -1,0 +1,132 @@
+//! Blobs to upload, and the driver of an upload.
+
+mod flips;
+mod images;
+mod model;
+mod power_cut;
+mod standstill;
+mod upload;
+
+use std::vec;
+use std::vec::Vec;
+
+use trueaxis::{
+    AlignedBlob, Axis, Compensation, Direction, Draft, DraftBank, DraftGrid, GridAxis, Header,
+    Interpolation, LoadError, SampleFormat, Term,
+};
+
+use super::{Progress, Slot, SlotError, Slots, TableFlash};
+
+/// Takes every blob of these tests.
+type Target<'a> = Compensation<'a, 2, 4, 4, 1>;
+
+fn draft(machine: &str) -> Draft {
+    let axis = |name| Axis {
+        name,
+        travel: [-100.0, 100.0],
+        value_bound: 1.0,
+        rate_bound: 10.0,
+        hysteresis: 0.01,
+        ramp_rate: 0.5,
+    };
+    Draft {
+        machine: machine.into(),
+        axes: vec![axis(b'X'), axis(b'C')],
+        ..Draft::default()
+    }
+}
+
+/// A blob of one table whose samples all depend on `seed`.
+fn blob(seed: u16, points: u16) -> AlignedBlob {
+    let mut draft = draft("slots");
+    let value = |point: u16| f32::from(seed + 1) * 1e-3 + f32::from(point) * 1e-4;
+    draft.banks.push(DraftBank {
+        input: 0,
+        start: -100.0,
+        step: 1.0,
+        modulo: false,
+        direction: Direction::Both,
+        interpolation: Interpolation::Linear,
+        format: SampleFormat::I16,
+        columns: vec![(0..points).map(value).collect()],
+    });
+    draft.terms.push(Term {
+        output: 1,
+        weight: 1.0,
+        limits: None,
+        factors: [0].into_iter().collect(),
+    });
+    draft.encode().expect("a valid draft")
+}
+
+/// 25 × 25 × 25 nodes of two outputs: 125 kB.
+fn large_blob() -> AlignedBlob {
+    let mut draft = draft("large");
+    let line = |input| GridAxis {
+        input,
+        start: -100.0,
+        step: 5.0,
+        points: 25,
+        modulo: false,
+    };
+    draft.grids.push(DraftGrid {
+        axes: vec![line(0), line(1), line(0)],
+        outputs: vec![0, 1],
+        format: SampleFormat::F32,
+        values: (0..2 * 25_u16.pow(3))
+            .map(|i| f32::from(i) * 1e-5)
+            .collect(),
+    });
+    draft.encode().expect("a valid draft")
+}
+
+/// Whether a target takes it: what a device asks before the commit.
+fn loads(bytes: &[u8]) -> Result<(), LoadError> {
+    Target::empty().load(bytes)
+}
+
+/// One attempt at an upload, in chunks.
+fn attempt<F: TableFlash>(
+    slots: &mut Slots<F>,
+    blob: &[u8],
+    chunk: usize,
+) -> Result<Slot, SlotError> {
+    let Header { length, crc } = Header::read(blob).expect("a blob");
+    let mut progress = slots.begin(length, crc)?;
+    while matches!(progress, Progress::Erasing { .. }) {
+        progress = slots.erase_step()?;
+    }
+    let Progress::Receiving { next } = progress else {
+        return Err(SlotError::Spoiled);
+    };
+    let mut next = next as usize;
+    while next < blob.len() {
+        let end = blob.len().min(next + chunk);
+        next = slots.write(next as u32, &blob[next..end])? as usize;
+    }
+    slots.commit(|bytes| loads(bytes).is_ok())
+}
+
+/// An upload as a host does it: begins again where it is told to.
+fn upload<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8], chunk: usize) -> Slot {
+    for _ in 0..3 {
+        match attempt(slots, blob, chunk) {
+            Ok(slot) => return slot,
+            Err(SlotError::NotBlank { .. } | SlotError::Readback { .. } | SlotError::Spoiled) => {}
+            Err(error) => panic!("{error}"),
+        }
+    }
+    panic!("three attempts were not enough");
+}
+
+/// What a start makes active: the newest valid slot, with its bytes.
+fn start<F: TableFlash>(slots: &mut Slots<F>) -> Option<(Slot, &'static [u8])> {
+    let newest = slots.newest()?;
+    slots.set_active(Some(newest));
+    Some((newest, slots.blob(newest)?))
+}
+
+/// `count` blobs that differ, with their lengths.
+fn blobs(count: u16, points: u16) -> Vec<AlignedBlob> {
+    (0..count).map(|seed| blob(seed, points + seed)).collect()
+}

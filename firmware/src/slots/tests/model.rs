@@ -1,0 +1,263 @@
+//! Random operations, power cuts and flips against a model of what must be there.
+
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::mock_flash::{CutErase, MockFlash};
+
+const WORDS: usize = 8;
+type Flash = MockFlash<WORDS, 128>;
+const BLOCKS: usize = 3;
+const BITS: usize = 8 * 128 * BLOCKS;
+
+static BLOBS: LazyLock<Vec<AlignedBlob>> = LazyLock::new(|| blobs(4, 40));
+
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Begin(usize),
+    Erase,
+    /// The next bytes, from a little before what is missing.
+    Write {
+        count: usize,
+        before: usize,
+    },
+    Commit,
+    Abort,
+    /// A whole upload.
+    Upload(usize),
+    /// Makes this slot active if it is valid.
+    Activate(Slot),
+    Deactivate,
+    Restart,
+    /// Cuts the power some bytes later, and restarts.
+    Cut(u64, CutErase),
+    Flip(Slot, usize),
+}
+
+fn slot() -> impl Strategy<Value = Slot> {
+    prop_oneof![Just(Slot::A), Just(Slot::B)]
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let cut = prop_oneof![
+        Just(CutErase::Ascending),
+        Just(CutErase::Descending),
+        any::<u64>().prop_map(CutErase::Scattered),
+    ];
+    prop_oneof![
+        6 => (0..4_usize).prop_map(Step::Begin),
+        6 => Just(Step::Erase),
+        12 => (1..300_usize, 0..20_usize)
+            .prop_map(|(count, before)| Step::Write { count, before }),
+        6 => Just(Step::Commit),
+        1 => Just(Step::Abort),
+        6 => (0..4_usize).prop_map(Step::Upload),
+        3 => slot().prop_map(Step::Activate),
+        1 => Just(Step::Deactivate),
+        2 => Just(Step::Restart),
+        6 => (1..900_u64, cut).prop_map(|(fuel, cut)| Step::Cut(fuel, cut)),
+        2 => (slot(), 0..BITS).prop_map(|(slot, bit)| Step::Flip(slot, bit)),
+    ]
+}
+
+/// What must be in a slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Holds {
+    /// No valid blob.
+    Nothing,
+    /// This blob, with this place in the order of commits.
+    Blob(usize, u32),
+    /// That blob, or nothing valid: a bit of it has flipped, or the power went in an operation.
+    Perhaps(usize, u32),
+}
+
+struct Model {
+    slots: Option<Slots<Flash>>,
+    holds: [Holds; 2],
+    commits: u32,
+    /// The blob on its way, by the last begin.
+    coming: usize,
+}
+
+impl Model {
+    fn slots(&mut self) -> &mut Slots<Flash> {
+        self.slots.as_mut().expect("only restart takes it")
+    }
+
+    fn restart(&mut self) {
+        let mut flash = self.slots.take().expect("it is there").close();
+        flash.set_fuel(None);
+        self.slots = Some(Slots::open(flash));
+        let newest = self.slots().newest();
+        self.slots().set_active(newest);
+    }
+
+    /// The slot that an upload changes.
+    fn target(&mut self) -> Slot {
+        self.slots().target()
+    }
+
+    fn begin(&mut self, number: usize) {
+        let header = Header::read(&BLOBS[number]).expect("a blob");
+        let target = self.target();
+        self.coming = number;
+        match self.slots().begin(header.length, header.crc) {
+            Ok(_) => self.holds[target.index()] = Holds::Nothing,
+            Err(_) => self.doubt(target),
+        }
+    }
+
+    /// An operation on this slot was cut: what was valid need not be any more.
+    fn doubt(&mut self, slot: Slot) {
+        let holds = &mut self.holds[slot.index()];
+        if let Holds::Blob(number, order) = *holds {
+            *holds = Holds::Perhaps(number, order);
+        }
+    }
+
+    fn commit(&mut self) {
+        let coming = self.coming;
+        let slot = self.slots().upload().map(|upload| upload.slot);
+        let order = self.commits + 1;
+        match self.slots().commit(|bytes| loads(bytes).is_ok()) {
+            Ok(slot) => {
+                self.commits = order;
+                self.holds[slot.index()] = Holds::Blob(coming, order);
+            }
+            // The last byte of the commit may have been the last of the power.
+            Err(SlotError::Flash(_)) => {
+                self.commits = order;
+                let slot = slot.expect("a commit that wrote had an upload");
+                self.holds[slot.index()] = Holds::Perhaps(coming, order);
+            }
+            Err(_) => {}
+        }
+    }
+
+    fn write(&mut self, count: usize, before: usize) {
+        let blob = &BLOBS[self.coming];
+        if let Some(Progress::Receiving { next }) = self.slots().upload().map(|u| u.progress) {
+            let next = next as usize;
+            let from = next.saturating_sub(before);
+            let end = blob.len().min(next + count);
+            let _ = self.slots().write(from as u32, &blob[from..end]);
+        }
+    }
+
+    fn upload(&mut self, number: usize) {
+        self.begin(number);
+        for _ in 0..BLOCKS {
+            let _ = self.slots().erase_step();
+        }
+        self.write(usize::MAX / 2, 0);
+        self.commit();
+    }
+
+    fn play(&mut self, step: Step) {
+        match step {
+            Step::Begin(number) => self.begin(number),
+            Step::Erase => drop(self.slots().erase_step()),
+            Step::Write { count, before } => self.write(count, before),
+            Step::Commit => self.commit(),
+            Step::Abort => self.slots().abort(),
+            Step::Upload(number) => self.upload(number),
+            Step::Activate(slot) => {
+                if self.slots().state(slot).is_valid() {
+                    self.slots().set_active(Some(slot));
+                }
+            }
+            Step::Deactivate => self.slots().set_active(None),
+            Step::Restart => self.restart(),
+            Step::Cut(..) => unreachable!("played by the caller"),
+            Step::Flip(slot, bit) => {
+                let mut flash = self.slots.take().expect("it is there").close();
+                flash.flip(slot, bit);
+                self.slots = Some(Slots::open(flash));
+                let newest = self.slots().newest();
+                self.slots().set_active(newest);
+                self.doubt(slot);
+            }
+        }
+    }
+
+    /// What is there is what must be.
+    fn check(&mut self) {
+        let holds = self.holds;
+        for slot in Slot::BOTH {
+            let blob = self.slots().blob(slot);
+            match (blob, holds[slot.index()]) {
+                (None, Holds::Nothing | Holds::Perhaps(..)) => {}
+                (Some(bytes), Holds::Blob(number, _) | Holds::Perhaps(number, _)) => {
+                    assert!(*bytes == *BLOBS[number], "a mix");
+                }
+                (blob, holds) => panic!("{:?}, expected {holds:?}", blob.map(<[u8]>::len)),
+            }
+        }
+        // The newest is the last that was committed, of those that are there.
+        let order = |slot: Slot| match holds[slot.index()] {
+            Holds::Nothing => 0,
+            Holds::Blob(_, order) | Holds::Perhaps(_, order) => order,
+        };
+        if let (Some(newest), Some(fallback)) = (self.slots().newest(), self.slots().fallback()) {
+            assert!(order(newest) > order(fallback));
+        }
+        let slots = &*self.slots();
+        let flash = slots.flash();
+        assert_eq!((flash.refused(), flash.programmed_weak()), (0, 0));
+        for slot in Slot::BOTH {
+            assert!(Some(slots.wear(slot)) <= flash.erases(slot).last().copied());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3000))]
+
+    #[test]
+    fn what_was_committed_stays_and_nothing_else_is_valid(
+        steps in prop::collection::vec(step(), 1..60),
+    ) {
+        let mut model = Model {
+            slots: Some(Slots::open(Flash::new(BLOCKS))),
+            holds: [Holds::Nothing; 2],
+            commits: 0,
+            coming: 0,
+        };
+        let mut cut = false;
+        for step in steps {
+            if let Step::Cut(fuel, cut_erase) = step {
+                if !cut {
+                    let mut flash = model.slots.take().expect("it is there").close();
+                    flash.set_cut_erase(cut_erase);
+                    flash.set_fuel(Some(fuel));
+                    model.slots = Some(Slots::open(flash));
+                    let newest = model.slots().newest();
+                    model.slots().set_active(newest);
+                    cut = true;
+                    continue;
+                }
+                cut = false;
+                model.restart();
+            } else {
+                let active = model.slots().active();
+                let kept = active.map(|slot| model.slots().flash().mapped(slot).to_vec());
+                model.play(step);
+                if matches!(step, Step::Restart | Step::Flip(..)) {
+                    cut &= !matches!(step, Step::Restart);
+                } else if let (Some(slot), Some(kept)) = (active, kept) {
+                    prop_assert_eq!(model.slots().flash().mapped(slot), kept);
+                }
+            }
+            model.check();
+        }
+        // With the power back, an upload goes through, whatever happened before.
+        model.restart();
+        model.check();
+        let slot = upload(model.slots(), &BLOBS[3], 64);
+        prop_assert_eq!(model.slots().blob(slot), Some(&*BLOBS[3]));
+        prop_assert!(model.slots().state(slot).is_valid());
+        prop_assert_eq!(model.slots().newest(), Some(slot));
+    }
+}

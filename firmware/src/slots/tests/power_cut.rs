@@ -1,0 +1,162 @@
+//! The power goes at every byte.
+
+use std::format;
+
+use super::*;
+use crate::mock_flash::{CutErase, MockFlash};
+
+/// A → B → A, each made active as a device does, until the power goes. Returns how many uploads
+/// were acknowledged.
+fn cycle<const W: usize, const E: usize>(
+    slots: &mut Slots<MockFlash<W, E>>,
+    blobs: &[AlignedBlob],
+    done: usize,
+) -> usize {
+    for (number, blob) in blobs.iter().enumerate().skip(done) {
+        match attempt(slots, blob, 37) {
+            Ok(slot) => slots.set_active(Some(slot)),
+            Err(_) => return number,
+        }
+    }
+    blobs.len()
+}
+
+/// Uploads three blobs, with a cut after each byte that is erased or programmed on the way.
+fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase) {
+    let blobs = blobs(3, 40);
+    let mut slots = Slots::open(MockFlash::<W, E>::new(blocks));
+    assert!(
+        blobs
+            .iter()
+            .all(|blob| blob.len() <= slots.capacity() as usize)
+    );
+    assert_eq!(cycle(&mut slots, &blobs, 0), 3);
+    let all = slots.close().spent();
+    let (mut before, mut behind) = (0, 0);
+    for fuel in 1..=all {
+        let case = format!("{W}-byte words, {E}-byte blocks, {cut_erase:?}, cut after {fuel}");
+        let mut flash = MockFlash::<W, E>::new(blocks);
+        flash.set_cut_erase(cut_erase);
+        flash.set_fuel(Some(fuel));
+        let mut slots = Slots::open(flash);
+        let done = cycle(&mut slots, &blobs, 0);
+        assert!(done < 3, "{case}");
+
+        let mut flash = slots.close();
+        flash.set_fuel(None);
+        let mut slots = Slots::open(flash);
+        // The newest is the last that was acknowledged, or the one whose commit was cut where its
+        // remaining bytes are blank anyway.
+        let active = start(&mut slots);
+        let kept = match active {
+            None => {
+                before += 1;
+                assert_eq!(done, 0, "{case}");
+                0
+            }
+            Some((_, bytes)) => {
+                assert_eq!(loads(bytes), Ok(()), "{case}");
+                let kept = 1 + blobs.iter().position(|b| **b == *bytes).expect(&case);
+                assert!(kept == done || kept == done + 1, "{case}");
+                behind += 1;
+                kept
+            }
+        };
+        // The one before it is still there, unless it had to make room.
+        if kept > done && kept > 1 {
+            let fallback = slots.fallback().and_then(|slot| slots.blob(slot));
+            assert_eq!(fallback, Some(&*blobs[kept - 2]), "{case}");
+        }
+        // And all goes on from there.
+        for blob in &blobs[kept..] {
+            let slot = upload(&mut slots, blob, 50);
+            slots.set_active(Some(slot));
+            assert_eq!(slots.blob(slot), Some(&**blob), "{case}");
+        }
+        // Each completed erase of the last block is counted, but for those whose record was cut.
+        for slot in Slot::BOTH {
+            let erases = *slots.flash().erases(slot).last().expect("a block");
+            let wear = slots.wear(slot);
+            assert!(
+                wear == erases || wear + 1 == erases,
+                "{case}: {wear} of {erases}"
+            );
+        }
+        let flash = slots.close();
+        assert_eq!(flash.programmed_weak(), 0, "{case}");
+        assert_eq!(flash.refused(), 0, "{case}");
+    }
+    // Cuts before the first commit, and after it.
+    assert!(before > 0 && behind > 0, "{before} {behind}");
+}
+
+const CUTS: [CutErase; 4] = [
+    CutErase::Ascending,
+    CutErase::Descending,
+    CutErase::Scattered(1),
+    CutErase::Scattered(2),
+];
+
+#[test]
+fn a_cut_at_any_byte_leaves_one_complete_blob_bytes() {
+    for cut in CUTS {
+        cut_everywhere::<1, 128>(3, cut);
+    }
+}
+
+#[test]
+fn a_cut_at_any_byte_leaves_one_complete_blob_words() {
+    for cut in CUTS {
+        cut_everywhere::<4, 64>(6, cut);
+    }
+}
+
+#[test]
+fn a_cut_at_any_byte_leaves_one_complete_blob_double_words() {
+    for cut in CUTS {
+        cut_everywhere::<8, 512>(2, cut);
+    }
+}
+
+#[test]
+fn a_cut_at_any_byte_leaves_one_complete_blob_flash_words_of_32() {
+    for cut in CUTS {
+        cut_everywhere::<32, 32>(12, cut);
+    }
+}
+
+#[test]
+fn a_cut_at_any_byte_leaves_one_complete_blob_one_block_per_slot() {
+    for cut in CUTS {
+        cut_everywhere::<16, 512>(1, cut);
+    }
+}
+
+#[test]
+fn a_cut_after_a_restart_too() {
+    // The second upload is cut at every seventh byte, and what goes on from there again.
+    let blobs = blobs(2, 40);
+    for fuel in (1..1200).step_by(7) {
+        for again in (1..1200).step_by(31) {
+            let mut flash = MockFlash::<8, 128>::new(3);
+            flash.set_cut_erase(CutErase::Scattered(fuel));
+            let mut slots = Slots::open(flash);
+            let slot = upload(&mut slots, &blobs[0], 64);
+            let mut flash = slots.close();
+            for fuel in [fuel, again] {
+                flash.set_fuel(Some(fuel));
+                slots = Slots::open(flash);
+                slots.set_active(Some(slot));
+                let _ = attempt(&mut slots, &blobs[1], 64);
+                flash = slots.close();
+                flash.set_fuel(None);
+                slots = Slots::open(flash);
+                let (newest, bytes) = start(&mut slots).expect("never without a blob");
+                assert!(*bytes == *blobs[usize::from(newest != slot)]);
+                flash = slots.close();
+            }
+            assert_eq!(flash.programmed_weak(), 0);
+            assert_eq!(flash.refused(), 0);
+        }
+    }
+}

@@ -1,0 +1,350 @@
+//! Uploads step by step.
+
+use super::*;
+use crate::mock_flash::MockFlash;
+use crate::slots::{Damage, SlotState};
+
+type Small = Slots<MockFlash<8, 128>>;
+
+/// Erased and ready for the first byte.
+fn begun(blob: &[u8]) -> Small {
+    let mut slots = Slots::open(MockFlash::new(4));
+    let Header { length, crc } = Header::read(blob).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+    slots
+}
+
+#[test]
+fn each_step_shows() {
+    let blob = blob(1, 40);
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(4));
+    assert_eq!(slots.capacity(), 512 - 128);
+    assert_eq!(slots.state(Slot::A), SlotState::Blank);
+    assert_eq!((slots.newest(), slots.upload()), (None, None));
+    for done in 0..4 {
+        let progress = Progress::Erasing { done, blocks: 4 };
+        assert_eq!(slots.begin(length, crc), Ok(progress));
+        assert_eq!(slots.state(Slot::A), SlotState::Erasing);
+        assert_eq!(slots.write(0, &blob[..8]), Err(SlotError::Erasing));
+        assert_eq!(slots.commit(|_| true), Err(SlotError::Erasing));
+        slots.erase_step().expect("power");
+        assert_eq!(slots.flash().erases(Slot::A).iter().sum::<u32>(), done + 1);
+    }
+    // Too many steps do nothing.
+    assert_eq!(slots.erase_step(), Ok(Progress::Receiving { next: 0 }));
+    assert_eq!(slots.flash().erases(Slot::A), [1; 4]);
+    assert_eq!(slots.write(0, &blob[..13]), Ok(13));
+    let received = |received| SlotState::Uploading {
+        received,
+        length,
+        crc,
+    };
+    assert_eq!(slots.state(Slot::A), received(13));
+    assert_eq!(
+        slots.begin(length, crc),
+        Ok(Progress::Receiving { next: 13 })
+    );
+    assert_eq!(
+        slots.commit(|_| true),
+        Err(SlotError::Incomplete { expected: 13 })
+    );
+    assert_eq!(slots.write(13, &blob[13..]), Ok(length));
+    let uploaded = slots.commit(|bytes| bytes == &*blob);
+    assert_eq!(uploaded, Ok(Slot::A));
+    let valid = SlotState::Valid {
+        sequence: 1,
+        length,
+        crc,
+    };
+    assert_eq!((slots.state(Slot::A), slots.upload()), (valid, None));
+    assert_eq!(slots.wear(Slot::A), 1);
+    assert_eq!(slots.blob(Slot::A), Some(&*blob));
+    assert_eq!(slots.commit(|_| true), Err(SlotError::NoUpload));
+}
+
+#[test]
+fn chunks_may_come_twice_and_overlap() {
+    let blob = blob(1, 40);
+    let mut slots = begun(&blob);
+    let (mut at, mut size) = (0, 1);
+    while at < blob.len() {
+        let end = blob.len().min(at + size);
+        // From somewhere before what is missing.
+        let from = at.saturating_sub(size * 3 % 17);
+        for _ in 0..2 {
+            assert_eq!(slots.write(from as u32, &blob[from..end]), Ok(end as u32));
+        }
+        at = end;
+        size = size * 5 % 23 + 1;
+    }
+    assert_eq!(slots.write(5, &[]), Ok(blob.len() as u32));
+    assert_eq!(slots.commit(|_| true), Ok(Slot::A));
+    assert_eq!(slots.flash().refused(), 0);
+}
+
+#[test]
+fn a_gap_names_what_is_missing_and_a_change_its_place() {
+    let blob = blob(1, 40);
+    let length = blob.len() as u32;
+    let mut slots = begun(&blob);
+    assert_eq!(
+        slots.write(20, &blob[20..40]),
+        Err(SlotError::Gap { expected: 0 })
+    );
+    assert_eq!(slots.write(0, &blob[..20]), Ok(20));
+    assert_eq!(
+        slots.write(21, &blob[21..40]),
+        Err(SlotError::Gap { expected: 20 })
+    );
+    // Byte 3 is in the flash, byte 18 waits for its word.
+    for offset in [3, 18] {
+        let mut changed = blob.to_vec();
+        changed[offset] ^= 1;
+        let conflict = Err(SlotError::Conflict {
+            offset: offset as u32,
+        });
+        assert_eq!(slots.write(0, &changed[..30]), conflict);
+    }
+    assert_eq!(
+        slots.write(length - 1, &[0; 2]),
+        Err(SlotError::Beyond { length })
+    );
+    assert_eq!(
+        slots.write(u32::MAX, &[0; 2]),
+        Err(SlotError::Beyond { length })
+    );
+    assert_eq!(slots.write(20, &blob[20..]), Ok(length));
+    assert_eq!(slots.commit(|_| true), Ok(Slot::A));
+}
+
+#[test]
+fn lengths_that_no_slot_holds_are_refused() {
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(4));
+    for length in [0, 15, 385, u32::MAX] {
+        assert_eq!(
+            slots.begin(length, 1),
+            Err(SlotError::Length { capacity: 384 })
+        );
+    }
+    assert_eq!(slots.erase_step(), Err(SlotError::NoUpload));
+    assert_eq!(slots.write(0, &[1]), Err(SlotError::NoUpload));
+    assert_eq!(slots.commit(|_| true), Err(SlotError::NoUpload));
+    assert_eq!(slots.flash().spent(), 0);
+}
+
+#[test]
+fn a_blob_that_fills_the_slot_fits() {
+    // 384 bytes of capacity; the blob ends anywhere in its last word.
+    for points in 60..160 {
+        let blob = blob(1, points);
+        let mut slots = Slots::open(MockFlash::<32, 128>::new(4));
+        if blob.len() > slots.capacity() as usize {
+            let refused = Err(SlotError::Length { capacity: 384 });
+            assert_eq!(attempt(&mut slots, &blob, 100), refused);
+            assert!(points > 100);
+        } else {
+            let slot = upload(&mut slots, &blob, 100);
+            assert_eq!(slots.blob(slot), Some(&*blob));
+        }
+    }
+}
+
+#[test]
+fn an_upload_never_touches_the_active_slot() {
+    let blobs = blobs(4, 40);
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(4));
+    let first = upload(&mut slots, &blobs[0], 64);
+    slots.set_active(Some(first));
+    // Never made active, so each replaces the one before.
+    for blob in &blobs[1..] {
+        let before = slots.flash().mapped(first).to_vec();
+        assert_eq!(upload(&mut slots, blob, 64), first.other());
+        assert_eq!(slots.flash().mapped(first), before);
+        assert_eq!(slots.newest(), Some(first.other()));
+        assert_eq!(slots.fallback(), Some(first));
+    }
+    assert_eq!(slots.flash().erases(first), [1; 4]);
+    assert_eq!((slots.wear(first), slots.wear(first.other())), (1, 3));
+    // With none active, the newest is kept.
+    slots.set_active(None);
+    assert_eq!(upload(&mut slots, &blobs[0], 64), first);
+}
+
+#[test]
+fn blocks_that_no_blob_has_reached_are_not_erased_again() {
+    let blobs = blobs(3, 40);
+    assert!(blobs.iter().all(|blob| (128..256).contains(&blob.len())));
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(6));
+    for blob in &blobs {
+        upload(&mut slots, blob, 64);
+        slots.set_active(None);
+        slots.set_active(Some(Slot::B));
+    }
+    // At first nothing is known about them: an erase that is cut can leave what reads blank. Then
+    // only those of the blob, and the last.
+    assert_eq!(slots.flash().erases(Slot::A), [3, 3, 1, 1, 1, 3]);
+    assert_eq!(slots.wear(Slot::A), 3);
+}
+
+#[test]
+fn the_same_blob_goes_on_after_a_restart_without_erase() {
+    let blob = blob(1, 40);
+    let mut slots = begun(&blob);
+    slots.write(0, &blob[..100]).expect("power");
+    let flash = slots.close();
+    let spent = flash.spent();
+    let mut slots = Slots::open(flash);
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    let left = SlotState::Uploading {
+        received: 0,
+        length,
+        crc,
+    };
+    assert_eq!(slots.state(Slot::A), left);
+    assert_eq!(attempt(&mut slots, &blob, 64), Ok(Slot::A));
+    assert_eq!(slots.flash().erases(Slot::A), [1; 4]);
+    // Only what had not been written, whole words, and the commit, whose last word stays blank.
+    let missing = blob.len().next_multiple_of(8) - 96;
+    assert_eq!(slots.flash().spent() - spent, missing as u64 + 24);
+    assert_eq!(slots.wear(Slot::A), 1);
+}
+
+#[test]
+fn another_blob_takes_the_place_of_one_that_has_begun() {
+    let blobs = blobs(2, 40);
+    let mut slots = begun(&blobs[0]);
+    slots.write(0, &blobs[0][..100]).expect("power");
+    assert_eq!(attempt(&mut slots, &blobs[1], 64), Ok(Slot::A));
+    assert_eq!(slots.blob(Slot::A), Some(&*blobs[1]));
+    // Blocks 1 and 2 were blank.
+    assert_eq!(slots.flash().erases(Slot::A), [2, 1, 1, 2]);
+}
+
+#[test]
+fn what_differs_from_what_an_upload_left_is_erased() {
+    // The same length and checksum, but bits have changed since.
+    let blob = blob(1, 40);
+    let mut slots = begun(&blob);
+    slots.write(0, &blob[..100]).expect("power");
+    let mut flash = slots.close();
+    flash.flip(Slot::A, 8 * 50);
+    let mut slots = Slots::open(flash);
+    let refused = Err(SlotError::NotBlank { offset: 48 });
+    assert_eq!(attempt(&mut slots, &blob, 64), refused);
+    assert_eq!(slots.write(0, &blob), Err(SlotError::Spoiled));
+    assert_eq!(attempt(&mut slots, &blob, 64), Ok(Slot::A));
+    assert_eq!(slots.flash().refused(), 0);
+}
+
+#[test]
+fn what_is_no_blob_or_another_is_not_committed() {
+    let blob = blob(1, 40);
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    let mut slots = begun(&blob);
+    let mut changed = blob.to_vec();
+    changed[60] ^= 4;
+    slots.write(0, &changed).expect("power");
+    let refused = Err(SlotError::Blob(LoadError::BadChecksum));
+    assert_eq!(slots.commit(|_| true), refused);
+    assert_eq!(slots.commit(|_| true), Err(SlotError::Spoiled));
+    assert_eq!(slots.newest(), None);
+
+    // Announced with another checksum.
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(4));
+    slots.begin(length, !crc).expect("room");
+    while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+    slots.write(0, &blob).expect("power");
+    assert_eq!(slots.commit(|_| true), Err(SlotError::OtherBlob));
+
+    // The target does not take it: it may be asked again, and nothing was erased for that.
+    let mut slots = begun(&blob);
+    slots.write(0, &blob).expect("power");
+    assert_eq!(slots.commit(|_| false), Err(SlotError::Refused));
+    assert_eq!(slots.newest(), None);
+    assert_eq!(slots.commit(|_| true), Ok(Slot::A));
+}
+
+#[test]
+fn an_aborted_upload_leaves_the_rest_usable() {
+    let blobs = blobs(2, 40);
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(4));
+    let first = upload(&mut slots, &blobs[0], 64);
+    slots.set_active(Some(first));
+    let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    slots.abort();
+    assert_eq!((slots.upload(), slots.newest()), (None, Some(first)));
+    assert_eq!(attempt(&mut slots, &blobs[1], 64), Ok(first.other()));
+    // Making a slot active ends an upload into it.
+    slots.set_active(None);
+    slots.begin(length, crc).expect("room");
+    slots.set_active(slots.upload().map(|upload| upload.slot));
+    assert_eq!(slots.upload(), None);
+}
+
+#[test]
+fn a_driver_that_describes_impossible_slots_gets_no_upload() {
+    // Not whole blocks, as it says; nothing is written.
+    let mut slots = Slots::open(Crooked(MockFlash::new(4)));
+    assert_eq!(slots.capacity(), 0);
+    assert_eq!(slots.begin(100, 1), Err(SlotError::Length { capacity: 0 }));
+    assert_eq!(slots.state(Slot::A), SlotState::Damaged(Damage::Record));
+}
+
+/// A driver whose slots are shorter than their ranges.
+struct Crooked(MockFlash<8, 128>);
+
+impl embedded_storage::nor_flash::ErrorType for Crooked {
+    type Error = crate::mock_flash::MockError;
+}
+
+impl embedded_storage::nor_flash::ReadNorFlash for Crooked {
+    const READ_SIZE: usize = 1;
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        self.0.read(offset, bytes)
+    }
+    fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+}
+
+impl embedded_storage::nor_flash::NorFlash for Crooked {
+    const WRITE_SIZE: usize = 8;
+    const ERASE_SIZE: usize = 128;
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        self.0.erase(from, to)
+    }
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        self.0.write(offset, bytes)
+    }
+}
+
+impl TableFlash for Crooked {
+    fn range(&self, slot: Slot) -> core::ops::Range<u32> {
+        self.0.range(slot)
+    }
+    fn mapped(&self, slot: Slot) -> &[u8] {
+        &self.0.mapped(slot)[..40]
+    }
+    fn in_place(&self, slot: Slot) -> &'static [u8] {
+        &self.0.in_place(slot)[..40]
+    }
+    fn while_busy(&self) -> crate::slots::WhileBusy {
+        self.0.while_busy()
+    }
+}
+
+#[test]
+fn a_flash_that_does_not_hold_what_is_written_is_noticed() {
+    let blob = blob(1, 40);
+    let mut slots = begun(&blob);
+    slots.write(0, &blob[..64]).expect("power");
+    let mut flash = slots.close();
+    flash.set_stuck(Some(70));
+    let mut slots = Slots::open(flash);
+    let worn = Err(SlotError::Readback { offset: 64 });
+    assert_eq!(attempt(&mut slots, &blob, 8), worn);
+    assert_eq!(slots.newest(), None);
+}
