@@ -9,6 +9,7 @@
 extern crate std;
 
 pub mod device;
+pub mod link;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock_flash;
 pub mod places;

@@ -208,6 +208,12 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     pub fn compensation(&self) -> &Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
         self.places.shared(self.place)
     }
+
+    /// What the servo uses.
+    #[must_use]
+    pub fn active(&self) -> &Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
+        self.places.shared(1 - self.place)
+    }
 }
 
 /// The servo with the places it reads: the side of the interrupt.

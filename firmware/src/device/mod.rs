@@ -1,8 +1,171 @@
-//! The controller around the servo.
+//! The controller around the servo: slots, places, settings, and what a host asks of them.
+//!
+//! Two sides. [`ServoSide`] belongs to the servo interrupt, one [`tick`](ServoSide::tick) per
+//! period. [`Device`] belongs to the main loop, which calls
+//! [`Link::poll`](crate::link::Link::poll) with it. It reaches the servo side through a
+//! [`ServoAccess`], which masks the interrupt for as long as a few settings or one pointer take to
+//! be exchanged; loading, checking, erasing and evaluating run outside of it.
+
+mod answer;
 mod board;
+mod change;
+mod report;
 mod servo_side;
+#[cfg(test)]
+mod tests;
+mod upload;
+
+use trueaxis::link::{Activation, Fault, Slot, Upload};
+
+use crate::places::{Loader, NotLoaded};
+use crate::slots::{Slots, TableFlash, WhileBusy};
+use change::Change;
+use upload::Stage;
+
 pub use board::{
     Clock, Command, CorrectionSink, Identity, LinkOnly, Machine, NoClock, PositionSource,
     ServoAccess,
 };
 pub use servo_side::{Counters, ServoSide};
+
+/// The side of the main loop.
+pub struct Device<
+    F,
+    S,
+    M,
+    const AXES: usize,
+    const TABLES: usize,
+    const TERMS: usize,
+    const GRIDS: usize,
+> {
+    slots: Slots<F>,
+    loader: Loader<AXES, TABLES, TERMS, GRIDS>,
+    servo: S,
+    machine: M,
+    identity: Identity,
+    fault: Option<Fault>,
+    stage: Stage,
+    change: Change,
+    /// Rows of the motion whose answer is due.
+    motion: Option<usize>,
+}
+
+impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+where
+    F: TableFlash,
+    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    M: Machine,
+{
+    /// Starts: the newest valid slot that this firmware can use becomes active; with none the
+    /// corrections are zero, and [`fault`](Self::fault) says why.
+    ///
+    /// `loader` and the [`Driven`](crate::places::Driven) behind `servo` come from the same
+    /// [`Places`](crate::places::Places), and no tick has run yet.
+    #[must_use]
+    pub fn start(
+        slots: Slots<F>,
+        loader: Loader<AXES, TABLES, TERMS, GRIDS>,
+        servo: S,
+        machine: M,
+        identity: Identity,
+    ) -> Self {
+        let mut device = Self {
+            slots,
+            loader,
+            servo,
+            machine,
+            identity,
+            fault: None,
+            stage: Stage::None,
+            change: Change::None,
+            motion: None,
+        };
+        let candidates = [device.slots.newest(), device.slots.fallback()];
+        for slot in candidates.into_iter().flatten() {
+            match device.take(slot) {
+                Ok(()) => break,
+                // That of the newest counts: it is the one that should be active.
+                Err(fault) => device.fault = device.fault.or(Some(fault)),
+            }
+        }
+        if device.slots.active().is_none() {
+            device.fault = device.fault.or(Some(Fault::NoCompensation));
+        }
+        device
+    }
+
+    /// Loads a slot and gives it to the servo at once; at start only.
+    fn take(&mut self, slot: Slot) -> Result<(), Fault> {
+        let blob = self.slots.blob(slot).ok_or(Fault::NoCompensation)?;
+        let loaded = self.loader.load(blob).map_err(|error| match error {
+            NotLoaded::Refused(error) => Fault::Load(slot, error),
+            NotLoaded::Busy => Fault::NoCompensation,
+        })?;
+        let taken = self.servo.with(|side| side.replace(loaded));
+        taken.map_err(|_| Fault::NoCompensation)?;
+        self.slots.set_active(Some(slot));
+        Ok(())
+    }
+
+    /// One step of what takes time: an erase of at most one block, the end of a ramp or fade.
+    /// [`Link::poll`](crate::link::Link::poll) does it, from the main loop.
+    pub fn step(&mut self) {
+        self.poll_upload();
+        self.poll_change();
+    }
+
+    /// Why the corrections are zero, or not those of the newest slot.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Active slot, or how far a change has come.
+    #[must_use]
+    pub fn activation(&self) -> Activation {
+        match self.change {
+            Change::None => Activation::Active(self.slots.active()),
+            Change::Fading(slot) => Activation::Fading(slot),
+            Change::Ramping(slot) => Activation::Ramping(slot),
+        }
+    }
+
+    /// How far the upload has come.
+    #[must_use]
+    pub fn upload(&self) -> Upload {
+        self.upload_state()
+    }
+
+    /// The slots.
+    #[must_use]
+    pub fn slots(&self) -> &Slots<F> {
+        &self.slots
+    }
+
+    /// The compensation that the servo uses; during a change the old one or the new one.
+    #[must_use]
+    pub fn compensation(&self) -> &trueaxis::Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
+        self.loader.current()
+    }
+
+    /// The servo side.
+    pub fn servo(&mut self) -> &mut S {
+        &mut self.servo
+    }
+
+    /// The state of the machine.
+    pub fn machine(&mut self) -> &mut M {
+        &mut self.machine
+    }
+
+    /// Stops: gives the slots back, as they are.
+    pub fn close(self) -> Slots<F> {
+        self.slots
+    }
+
+    /// Whether the servo must not run while the flash is erased or written.
+    fn stalls(&self) -> bool {
+        self.slots.flash().while_busy() == WhileBusy::Standstill
+    }
+}

@@ -307,8 +307,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ///
     /// False while the source of the board commands.
     pub fn begin_batch(&mut self) -> bool {
-        (self.batch.given, self.batch.done) = (0, 0);
+        self.end_batch();
         self.silent.is_none_or(|silent| silent > PATIENCE)
+    }
+
+    /// Drops what is left of the batch.
+    pub fn end_batch(&mut self) {
+        (self.batch.given, self.batch.done) = (0, 0);
     }
 
     /// Appends a command to the batch: one servo period will take it. False if it is full.

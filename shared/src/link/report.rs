@@ -215,7 +215,7 @@ pub struct Hello<'a> {
     /// Machine of the active compensation, see [`short_name`]; empty without one.
     pub machine: &'a str,
     /// Letters of its axes.
-    pub axes: &'a str,
+    pub axes: heapless::String<MOST_AXES>,
     /// Number of its auxiliary inputs.
     pub auxiliaries: u8,
     /// Active slot.

@@ -1,0 +1,111 @@
+//! The change to another compensation: loaded beside the one in use, then swapped in.
+
+use trueaxis::Refused;
+use trueaxis::link::{Activation, Refusal, Slot};
+
+use super::upload::same_machine;
+use super::{Device, Machine, ServoAccess};
+use crate::places::NotLoaded;
+use crate::slots::TableFlash;
+
+/// A change that is under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Change {
+    None,
+    /// The servo has it and fades over.
+    Fading(Slot),
+    /// It has other axes or auxiliaries: it waits until the corrections are zero.
+    Ramping(Slot),
+}
+
+impl From<NotLoaded> for Refusal {
+    fn from(error: NotLoaded) -> Self {
+        match error {
+            NotLoaded::Busy => Self::Busy,
+            NotLoaded::Refused(error) => Self::Load(error),
+        }
+    }
+}
+
+impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+where
+    F: TableFlash,
+    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    M: Machine,
+{
+    /// Changes over to a slot, or says how far that has come.
+    pub(super) fn activate(&mut self, slot: Slot, force: bool) -> Result<Activation, Refusal> {
+        match self.change {
+            Change::Fading(to) | Change::Ramping(to) if to == slot => {
+                return Ok(self.activation());
+            }
+            Change::Fading(_) | Change::Ramping(_) => return Err(Refusal::Busy),
+            Change::None => {}
+        }
+        if self.slots.active() == Some(slot) {
+            return Ok(self.activation());
+        }
+        if self.servo.with(|side| side.is_suspended()) {
+            return Err(Refusal::Suspended);
+        }
+        // Not valid either while an upload goes there.
+        let blob = self.slots.blob(slot).ok_or(Refusal::NotValid)?;
+        let loaded = self.loader.load(blob)?;
+        if !force && !same_machine(loaded.active(), loaded.compensation()) {
+            return Err(Refusal::OtherMachine);
+        }
+        let swapped = self.servo.with(|side| {
+            if side.counters().updates == 0 {
+                // Nothing is known yet that a new servo would lose.
+                side.replace(loaded)
+            } else {
+                side.swap(loaded)
+            }
+        });
+        match swapped {
+            Ok(()) => self.change = Change::Fading(slot),
+            Err(Refused::Busy) => return Err(Refusal::Busy),
+            Err(Refused::Axes | Refused::Auxiliaries) => {
+                self.servo.with(|side| side.keep_at_zero(true));
+                self.change = Change::Ramping(slot);
+            }
+        }
+        self.poll_change();
+        Ok(self.activation())
+    }
+
+    pub(super) fn poll_change(&mut self) {
+        match self.change {
+            Change::None => {}
+            Change::Fading(slot) => {
+                if !self.servo.with(|side| side.driven().is_swapping()) {
+                    self.arrived(slot);
+                }
+            }
+            Change::Ramping(slot) => {
+                if self.servo.with(|side| side.is_at_zero()) {
+                    let blob = self.slots.blob(slot).unwrap_or(&[]);
+                    let replaced = match self.loader.load(blob) {
+                        Ok(loaded) => self.servo.with(|side| side.replace(loaded)).is_ok(),
+                        Err(_) => false,
+                    };
+                    self.servo.with(|side| side.keep_at_zero(false));
+                    if replaced {
+                        self.arrived(slot);
+                    } else {
+                        self.change = Change::None;
+                    }
+                }
+            }
+        }
+    }
+
+    fn arrived(&mut self, slot: Slot) {
+        self.change = Change::None;
+        self.fault = None;
+        self.slots.set_active(Some(slot));
+        // What was in use before may be written over from now on.
+        self.loader.vacate();
+    }
+}

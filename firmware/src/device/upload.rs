@@ -1,0 +1,275 @@
+//! An upload: where the flash stalls the processor, only at standstill and with corrections at
+//! zero and the servo suspended.
+
+use trueaxis::Compensation;
+use trueaxis::link::{Refusal, Upload, short_name};
+
+use super::change::Change;
+use super::{Device, Machine, ServoAccess};
+use crate::places::Loader;
+use crate::slots::{Progress, SlotError, SlotState, TableFlash};
+
+/// What is being uploaded, beyond what the slots know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Stage {
+    /// No upload.
+    None,
+    /// The corrections go to zero first.
+    Ramping { length: u32, crc: u32 },
+    /// The slots have begun. The servo is suspended where the flash stalls it.
+    Open,
+    /// The machine has left standstill.
+    Paused,
+    /// An erase has failed: for the next who asks.
+    Failed(Refusal),
+    /// Done.
+    Committed(Upload),
+}
+
+impl From<SlotError> for Refusal {
+    fn from(error: SlotError) -> Self {
+        match error {
+            SlotError::NotStandstill => Self::NotStandstill,
+            SlotError::Length { capacity } => Self::TooLong { held: capacity },
+            SlotError::NoUpload => Self::NoUpload,
+            SlotError::Erasing => Self::Erasing,
+            SlotError::Gap { expected } | SlotError::Incomplete { expected } => {
+                Self::Missing { expected }
+            }
+            SlotError::Beyond { length } => Self::Beyond { length },
+            SlotError::Conflict { offset } => Self::Conflict { offset },
+            SlotError::NotBlank { .. } | SlotError::Readback { .. } | SlotError::Spoiled => {
+                Self::Spoiled
+            }
+            SlotError::Blob(error) => Self::Load(error),
+            SlotError::OtherBlob => Self::OtherBlob,
+            SlotError::Flash(_) => Self::Flash,
+            // The reason is known where the check is.
+            SlotError::Refused | SlotError::LogicBug => Self::LogicBug,
+        }
+    }
+}
+
+/// Whether a compensation is for the machine of the one in use: name and axis letters.
+pub(super) fn same_machine<
+    const AXES: usize,
+    const TABLES: usize,
+    const TERMS: usize,
+    const GRIDS: usize,
+>(
+    active: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    new: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+) -> bool {
+    let letters = |c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>| {
+        let mut letters = [0; AXES];
+        for (letter, axis) in letters.iter_mut().zip(c.axes()) {
+            *letter = axis.name;
+        }
+        letters
+    };
+    active.axes().is_empty()
+        || (short_name(active.machine()) == short_name(new.machine())
+            && letters(active) == letters(new))
+}
+
+/// Loads a blob to see whether it can be used, and on this machine.
+fn acceptable<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
+    loader: &mut Loader<AXES, TABLES, TERMS, GRIDS>,
+    blob: &'static [u8],
+    force: bool,
+) -> Result<(), Refusal> {
+    let loaded = loader.load(blob)?;
+    if force || same_machine(loaded.active(), loaded.compensation()) {
+        Ok(())
+    } else {
+        Err(Refusal::OtherMachine)
+    }
+}
+
+impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+where
+    F: TableFlash,
+    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    M: Machine,
+{
+    /// Begins an upload, continues it, or says how far it has come.
+    pub(super) fn begin(&mut self, length: u32, crc: u32) -> Result<Upload, Refusal> {
+        if self.change != Change::None {
+            // The servo reads both slots.
+            return Err(Refusal::Busy);
+        }
+        if let Stage::Failed(refusal) = self.stage {
+            self.stage = Stage::None;
+            return Err(refusal);
+        }
+        let held = self.slots.capacity();
+        if length > held || (length as usize) < trueaxis::HEADER {
+            return Err(Refusal::TooLong { held });
+        }
+        if self.stalls() {
+            if !self.machine.standstill() {
+                return Err(Refusal::NotStandstill);
+            }
+            if self.stage != Stage::Open {
+                self.servo.with(|side| side.keep_at_zero(true));
+                self.stage = Stage::Ramping { length, crc };
+                self.open_at_zero()?;
+                return Ok(self.upload_state());
+            }
+        }
+        self.open(length, crc)?;
+        Ok(self.upload_state())
+    }
+
+    /// Begins in the slots as soon as the corrections are zero.
+    fn open_at_zero(&mut self) -> Result<(), Refusal> {
+        let Stage::Ramping { length, crc } = self.stage else {
+            return Ok(());
+        };
+        let at_zero = self.servo.with(|side| {
+            let at_zero = side.is_at_zero();
+            side.suspend(at_zero);
+            at_zero
+        });
+        if !at_zero {
+            return Ok(());
+        }
+        self.slots.set_standstill(true);
+        let opened = self.open(length, crc);
+        if opened.is_err() {
+            self.release();
+            self.stage = Stage::None;
+        }
+        opened
+    }
+
+    fn open(&mut self, length: u32, crc: u32) -> Result<(), Refusal> {
+        if !self.loader.vacate() {
+            return Err(Refusal::Busy);
+        }
+        self.slots.begin(length, crc)?;
+        self.stage = Stage::Open;
+        Ok(())
+    }
+
+    /// Lets the servo go on.
+    fn release(&mut self) {
+        self.slots.set_standstill(false);
+        let stalls = self.stalls();
+        if stalls {
+            self.servo.with(|side| {
+                side.suspend(false);
+                side.keep_at_zero(false);
+            });
+        }
+    }
+
+    pub(super) fn poll_upload(&mut self) {
+        let moving = self.stalls() && !self.machine.standstill();
+        match self.stage {
+            Stage::Ramping { .. } if moving => {
+                self.release();
+                self.stage = Stage::None;
+            }
+            Stage::Ramping { .. } => {
+                if let Err(refusal) = self.open_at_zero() {
+                    self.stage = Stage::Failed(refusal);
+                }
+            }
+            Stage::Open if moving => {
+                self.release();
+                self.stage = Stage::Paused;
+            }
+            Stage::Open => {
+                let upload = self.slots.upload();
+                if let Some(Progress::Erasing { .. }) = upload.map(|upload| upload.progress)
+                    && let Err(error) = self.slots.erase_step()
+                {
+                    self.release();
+                    self.stage = Stage::Failed(error.into());
+                }
+            }
+            Stage::None | Stage::Paused | Stage::Failed(_) | Stage::Committed(_) => {}
+        }
+    }
+
+    /// The upload takes bytes: it is open, and nothing moves that would be stalled.
+    fn opened(&mut self) -> Result<(), Refusal> {
+        // The machine may have begun to move since the last poll.
+        self.poll_pause();
+        match self.stage {
+            Stage::Open => Ok(()),
+            Stage::Paused => Err(Refusal::NotStandstill),
+            Stage::Ramping { .. } => Err(Refusal::Erasing),
+            Stage::Failed(refusal) => Err(refusal),
+            Stage::None | Stage::Committed(_) => Err(Refusal::NoUpload),
+        }
+    }
+
+    fn poll_pause(&mut self) {
+        if self.stage == Stage::Open && self.stalls() && !self.machine.standstill() {
+            self.release();
+            self.stage = Stage::Paused;
+        }
+    }
+
+    pub(super) fn chunk(&mut self, offset: u32, bytes: &[u8]) -> Result<Upload, Refusal> {
+        self.opened()?;
+        self.slots.write(offset, bytes)?;
+        Ok(self.upload_state())
+    }
+
+    pub(super) fn commit(&mut self, force: bool) -> Result<Upload, Refusal> {
+        self.opened()?;
+        let loader = &mut self.loader;
+        let mut why = Refusal::LogicBug;
+        let check = |blob: &'static [u8]| match acceptable(loader, blob, force) {
+            Ok(()) => true,
+            Err(refusal) => {
+                why = refusal;
+                false
+            }
+        };
+        let slot = self.slots.commit(check).map_err(|error| match error {
+            SlotError::Refused => why,
+            other => other.into(),
+        })?;
+        self.release();
+        let sequence = match self.slots.state(slot) {
+            SlotState::Valid { sequence, .. } => sequence,
+            _ => return Err(Refusal::LogicBug),
+        };
+        let done = Upload::Committed { slot, sequence };
+        self.stage = Stage::Committed(done);
+        Ok(done)
+    }
+
+    pub(super) fn abort(&mut self) -> Upload {
+        if matches!(self.stage, Stage::Ramping { .. } | Stage::Open) {
+            self.release();
+        }
+        self.slots.abort();
+        self.stage = Stage::None;
+        Upload::None
+    }
+
+    pub(super) fn upload_state(&self) -> Upload {
+        let (next, length, erasing) = match self.slots.upload() {
+            Some(upload) => match upload.progress {
+                Progress::Erasing { done, blocks } => (0, upload.length, Some((done, blocks))),
+                Progress::Receiving { next } => (next, upload.length, None),
+                Progress::Spoiled => (0, upload.length, None),
+            },
+            None => (0, 0, None),
+        };
+        match (self.stage, erasing) {
+            (Stage::None | Stage::Failed(_), _) => Upload::None,
+            (Stage::Ramping { .. }, _) => Upload::Ramping,
+            (Stage::Open, Some((done, blocks))) => Upload::Erasing { done, blocks },
+            (Stage::Open, None) => Upload::Receiving { next, length },
+            (Stage::Paused, _) => Upload::Paused { next, length },
+            (Stage::Committed(done), _) => done,
+        }
+    }
+}

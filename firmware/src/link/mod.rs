@@ -1,0 +1,259 @@
+//! The controller's end of the link: bytes in, requests to the device, bytes out.
+//!
+//! It never waits for bytes, so the main loop calls [`Link::poll`] beside its other work. The
+//! protocol is that of [`trueaxis::link`].
+//!
+//! **Panic contract.** Any bytes at all are answered or dropped.
+
+mod session;
+#[cfg(test)]
+mod tests;
+
+use embedded_io::{Read, ReadReady, Write};
+use trueaxis::link::{
+    Framed, Header, Hello, MOST_BODY, MOST_WIRE, Received, Receiver, Refusal, Reply, Request,
+    encode, encode_version_answer,
+};
+
+use session::{Session, Turn};
+
+/// The answer to a request.
+#[derive(Clone, Debug, PartialEq)]
+// Handed through, not stored.
+#[allow(clippy::large_enum_variant)]
+pub enum Answer<'a> {
+    /// This.
+    Now(Reply<'a>),
+    /// That of [`Controller::motion_answer`], when the servo has taken all positions.
+    Later,
+}
+
+/// Who does what the host asks: the [`Device`](crate::device::Device).
+pub trait Controller {
+    /// Who is there.
+    fn hello(&self, session: u32) -> Hello<'_>;
+
+    /// Does what is asked, except for hello. `rows` has [`MOST_BODY`] bytes for corrections.
+    ///
+    /// A motion whose answer is still due is dropped: who asks something else no longer waits.
+    fn answer<'a>(&mut self, request: &Request<'_>, rows: &'a mut [u8]) -> Answer<'a>;
+
+    /// The answer to a motion, once it is due.
+    fn motion_answer<'a>(&mut self, rows: &'a mut [u8]) -> Option<Reply<'a>>;
+
+    /// Gives up the motion whose answer is due; positions not yet taken are dropped.
+    fn drop_motion(&mut self);
+
+    /// One step of what takes time.
+    fn poll(&mut self);
+}
+
+/// What has been counted on the link since start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Whole frames with a right checksum.
+    pub frames: u32,
+    /// Frames that were damaged or cut off, and other bytes.
+    pub garbage: u32,
+    /// Requests that came again and were answered from memory.
+    pub repeated: u32,
+    /// Errors that the serial driver has reported.
+    pub errors: u32,
+}
+
+/// One frame to send.
+struct Outgoing {
+    bytes: [u8; MOST_WIRE],
+    length: usize,
+}
+
+impl Outgoing {
+    const EMPTY: Self = Self {
+        bytes: [0; MOST_WIRE],
+        length: 0,
+    };
+
+    fn put(&mut self, header: Header, reply: &Reply<'_>, scratch: &mut [u8]) {
+        // Replies fit, which is a test; one that does not is no answer.
+        self.length = encode(header, reply, scratch, &mut self.bytes).map_or(0, |sent| sent.len());
+    }
+
+    fn put_version(&mut self) {
+        self.length = encode_version_answer(&mut self.bytes).map_or(0, |sent| sent.len());
+    }
+
+    fn send<P: Write>(&self, port: &mut P) -> Result<(), P::Error> {
+        match self.bytes.get(..self.length) {
+            Some(bytes) if !bytes.is_empty() => {
+                port.write_all(bytes)?;
+                port.flush()
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The controller's end of the link.
+///
+/// # Memory
+/// Five frames of 1 kB: for a `static`.
+pub struct Link {
+    receiver: Receiver,
+    session: Session,
+    /// The answer to the last request, for its repetitions.
+    answer: Outgoing,
+    /// Hello, and what belongs to no session.
+    aside: Outgoing,
+    /// A motion whose answer is due.
+    waiting: Option<Header>,
+    scratch: [u8; MOST_BODY],
+    rows: [u8; MOST_BODY],
+    counts: Counts,
+}
+
+impl Default for Link {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Link {
+    /// No session is open.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            receiver: Receiver::new(),
+            session: Session::NONE,
+            answer: Outgoing::EMPTY,
+            aside: Outgoing::EMPTY,
+            waiting: None,
+            scratch: [0; MOST_BODY],
+            rows: [0; MOST_BODY],
+            counts: Counts {
+                frames: 0,
+                garbage: 0,
+                repeated: 0,
+                errors: 0,
+            },
+        }
+    }
+
+    /// What has been counted since start.
+    #[must_use]
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Takes what has come, answers what is complete, and gives the controller its turn.
+    ///
+    /// Errors while reading (overrun, framing) are counted: the damaged frame fails its checksum.
+    ///
+    /// # Errors
+    /// Those of writing.
+    pub fn poll<P: Read + ReadReady + Write>(
+        &mut self,
+        port: &mut P,
+        controller: &mut impl Controller,
+    ) -> Result<(), P::Error> {
+        let mut bytes = [0; 64];
+        let received = match port.read_ready() {
+            Ok(true) => port.read(&mut bytes),
+            Ok(false) => Ok(0),
+            Err(error) => Err(error),
+        };
+        match received {
+            Ok(count) => {
+                for &byte in bytes.iter().take(count) {
+                    self.take(byte, port, controller)?;
+                }
+            }
+            Err(_) => self.counts.errors = self.counts.errors.wrapping_add(1),
+        }
+        controller.poll();
+        self.finish_motion(port, controller)
+    }
+
+    /// Takes one byte, which [`poll`](Self::poll) does for those of a port.
+    ///
+    /// # Errors
+    /// Those of writing.
+    pub fn take<P: Write>(
+        &mut self,
+        byte: u8,
+        port: &mut P,
+        controller: &mut impl Controller,
+    ) -> Result<(), P::Error> {
+        match self.receiver.push(byte) {
+            Received::Nothing => return Ok(()),
+            Received::Garbage => {
+                self.counts.garbage = self.counts.garbage.wrapping_add(1);
+                return Ok(());
+            }
+            Received::Frame => self.counts.frames = self.counts.frames.wrapping_add(1),
+        }
+        let (header, body) = match self.receiver.frame() {
+            Some(Framed::Message(header, body)) => (header, body),
+            Some(Framed::OtherVersion(_)) => {
+                self.aside.put_version();
+                return self.aside.send(port);
+            }
+            // From another controller, or nothing.
+            Some(Framed::VersionAnswer(_)) | None => return Ok(()),
+        };
+        let request = postcard::from_bytes::<Request<'_>>(body);
+        let scratch = &mut self.scratch;
+        if let Ok(Request::Hello) = request {
+            let (session, new) = self.session.open(header.session);
+            if new {
+                self.waiting = None;
+                controller.drop_motion();
+            }
+            let reply = Reply::Hello(controller.hello(session));
+            self.aside.put(header, &reply, scratch);
+            return self.aside.send(port);
+        }
+        match self.session.turn(header) {
+            Turn::Next => {}
+            Turn::Again if self.waiting == Some(header) => return Ok(()),
+            Turn::Again => {
+                self.counts.repeated = self.counts.repeated.wrapping_add(1);
+                return self.answer.send(port);
+            }
+            Turn::Old => return Ok(()),
+            Turn::NoSession => {
+                let reply = Reply::Refused(Refusal::NoSession);
+                self.aside.put(header, &reply, scratch);
+                return self.aside.send(port);
+            }
+        }
+        self.waiting = None;
+        let reply = match request {
+            Err(_) => Reply::Refused(Refusal::Unknown),
+            Ok(request) => match controller.answer(&request, &mut self.rows) {
+                Answer::Now(reply) => reply,
+                Answer::Later => {
+                    self.waiting = Some(header);
+                    return Ok(());
+                }
+            },
+        };
+        self.answer.put(header, &reply, scratch);
+        self.answer.send(port)
+    }
+
+    fn finish_motion<P: Write>(
+        &mut self,
+        port: &mut P,
+        controller: &mut impl Controller,
+    ) -> Result<(), P::Error> {
+        let Some(header) = self.waiting else {
+            return Ok(());
+        };
+        let Some(reply) = controller.motion_answer(&mut self.rows) else {
+            return Ok(());
+        };
+        self.waiting = None;
+        self.answer.put(header, &reply, &mut self.scratch);
+        self.answer.send(port)
+    }
+}

@@ -1,0 +1,70 @@
+//! Which requests are new, which come again, and which come too late.
+
+use trueaxis::link::Header;
+
+/// The conversation with one host. Another hello ends it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Session {
+    /// What the host called it in its hello.
+    name: u32,
+    /// What its requests carry; 0: none is open.
+    id: u32,
+    /// Sequence number of the last request.
+    last: Option<u16>,
+    /// Sessions so far.
+    count: u32,
+}
+
+/// What to do with a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turn {
+    /// Do it.
+    Next,
+    /// It has been done: the same answer again.
+    Again,
+    /// One before it, delayed on its way: nobody waits for the answer.
+    Old,
+    /// Its session is not open.
+    NoSession,
+}
+
+impl Session {
+    pub(super) const NONE: Self = Self {
+        name: 0,
+        id: 0,
+        last: None,
+        count: 0,
+    };
+
+    /// Opens the session that a host calls `name`; returns its number and whether it is new.
+    ///
+    /// A hello that comes again finds its session open. One that comes late opens a session that
+    /// nobody uses: no request that was delayed with it has its number, so none is done twice.
+    pub(super) fn open(&mut self, name: u32) -> (u32, bool) {
+        let new = self.id == 0 || self.name != name;
+        if new {
+            self.count = self.count.wrapping_add(1);
+            self.name = name;
+            let id = name ^ self.count.wrapping_mul(0x9E37_79B9);
+            self.id = if id == 0 { u32::MAX } else { id };
+            self.last = None;
+        }
+        (self.id, new)
+    }
+
+    /// Takes note of a request.
+    pub(super) fn turn(&mut self, header: Header) -> Turn {
+        if self.id == 0 || header.session != self.id {
+            return Turn::NoSession;
+        }
+        match self.last {
+            Some(last) if header.sequence == last => Turn::Again,
+            // Less than half the numbers ahead.
+            Some(last) if header.sequence.wrapping_sub(last) > u16::MAX / 2 => Turn::Old,
+            _ => {
+                self.last = Some(header.sequence);
+                Turn::Next
+            }
+        }
+    }
+}
