@@ -14,5 +14,6 @@ pub mod link;
 pub mod mock_flash;
 pub mod places;
 pub mod slots;
+pub mod temperature;
 
 pub use trueaxis as runtime;

@@ -1,0 +1,108 @@
+//! From readings to a temperature that a machine part can have.
+
+use super::SensorError;
+
+/// Readings outside, °C, are none, whatever the sensor: they would spoil the arithmetic.
+const PLAUSIBLE: core::ops::RangeInclusive<f32> = -273.15..=2000.0;
+/// Longer times between readings, s, are mistakes.
+const LONGEST: f32 = 1e6;
+
+/// Median of three readings, then a low-pass of first order; holds its value without readings.
+#[derive(Clone, Copy, Debug)]
+pub struct Filter {
+    /// s
+    time_constant: f32,
+    /// s
+    patience: f32,
+    /// The last readings, °C, the oldest first.
+    readings: [f32; 3],
+    /// How many of them there are.
+    count: usize,
+    celsius: Option<f32>,
+    /// Time since the last reading, s.
+    age: f32,
+    error: Option<SensorError>,
+}
+
+impl Filter {
+    /// Without a reading, and lost until the third one.
+    ///
+    /// `time_constant` of the low-pass and `patience` after which a silent sensor is lost, s.
+    #[must_use]
+    pub const fn new(time_constant: f32, patience: f32) -> Self {
+        Self {
+            time_constant,
+            patience,
+            readings: [0.0; 3],
+            count: 0,
+            celsius: None,
+            age: 0.0,
+            error: None,
+        }
+    }
+
+    /// Takes what the sensor says; `elapsed` seconds after the last time.
+    pub fn take(&mut self, reading: Result<Option<f32>, SensorError>, elapsed: f32) {
+        if (0.0..=LONGEST).contains(&elapsed) {
+            self.age += elapsed;
+        }
+        match reading {
+            Ok(Some(celsius)) if PLAUSIBLE.contains(&celsius) => self.add(celsius),
+            Ok(Some(_)) => self.error = Some(SensorError::Implausible),
+            Ok(None) => {}
+            Err(error) => self.error = Some(error),
+        }
+        if self.age > self.patience {
+            // What was read before does not vouch for what comes after.
+            self.count = 0;
+        }
+    }
+
+    fn add(&mut self, reading: f32) {
+        let [_, b, c] = self.readings;
+        self.readings = [b, c, reading];
+        self.count = self.readings.len().min(self.count + 1);
+        let elapsed = self.age;
+        self.age = 0.0;
+        self.error = None;
+        // One or two readings cannot outvote a wrong one: wait for the third.
+        if self.count == self.readings.len() {
+            let reading = median(self.readings);
+            let share = elapsed / (self.time_constant + elapsed);
+            self.celsius = Some(match self.celsius {
+                Some(before) if share >= 0.0 => before + (reading - before) * share,
+                Some(before) => before,
+                None => reading,
+            });
+        }
+    }
+
+    /// The filtered temperature, °C; held while there is no reading. `None` before the third.
+    #[must_use]
+    pub fn celsius(&self) -> Option<f32> {
+        self.celsius
+    }
+
+    /// Whether there has been no reading for longer than the patience, or never.
+    #[must_use]
+    pub fn lost(&self) -> bool {
+        self.celsius.is_none() || self.age > self.patience
+    }
+
+    /// The last error since the last reading.
+    #[must_use]
+    pub fn error(&self) -> Option<SensorError> {
+        self.error
+    }
+}
+
+fn median([a, b, c]: [f32; 3]) -> f32 {
+    let (low, high) = if a < b { (a, b) } else { (b, a) };
+    if c < low {
+        low
+    } else if c > high {
+        high
+    } else {
+        c
+    }
+}
