@@ -1,8 +1,13 @@
 //! `cargo xtask …`: the one place for developer and CI commands.
 
 mod bench;
+mod bench_target;
+mod cross;
+mod elf;
 mod fuzz;
+mod packages;
 mod process;
+mod qemu;
 mod test;
 
 use std::process::ExitCode;
@@ -12,6 +17,8 @@ usage: cargo xtask COMMAND
 
   test                           everything that must hold: format, lints, tests, docs, bit identity
   bench                          run times beside their rivals; instruction counts with valgrind
+  bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
+                                 makes the figures those that later ones are compared with
   fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each
   deny                           licences, advisories and sources of the dependencies";
 
@@ -21,6 +28,7 @@ fn main() -> ExitCode {
     let result = match words[..] {
         ["test"] => test::run(),
         ["bench"] => bench::run(),
+        ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),
         ["deny"] => test::deny(),
         ["help" | "--help" | "-h"] | [] => {

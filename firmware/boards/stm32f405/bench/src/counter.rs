@@ -1,5 +1,6 @@
 //! Instructions, counted with SysTick in QEMU.
 
+use cortex_m::asm::nop;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
@@ -27,6 +28,23 @@ impl Counter {
         let mut counter = Self { syst, empty: 0 };
         counter.empty = counter.ticks(|| ());
         counter
+    }
+
+    /// Whether ten instructions are counted as ten.
+    pub fn is_right(&mut self) -> bool {
+        let ten = || {
+            nop();
+            nop();
+            nop();
+            nop();
+            nop();
+            nop();
+            nop();
+            nop();
+            nop();
+            nop();
+        };
+        self.instructions(ten) == 10
     }
 
     /// Instructions of one call of `work`; at most 650 000.

@@ -192,6 +192,9 @@ fn main() -> ! {
         fail("no peripherals")
     };
     let counter = &mut Counter::new(peripherals.SYST);
+    if !counter.is_right() {
+        fail("ten instructions are not counted as ten: is -icount shift=10 set?");
+    }
 
     let huron = load(HURON_USUAL, &HURON.0);
     let tight = load(HURON_TIGHT, &HURON.0);

@@ -1,0 +1,68 @@
+//! The runtime as a controller links it, and nothing else: for its size, and to see what the servo
+//! path can reach. It is linked, not run.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use cortex_m as _;
+use cortex_m_rt::entry;
+use trueaxis::{Compensation, Correction, Inputs, Servo, Travelling, Weights};
+
+/// What `cargo xtask bench-target` walks from.
+mod servo_path {
+    use super::*;
+
+    #[inline(never)]
+    pub fn evaluate(
+        c: &Compensation<'_>,
+        inputs: &Inputs,
+        travel: &Travelling,
+        weights: &Weights,
+    ) -> [f32; 8] {
+        c.evaluate(inputs, travel, weights)
+    }
+
+    #[inline(never)]
+    pub fn update(servo: &mut Servo<'_>, inputs: &Inputs, referenced: u16, dt: f32) -> Correction {
+        servo.update(inputs, referenced, dt)
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    static mut FIRST: Compensation<'static> = Compensation::empty();
+    static mut SECOND: Compensation<'static> = Compensation::empty();
+
+    // Nothing is known about the slots, so that nothing is left out.
+    black_box(FIRST.load_slot(black_box(&[])).is_ok());
+    black_box(SECOND.load_slot(black_box(&[])).is_ok());
+    let mut servo = Servo::new(FIRST);
+    let (travel, weights) = (Travelling::default(), FIRST.weights());
+    loop {
+        let inputs: Inputs = black_box(Inputs::default());
+        if black_box(true) {
+            servo.enable();
+        } else {
+            servo.disable();
+        }
+        servo.dry_run(black_box(false));
+        black_box(servo.swap(SECOND).is_ok());
+        black_box(servo.set_weight(black_box(0), black_box(0.0)).is_ok());
+        black_box(servo_path::update(
+            &mut servo,
+            &inputs,
+            black_box(0),
+            black_box(0.001),
+        ));
+        black_box(servo_path::evaluate(FIRST, &inputs, &travel, &weights));
+        black_box((servo.factor(), servo.is_swapping(), servo.travelling()));
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {
+        cortex_m::asm::nop();
+    }
+}

@@ -1,0 +1,218 @@
+//! `cargo xtask bench-target`: instructions on an emulated Cortex-M4F, code size and stack.
+
+mod figures;
+
+use crate::cross::Cross;
+use crate::elf::Program;
+use crate::process::{cargo, root, run, target};
+use crate::qemu;
+use figures::Figures;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Most that a figure may grow against the committed one, per cent.
+const GROWTH: u64 = 5;
+
+/// Calls that are counted: key, what it is, most instructions (0: no budget).
+const CALLS: [(&str, &str, u64); 10] = [
+    ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
+    (
+        "evaluate_huron13_5_axes",
+        "  with capacities for five axes",
+        0,
+    ),
+    ("servo_update_huron13", "servo update: the same", 650),
+    (
+        "servo_update_huron13_5_axes",
+        "  with capacities for five axes",
+        0,
+    ),
+    ("servo_fade_huron13", "servo update in a cross-fade", 0),
+    (
+        "servo_fade_huron13_5_axes",
+        "  with capacities for five axes",
+        0,
+    ),
+    ("grid25_3out", "evaluate: grid 25×25×25, three outputs", 200),
+    ("document_40_tables", "evaluate: layout of 40 tables", 700),
+    ("rival_closed_form_libm", "instead: closed form, libm", 0),
+    ("rival_htm_nalgebra", "instead: matrices, nalgebra f32", 0),
+];
+/// What the rivals are instead of.
+const OURS: &str = "evaluate_huron13";
+/// Most bytes of stack of any call of ours.
+const STACK: u64 = 1024;
+/// Most bytes of flash of the whole runtime, with vectors and start-up code.
+const CODE: u64 = 16 * 1024;
+
+/// # Errors
+/// What cannot be built or run, a panic in the servo path, or a figure that grew.
+pub fn execute(options: &[&str]) -> Result<(), String> {
+    let accept = match options {
+        [] => false,
+        ["--accept"] => true,
+        other => {
+            let other = other.join(" ");
+            return Err(format!("bench-target takes --accept, not `{other}`"));
+        }
+    };
+    let cross = Cross::provide()?;
+    qemu::provide()?;
+    let folder = build(&cross)?;
+    let mut figures = measure(&folder.join("bench-target"))?;
+    let runtime = Program::read(&folder.join("runtime"))?;
+    let mut wrong = Vec::new();
+    for (root, key) in [
+        ("evaluate", "code_evaluate"),
+        ("update", "code_servo_update"),
+    ] {
+        let size = servo_path(&runtime, root, &mut wrong)?;
+        figures.set(key, size.into());
+    }
+    figures.set("code_runtime", runtime.flash().into());
+
+    print(&figures, &cross.version);
+    let json = target("bench-target.json");
+    write(&json, &figures.to_json())?;
+    // Also where it is without CARGO_TARGET_DIR.
+    let usual = root().join("target");
+    fs::create_dir_all(&usual).map_err(|e| format!("{}: {e}", usual.display()))?;
+    write(&usual.join("bench-target.json"), &figures.to_json())?;
+    wrong.extend(compare(&figures, &cross.version, accept)?);
+    if wrong.is_empty() {
+        println!("evaluate and servo update cannot reach a panic");
+        return Ok(());
+    }
+    Err(wrong.join("\n  "))
+}
+
+/// Builds blobs and programs; the folder of the programs.
+fn build(cross: &Cross) -> Result<PathBuf, String> {
+    let blobs = target("bench-blobs");
+    fs::create_dir_all(&blobs).map_err(|e| format!("{}: {e}", blobs.display()))?;
+    run(cargo()
+        .args(["run", "-q", "-p", "trueaxis-host", "--", "compile"])
+        .arg("examples/huron-k2x8/machine.toml")
+        .arg("examples/huron-k2x8/errors-13.toml")
+        .arg("-o")
+        .arg(blobs.join("huron13.trax"))
+        .stdout(std::process::Stdio::null()))?;
+    run(cargo()
+        .args(["run", "-q", "-p", "trueaxis-tests", "--no-default-features"])
+        .args(["--example", "bench-blobs", "--"])
+        .arg(&blobs))?;
+    let (mut build, folder) =
+        cross.cargo(&["build", "-q", "--release", "-p", "trueaxis-bench-target"]);
+    run(build.env("TRUEAXIS_BENCH_BLOBS", &blobs))?;
+    Ok(folder)
+}
+
+/// Runs the program that counts.
+fn measure(program: &Path) -> Result<Figures, String> {
+    let output = qemu::board(program)
+        // One instruction takes 2¹⁰ ns: the program relies on it.
+        .args(["-serial", "null", "-icount", "shift=10"])
+        .output()
+        .map_err(|e| format!("QEMU does not start: {e}"))?;
+    let figures = Figures::from_lines(&String::from_utf8_lossy(&output.stdout))?;
+    if !output.status.success() || figures.get("done") != Some(1) {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(format!("the measurement did not come to its end: {said}"));
+    }
+    Ok(figures)
+}
+
+/// Bytes of code that `root` can reach. None of it may panic, and none may call through a pointer,
+/// where this check would end.
+fn servo_path(runtime: &Program, root: &str, wrong: &mut Vec<String>) -> Result<u32, String> {
+    // As the compiler mangles `servo_path::ROOT`.
+    let reach = runtime.reach(&format!("10servo_path{}{root}", root.len()))?;
+    for (function, from) in &reach.functions {
+        if function.contains("panic") {
+            let from = from.as_deref().unwrap_or_default();
+            wrong.push(format!("{root} can panic: {from} calls {function}"));
+        }
+    }
+    for function in &reach.through_pointers {
+        wrong.push(format!("{root} calls through a pointer in {function}"));
+    }
+    Ok(reach.size)
+}
+
+fn print(figures: &Figures, version: &str) {
+    let get = |key: &str| figures.get(key).unwrap_or(0);
+    let verdict = |value: u64, most: u64| if value <= most { "met" } else { "MISSED" };
+    println!("instructions per call on a Cortex-M4F (QEMU, rustc {version}): not cycles");
+    println!(
+        "{:<40} {:>7} {:>7} {:>7}  {:>6}",
+        "", "least", "typical", "most", "budget"
+    );
+    for (key, what, budget) in CALLS {
+        let most = get(&format!("{key}_max"));
+        print!(
+            "{what:<40} {:>7} {:>7} {most:>7}",
+            get(&format!("{key}_min")),
+            get(key)
+        );
+        if budget > 0 {
+            print!("  {budget:>6} {}", verdict(most, budget));
+        } else if key.starts_with("rival_") {
+            print!("  {:>5.1} × evaluate", get(key) as f64 / get(OURS) as f64);
+        }
+        println!();
+    }
+    println!("\nbytes");
+    let stacks = CALLS
+        .iter()
+        .filter_map(|(key, ..)| figures.get(&format!("stack_{key}")));
+    let bytes = [
+        ("stack of a call, most", stacks.max().unwrap_or(0), STACK),
+        ("code of the whole runtime", get("code_runtime"), CODE),
+        ("code that evaluate reaches", get("code_evaluate"), 0),
+        (
+            "code that servo update reaches",
+            get("code_servo_update"),
+            0,
+        ),
+    ];
+    for (what, value, budget) in bytes {
+        print!("{what:<40} {:>23}", value);
+        if budget > 0 {
+            print!("  {budget:>6} {}", verdict(value, budget));
+        }
+        println!();
+    }
+    println!();
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// Compares with the committed figures of the same compiler, or makes these the committed ones;
+/// what is wrong.
+fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>, String> {
+    let release = version
+        .rsplit_once('.')
+        .map_or(version, |(release, _)| release);
+    let folder = root().join("firmware/boards/stm32f405/bench/figures");
+    let path = folder.join(format!("rustc-{release}.json"));
+    let shown = path.strip_prefix(root()).unwrap_or(&path).display();
+    if accept {
+        write(&path, &figures.to_json())?;
+        println!("{shown} has these figures now");
+        return Ok(Vec::new());
+    }
+    // Another compiler gives other figures, by up to a tenth: each has its own.
+    let Ok(text) = fs::read_to_string(&path) else {
+        println!("no committed figures of rustc {release} to compare with (--accept makes them)");
+        return Ok(Vec::new());
+    };
+    let mut grown = figures.grown(&Figures::from_json(&text), GROWTH);
+    if grown.is_empty() {
+        println!("no figure is more than {GROWTH} % above {shown}");
+    } else {
+        grown.push(format!("against {shown}; --accept takes them"));
+    }
+    Ok(grown)
+}

@@ -1,0 +1,106 @@
+//! Figures by name: read from the program that measures, kept as flat JSON.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+#[derive(Default)]
+pub struct Figures(BTreeMap<String, u64>);
+
+impl Figures {
+    /// From lines `key number`.
+    ///
+    /// # Errors
+    /// A line of another shape: it is what the program complains about.
+    pub fn from_lines(text: &str) -> Result<Self, String> {
+        let mut figures = Self::default();
+        for line in text.lines() {
+            let read = line
+                .split_once(' ')
+                .and_then(|(key, value)| Some((key, value.parse().ok()?)));
+            match read {
+                Some((key, value)) => figures.set(key, value),
+                None => return Err(format!("the program on the target says: {line}")),
+            }
+        }
+        Ok(figures)
+    }
+
+    /// From what [`Figures::to_json`] wrote; other lines are left out.
+    pub fn from_json(text: &str) -> Self {
+        let entry = |line: &str| {
+            let (key, value) = line.split_once(':')?;
+            let value = value.trim().trim_end_matches(',').parse().ok()?;
+            Some((key.trim().trim_matches('"').to_owned(), value))
+        };
+        Self(text.lines().filter_map(entry).collect())
+    }
+
+    pub fn to_json(&self) -> String {
+        let mut text = String::from("{\n");
+        for (place, (key, value)) in self.0.iter().enumerate() {
+            let comma = if place + 1 < self.0.len() { "," } else { "" };
+            let _ = writeln!(text, "  \"{key}\": {value}{comma}");
+        }
+        text + "}\n"
+    }
+
+    pub fn set(&mut self, key: &str, value: u64) {
+        self.0.insert(key.to_owned(), value);
+    }
+
+    pub fn get(&self, key: &str) -> Option<u64> {
+        self.0.get(key).copied()
+    }
+
+    /// One line for each of ours that grew by more than `percent` against `before`, the rivals
+    /// apart; and for each that is new or gone.
+    pub fn grown(&self, before: &Self, percent: u64) -> Vec<String> {
+        let mut lines = Vec::new();
+        for (key, &value) in &self.0 {
+            match before.get(key) {
+                None => lines.push(format!("{key} is new: {value}")),
+                Some(old) if value * 100 > old * (100 + percent) && !key.starts_with("rival_") => {
+                    lines.push(format!("{key} grew from {old} to {value}"));
+                }
+                Some(_) => {}
+            }
+        }
+        let gone = before.0.keys().filter(|key| self.get(key).is_none());
+        lines.extend(gone.map(|key| format!("{key} is no longer measured")));
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Figures;
+
+    #[test]
+    fn figures_survive_their_file() {
+        let figures = Figures::from_lines("evaluate 400\nstack_evaluate 624").unwrap();
+        let read = Figures::from_json(&figures.to_json());
+        assert_eq!(figures.to_json(), read.to_json());
+        assert_eq!(read.get("stack_evaluate"), Some(624));
+    }
+
+    #[test]
+    fn what_the_target_complains_about_is_shown() {
+        let error = Figures::from_lines("evaluate 400\nfailed load: no magic").err();
+        assert!(error.is_some_and(|e| e.contains("failed load: no magic")));
+    }
+
+    #[test]
+    fn growth_is_found_but_not_that_of_rivals() {
+        let before = Figures::from_lines("a 100\nb 100\nrival_c 100\nold 1").unwrap();
+        let now = Figures::from_lines("a 105\nb 106\nrival_c 200\nnew 1").unwrap();
+        let lines = now.grown(&before, 5);
+        assert_eq!(
+            lines,
+            [
+                "b grew from 100 to 106",
+                "new is new: 1",
+                "old is no longer measured"
+            ]
+        );
+    }
+}

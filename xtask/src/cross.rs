@@ -1,0 +1,120 @@
+//! The compiler for the Cortex-M4F.
+//!
+//! The usual one with `rustup target add` where that works. Elsewhere the distribution's, which
+//! comes with the source of its library: that is built along (`-Zbuild-std`, an unstable option,
+//! hence `RUSTC_BOOTSTRAP`).
+
+use crate::packages::install;
+use crate::process::{root, target, works};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+/// Where Debian has its compiler, whatever else is in the path.
+const RUSTC: &str = "/usr/bin/rustc";
+const CARGO: &str = "/usr/bin/cargo";
+const SOURCE: &str = "/usr/lib/rustlib/src/rust/library/core/src/lib.rs";
+/// The `rust-version` of the workspace.
+const MINOR: u32 = 89;
+
+/// A compiler for the target.
+pub struct Cross {
+    /// The distribution's, with the library built along.
+    from_source: bool,
+    /// Its version, e.g. `1.95.0`.
+    pub version: String,
+}
+
+impl Cross {
+    /// Finds a compiler, or installs what is missing.
+    ///
+    /// # Errors
+    /// What could not be installed.
+    pub fn provide() -> Result<Self, String> {
+        if !has_target() {
+            eprintln!("the target {TARGET} is not installed: trying rustup");
+            works(Command::new("rustup").args(["target", "add", TARGET]));
+        }
+        if has_target() {
+            let version = version("rustc").ok_or("rustc does not say its version")?;
+            return Ok(Self {
+                from_source: false,
+                version,
+            });
+        }
+        if !has_source() {
+            install(
+                &["rustc-web", "cargo-web", "rust-web-src", "lld"],
+                "building for the Cortex-M4F (rustup has no target for it)",
+            )?;
+        }
+        match version(RUSTC) {
+            Some(version) if has_source() => Ok(Self {
+                from_source: true,
+                version,
+            }),
+            _ => Err(format!(
+                "no compiler for {TARGET}: neither did `rustup target add {TARGET}` work, nor is \
+                 there {RUSTC} 1.{MINOR} or newer with {SOURCE}"
+            )),
+        }
+    }
+
+    /// `cargo WORDS` in the workspace of the board, and where it puts programs built with
+    /// `--release`.
+    pub fn cargo(&self, words: &[&str]) -> (Command, PathBuf) {
+        let folder = target(if self.from_source {
+            "board-source"
+        } else {
+            "board"
+        });
+        let mut command = if self.from_source {
+            let mut command = Command::new(CARGO);
+            command
+                .env("RUSTC", RUSTC)
+                .env("RUSTC_BOOTSTRAP", "1")
+                .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
+            command
+        } else {
+            Command::new("cargo")
+        };
+        // Flags for the desktop, which would take the place of those for the target.
+        command
+            .env_remove("RUSTFLAGS")
+            .env_remove("CARGO_ENCODED_RUSTFLAGS");
+        command
+            .current_dir(root().join("firmware/boards/stm32f405"))
+            .env("CARGO_TARGET_DIR", &folder)
+            .args(words);
+        if self.from_source {
+            command.arg("-Zbuild-std=core");
+        }
+        (command, folder.join(TARGET).join("release"))
+    }
+}
+
+/// Whether the usual compiler has a library for the target.
+fn has_target() -> bool {
+    let output = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .output();
+    let Ok(output) = output else { return false };
+    let folder = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    output.status.success() && Path::new(&folder).is_dir()
+}
+
+/// Whether the distribution's compiler is there, new enough, and with the source of its library.
+fn has_source() -> bool {
+    let minor = |version: String| version.split('.').nth(1)?.parse::<u32>().ok();
+    Path::new(SOURCE).is_file()
+        && Path::new(CARGO).is_file()
+        && works(Command::new("ld.lld").arg("--version"))
+        && version(RUSTC).and_then(minor).is_some_and(|m| m >= MINOR)
+}
+
+/// The version of a compiler, e.g. `1.95.0`.
+fn version(rustc: &str) -> Option<String> {
+    let output = Command::new(rustc).arg("--version").output().ok()?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    Some(text.split_whitespace().nth(1)?.to_owned())
+}

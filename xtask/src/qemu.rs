@@ -1,0 +1,30 @@
+//! QEMU, which stands in for a board.
+
+use crate::packages::install;
+use crate::process::works;
+use std::path::Path;
+use std::process::Command;
+
+const PROGRAM: &str = "qemu-system-arm";
+
+/// Installs QEMU if it is missing.
+///
+/// # Errors
+/// It cannot be installed.
+pub fn provide() -> Result<(), String> {
+    if works(Command::new(PROGRAM).arg("--version")) {
+        return Ok(());
+    }
+    install(&["qemu-system-arm"], "running on an emulated Cortex-M4F")
+}
+
+/// An MPS2 board with a Cortex-M4F that runs `program`, which may use semihosting.
+pub fn board(program: &Path) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command
+        .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none"])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .arg("-kernel")
+        .arg(program);
+    command
+}
