@@ -8,6 +8,8 @@
 #[cfg(any(test, feature = "mock"))]
 extern crate std;
 
+#[cfg(any(test, feature = "mock"))]
+pub mod desktop;
 pub mod device;
 pub mod link;
 #[cfg(any(test, feature = "mock"))]

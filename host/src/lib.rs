@@ -5,6 +5,7 @@ pub mod compile;
 pub mod errors;
 pub mod formats;
 pub mod kinematics;
+pub mod link;
 pub mod machine;
 pub mod motion;
 pub mod schemes;

@@ -1,1 +1,490 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::vec;
+use std::vec::Vec;
 
+use trueaxis::link::{
+    Activation, EvaluateRow, Fault, MOST_BODY, MOST_CHUNK, MotionResult, Refusal, Reply, Request,
+    Slot, Upload, put_positions,
+};
+use trueaxis::{
+    AlignedBlob, Axis, Conditions, Correction, Direction, Draft, DraftBank, Inputs, Interpolation,
+    SampleFormat, Servo, Term, Travel, Travelling,
+};
+
+use crate::desktop::{Desktop, Side};
+use crate::link::{Answer, Controller};
+use crate::mock_flash::MockFlash;
+use crate::slots::WhileBusy;
+
+use super::*;
+
+const PERIOD: f32 = 0.001;
+
+/// X and Y; ΔX = scale · f(Y), up to `scale` mm.
+fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
+    let axis = |&name: &u8| Axis {
+        name,
+        travel: [-1000.0, 1000.0],
+        value_bound: 0.5,
+        rate_bound: 10.0,
+        hysteresis: 0.01,
+        ramp_rate: 2.0,
+    };
+    let bank = |direction, column| DraftBank {
+        input: 1,
+        start: -100.0,
+        step: 50.0,
+        modulo: false,
+        direction,
+        interpolation: Interpolation::Cubic,
+        format: SampleFormat::F32,
+        columns: vec![column],
+    };
+    let term = |output, weight, factors: &[u8]| Term {
+        output,
+        weight,
+        limits: (output == 1).then_some([-1.0, 1.0]),
+        factors: factors.try_into().unwrap(),
+    };
+    let draft = Draft {
+        machine: machine.into(),
+        axes: axes.iter().map(axis).collect(),
+        banks: vec![
+            bank(Direction::Both, vec![0.0, 1.0, 0.25, -0.5, 0.75]),
+            bank(Direction::Signed, vec![0.1; 5]),
+        ],
+        terms: vec![term(0, scale, &[0]), term(1, 0.5, &[1])],
+        ..Draft::default()
+    };
+    draft.encode().unwrap()
+}
+
+fn flash(while_busy: WhileBusy) -> MockFlash {
+    MockFlash::new(8).with_while_busy(while_busy)
+}
+
+fn ask(desktop: &mut Desktop, request: &Request<'_>) -> Reply<'static> {
+    let mut rows = [0; MOST_BODY];
+    match desktop.device.answer(request, &mut rows) {
+        Answer::Now(Reply::Refused(refusal)) => Reply::Refused(refusal),
+        Answer::Now(Reply::Upload(upload)) => Reply::Upload(upload),
+        Answer::Now(Reply::Activation(activation)) => Reply::Activation(activation),
+        Answer::Now(Reply::Status(report)) => Reply::Status(report),
+        Answer::Now(Reply::Done) => Reply::Done,
+        Answer::Now(other) => Reply::Corrections(match other {
+            Reply::Corrections(bytes) => bytes.to_vec().leak(),
+            _ => unreachable!(),
+        }),
+        Answer::Later => Reply::Done,
+    }
+}
+
+fn status(desktop: &mut Desktop) -> trueaxis::link::Report {
+    let Reply::Status(report) = ask(desktop, &Request::Status) else {
+        unreachable!()
+    };
+    report
+}
+
+fn announced(blob: &[u8]) -> (u32, u32) {
+    let word = |at: usize| u32::from_le_bytes(blob[at..at + 4].try_into().unwrap());
+    (word(8), word(12))
+}
+
+/// Uploads until it is committed; ticks go on meanwhile.
+fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
+    let (length, crc) = announced(blob);
+    let mut next = loop {
+        match ask(desktop, &Request::Begin { length, crc }) {
+            Reply::Upload(Upload::Receiving { next, .. }) => break next,
+            Reply::Upload(_) => desktop.turn(10),
+            other => return other,
+        }
+    };
+    while next < length {
+        let end = blob.len().min(next as usize + MOST_CHUNK);
+        let bytes = &blob[next as usize..end];
+        match ask(
+            desktop,
+            &Request::Chunk {
+                offset: next,
+                bytes,
+            },
+        ) {
+            Reply::Upload(Upload::Receiving { next: n, .. }) => next = n,
+            other => return other,
+        }
+        desktop.turn(1);
+    }
+    ask(desktop, &Request::Commit { force })
+}
+
+/// Ends with a slot being active.
+fn flashed(desktop: &mut Desktop, blob: &[u8]) -> Slot {
+    let Reply::Upload(Upload::Committed { slot, .. }) = upload(desktop, blob, false) else {
+        panic!("not committed")
+    };
+    let activate = Request::Activate { slot, force: false };
+    for _ in 0..10_000 {
+        match ask(desktop, &activate) {
+            Reply::Activation(Activation::Active(Some(active))) if active == slot => return slot,
+            Reply::Activation(_) => desktop.turn(1),
+            other => panic!("{other:?}"),
+        }
+    }
+    panic!("not active")
+}
+
+fn moved(desktop: &mut Desktop, rows: &[[f32; 2]]) -> Vec<Correction<8>> {
+    let mut bytes = vec![0; rows.len() * 8];
+    let mut rest = &mut bytes[..];
+    for row in rows {
+        rest = put_positions(row, 2, rest).unwrap();
+    }
+    assert_eq!(ask(desktop, &Request::Motion(&bytes)), Reply::Done);
+    desktop.turn(rows.len() as u32 + 3);
+    let mut out = [0; MOST_BODY];
+    let Some(Reply::Motion(mut bytes)) = desktop.device.motion_answer(&mut out) else {
+        panic!("no answer")
+    };
+    let mut results = vec![];
+    while !bytes.is_empty() {
+        let (result, rest) = MotionResult::get(bytes, 2).unwrap();
+        results.push(result.0);
+        bytes = rest;
+    }
+    results
+}
+
+/// Moves at one place until the corrections have come.
+fn settle(desktop: &mut Desktop) {
+    for _ in 0..100 {
+        moved(desktop, &[[0.0, -50.0]; 8]);
+    }
+}
+
+#[test]
+fn without_a_compensation_the_corrections_are_zero_and_the_fault_says_why() {
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    assert_eq!(desktop.device.fault(), Some(Fault::NoCompensation));
+    assert_eq!(
+        ask(&mut desktop, &Request::Motion(&[0; 8])),
+        Reply::Refused(Refusal::NoCompensation)
+    );
+    let hello = desktop.device.hello(1);
+    assert_eq!((hello.machine, hello.axes.as_str()), ("", ""));
+    assert_eq!(hello.capacities.tables, 96);
+}
+
+#[test]
+fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
+    let [first, second] = [0.1, 0.2].map(|scale| blob("m", b"XY", scale));
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    assert_eq!(flashed(&mut desktop, &first), Slot::A);
+    assert_eq!(flashed(&mut desktop, &second), Slot::B);
+    desktop = desktop.restart();
+    assert_eq!(
+        desktop.device.activation(),
+        Activation::Active(Some(Slot::B))
+    );
+    assert_eq!(desktop.device.fault(), None);
+    // The newest is damaged.
+    let mut flash = desktop.device.close().close();
+    flash.flip(Slot::B, 8 * 100);
+    let desktop = Desktop::start(flash, PERIOD);
+    assert_eq!(
+        desktop.device.activation(),
+        Activation::Active(Some(Slot::A))
+    );
+}
+
+#[test]
+fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
+    let nine = blob("m", b"XYZUVWABC", 0.1);
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let good = blob("m", b"XY", 0.1);
+    flashed(&mut desktop, &good);
+    let mut slots = desktop.device.close();
+    let (length, crc) = announced(&nine);
+    slots.set_active(Some(Slot::A));
+    slots.begin(length, crc).unwrap();
+    while let Ok(crate::slots::Progress::Erasing { .. }) = slots.erase_step() {}
+    slots.write(0, &nine).unwrap();
+    // Whoever wrote it had more room.
+    slots.commit(|_| true).unwrap();
+    let desktop = Desktop::<4, 256>::start(slots.close(), PERIOD);
+    assert!(matches!(
+        desktop.device.fault(),
+        Some(Fault::Load(
+            Slot::B,
+            trueaxis::LoadError::TooSmall {
+                needed: 9,
+                held: 8,
+                ..
+            }
+        ))
+    ));
+    assert_eq!(
+        desktop.device.activation(),
+        Activation::Active(Some(Slot::A))
+    );
+}
+
+#[test]
+fn a_motion_gives_what_a_servo_on_the_desktop_gives() {
+    let blob = blob("m", b"XY", 0.3);
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    flashed(&mut desktop, &blob);
+    for request in [Request::Referenced(3), Request::Enable(true)] {
+        assert_eq!(ask(&mut desktop, &request), Reply::Done);
+    }
+    let mut compensation: std::boxed::Box<trueaxis::Compensation<'_>> =
+        std::boxed::Box::new(trueaxis::Compensation::empty());
+    compensation.load(&blob).unwrap();
+    let mut servo = Servo::new(&compensation);
+    servo.enable();
+    for batch in 0..200 {
+        if batch == 100 {
+            let request = Request::SetWeight {
+                term: 1,
+                value: -0.25,
+            };
+            assert_eq!(ask(&mut desktop, &request), Reply::Done);
+            servo.set_weight(1, -0.25).unwrap();
+        }
+        let at = |k: i32| [0.1, ((batch * 8 + k) as f32 * 0.01).sin() * 120.0];
+        let rows: Vec<[f32; 2]> = (0..8).map(at).collect();
+        for (row, result) in rows.iter().zip(moved(&mut desktop, &rows)) {
+            let inputs = Inputs::at([row[0], row[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            assert_eq!(result, servo.update(&inputs, 3, PERIOD));
+        }
+    }
+    assert!(status(&mut desktop).dq[0] != 0.0);
+    // And evaluated without state.
+    let row = EvaluateRow::<8> {
+        inputs: Inputs::at([1.0, 33.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        travelling: Travelling([Travel::Positive; 8]),
+    };
+    let mut bytes = vec![0; EvaluateRow::<8>::bytes(2, 0)];
+    row.put(2, 0, &mut bytes).unwrap();
+    let Reply::Corrections(answer) = ask(&mut desktop, &Request::Evaluate(&bytes)) else {
+        panic!()
+    };
+    let (dq, rest) = trueaxis::link::positions::<8>(answer, 2).unwrap();
+    let weights = *servo.wanted_weights();
+    assert_eq!(
+        dq,
+        compensation.evaluate(&row.inputs, &row.travelling, &weights)
+    );
+    assert!(rest.is_empty());
+}
+
+#[test]
+fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
+    let during = Arc::new(AtomicU32::new(0));
+    let counted = Arc::clone(&during);
+    let mut desktop =
+        Desktop::start_watched(flash(WhileBusy::Standstill), PERIOD, |flash, servo| {
+            let servo = servo.clone();
+            flash.set_listener(move |_| {
+                counted.fetch_add(1, Ordering::SeqCst);
+                // The interrupt that waited for the flash.
+                let updates = |side: &mut Side| (side.counters().updates, side.is_at_zero());
+                let before = servo.lock(updates);
+                servo.tick();
+                assert_eq!(servo.lock(updates), before, "the servo was updated");
+                assert!(before.1, "a correction is not zero");
+                assert!(servo.lock(|side| side.is_suspended()));
+            });
+        });
+    let first = blob("m", b"XY", 0.3);
+    flashed(&mut desktop, &first);
+    for request in [Request::Referenced(3), Request::Enable(true)] {
+        ask(&mut desktop, &request);
+    }
+    settle(&mut desktop);
+    assert!(status(&mut desktop).dq[0] != 0.0);
+    let writes = during.load(Ordering::SeqCst);
+    assert!(writes > 0);
+
+    // Refused while the machine may move; nothing happens to the corrections.
+    desktop.standstill.set(false);
+    let second = blob("m", b"XY", 0.2);
+    let (length, crc) = announced(&second);
+    let begin = Request::Begin { length, crc };
+    assert_eq!(
+        ask(&mut desktop, &begin),
+        Reply::Refused(Refusal::NotStandstill)
+    );
+    assert!(!status(&mut desktop).suspended);
+    assert_eq!(during.load(Ordering::SeqCst), writes);
+
+    // At standstill the set ramps to zero first, by itself: nobody commands now.
+    desktop.standstill.set(true);
+    assert_eq!(ask(&mut desktop, &begin), Reply::Upload(Upload::Ramping));
+    let mut last = status(&mut desktop).dq[0];
+    let mut seen = vec![];
+    while status(&mut desktop).upload == Upload::Ramping {
+        desktop.turn(1);
+        let dq = status(&mut desktop).dq[0];
+        assert!(
+            (dq - last).abs() <= 2.0 * PERIOD * 1.001,
+            "from {last} to {dq}"
+        );
+        last = dq;
+    }
+    assert_eq!(last, 0.0);
+    while let upload @ Upload::Erasing { .. } = status(&mut desktop).upload {
+        seen.push(upload);
+        desktop.turn(1);
+    }
+    assert_eq!(seen.len(), 8, "one block a turn, visible: {seen:?}");
+    let motion = Request::Motion(&[0; 8]);
+    assert_eq!(
+        ask(&mut desktop, &motion),
+        Reply::Refused(Refusal::Suspended)
+    );
+
+    // It begins to move in the midst: the servo goes on, the upload waits.
+    let chunk = Request::Chunk {
+        offset: 0,
+        bytes: &second[..64],
+    };
+    assert!(matches!(ask(&mut desktop, &chunk), Reply::Upload(_)));
+    desktop.standstill.set(false);
+    let more = Request::Chunk {
+        offset: 64,
+        bytes: &second[64..],
+    };
+    assert_eq!(
+        ask(&mut desktop, &more),
+        Reply::Refused(Refusal::NotStandstill)
+    );
+    let report = status(&mut desktop);
+    assert!(matches!(report.upload, Upload::Paused { next: 64, .. }));
+    assert!(!report.suspended);
+    settle(&mut desktop);
+    assert!(status(&mut desktop).dq[0] != 0.0, "enabled as before");
+
+    // At standstill again it goes on where it was.
+    desktop.standstill.set(true);
+    let slot = flashed(&mut desktop, &second);
+    assert_eq!(slot, Slot::B);
+    assert!(!status(&mut desktop).suspended);
+    settle(&mut desktop);
+    assert!((status(&mut desktop).dq[0] - 0.2).abs() < 1e-4);
+    assert_eq!(desktop.device.slots().wear(Slot::B), 1, "erased once");
+}
+
+#[test]
+fn another_machine_is_taken_only_by_force() {
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    for other in [blob("n", b"XY", 0.3), blob("m", b"XZ", 0.3)] {
+        let refused = upload(&mut desktop, &other, false);
+        assert_eq!(refused, Reply::Refused(Refusal::OtherMachine));
+        ask(&mut desktop, &Request::Abort);
+    }
+    for request in [Request::Referenced(3), Request::Enable(true)] {
+        ask(&mut desktop, &request);
+    }
+    settle(&mut desktop);
+    let other = blob("n", b"YX", 0.2);
+    let Reply::Upload(Upload::Committed { slot, .. }) = upload(&mut desktop, &other, true) else {
+        panic!()
+    };
+    let polite = Request::Activate { slot, force: false };
+    assert_eq!(
+        ask(&mut desktop, &polite),
+        Reply::Refused(Refusal::OtherMachine)
+    );
+    let force = Request::Activate { slot, force: true };
+    assert_eq!(
+        ask(&mut desktop, &force),
+        Reply::Activation(Activation::Ramping(slot))
+    );
+    // An upload would overwrite what is about to be read.
+    let begin = Request::Begin {
+        length: 100,
+        crc: 0,
+    };
+    assert_eq!(ask(&mut desktop, &begin), Reply::Refused(Refusal::Busy));
+    let mut last = status(&mut desktop).dq[0];
+    while desktop.device.activation() != Activation::Active(Some(slot)) {
+        desktop.turn(1);
+        let dq = status(&mut desktop).dq[0];
+        assert!((dq - last).abs() <= 2.0 * PERIOD * 1.001);
+        last = dq;
+    }
+    assert_eq!(desktop.device.hello(1).machine, "n");
+    assert_eq!(
+        status(&mut desktop).referenced,
+        0,
+        "known of the old axes only"
+    );
+}
+
+#[test]
+fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
+    struct Spi(Option<Command<8>>);
+    impl PositionSource<8> for Spi {
+        fn take(&mut self) -> Option<Command<8>> {
+            self.0
+        }
+    }
+    struct Drives(Option<Correction<8>>);
+    impl CorrectionSink<8> for Drives {
+        fn give(&mut self, correction: &Correction<8>) {
+            self.0 = Some(*correction);
+        }
+    }
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    ask(&mut desktop, &Request::Enable(true));
+    let mut spi = Spi(Some(Command {
+        axes: [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        referenced: 3,
+    }));
+    let mut drives = Drives(None);
+    let mut ticks = |spi: &mut Spi, count| {
+        let mut given = vec![];
+        for _ in 0..count {
+            desktop
+                .servo
+                .lock(|side| side.tick(spi, &mut drives, &NoClock));
+            given.extend(drives.0.take());
+        }
+        given
+    };
+    let settled = *ticks(&mut spi, 1000).last().unwrap();
+    assert!((settled.dq[0] - 0.3).abs() < 1e-4);
+    spi.0 = None;
+    // Until the patience is over.
+    let held = ticks(&mut spi, 9);
+    assert!(
+        held.iter()
+            .all(|c| c.dq == settled.dq && c.status.is(Conditions::HELD))
+    );
+    let mut last = settled.dq[0];
+    for correction in ticks(&mut spi, 1000) {
+        assert!((correction.dq[0] - last).abs() <= 2.0 * PERIOD * 1.001);
+        last = correction.dq[0];
+    }
+    assert_eq!(last, 0.0);
+    let report = status(&mut desktop);
+    assert_eq!(report.missed, 1009);
+    // The link may command now, but not while the source does.
+    assert_eq!(ask(&mut desktop, &Request::Motion(&[0; 8])), Reply::Done);
+    desktop.servo.lock(|side| {
+        spi.0 = Some(Command {
+            axes: [0.0; 8],
+            referenced: 3,
+        });
+        side.tick(&mut spi, &mut LinkOnly, &NoClock);
+    });
+    assert_eq!(
+        ask(&mut desktop, &Request::Motion(&[0; 8])),
+        Reply::Refused(Refusal::Occupied)
+    );
+}

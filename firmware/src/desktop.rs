@@ -1,0 +1,180 @@
+//! A controller on the desktop: the device over a mock flash, time passing as the caller says.
+//!
+//! For tests of the link from both ends. Nothing runs by itself: [`Desktop::turn`] is one turn of
+//! the main loop and so many servo periods.
+
+use std::boxed::Box;
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::vec::Vec;
+
+use embedded_io::{ErrorType, Read, ReadReady, Write};
+
+use crate::device::{Device, Identity, LinkOnly, Machine, NoClock, ServoAccess, ServoSide};
+use crate::link::Link;
+use crate::mock_flash::MockFlash;
+use crate::places::Places;
+use crate::slots::Slots;
+
+/// The servo side with the default capacities.
+pub type Side = ServoSide<8, 96, 256, 2>;
+
+/// The servo side behind a lock in place of a masked interrupt.
+#[derive(Clone)]
+pub struct Shared(Arc<Mutex<Side>>);
+
+impl Shared {
+    /// One servo period without commands but those of the link.
+    pub fn tick(&self) {
+        self.lock(|side| side.tick(&mut LinkOnly, &mut LinkOnly, &NoClock));
+    }
+
+    /// Calls `f` while nobody else does.
+    pub fn lock<R>(&self, f: impl FnOnce(&mut Side) -> R) -> R {
+        // A test that has failed elsewhere is reported there.
+        f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl ServoAccess<8, 96, 256, 2> for Shared {
+    fn with<R>(&mut self, f: impl FnOnce(&mut Side) -> R) -> R {
+        self.lock(f)
+    }
+}
+
+/// Whether the machine stands still with its drives off; at first it does.
+#[derive(Clone, Debug)]
+pub struct Standstill(Arc<AtomicBool>);
+
+impl Standstill {
+    /// Begins or ends to move.
+    pub fn set(&self, standstill: bool) {
+        self.0.store(standstill, Ordering::SeqCst);
+    }
+}
+
+impl Machine for Standstill {
+    fn standstill(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+}
+
+/// Both directions of a serial line as the controller sees it.
+#[derive(Debug, Default)]
+pub struct Line {
+    /// Bytes that the controller has not read yet.
+    pub incoming: VecDeque<u8>,
+    /// Bytes that it has sent.
+    pub outgoing: Vec<u8>,
+}
+
+impl ErrorType for Line {
+    type Error = Infallible;
+}
+
+impl Read for Line {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        let count = buffer.len().min(self.incoming.len());
+        for (place, byte) in buffer.iter_mut().zip(self.incoming.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
+}
+
+impl ReadReady for Line {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(!self.incoming.is_empty())
+    }
+}
+
+impl Write for Line {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.outgoing.extend(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// The device over a mock flash.
+pub type MockDevice<const WRITE: usize, const ERASE: usize> =
+    Device<MockFlash<WRITE, ERASE>, Shared, Standstill, 8, 96, 256, 2>;
+
+/// A controller with default capacities.
+pub struct Desktop<const WRITE: usize = 4, const ERASE: usize = 256> {
+    /// The side of the main loop.
+    pub device: MockDevice<WRITE, ERASE>,
+    /// The side of the servo interrupt.
+    pub servo: Shared,
+    /// The state of the machine.
+    pub standstill: Standstill,
+    /// The link.
+    pub link: Link,
+    /// What it runs over.
+    pub line: Line,
+    period: f32,
+}
+
+impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
+    /// Starts with what the flash holds; `period` in s. Each start leaks the two places, some 40 kB.
+    #[must_use]
+    pub fn start(flash: MockFlash<WRITE, ERASE>, period: f32) -> Self {
+        Self::start_watched(flash, period, |_, _| ())
+    }
+
+    /// The same; `watch` may give the flash a listener that knows the servo.
+    #[must_use]
+    pub fn start_watched(
+        mut flash: MockFlash<WRITE, ERASE>,
+        period: f32,
+        watch: impl FnOnce(&mut MockFlash<WRITE, ERASE>, &Shared),
+    ) -> Self {
+        let places: &'static Places = Box::leak(Box::default());
+        let Some((loader, driven)) = places.split() else {
+            unreachable!("the places are new");
+        };
+        let servo = Shared(Arc::new(Mutex::new(ServoSide::new(driven, period))));
+        let standstill = Standstill(Arc::new(AtomicBool::new(true)));
+        watch(&mut flash, &servo);
+        let identity = Identity {
+            firmware: concat!("trueaxis-firmware ", env!("CARGO_PKG_VERSION")),
+            board: "desktop",
+            period,
+        };
+        let slots = Slots::open(flash);
+        let device = Device::start(slots, loader, servo.clone(), standstill.clone(), identity);
+        Self {
+            device,
+            servo,
+            standstill,
+            link: Link::new(),
+            line: Line::default(),
+            period,
+        }
+    }
+
+    /// One turn of the main loop, then so many servo periods.
+    pub fn turn(&mut self, ticks: u32) {
+        match self.link.poll(&mut self.line, &mut self.device) {
+            Ok(()) => {}
+            Err(never) => match never {},
+        }
+        for _ in 0..ticks {
+            self.servo.tick();
+        }
+    }
+
+    /// Power off and on again: only the flash stays.
+    #[must_use]
+    pub fn restart(self) -> Self {
+        let period = self.period;
+        let mut flash = self.device.close().close();
+        flash.set_fuel(None);
+        Self::start(flash, period)
+    }
+}

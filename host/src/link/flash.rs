@@ -1,0 +1,319 @@
+//! A blob into a controller: upload, verification, change over.
+
+use super::client::{Client, Controller, LinkError};
+use super::port::Port;
+use crate::compile::Progress;
+use crate::validate::Runtime;
+use std::time::Duration;
+use trueaxis::link::{
+    Activation, MOST_CHUNK, Refusal, Request, Slot, SlotState, Upload, short_name,
+};
+use trueaxis::{HEADER, LoadError};
+
+/// Between two questions how far something has come.
+const PAUSE: Duration = Duration::from_millis(50);
+/// So many of those questions: a minute.
+const QUESTIONS: u32 = 1200;
+/// The same for a fade, which waits for motion: five seconds.
+const FADE_QUESTIONS: u32 = 100;
+/// How often an upload is begun again, after a restart of the controller or a bad write.
+const ATTEMPTS: u32 = 5;
+
+/// Why a blob was not flashed.
+#[derive(Debug, thiserror::Error)]
+pub enum FlashError {
+    /// The blob itself is damaged.
+    #[error("{0}")]
+    Blob(LoadError),
+    /// It is for another machine.
+    #[error(
+        "the compensation is for `{blob}` ({blob_axes}), the controller has one for `{machine}` ({axes})"
+    )]
+    OtherMachine {
+        /// Machine of the blob.
+        blob: String,
+        /// Its axes.
+        blob_axes: String,
+        /// Machine of the controller.
+        machine: String,
+        /// Its axes.
+        axes: String,
+    },
+    /// The controller holds less than it needs.
+    #[error("the compensation has {needed} {what}, the controller holds {held}")]
+    TooLarge {
+        /// Of what.
+        what: &'static str,
+        /// As the blob has.
+        needed: usize,
+        /// As the controller holds.
+        held: usize,
+    },
+    /// The controller does not take it, or the link fails.
+    #[error("{0}")]
+    Link(#[from] LinkError),
+    /// The corrections do not come to zero, or the erase does not end.
+    #[error("the controller does not get ready: {0:?}")]
+    NotReady(Upload),
+    /// What is in the slot afterwards is not what was sent.
+    #[error("slot {0} does not hold what was sent")]
+    NotVerified(Slot),
+}
+
+impl From<Refusal> for FlashError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Link(LinkError::Refused(refusal))
+    }
+}
+
+/// How a change over has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activated {
+    /// It was not asked for: from the next start on.
+    No,
+    /// It is in use.
+    Yes,
+    /// It is accepted, and comes in with the next motion.
+    WithMotion,
+}
+
+/// What has been done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outcome {
+    /// Where the blob lies.
+    pub slot: Slot,
+    /// Its number.
+    pub sequence: u32,
+    /// It was the newest already: nothing was written.
+    pub already: bool,
+    /// Bytes that an earlier, interrupted upload had left.
+    pub resumed: u32,
+    /// Whether it is in use.
+    pub activated: Activated,
+}
+
+/// Length and CRC as in the header of a blob.
+fn stated(blob: &[u8]) -> Result<(u32, u32), FlashError> {
+    let word = |at: usize| blob.get(at..at + 4).and_then(|b| b.try_into().ok());
+    match (word(8), word(HEADER - 4)) {
+        (Some(length), Some(crc)) => Ok((u32::from_le_bytes(length), u32::from_le_bytes(crc))),
+        _ => Err(FlashError::Blob(LoadError::NoHeader)),
+    }
+}
+
+/// Whether a controller can take a blob: the same machine (unless forced) and enough room.
+///
+/// # Errors
+/// [`FlashError`]
+pub fn check(controller: &Controller, blob: &[u8], force: bool) -> Result<(), FlashError> {
+    let runtime = Runtime::load(blob).map_err(FlashError::Blob)?;
+    let new = runtime.compensation();
+    let letters: String = new.axes().iter().map(|a| char::from(a.name)).collect();
+    let same = short_name(new.machine()) == controller.machine && letters == controller.axes;
+    // Without an active compensation there is nothing to compare with.
+    if !force && !same && !controller.axes.is_empty() {
+        return Err(FlashError::OtherMachine {
+            blob: new.machine().to_owned(),
+            blob_axes: letters,
+            machine: controller.machine.clone(),
+            axes: controller.axes.clone(),
+        });
+    }
+    let room = &controller.capacities;
+    for (what, needed, held) in [
+        ("axes", new.axes().len(), usize::from(room.axes)),
+        ("tables", new.tables(), usize::from(room.tables)),
+        ("terms", new.terms().len(), usize::from(room.terms)),
+        ("grids", new.grids().len(), usize::from(room.grids)),
+        ("bytes", blob.len(), room.slot as usize),
+    ] {
+        if needed > held {
+            return Err(FlashError::TooLarge { what, needed, held });
+        }
+    }
+    Ok(())
+}
+
+/// The newest valid slot.
+fn newest(controller: &Controller) -> Option<(Slot, u32, u32, u32)> {
+    let valid =
+        Slot::BOTH
+            .into_iter()
+            .filter_map(|slot| match controller.slots[slot.index()].state {
+                SlotState::Valid {
+                    sequence,
+                    length,
+                    crc,
+                } => Some((slot, sequence, length, crc)),
+                _ => None,
+            });
+    // They count with wrap.
+    valid.reduce(|a, b| {
+        let ahead = b.1.wrapping_sub(a.1);
+        if ahead != 0 && ahead <= u32::MAX / 2 {
+            b
+        } else {
+            a
+        }
+    })
+}
+
+/// Uploads a blob, checks that the controller holds it, and changes over to it if wanted.
+///
+/// An upload of the same blob that was interrupted goes on. A blob that is the newest already is
+/// not written again.
+///
+/// # Errors
+/// [`FlashError`]; the active compensation is as it was.
+pub fn flash<P: Port>(
+    client: &mut Client<P>,
+    controller: &Controller,
+    blob: &[u8],
+    force: bool,
+    activate: bool,
+    progress: &dyn Progress,
+) -> Result<Outcome, FlashError> {
+    check(controller, blob, force)?;
+    let (length, crc) = stated(blob)?;
+    let already = |controller: &Controller| {
+        newest(controller).filter(|&(_, _, l, c)| (l, c) == (length, crc))
+    };
+    let mut outcome = match already(controller) {
+        Some((slot, sequence, ..)) => Outcome {
+            slot,
+            sequence,
+            already: true,
+            resumed: 0,
+            activated: Activated::No,
+        },
+        None => {
+            let resumed = upload(client, blob, (length, crc), force, progress)?;
+            progress.stage("verifying", 0);
+            let after = client.hello()?;
+            let Some((slot, sequence, ..)) = already(&after) else {
+                let written = newest(&after).map_or(Slot::A, |found| found.0);
+                return Err(FlashError::NotVerified(written));
+            };
+            Outcome {
+                slot,
+                sequence,
+                already: false,
+                resumed,
+                activated: Activated::No,
+            }
+        }
+    };
+    if activate {
+        progress.stage("changing over", 0);
+        outcome.activated = change_over(client, outcome.slot, force)?;
+    }
+    Ok(outcome)
+}
+
+/// Sends all bytes and commits; returns from where it went on.
+fn upload<P: Port>(
+    client: &mut Client<P>,
+    blob: &[u8],
+    stated: (u32, u32),
+    force: bool,
+    progress: &dyn Progress,
+) -> Result<u32, FlashError> {
+    let mut resumed = None;
+    let mut last = FlashError::NotReady(Upload::None);
+    for _ in 0..ATTEMPTS {
+        let next = begin(client, stated, progress)?;
+        let resumed = *resumed.get_or_insert(next);
+        let done = send(client, blob, next, progress)
+            .and_then(|()| Ok(client.upload(&Request::Commit { force })?));
+        match done {
+            Ok(_) => return Ok(resumed),
+            // The controller has restarted, or the flash holds something else than was sent.
+            Err(FlashError::Link(LinkError::Refused(
+                refusal @ (Refusal::NoUpload
+                | Refusal::Spoiled
+                | Refusal::OtherBlob
+                | Refusal::Conflict { .. }
+                | Refusal::Missing { .. }),
+            ))) => {
+                last = refusal.into();
+                if let Refusal::Conflict { .. } = refusal {
+                    // Something else has gone up under the same name.
+                    client.upload(&Request::Abort)?;
+                }
+                // The answer to a commit may be lost with the session.
+                let (length, crc) = stated;
+                let found = newest(&client.hello()?);
+                if found.is_some_and(|(_, _, l, c)| (l, c) == (length, crc)) {
+                    return Ok(resumed);
+                }
+            }
+            Err(error) => {
+                // The servo may stand still for this upload: let it go on. That the link fails
+                // too is no news then.
+                let _ = client.upload(&Request::Abort);
+                return Err(error);
+            }
+        }
+    }
+    Err(last)
+}
+
+/// Waits until the controller takes bytes; returns from where on.
+fn begin<P: Port>(
+    client: &mut Client<P>,
+    (length, crc): (u32, u32),
+    progress: &dyn Progress,
+) -> Result<u32, FlashError> {
+    let mut erased = None;
+    let mut state = Upload::None;
+    for _ in 0..QUESTIONS {
+        state = client.upload(&Request::Begin { length, crc })?;
+        match state {
+            Upload::Receiving { next, .. } => return Ok(next),
+            Upload::Erasing { done, blocks } => {
+                if erased.is_none() {
+                    progress.stage("erasing", blocks as usize);
+                }
+                for _ in erased.unwrap_or(0)..done {
+                    progress.step();
+                }
+                erased = Some(done);
+            }
+            _ => {}
+        }
+        client.port().wait(PAUSE);
+    }
+    Err(FlashError::NotReady(state))
+}
+
+/// Sends the bytes from `next` on.
+fn send<P: Port>(
+    client: &mut Client<P>,
+    blob: &[u8],
+    next: u32,
+    progress: &dyn Progress,
+) -> Result<(), FlashError> {
+    let start = next as usize;
+    let rest = blob.get(start..).unwrap_or_default();
+    progress.stage("writing", rest.len().div_ceil(MOST_CHUNK));
+    for (number, bytes) in rest.chunks(MOST_CHUNK).enumerate() {
+        let offset = (start + number * MOST_CHUNK) as u32;
+        client.upload(&Request::Chunk { offset, bytes })?;
+        progress.step();
+    }
+    Ok(())
+}
+
+fn change_over<P: Port>(
+    client: &mut Client<P>,
+    slot: Slot,
+    force: bool,
+) -> Result<Activated, FlashError> {
+    for _ in 0..FADE_QUESTIONS {
+        match client.activate(slot, force)? {
+            Activation::Active(Some(active)) if active == slot => return Ok(Activated::Yes),
+            _ => client.port().wait(PAUSE),
+        }
+    }
+    Ok(Activated::WithMotion)
+}
