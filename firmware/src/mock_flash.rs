@@ -2,8 +2,10 @@
 
 use std::boxed::Box;
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 use std::vec;
 use std::vec::Vec;
 
@@ -321,7 +323,7 @@ impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERA
         &self.memory[slot.index() * length..][..length]
     }
 
-    /// A copy that stays as it is, made once after each change and never freed.
+    /// A copy that stays as it is and is never freed.
     fn in_place(&self, slot: Slot) -> &'static [u8] {
         let copies = &mut self.in_place.borrow_mut()[slot.index()];
         copies.get_or_insert_with(|| aligned(self.mapped(slot)))
@@ -332,12 +334,20 @@ impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERA
     }
 }
 
+/// What was once read in place: the same bytes share one copy.
+static COPIES: Mutex<BTreeSet<&'static [u8]>> = Mutex::new(BTreeSet::new());
+
 /// A copy at a multiple of 32 bytes, never freed.
 fn aligned(bytes: &[u8]) -> &'static [u8] {
+    let mut copies = COPIES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(copy) = copies.get(bytes) {
+        return copy;
+    }
     let copy = vec![0; bytes.len() + 32].leak();
     let skip = copy.as_ptr().align_offset(32);
     let (_, rest) = copy.split_at_mut(skip);
     let (copy, _) = rest.split_at_mut(bytes.len());
     copy.copy_from_slice(bytes);
+    copies.insert(copy);
     copy
 }

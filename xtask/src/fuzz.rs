@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-const TARGETS: [&str; 2] = ["decode", "evaluate"];
+const TARGETS: [&str; 3] = ["decode", "evaluate", "slots"];
 /// Longest input, bytes: short ones are many times faster and reach every branch.
 const MAX_LEN: u64 = 2048;
 

@@ -79,3 +79,28 @@ fn a_flip_while_running_is_found_by_a_rescan() {
     let mut slots = Slots::open(flash);
     assert!(slots.rescan(slot).is_valid());
 }
+
+#[test]
+fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
+    let blobs = blobs(3, 40);
+    let mut slots = Slots::open(MockFlash::<4, 512>::new(1));
+    for blob in &blobs[..2] {
+        let slot = upload(&mut slots, blob, 64);
+        slots.set_active(Some(slot));
+    }
+    let damaged = slots.newest().expect("two blobs");
+    let mut flash = slots.close();
+    flash.flip(damaged, 8 * 100);
+    let mut slots = Slots::open(flash);
+    // The servo still reads it, so the upload goes over the older one.
+    slots.set_active(Some(damaged));
+    let slot = upload(&mut slots, &blobs[2], 64);
+    assert_eq!(slot, damaged.other());
+    let mut flash = slots.close();
+    flash.flip(damaged, 8 * 100);
+    let slots = Slots::open(flash);
+    assert_eq!(
+        (slots.newest(), slots.fallback()),
+        (Some(slot), Some(damaged))
+    );
+}

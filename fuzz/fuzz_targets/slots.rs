@@ -1,0 +1,128 @@
+//! Any flash, any order of operations, power cuts and flips: no panic, what is valid is a blob that
+//! was committed, and with the power back an upload goes through.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use libfuzzer_sys::fuzz_target;
+use trueaxis::{AlignedBlob, Axis, Draft, Header};
+use trueaxis_firmware::mock_flash::{CutErase, MockFlash};
+use trueaxis_firmware::slots::{
+    Progress, Slot, SlotError, SlotState, Slots, TableFlash, WhileBusy,
+};
+use trueaxis_fuzz::Bytes;
+
+const BLOCK: usize = 64;
+const BLOCKS: usize = 5;
+type Flash = MockFlash<8, BLOCK>;
+
+/// Two blobs without tables, of different machines.
+static BLOBS: LazyLock<[AlignedBlob; 2]> = LazyLock::new(|| {
+    ["one", "the other"].map(|machine| {
+        let axis = Axis {
+            name: b'X',
+            travel: [-1.0, 1.0],
+            value_bound: 1.0,
+            rate_bound: 1.0,
+            hysteresis: 0.1,
+            ramp_rate: 1.0,
+        };
+        let draft = Draft {
+            machine: machine.into(),
+            axes: vec![axis],
+            ..Draft::default()
+        };
+        draft.encode().expect("a valid draft")
+    })
+});
+
+fuzz_target!(|data: &[u8]| {
+    let mut input = Bytes(data);
+    let mut flash = Flash::new(BLOCKS).with_while_busy(WhileBusy::DualBank);
+    // What it holds at first: nothing, or anything.
+    let given = input.flag();
+    if given {
+        for byte in flash.image() {
+            *byte = !input.byte();
+        }
+    }
+    let mut slots = open(flash);
+    let mut blob = &*BLOBS[0];
+    for _ in 0..64 {
+        if input.is_empty() {
+            break;
+        }
+        match input.below(10) {
+            0 => {
+                blob = &BLOBS[usize::from(input.flag())];
+                let Header { length, crc } = Header::read(blob).expect("a blob");
+                let _ = slots.begin(length, crc);
+            }
+            // Any blob at all.
+            1 => drop(slots.begin(u32::from(input.byte()), u32::from(input.byte()))),
+            2 => drop(slots.erase_step()),
+            3 => {
+                let end = usize::from(input.byte()).min(blob.len());
+                let start = usize::from(input.byte()).min(end);
+                let _ = slots.write(start as u32, &blob[start..end]);
+            }
+            4 => drop(slots.write(u32::from(input.byte()), &[input.byte(); 9])),
+            5 => drop(slots.commit(|_| true)),
+            6 => slots.abort(),
+            7 => {
+                let blob = &BLOBS[usize::from(input.flag())];
+                let _ = upload(&mut slots, blob);
+            }
+            8 => {
+                let mut flash = slots.close();
+                let fuel = u64::from(input.byte()) * 8 + u64::from(input.byte() % 8);
+                flash.set_cut_erase(CutErase::Scattered(fuel));
+                flash.set_fuel((fuel > 0).then_some(fuel));
+                slots = open(flash);
+            }
+            _ => {
+                let mut flash = slots.close();
+                let bit = usize::from(input.byte()) << 8 | usize::from(input.byte());
+                let slot = if input.flag() { Slot::A } else { Slot::B };
+                flash.flip(slot, bit % (8 * BLOCK * BLOCKS));
+                slots = open(flash);
+            }
+        }
+        let active = slots.active().map(|slot| slots.flash().mapped(slot)[0]);
+        assert_eq!(active.unwrap_or(b'T'), b'T');
+        for slot in Slot::BOTH {
+            if let SlotState::Valid { length, .. } = slots.state(slot) {
+                let bytes = &slots.flash().mapped(slot)[..length as usize];
+                assert!(given || BLOBS.iter().any(|blob| **blob == *bytes));
+                assert!(Header::check_slot(bytes).is_ok());
+            }
+        }
+    }
+    let mut flash = slots.close();
+    flash.set_fuel(None);
+    let mut slots = open(flash);
+    // The second attempt erases what the first one has found in its way.
+    let slot = upload(&mut slots, &BLOBS[1])
+        .or_else(|_| upload(&mut slots, &BLOBS[1]))
+        .expect("an upload goes through");
+    assert_eq!(slots.newest(), Some(slot));
+    assert_eq!(slots.blob(slot), Some(&*BLOBS[1]));
+    assert_eq!(slots.flash().refused(), 0);
+});
+
+/// A start: the newest valid slot is active.
+fn open(flash: Flash) -> Slots<Flash> {
+    let mut slots = Slots::open(flash);
+    slots.set_active(slots.newest());
+    slots
+}
+
+fn upload(slots: &mut Slots<Flash>, blob: &[u8]) -> Result<Slot, SlotError> {
+    let Header { length, crc } = Header::read(blob).expect("a blob");
+    let mut progress = slots.begin(length, crc)?;
+    while matches!(progress, Progress::Erasing { .. }) {
+        progress = slots.erase_step()?;
+    }
+    slots.write(0, blob)?;
+    slots.commit(|_| true)
+}
