@@ -130,7 +130,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ///
     /// Commands of `source` come before those of the link. A source that has given commands and
     /// then gives none is a fault: the correction is held, and after
-    /// [`PATIENCE`](trueaxis::PATIENCE) ramped to zero. Before its first command, and with the
+    /// [`PATIENCE`] ramped to zero. Before its first command, and with the
     /// link alone, a period without a command does not count: the one who commands is the clock.
     pub fn tick<C: Clock>(
         &mut self,
