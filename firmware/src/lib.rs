@@ -16,6 +16,7 @@ pub mod link;
 pub mod mock_flash;
 pub mod places;
 pub mod slots;
+pub mod spi;
 pub mod temperature;
 
 pub use trueaxis as runtime;
