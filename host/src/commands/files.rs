@@ -146,13 +146,19 @@ fn write_beside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 
 /// Writes to standard output; a reader that has gone away is no error.
 pub fn print(text: &str) -> Result<(), BadInput> {
+    stream(text).map(|_| ())
+}
+
+/// The same; false if the reader has gone away, so that nothing more need be written.
+pub fn stream(text: &str) -> Result<bool, BadInput> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(BadInput::new(
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(BadInput::new(
             format!("standard output cannot be written: {error}"),
             "check where it is redirected to",
         )),
-        _ => Ok(()),
     }
 }
 

@@ -5,7 +5,10 @@ mod compile;
 mod correct;
 mod eval;
 mod files;
+mod flash;
 mod inspect;
+mod monitor;
+mod port;
 mod progress;
 mod screen;
 mod verify;
@@ -34,6 +37,8 @@ enum Command {
     Inspect(inspect::Arguments),
     Eval(eval::Arguments),
     Correct(correct::Arguments),
+    Flash(flash::Arguments),
+    Monitor(monitor::Arguments),
 }
 
 /// How a command ended that had good input.
@@ -53,6 +58,8 @@ pub fn run() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),
+        Command::Flash(arguments) => flash::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,0 +1,116 @@
+//! `trueaxis flash`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files;
+use super::port::PortArguments;
+use super::progress::Bar;
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_host::link::{self, Activated};
+
+/// Upload a compensation into a controller
+///
+/// It goes into the table slot that is not in use and is the newest from then on: at the next
+/// start, or at once with --activate. An upload that was interrupted goes on where it was. What is
+/// in use stays so until the new one is complete and checked.
+#[derive(Args)]
+#[command(after_help = "Example:\n  trueaxis flash machine.trax --port /dev/ttyUSB0 --activate")]
+pub struct Arguments {
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    #[command(flatten)]
+    port: PortArguments,
+    /// Change over to it now
+    #[arg(long)]
+    activate: bool,
+    /// Also if the controller has a compensation of another machine (name or axes)
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Flashed<'a> {
+    file: &'a Path,
+    firmware: &'a str,
+    board: &'a str,
+    slot: String,
+    sequence: u32,
+    bytes: usize,
+    already: bool,
+    resumed: u32,
+    active: bool,
+    fading: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        blob: path,
+        port,
+        activate,
+        force,
+        json,
+    } = arguments;
+    let blob = files::read_blob(path)?;
+    trueaxis_host::validate::Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    let (mut client, controller) = port.connect()?;
+    let bar = Bar::new();
+    let outcome = link::flash(&mut client, &controller, &blob, *force, *activate, &bar)
+        .map_err(|error| port.bad_flash(&error))?;
+    drop(bar);
+    let link::Outcome {
+        slot,
+        sequence,
+        already,
+        resumed,
+        activated,
+    } = outcome;
+    if *json {
+        files::print_json(&Flashed {
+            file: path,
+            firmware: &controller.firmware,
+            board: &controller.board,
+            slot: slot.to_string(),
+            sequence,
+            bytes: blob.len(),
+            already,
+            resumed,
+            active: activated == Activated::Yes,
+            fading: activated == Activated::WithMotion,
+        })?;
+        return Ok(Outcome::Done);
+    }
+    let mut text = format!(
+        "{}: {} on {}\n",
+        port.port, controller.firmware, controller.board
+    );
+    text += &if already {
+        format!(
+            "{}: slot {slot} holds it already, as number {sequence}\n",
+            path.display()
+        )
+    } else {
+        let from = match resumed {
+            0 => String::new(),
+            n => format!(" (from byte {n} on, the rest was there)"),
+        };
+        format!(
+            "{}: {} bytes{from} written to slot {slot} and verified, number {sequence}\n",
+            path.display(),
+            blob.len(),
+        )
+    };
+    text += match activated {
+        Activated::Yes => "in use\n",
+        Activated::WithMotion => "accepted: it is faded in as soon as the machine moves\n",
+        Activated::No => "in use from the next start on; --activate changes over at once\n",
+    };
+    files::print(&text)?;
+    Ok(Outcome::Done)
+}

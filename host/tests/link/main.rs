@@ -1,0 +1,8 @@
+//! Host and controller together: the client and the command `trueaxis` against a device on the
+//! desktop.
+
+mod command;
+mod lossy;
+mod served;
+mod specimen;
+mod wire;

@@ -1,0 +1,99 @@
+//! A device in a thread of its own, behind TCP or a pseudo-terminal.
+
+use serialport::SerialPort;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use trueaxis_firmware::desktop::Desktop;
+
+/// A device that is served until it is wanted back.
+pub struct Served {
+    /// For `--port`.
+    pub port: String,
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Desktop>,
+}
+
+impl Served {
+    /// Behind `tcp:`; one connection after the other.
+    pub fn tcp(desktop: Desktop) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = format!("tcp:{}", listener.local_addr().unwrap());
+        listener.set_nonblocking(true).unwrap();
+        let mut stream: Option<TcpStream> = None;
+        Self::serve(port, desktop, move |desktop| {
+            if let Ok((new, _)) = listener.accept() {
+                new.set_nonblocking(true).unwrap();
+                stream = Some(new);
+            }
+            if let Some(open) = &mut stream
+                && !exchange(open, desktop)
+            {
+                stream = None;
+            }
+        })
+    }
+
+    /// Behind a pseudo-terminal.
+    pub fn pty(desktop: Desktop) -> Self {
+        let (mut master, slave) = serialport::TTYPort::pair().unwrap();
+        let port = slave.name().unwrap();
+        master.set_timeout(Duration::from_millis(1)).unwrap();
+        Self::serve(port, desktop, move |desktop| {
+            // The other end stays open here, so that it can be opened anew.
+            let _ = &slave;
+            exchange(&mut master, desktop);
+        })
+    }
+
+    fn serve(
+        port: String,
+        mut desktop: Desktop,
+        mut exchange: impl FnMut(&mut Desktop) + Send + 'static,
+    ) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let thread = std::thread::spawn(move || {
+            while !stopped.load(Ordering::SeqCst) {
+                exchange(&mut desktop);
+                let idle = desktop.line.incoming.is_empty();
+                desktop.turn(1);
+                if idle {
+                    std::thread::sleep(Duration::from_micros(100));
+                }
+            }
+            desktop
+        });
+        Self { port, stop, thread }
+    }
+
+    /// Stops serving.
+    pub fn take(self) -> Desktop {
+        self.stop.store(true, Ordering::SeqCst);
+        self.thread.join().unwrap()
+    }
+}
+
+/// Moves bytes both ways; false when the other end has gone.
+fn exchange(stream: &mut (impl Read + Write), desktop: &mut Desktop) -> bool {
+    let mut buffer = [0; 4096];
+    match stream.read(&mut buffer) {
+        Ok(0) => return false,
+        Ok(count) => desktop.line.incoming.extend(&buffer[..count]),
+        Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {}
+        Err(_) => return false,
+    }
+    let mut sent = &desktop.line.outgoing[..];
+    while !sent.is_empty() {
+        match stream.write(sent) {
+            Ok(count) => sent = &sent[count..],
+            Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {}
+            Err(_) => break,
+        }
+    }
+    desktop.line.outgoing.clear();
+    true
+}

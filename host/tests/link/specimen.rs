@@ -1,0 +1,46 @@
+//! Compensations small enough to be sent often.
+
+use trueaxis::{AlignedBlob, Axis, Direction, Draft, DraftBank, Interpolation, SampleFormat, Term};
+
+/// The rate bound of every axis, mm/s.
+pub const RATE: f32 = 10.0;
+
+/// Axes X and Y; ΔX = scale · f(Y), with `points` samples of pseudo-random f.
+pub fn blob(machine: &str, axes: &[u8], scale: f32, points: u16) -> AlignedBlob {
+    let axis = |&name: &u8| Axis {
+        name,
+        travel: [-1000.0, 1000.0],
+        value_bound: 0.5,
+        rate_bound: RATE,
+        hysteresis: 0.01,
+        ramp_rate: 2.0,
+    };
+    let wave = |k: u16| (f32::from(k.wrapping_mul(31) % 97) - 48.0) / 48.0;
+    let bank = |direction, column| DraftBank {
+        input: 1,
+        start: -100.0,
+        step: 200.0 / (f32::from(points) - 1.0),
+        modulo: false,
+        direction,
+        interpolation: Interpolation::Linear,
+        format: SampleFormat::F32,
+        columns: vec![column],
+    };
+    let term = |output, weight, factors: &[u8]| Term {
+        output,
+        weight,
+        limits: None,
+        factors: factors.try_into().unwrap(),
+    };
+    let draft = Draft {
+        machine: machine.into(),
+        axes: axes.iter().map(axis).collect(),
+        banks: vec![
+            bank(Direction::Both, (0..points).map(wave).collect()),
+            bank(Direction::Signed, vec![0.01; points.into()]),
+        ],
+        terms: vec![term(0, scale, &[0]), term(1, 0.5, &[1])],
+        ..Draft::default()
+    };
+    draft.encode().unwrap()
+}
