@@ -203,7 +203,9 @@ impl Link {
         let request = postcard::from_bytes::<Request<'_>>(body);
         let scratch = &mut self.scratch;
         if let Ok(Request::Hello) = request {
-            let (session, new) = self.session.open(header.session);
+            let Some((session, new)) = self.session.open(header.session) else {
+                return Ok(());
+            };
             if new {
                 self.waiting = None;
                 controller.drop_motion();

@@ -7,6 +7,8 @@ use trueaxis::link::Header;
 pub(super) struct Session {
     /// What the host called it in its hello.
     name: u32,
+    /// What the host of the session before called that.
+    retired: Option<u32>,
     /// What its requests carry; 0: none is open.
     id: u32,
     /// Sequence number of the last request.
@@ -31,6 +33,7 @@ pub(super) enum Turn {
 impl Session {
     pub(super) const NONE: Self = Self {
         name: 0,
+        retired: None,
         id: 0,
         last: None,
         count: 0,
@@ -38,18 +41,23 @@ impl Session {
 
     /// Opens the session that a host calls `name`; returns its number and whether it is new.
     ///
-    /// A hello that comes again finds its session open. One that comes late opens a session that
-    /// nobody uses: no request that was delayed with it has its number, so none is done twice.
-    pub(super) fn open(&mut self, name: u32) -> (u32, bool) {
+    /// A hello that comes again finds its session open; one of the session before is late, and
+    /// nobody waits for its answer: `None`. One that is later still opens a session that nobody
+    /// uses: no request that was delayed with it has its number, so none is done twice.
+    pub(super) fn open(&mut self, name: u32) -> Option<(u32, bool)> {
         let new = self.id == 0 || self.name != name;
         if new {
+            if self.retired == Some(name) {
+                return None;
+            }
+            self.retired = (self.id != 0).then_some(self.name);
             self.count = self.count.wrapping_add(1);
             self.name = name;
             let id = name ^ self.count.wrapping_mul(0x9E37_79B9);
             self.id = if id == 0 { u32::MAX } else { id };
             self.last = None;
         }
-        (self.id, new)
+        Some((self.id, new))
     }
 
     /// Takes note of a request.

@@ -1,1 +1,184 @@
+use std::vec;
+use std::vec::Vec;
 
+use trueaxis::link::{
+    END, Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver, Refusal, Reply,
+    Request, VersionAnswer, encode,
+};
+
+use crate::desktop::Desktop;
+use crate::mock_flash::MockFlash;
+
+fn desktop() -> Desktop {
+    Desktop::start(MockFlash::new(8), 0.001)
+}
+
+fn frame(session: u32, sequence: u16, request: &impl serde::Serialize) -> Vec<u8> {
+    let header = Header { session, sequence };
+    let (mut scratch, mut out) = ([0; MOST_BODY], [0; MOST_WIRE]);
+    encode(header, request, &mut scratch, &mut out)
+        .unwrap()
+        .to_vec()
+}
+
+/// What comes back for these bytes.
+fn exchange(desktop: &mut Desktop, bytes: &[u8]) -> Vec<u8> {
+    desktop.line.incoming.extend(bytes);
+    while !desktop.line.incoming.is_empty() {
+        desktop.turn(1);
+    }
+    std::mem::take(&mut desktop.line.outgoing)
+}
+
+/// Calls `look` with every frame in `bytes`.
+fn frames(bytes: &[u8], mut look: impl FnMut(Framed<'_>)) -> usize {
+    let mut receiver = Receiver::new();
+    let mut count = 0;
+    for &byte in bytes {
+        if receiver.push(byte) == Received::Frame {
+            look(receiver.frame().unwrap());
+            count += 1;
+        }
+    }
+    count
+}
+
+/// The one reply in `bytes`, to this request.
+fn reply(bytes: &[u8], wanted: (u32, u16)) -> Vec<u8> {
+    let mut bodies = vec![];
+    frames(bytes, |framed| match framed {
+        Framed::Message(Header { session, sequence }, body) => {
+            assert_eq!((session, sequence), wanted);
+            bodies.push(body.to_vec());
+        }
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(bodies.len(), 1);
+    bodies.remove(0)
+}
+
+fn session(desktop: &mut Desktop, name: u32) -> u32 {
+    let answer = exchange(desktop, &frame(name, 0, &Request::Hello));
+    let body = reply(&answer, (name, 0));
+    match postcard::from_bytes(&body).unwrap() {
+        Reply::Hello(hello) => hello.session,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_request_that_comes_again_is_answered_again_and_not_done_again() {
+    let mut desktop = desktop();
+    let s = session(&mut desktop, 17);
+    let enable = frame(s, 1, &Request::Enable(true));
+    let first = exchange(&mut desktop, &enable);
+    assert_eq!(
+        postcard::from_bytes(&reply(&first, (s, 1))),
+        Ok(Reply::Done)
+    );
+    // Somebody else disables: the repetition does not undo that.
+    desktop.servo.lock(|side| side.enable(false));
+    assert_eq!(exchange(&mut desktop, &enable), first);
+    assert!(!desktop.servo.lock(|side| side.is_enabled()));
+    // The next one counts, and then the first one is too late.
+    let status = frame(s, 2, &Request::Status);
+    assert_ne!(exchange(&mut desktop, &status), first);
+    assert_eq!(exchange(&mut desktop, &enable), []);
+    // The numbers begin anew after the last one.
+    let mut sequence = 2_u16;
+    for _ in 0..20 {
+        sequence = sequence.wrapping_add(9000);
+        let status = frame(s, sequence, &Request::Status);
+        reply(&exchange(&mut desktop, &status), (s, sequence));
+    }
+}
+
+#[test]
+fn only_the_last_session_is_open() {
+    let mut desktop = desktop();
+    let none = frame(99, 1, &Request::Status);
+    let refused = Reply::Refused(Refusal::NoSession);
+    let answer = reply(&exchange(&mut desktop, &none), (99, 1));
+    assert_eq!(postcard::from_bytes(&answer), Ok(refused.clone()));
+    let first = session(&mut desktop, 17);
+    assert_eq!(session(&mut desktop, 17), first, "the same hello again");
+    let second = session(&mut desktop, 18);
+    assert_ne!(first, second);
+    let old = frame(first, 1, &Request::Enable(true));
+    let answer = reply(&exchange(&mut desktop, &old), (first, 1));
+    assert_eq!(postcard::from_bytes(&answer), Ok(refused));
+    // The first hello, late: not answered, and the second session stays.
+    let late = frame(17, 0, &Request::Hello);
+    assert_eq!(exchange(&mut desktop, &late), []);
+    let status = frame(second, 1, &Request::Status);
+    reply(&exchange(&mut desktop, &status), (second, 1));
+}
+
+#[test]
+fn another_version_is_answered_with_ours() {
+    let mut desktop = desktop();
+    // Any frame of that version: what follows the version byte is not looked at.
+    for body in [&[][..], &[1; 100]] {
+        let mut plain = vec![PROTOCOL + 1];
+        plain.extend(body);
+        let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&plain);
+        plain.extend(check.to_le_bytes());
+        let mut bytes = vec![];
+        // COBS, one block at a time: no byte of `plain` needs another.
+        for block in plain.split(|byte| *byte == 0) {
+            bytes.push(block.len() as u8 + 1);
+            bytes.extend(block);
+        }
+        bytes.push(END);
+        let answer = exchange(&mut desktop, &bytes);
+        let count = frames(&answer, |framed| {
+            let versions = VersionAnswer {
+                lowest: PROTOCOL,
+                highest: PROTOCOL,
+            };
+            assert_eq!(framed, Framed::VersionAnswer(versions));
+        });
+        assert_eq!(count, 1);
+    }
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_and_garbage_is_dropped() {
+    let mut desktop = desktop();
+    let s = session(&mut desktop, 17);
+    // A request of a later firmware, and one that is cut off within its body.
+    for (sequence, body) in [(1_u16, &[200_u8][..]), (2, &[3, 5, 20])] {
+        struct Raw<'a>(&'a [u8]);
+        impl serde::Serialize for Raw<'_> {
+            fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+                use serde::ser::SerializeTuple;
+                let mut tuple = s.serialize_tuple(self.0.len())?;
+                for byte in self.0 {
+                    tuple.serialize_element(byte)?;
+                }
+                tuple.end()
+            }
+        }
+        let answer = exchange(&mut desktop, &frame(s, sequence, &Raw(body)));
+        let answer = reply(&answer, (s, sequence));
+        assert_eq!(
+            postcard::from_bytes(&answer),
+            Ok(Reply::Refused(Refusal::Unknown))
+        );
+    }
+    let whole = frame(s, 3, &Request::Enable(true));
+    for length in 1..whole.len() - 1 {
+        let mut cut = whole[..length].to_vec();
+        cut.push(END);
+        assert_eq!(exchange(&mut desktop, &cut), []);
+    }
+    let garbage = desktop.link.counts().garbage;
+    assert_eq!(garbage as usize, whole.len() - 2);
+    // Longer than any frame.
+    assert_eq!(exchange(&mut desktop, &[7; 5000]), []);
+    assert_eq!(exchange(&mut desktop, &[END]), []);
+    assert_eq!(desktop.link.counts().garbage, garbage + 1);
+    assert!(!desktop.servo.lock(|side| side.is_enabled()));
+    reply(&exchange(&mut desktop, &whole), (s, 3));
+    assert!(desktop.servo.lock(|side| side.is_enabled()));
+}
