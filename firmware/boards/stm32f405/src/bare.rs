@@ -1,0 +1,138 @@
+//! Memory and registers at fixed addresses: the only file of this crate with `unsafe`.
+#![allow(unsafe_code)]
+
+/// The table slots of the STM32F405, as `memory.x` places them.
+#[cfg(feature = "stm32f405")]
+pub mod slots {
+    use trueaxis_firmware::slots::Slot;
+
+    unsafe extern "C" {
+        safe static __slot_a_start: u8;
+        safe static __slot_a_end: u8;
+        safe static __slot_b_start: u8;
+        safe static __slot_b_end: u8;
+    }
+
+    /// First address of a slot, and the one behind its last.
+    pub fn addresses(slot: Slot) -> [usize; 2] {
+        let [start, end] = match slot {
+            Slot::A => [&raw const __slot_a_start, &raw const __slot_a_end],
+            Slot::B => [&raw const __slot_b_start, &raw const __slot_b_end],
+        };
+        [start.addr(), end.addr()]
+    }
+
+    /// The bytes of a slot in place.
+    pub fn bytes(slot: Slot) -> &'static [u8] {
+        let [start, end] = addresses(slot);
+        // SAFETY: `memory.x` gives this range to nothing else, it is flash that the processor can
+        // read for as long as it runs, and every byte of it is a valid u8. The flash controller
+        // changes it only for `NorFlash::erase` and `write` of the one driver, which `Slots` calls
+        // for a slot that is not active only; of such a slot nobody keeps a reference across a
+        // change (`TableFlash::in_place`, `Loader::vacate`), and the driver's own ends before.
+        unsafe { core::slice::from_raw_parts(start as *const u8, end - start) }
+    }
+}
+
+/// In QEMU: the slots in memory, mirrored from a file.
+#[cfg(feature = "qemu")]
+pub mod mirror {
+    use core::cell::UnsafeCell;
+    use core::sync::atomic::{AtomicBool, Ordering};
+    use trueaxis_firmware::slots::Slot;
+
+    /// Bytes of a slot: those of the STM32F405.
+    pub const LENGTH: usize = 256 * 1024;
+
+    #[repr(C, align(32))]
+    struct Cell(UnsafeCell<[u8; LENGTH]>);
+
+    // SAFETY: only the one `Mirror` reaches it; see there.
+    unsafe impl Sync for Cell {}
+
+    static CELLS: [Cell; 2] = [const { Cell(UnsafeCell::new([0; LENGTH])) }; 2];
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+
+    /// The slots in memory. There is one.
+    pub struct Mirror(());
+
+    impl Mirror {
+        /// The mirror, the first time this is called.
+        pub fn take() -> Option<Self> {
+            (!TAKEN.swap(true, Ordering::Relaxed)).then_some(Self(()))
+        }
+
+        /// The bytes of a slot in place.
+        pub fn bytes(&self, slot: Slot) -> &'static [u8] {
+            let cell = &CELLS[slot.index()].0;
+            // SAFETY: each slot is a cell of its own, and is changed by `write` alone, which needs
+            // the one `Mirror` mutably. `Slots` writes only a slot that is not active, and nobody
+            // keeps a reference to the bytes of such a slot across a change
+            // (`TableFlash::in_place`, `Loader::vacate`).
+            unsafe { &*cell.get() }
+        }
+
+        /// Replaces bytes of a slot; false, and nothing, if they are not all within it.
+        pub fn write(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> bool {
+            let cell = &CELLS[slot.index()].0;
+            // SAFETY: `self` is the one `Mirror`, and is borrowed mutably; for references that
+            // `bytes` has given away see there.
+            let all = unsafe { &mut *cell.get() };
+            let place = all.get_mut(at..).and_then(|rest| rest.get_mut(..bytes.len()));
+            match place {
+                Some(place) => {
+                    place.copy_from_slice(bytes);
+                    true
+                }
+                None => false,
+            }
+        }
+    }
+}
+
+/// In QEMU: the first UART of the MPS2 boards, a CMSDK APB UART.
+#[cfg(feature = "qemu")]
+pub mod uart {
+    const BASE: usize = 0x4000_4000;
+    const DATA: usize = BASE;
+    const STATE: usize = BASE + 4;
+    const CONTROL: usize = BASE + 8;
+    const DIVIDER: usize = BASE + 16;
+
+    fn read(register: usize) -> u32 {
+        // SAFETY: the constants above, which are registers of this board whatever else it runs;
+        // reading them changes no memory of this program.
+        unsafe { (register as *const u32).read_volatile() }
+    }
+
+    fn write(register: usize, value: u32) {
+        // SAFETY: as above; the UART has no access to memory.
+        unsafe { (register as *mut u32).write_volatile(value) }
+    }
+
+    /// Enables both directions; QEMU ignores the rate.
+    pub fn start() {
+        write(DIVIDER, 16);
+        write(CONTROL, 0b11);
+    }
+
+    /// A byte has come.
+    pub fn readable() -> bool {
+        read(STATE) & 0b10 != 0
+    }
+
+    /// A byte can be sent.
+    pub fn writable() -> bool {
+        read(STATE) & 0b01 == 0
+    }
+
+    /// The byte that has come.
+    pub fn receive() -> u8 {
+        (read(DATA) & 0xFF) as u8
+    }
+
+    /// Sends a byte.
+    pub fn send(byte: u8) {
+        write(DATA, byte.into());
+    }
+}

@@ -1,0 +1,43 @@
+//! trueaxis on an STM32F405, and the same in QEMU: what does not depend on the board.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `controller` | the main loop: link, settings, temperatures, signals |
+//! | `servo` | the servo side, shared between the interrupt and the main loop |
+//! | `standstill` | whether the machine stands still with its drives off |
+//! | `signals` | lamp and fault pin |
+//! | `bare` | all `unsafe`: memory and registers at fixed addresses |
+//! | `stm32f405`, `qemu` | drivers of the one board and of the other |
+#![no_std]
+#![deny(unsafe_code)]
+
+pub mod bare;
+pub mod controller;
+#[cfg(feature = "qemu")]
+pub mod qemu;
+pub mod servo;
+pub mod signals;
+pub mod standstill;
+#[cfg(feature = "stm32f405")]
+pub mod stm32f405;
+
+use trueaxis_firmware::places;
+
+/// Axes of a compensation.
+pub const AXES: usize = 8;
+/// Tables of a compensation.
+pub const TABLES: usize = 96;
+/// Terms of a compensation.
+pub const TERMS: usize = 256;
+/// Grids of a compensation.
+pub const GRIDS: usize = 2;
+
+/// Servo periods per second.
+pub const RATE: u32 = 4000;
+/// Nominal servo period, s.
+pub const PERIOD: f32 = 1.0 / RATE as f32;
+
+/// Room for two compensations.
+pub type Places = places::Places<AXES, TABLES, TERMS, GRIDS>;
+/// See [`trueaxis_firmware::device::ServoSide`].
+pub type ServoSide = trueaxis_firmware::device::ServoSide<AXES, TABLES, TERMS, GRIDS>;

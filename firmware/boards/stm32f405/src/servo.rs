@@ -1,0 +1,60 @@
+//! The servo side, shared between the servo interrupt and the main loop.
+
+use core::cell::{Cell, RefCell};
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use critical_section::Mutex;
+use trueaxis_firmware::device::{Clock, CorrectionSink, PositionSource, ServoAccess};
+
+use crate::{AXES, GRIDS, RATE, ServoSide, TABLES, TERMS};
+
+/// The servo side where both can reach it.
+pub type Shared = Mutex<RefCell<ServoSide>>;
+
+/// The servo side that the interrupt updates, once there is one.
+static SIDE: Mutex<Cell<Option<&'static Shared>>> = Mutex::new(Cell::new(None));
+/// Servo interrupts since start.
+static TICKS: AtomicU32 = AtomicU32::new(0);
+
+/// The main loop's access to the servo side.
+#[derive(Clone, Copy)]
+pub struct Access {
+    side: &'static Shared,
+}
+
+impl Access {
+    /// Gives `side` to the interrupt too.
+    pub fn share(side: &'static Shared) -> Self {
+        critical_section::with(|token| SIDE.borrow(token).set(Some(side)));
+        Self { side }
+    }
+}
+
+impl ServoAccess<AXES, TABLES, TERMS, GRIDS> for Access {
+    fn with<R>(&mut self, f: impl FnOnce(&mut ServoSide) -> R) -> R {
+        // Nobody else holds it: the interrupt is masked, and the main loop is here.
+        critical_section::with(|token| f(&mut self.side.borrow_ref_mut(token)))
+    }
+}
+
+/// One servo period: to be called by the servo interrupt.
+pub fn tick(
+    source: &mut impl PositionSource<AXES>,
+    sink: &mut impl CorrectionSink<AXES>,
+    clock: &impl Clock,
+) {
+    TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    critical_section::with(|token| {
+        let Some(shared) = SIDE.borrow(token).get() else {
+            return;
+        };
+        if let Ok(mut side) = shared.borrow(token).try_borrow_mut() {
+            side.tick(source, sink, clock);
+        }
+    });
+}
+
+/// Milliseconds since start, as the servo interrupt counts them; wraps after 12 days.
+pub fn milliseconds() -> u32 {
+    TICKS.load(Ordering::Relaxed) / (RATE / 1000)
+}

@@ -1,0 +1,48 @@
+//! Whether the machine stands still with its drives off.
+
+use embedded_hal::digital::InputPin;
+use trueaxis_firmware::device::Machine;
+
+use crate::AXES;
+
+/// So long the commands must not have changed, ms.
+const QUIET: u32 = 200;
+
+/// The state of the drives from a pin, and whether the commands have stopped.
+pub struct Standstill<P> {
+    /// High while the drives are off.
+    drives_off: P,
+    commands: [f32; AXES],
+    /// When they changed last, ms.
+    changed: u32,
+    is: bool,
+}
+
+impl<P: InputPin> Standstill<P> {
+    /// `drives_off` is high while the drives are off.
+    pub const fn new(drives_off: P) -> Self {
+        Self {
+            drives_off,
+            commands: [0.0; AXES],
+            changed: 0,
+            is: false,
+        }
+    }
+
+    /// Looks at the machine: to be called from the main loop, with the last commands.
+    pub fn observe(&mut self, commands: &[f32; AXES], now: u32) {
+        if self.commands != *commands {
+            self.commands = *commands;
+            self.changed = now;
+        }
+        // A pin that cannot be read says nothing, so the drives may be on.
+        let off = self.drives_off.is_high().unwrap_or(false);
+        self.is = off && now.wrapping_sub(self.changed) >= QUIET;
+    }
+}
+
+impl<P: InputPin> Machine for Standstill<P> {
+    fn standstill(&self) -> bool {
+        self.is
+    }
+}
