@@ -78,7 +78,9 @@ pub mod mirror {
             // SAFETY: `self` is the one `Mirror`, and is borrowed mutably; for references that
             // `bytes` has given away see there.
             let all = unsafe { &mut *cell.get() };
-            let place = all.get_mut(at..).and_then(|rest| rest.get_mut(..bytes.len()));
+            let place = all
+                .get_mut(at..)
+                .and_then(|rest| rest.get_mut(..bytes.len()));
             match place {
                 Some(place) => {
                     place.copy_from_slice(bytes);
@@ -134,5 +136,23 @@ pub mod uart {
     /// Sends a byte.
     pub fn send(byte: u8) {
         write(DATA, byte.into());
+    }
+}
+
+/// Lets interrupts come, whose handlers are in place.
+#[cfg(feature = "stm32f405")]
+pub fn start_interrupts<const N: usize>(
+    nvic: &mut cortex_m::peripheral::NVIC,
+    interrupts: [stm32f4xx_hal::pac::Interrupt; N],
+) {
+    for interrupt in interrupts {
+        // SAFETY: no code of this crate relies on an interrupt being masked by its priority or by
+        // its enable bit: what handlers share with the main loop is in a `Mutex` of
+        // `critical_section`, which masks all of them.
+        unsafe {
+            // All the same: none interrupts another.
+            nvic.set_priority(interrupt, 0x10);
+            cortex_m::peripheral::NVIC::unmask(interrupt);
+        }
     }
 }

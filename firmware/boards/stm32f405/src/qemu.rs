@@ -79,7 +79,9 @@ impl FileFlash {
     /// Fills the mirror from the file; what the file does not have is blank.
     fn load(&mut self) -> Result<(), FileError> {
         let mut piece = [0; Self::PIECE];
-        self.file.seek(SeekFrom::Start(0)).map_err(|_| FileError::File)?;
+        self.file
+            .seek(SeekFrom::Start(0))
+            .map_err(|_| FileError::File)?;
         for at in (0..2 * LENGTH).step_by(Self::PIECE) {
             let mut have = 0;
             while have < piece.len() {
@@ -102,7 +104,8 @@ impl FileFlash {
     /// Writes to the file, then to the mirror.
     fn store(&mut self, at: usize, bytes: &[u8]) -> Result<(), FileError> {
         let file = &mut self.file;
-        file.seek(SeekFrom::Start(at as u64)).map_err(|_| FileError::File)?;
+        file.seek(SeekFrom::Start(at as u64))
+            .map_err(|_| FileError::File)?;
         file.write_all(bytes).map_err(|_| FileError::File)?;
         let (slot, offset) = place(at);
         if self.mirror.write(slot, offset, bytes) {

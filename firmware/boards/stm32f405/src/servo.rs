@@ -43,7 +43,10 @@ pub fn tick(
     sink: &mut impl CorrectionSink<AXES>,
     clock: &impl Clock,
 ) {
-    TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    TICKS.store(
+        TICKS.load(Ordering::Relaxed).wrapping_add(1),
+        Ordering::Relaxed,
+    );
     critical_section::with(|token| {
         let Some(shared) = SIDE.borrow(token).get() else {
             return;

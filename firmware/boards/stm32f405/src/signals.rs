@@ -63,7 +63,9 @@ impl<L: OutputPin, H: OutputPin> Signals<L, H> {
         };
         // Pins of a microcontroller do not fail.
         let _ = self.lamp.set_state(PinState::from(on));
-        let _ = self.healthy.set_state(PinState::from(shown != Shown::Fault));
+        let _ = self
+            .healthy
+            .set_state(PinState::from(shown != Shown::Fault));
         shown
     }
 }
