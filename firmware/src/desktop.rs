@@ -7,7 +7,7 @@ use std::boxed::Box;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::vec::Vec;
 
 use embedded_io::{ErrorType, Read, ReadReady, Write};
@@ -117,11 +117,12 @@ pub struct Desktop<const WRITE: usize = 4, const ERASE: usize = 256> {
     pub link: Link,
     /// What it runs over.
     pub line: Line,
+    places: &'static Places,
     period: f32,
 }
 
 impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
-    /// Starts with what the flash holds; `period` in s. Each start leaks the two places, some 40 kB.
+    /// Starts with what the flash holds; `period` in s.
     #[must_use]
     pub fn start(flash: MockFlash<WRITE, ERASE>, period: f32) -> Self {
         Self::start_watched(flash, period, |_, _| ())
@@ -134,7 +135,8 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         period: f32,
         watch: impl FnOnce(&mut MockFlash<WRITE, ERASE>, &Shared),
     ) -> Self {
-        let places: &'static Places = Box::leak(Box::default());
+        let pooled = pool().pop();
+        let places = pooled.unwrap_or_else(|| Box::leak(Box::default()));
         let Some((loader, driven)) = places.split() else {
             unreachable!("the places are new");
         };
@@ -154,6 +156,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
             standstill,
             link: Link::new(),
             line: Line::default(),
+            places,
             period,
         }
     }
@@ -169,12 +172,41 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         }
     }
 
-    /// Power off and on again: only the flash stays.
+    /// Power off: only the flash stays, without its listener and with power.
+    #[must_use]
+    pub fn stop(self) -> MockFlash<WRITE, ERASE> {
+        let Self {
+            device,
+            servo,
+            places,
+            ..
+        } = self;
+        let (slots, loader, other) = device.close();
+        let mut flash = slots.close();
+        // It may know the servo too.
+        flash.set_listener(|_| ());
+        drop(other);
+        // Whoever else holds the servo keeps the places for ever.
+        if let Some(side) = Arc::into_inner(servo.0) {
+            let side = side.into_inner().unwrap_or_else(PoisonError::into_inner);
+            if places.unite(loader, side.into_driven()) {
+                pool().push(places);
+            }
+        }
+        flash.set_fuel(None);
+        flash
+    }
+
+    /// Power off and on again.
     #[must_use]
     pub fn restart(self) -> Self {
         let period = self.period;
-        let mut flash = self.device.close().close();
-        flash.set_fuel(None);
-        Self::start(flash, period)
+        Self::start(self.stop(), period)
     }
+}
+
+/// Places that are not in use: some 40 kB each, and they must live for ever.
+fn pool() -> MutexGuard<'static, Vec<&'static Places>> {
+    static POOL: Mutex<Vec<&'static Places>> = Mutex::new(Vec::new());
+    POOL.lock().unwrap_or_else(PoisonError::into_inner)
 }

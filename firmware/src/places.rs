@@ -105,6 +105,27 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         Some((Loader { places: self }, driven))
     }
 
+    /// Takes both sides back, which ends the servo; both places are empty, and can be split again.
+    /// False if the sides are of other places: those stay split for ever.
+    pub fn unite(
+        &'static self,
+        mut loader: Loader<AXES, TABLES, TERMS, GRIDS>,
+        driven: Driven<AXES, TABLES, TERMS, GRIDS>,
+    ) -> bool {
+        // Of the driven side nothing is used from here on: its references are gone.
+        let Driven { places, .. } = driven;
+        let ours = core::ptr::eq(self, loader.places) && core::ptr::eq(self, places);
+        if ours {
+            self.read.store(0, Ordering::Release);
+            for place in [0, 1] {
+                let _ = loader.write(place, &[]);
+            }
+            self.read.store(1, Ordering::Release);
+            self.taken.store(false, Ordering::Release);
+        }
+        ours
+    }
+
     fn cell(&self, place: u8) -> &UnsafeCell<Compensation<'static, AXES, TABLES, TERMS, GRIDS>> {
         let [first, second] = &self.cells;
         if place == 0 { first } else { second }

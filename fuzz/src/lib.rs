@@ -55,6 +55,20 @@ impl Bytes<'_> {
     }
 }
 
+/// Bytes that are serialised as they are.
+pub struct Raw<'a>(pub &'a [u8]);
+
+impl serde::Serialize for Raw<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeTuple;
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
+}
+
 /// Writes magic, version, length and checksum over the first 16 bytes.
 pub fn seal(blob: &mut Vec<u8>) {
     const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);

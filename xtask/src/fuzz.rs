@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-const TARGETS: [&str; 3] = ["decode", "evaluate", "slots"];
+const TARGETS: [&str; 4] = ["decode", "evaluate", "slots", "link"];
 /// Longest input, bytes: short ones are many times faster and reach every branch.
 const MAX_LEN: u64 = 2048;
 
@@ -37,6 +37,9 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     for name in TARGETS {
         let corpus = root().join("fuzz/corpus").join(name);
         seed(name, &corpus)?;
+        if name == "link" {
+            seed_link(&corpus)?;
+        }
         let mut command = Command::new("cargo");
         command
             .current_dir(root().join("fuzz"))
@@ -75,6 +78,25 @@ fn read(options: &[&str]) -> Result<Length, String> {
             other.join(" ")
         )),
     }
+}
+
+/// Puts a conversation into the corpus that reaches a change of compensation: see the target.
+fn seed_link(corpus: &Path) -> Result<(), String> {
+    // Three flags for the blob, the slot and force, and the request.
+    let step = |request: u8| [1, 1, 1, request];
+    for mode in [2, 3] {
+        let mut bytes = vec![mode];
+        bytes.extend(step(0));
+        bytes.extend(step(4));
+        bytes.push(40);
+        for request in [0, 1, 2, 3, 5, 6, 7] {
+            bytes.extend(step(request));
+        }
+        bytes.extend(0..40);
+        let name = format!("change-{mode}");
+        fs::write(corpus.join(name), bytes).map_err(|e| format!("seeds of link: {e}"))?;
+    }
+    Ok(())
 }
 
 /// Puts the golden blobs into the corpus, behind the byte that chooses the mode.

@@ -159,9 +159,9 @@ where
         &mut self.machine
     }
 
-    /// Stops: gives the slots back, as they are.
-    pub fn close(self) -> Slots<F> {
-        self.slots
+    /// Stops: gives back what it was started with, as it is.
+    pub fn close(self) -> (Slots<F>, Loader<AXES, TABLES, TERMS, GRIDS>, S) {
+        (self.slots, self.loader, self.servo)
     }
 
     /// Whether the servo must not run while the flash is erased or written.

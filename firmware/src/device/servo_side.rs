@@ -126,6 +126,12 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         }
     }
 
+    /// Stops: gives back what it was made with.
+    #[must_use]
+    pub fn into_driven(self) -> Driven<AXES, TABLES, TERMS, GRIDS> {
+        self.driven
+    }
+
     /// One servo period: takes a command, updates the servo, gives the correction.
     ///
     /// Commands of `source` come before those of the link. A source that has given commands and

@@ -190,7 +190,7 @@ fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
     );
     assert_eq!(desktop.device.fault(), None);
     // The newest is damaged.
-    let mut flash = desktop.device.close().close();
+    let mut flash = desktop.stop();
     flash.flip(Slot::B, 8 * 100);
     let desktop = Desktop::start(flash, PERIOD);
     assert_eq!(
@@ -205,7 +205,7 @@ fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
     let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
     let good = blob("m", b"XY", 0.1);
     flashed(&mut desktop, &good);
-    let mut slots = desktop.device.close();
+    let mut slots = Slots::open(desktop.stop());
     let (length, crc) = announced(&nine);
     slots.set_active(Some(Slot::A));
     slots.begin(length, crc).unwrap();

@@ -8,7 +8,7 @@ use std::time::Duration;
 use trueaxis::link::{
     Activation, MOST_CHUNK, Refusal, Request, Slot, SlotState, Upload, short_name,
 };
-use trueaxis::{HEADER, LoadError};
+use trueaxis::{Header, LoadError};
 
 /// Between two questions how far something has come.
 const PAUSE: Duration = Duration::from_millis(50);
@@ -92,15 +92,6 @@ pub struct Outcome {
     pub activated: Activated,
 }
 
-/// Length and CRC as in the header of a blob.
-fn stated(blob: &[u8]) -> Result<(u32, u32), FlashError> {
-    let word = |at: usize| blob.get(at..at + 4).and_then(|b| b.try_into().ok());
-    match (word(8), word(HEADER - 4)) {
-        (Some(length), Some(crc)) => Ok((u32::from_le_bytes(length), u32::from_le_bytes(crc))),
-        _ => Err(FlashError::Blob(LoadError::NoHeader)),
-    }
-}
-
 /// Whether a controller can take a blob: the same machine (unless forced) and enough room.
 ///
 /// # Errors
@@ -174,7 +165,7 @@ pub fn flash<P: Port>(
     progress: &dyn Progress,
 ) -> Result<Outcome, FlashError> {
     check(controller, blob, force)?;
-    let (length, crc) = stated(blob)?;
+    let Header { length, crc } = Header::read(blob).map_err(FlashError::Blob)?;
     let already = |controller: &Controller| {
         newest(controller).filter(|&(_, _, l, c)| (l, c) == (length, crc))
     };
@@ -214,14 +205,14 @@ pub fn flash<P: Port>(
 fn upload<P: Port>(
     client: &mut Client<P>,
     blob: &[u8],
-    stated: (u32, u32),
+    (length, crc): (u32, u32),
     force: bool,
     progress: &dyn Progress,
 ) -> Result<u32, FlashError> {
     let mut resumed = None;
     let mut last = FlashError::NotReady(Upload::None);
     for _ in 0..ATTEMPTS {
-        let next = begin(client, stated, progress)?;
+        let next = begin(client, (length, crc), progress)?;
         let resumed = *resumed.get_or_insert(next);
         let done = send(client, blob, next, progress)
             .and_then(|()| Ok(client.upload(&Request::Commit { force })?));
@@ -241,7 +232,6 @@ fn upload<P: Port>(
                     client.upload(&Request::Abort)?;
                 }
                 // The answer to a commit may be lost with the session.
-                let (length, crc) = stated;
                 let found = newest(&client.hello()?);
                 if found.is_some_and(|(_, _, l, c)| (l, c) == (length, crc)) {
                     return Ok(resumed);

@@ -135,7 +135,7 @@ fn what_does_not_fit_is_refused_before_anything_is_erased() {
     let served = Served::tcp(desktop(WhileBusy::DualBank));
     let text = says(2, &["flash", &files.at("large"), "--port", &served.port]);
     assert!(text.contains("bytes, the controller holds 24448"), "{text}");
-    let mut flash = served.take().device.close().close();
+    let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));
 }
 
