@@ -17,6 +17,9 @@
 //! [`Loader::vacate`].
 #![allow(unsafe_code)]
 
+#[cfg(test)]
+mod tests;
+
 use core::cell::UnsafeCell;
 use core::fmt;
 use core::marker::PhantomData;

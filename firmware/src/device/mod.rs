@@ -26,7 +26,7 @@ pub use board::{
     Clock, Command, CorrectionSink, Identity, LinkOnly, Machine, NoClock, PositionSource,
     ServoAccess,
 };
-pub use servo_side::{Counters, ServoSide};
+pub use servo_side::{Counters, ServoSide, Snapshot};
 
 /// The side of the main loop.
 pub struct Device<

@@ -51,48 +51,38 @@ where
 
     /// How things are.
     pub fn report(&mut self) -> Report {
-        let (activation, upload, fault) = (self.activation(), self.upload_state(), self.fault());
-        self.servo.with(|side| {
-            let driven = side.driven();
-            let compensation = driven.compensation();
-            let axes = compensation.axes().len();
-            let first = |values: &[f32; AXES]| values.iter().take(axes).copied().collect();
-            let (last, counters) = (side.last(), side.counters());
-            Report {
-                positions: first(side.positions()),
-                dq: first(&last.dq),
-                computed: first(&last.computed),
-                auxiliaries: side
-                    .auxiliaries()
-                    .iter()
-                    .take(compensation.auxiliaries().len())
-                    .copied()
-                    .collect(),
-                sensors_lost: side.sensors_lost(),
-                weights: driven
-                    .wanted_weights()
-                    .iter()
-                    .map(|(term, weight)| (told(term, u16::MAX), weight))
-                    .collect(),
-                enabled: side.is_enabled(),
-                dry_run: side.is_dry_run(),
-                suspended: side.is_suspended(),
-                referenced: side.referenced(),
-                factor: driven.factor(),
-                conditions: last.status.conditions.0,
-                saturated: last.status.saturated,
-                rate_limited: last.status.rate_limited,
-                travel_limited: last.status.travel_limited,
-                rails: counters.rails.iter().take(axes).copied().collect(),
-                updates: counters.updates,
-                missed: counters.missed,
-                cost: counters.cost,
-                worst_cost: counters.worst_cost,
-                cost_unit: counters.cost_unit,
-                activation,
-                upload,
-                fault,
-            }
-        })
+        let now = self.servo.with(|side| side.snapshot());
+        let compensation = self.loader.current();
+        let axes = compensation.axes().len();
+        let auxiliaries = compensation.auxiliaries().len();
+        let first = |values: &[f32; AXES]| values.iter().take(axes).copied().collect();
+        let weight = |(term, weight)| (told(term, u16::MAX), weight);
+        let (status, counters) = (&now.last.status, &now.counters);
+        Report {
+            positions: first(&now.positions),
+            dq: first(&now.last.dq),
+            computed: first(&now.last.computed),
+            auxiliaries: now.auxiliaries.iter().take(auxiliaries).copied().collect(),
+            sensors_lost: now.sensors_lost,
+            weights: now.weights.iter().map(weight).collect(),
+            enabled: now.enabled,
+            dry_run: now.dry_run,
+            suspended: now.suspended,
+            referenced: now.referenced,
+            factor: now.factor,
+            conditions: status.conditions.0,
+            saturated: status.saturated,
+            rate_limited: status.rate_limited,
+            travel_limited: status.travel_limited,
+            rails: counters.rails.iter().take(axes).copied().collect(),
+            updates: counters.updates,
+            missed: counters.missed,
+            cost: counters.cost,
+            worst_cost: counters.worst_cost,
+            cost_unit: counters.cost_unit,
+            activation: self.activation(),
+            upload: self.upload_state(),
+            fault: self.fault(),
+        }
     }
 }

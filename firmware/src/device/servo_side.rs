@@ -3,7 +3,7 @@
 use trueaxis::link::{CostUnit, MOST_ROWS, Rails};
 use trueaxis::{
     AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, PATIENCE, Refused, Status,
-    WeightError,
+    WeightError, Weights,
 };
 
 use super::board::{Clock, Command, CorrectionSink, PositionSource};
@@ -24,6 +24,33 @@ pub struct Counters<const AXES: usize> {
     pub worst_cost: u32,
     /// Unit of both.
     pub cost_unit: CostUnit,
+}
+
+/// How things are after a period.
+#[derive(Clone, Copy, Debug)]
+pub struct Snapshot<const AXES: usize> {
+    /// The correction.
+    pub last: Correction<AXES>,
+    /// The last finite commanded positions, mm or degrees.
+    pub positions: [f32; AXES],
+    /// Auxiliary inputs, mm and K.
+    pub auxiliaries: [f32; AUXILIARIES],
+    /// Auxiliaries that have lost their sensor, bit 0 for the first.
+    pub sensors_lost: u8,
+    /// Weights that are wanted.
+    pub weights: Weights,
+    /// Corrections are wanted.
+    pub enabled: bool,
+    /// A dry run is wanted.
+    pub dry_run: bool,
+    /// Updates are stopped.
+    pub suspended: bool,
+    /// Mask of referenced axes.
+    pub referenced: u16,
+    /// Common factor, 0…1.
+    pub factor: f32,
+    /// What has been counted since start.
+    pub counters: Counters<AXES>,
 }
 
 /// Commanded positions from the link, and what the servo gave for them.
@@ -365,39 +392,33 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         &self.positions
     }
 
-    /// Auxiliary inputs, mm and K.
-    #[must_use]
-    pub fn auxiliaries(&self) -> &[f32; AUXILIARIES] {
-        &self.auxiliaries
-    }
-
-    /// Auxiliaries that have lost their sensor.
-    #[must_use]
-    pub fn sensors_lost(&self) -> u8 {
-        self.sensors_lost
-    }
-
-    /// Mask of referenced axes.
-    #[must_use]
-    pub fn referenced(&self) -> u16 {
-        self.referenced
-    }
-
     /// Whether corrections are wanted.
     #[must_use]
     pub fn is_enabled(&self) -> bool {
         self.enabled
     }
 
-    /// Whether a dry run is wanted.
-    #[must_use]
-    pub fn is_dry_run(&self) -> bool {
-        self.dry_run
-    }
-
     /// Whether updates are stopped.
     #[must_use]
     pub fn is_suspended(&self) -> bool {
         self.suspended
+    }
+
+    /// How things are after the last period: a copy, so that the interrupt waits only for that.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot<AXES> {
+        Snapshot {
+            last: self.last,
+            positions: self.positions,
+            auxiliaries: self.auxiliaries,
+            sensors_lost: self.sensors_lost,
+            weights: *self.driven.wanted_weights(),
+            enabled: self.enabled,
+            dry_run: self.dry_run,
+            suspended: self.suspended,
+            referenced: self.referenced,
+            factor: self.driven.factor(),
+            counters: self.counters,
+        }
     }
 }

@@ -79,7 +79,7 @@ fn a_request_that_comes_again_is_answered_again_and_not_done_again() {
     // Somebody else disables: the repetition does not undo that.
     desktop.servo.lock(|side| side.enable(false));
     assert_eq!(exchange(&mut desktop, &enable), first);
-    assert!(!desktop.servo.lock(|side| side.is_enabled()));
+    assert!(!desktop.servo.lock(|side| side.snapshot().enabled));
     // The next one counts, and then the first one is too late.
     let status = frame(s, 2, &Request::Status);
     assert_ne!(exchange(&mut desktop, &status), first);
@@ -178,7 +178,7 @@ fn what_cannot_be_read_is_refused_and_garbage_is_dropped() {
     assert_eq!(exchange(&mut desktop, &[7; 5000]), []);
     assert_eq!(exchange(&mut desktop, &[END]), []);
     assert_eq!(desktop.link.counts().garbage, garbage + 1);
-    assert!(!desktop.servo.lock(|side| side.is_enabled()));
+    assert!(!desktop.servo.lock(|side| side.snapshot().enabled));
     reply(&exchange(&mut desktop, &whole), (s, 3));
-    assert!(desktop.servo.lock(|side| side.is_enabled()));
+    assert!(desktop.servo.lock(|side| side.snapshot().enabled));
 }

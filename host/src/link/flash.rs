@@ -238,9 +238,11 @@ fn upload<P: Port>(
                 }
             }
             Err(error) => {
-                // The servo may stand still for this upload: let it go on. That the link fails
-                // too is no news then.
-                let _ = client.upload(&Request::Abort);
+                if let FlashError::Link(LinkError::Refused(_)) = error {
+                    // The servo may stand still for this upload: let it go on. That the link
+                    // fails too is no news then.
+                    let _ = client.upload(&Request::Abort);
+                }
                 return Err(error);
             }
         }
@@ -273,6 +275,7 @@ fn begin<P: Port>(
         }
         client.port().wait(PAUSE);
     }
+    client.upload(&Request::Abort)?;
     Err(FlashError::NotReady(state))
 }
 

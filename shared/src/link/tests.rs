@@ -57,6 +57,49 @@ fn the_bytes_of_a_frame_are_those_of_the_specification() {
 }
 
 #[test]
+fn the_bodies_are_those_of_the_specification() {
+    fn body(message: &impl serde::Serialize) -> Vec<u8> {
+        received(&wire(message)).0.remove(0)
+    }
+    let (length, crc) = (300, 1);
+    assert_eq!(body(&Request::Begin { length, crc }), [2, 0xAC, 2, 1]);
+    let (offset, bytes) = (992, &[0xDE, 0xAD][..]);
+    let chunk = Request::Chunk { offset, bytes };
+    assert_eq!(body(&chunk), [3, 0xE0, 7, 2, 0xDE, 0xAD]);
+    assert_eq!(body(&Request::Commit { force: false }), [4, 0]);
+    let (slot, force) = (Slot::B, true);
+    assert_eq!(body(&Request::Activate { slot, force }), [6, 1, 1]);
+    let (term, value) = (7, 0.5);
+    assert_eq!(
+        body(&Request::SetWeight { term, value }),
+        [9, 7, 0, 0, 0, 0x3F]
+    );
+    let (next, length) = (992, 5452);
+    assert_eq!(
+        body(&Reply::Upload(Upload::Receiving { next, length })),
+        [2, 3, 0xE0, 7, 0xCC, 0x2A]
+    );
+    let expected = 992;
+    assert_eq!(
+        body(&Reply::Refused(Refusal::Missing { expected })),
+        [7, 7, 0xE0, 7]
+    );
+    let active = Activation::Active(Some(Slot::A));
+    assert_eq!(body(&Reply::Activation(active)), [3, 0, 1, 0]);
+    // The last variants: none has been inserted before them.
+    assert_eq!(body(&Request::Motion(&[])), [13, 0]);
+    assert_eq!(body(&Reply::Refused(Refusal::LogicBug)), [7, 24]);
+    let last = LoadError::SectionLength {
+        stated: 1,
+        computed: 2,
+    };
+    assert_eq!(body(&Reply::Refused(last.into())), [7, 12, 49, 1, 2]);
+    let part = Part::Grid(3);
+    let truncated = LoadError::Truncated { part };
+    assert_eq!(body(&Reply::Refused(truncated.into())), [7, 12, 7, 12, 3]);
+}
+
+#[test]
 fn the_version_answer_keeps_its_shape_for_ever() {
     let mut out = [0; 16];
     let bytes = encode_version_answer(&mut out).unwrap();

@@ -1,0 +1,126 @@
+use std::boxed::Box;
+use std::vec;
+
+use trueaxis::{
+    AlignedBlob, Axis, Direction, Draft, DraftBank, Inputs, Interpolation, Refused, SampleFormat,
+    Term,
+};
+
+use super::*;
+
+type Small = Places<2, 4, 4, 1>;
+
+fn places() -> &'static Small {
+    Box::leak(Box::new(Small::new()))
+}
+
+/// ΔX = scale · X.
+fn blob(machine: &str, scale: f32) -> &'static [u8] {
+    let draft = Draft {
+        machine: machine.into(),
+        axes: vec![Axis {
+            name: b'X',
+            travel: [-100.0, 100.0],
+            value_bound: 100.0,
+            rate_bound: 1e4,
+            hysteresis: 0.01,
+            ramp_rate: 1e3,
+        }],
+        banks: vec![DraftBank {
+            input: 0,
+            start: -10.0,
+            step: 20.0,
+            modulo: false,
+            direction: Direction::Both,
+            interpolation: Interpolation::Linear,
+            format: SampleFormat::F32,
+            columns: vec![vec![-10.0, 10.0]],
+        }],
+        terms: vec![Term {
+            output: 0,
+            weight: scale,
+            limits: None,
+            factors: [0].as_slice().try_into().unwrap(),
+        }],
+        ..Draft::default()
+    };
+    let blob: &'static AlignedBlob = Box::leak(Box::new(draft.encode().unwrap()));
+    blob
+}
+
+fn update(driven: &mut Driven<2, 4, 4, 1>) -> f32 {
+    driven.update(&Inputs::at([5.0, 0.0]), 1, 0.001).dq[0]
+}
+
+#[test]
+fn the_sides_are_given_once_until_both_are_back() {
+    let places = places();
+    let (mut loader, mut driven) = places.split().unwrap();
+    assert!(places.split().is_none());
+    let loaded = loader.load(blob("m", 1.0)).unwrap();
+    driven.replace(loaded).unwrap();
+    assert!(places.unite(loader, driven));
+    let (loader, driven) = places.split().unwrap();
+    assert_eq!(loader.current().machine(), "", "empty again");
+    assert_eq!(driven.compensation().axes().len(), 0);
+    // The sides of others do not count.
+    let (other, _driven) = self::places().split().unwrap();
+    assert!(!places.unite(other, driven));
+    assert!(places.split().is_none());
+}
+
+#[test]
+fn what_is_loaded_is_swapped_in_while_the_servo_runs() {
+    let (mut loader, mut driven) = places().split().unwrap();
+    let loaded = loader.load(blob("m", 1.0)).unwrap();
+    assert_eq!(loaded.compensation().machine(), "m");
+    assert_eq!(loaded.active().machine(), "");
+    driven.replace(loaded).unwrap();
+    driven.enable(true);
+    for _ in 0..2000 {
+        update(&mut driven);
+    }
+    assert_eq!(update(&mut driven), 5.0);
+
+    let loaded = loader.load(blob("m", -1.0)).unwrap();
+    driven.swap(loaded).unwrap();
+    let mut periods = 0;
+    while driven.is_swapping() {
+        // Both places are read: nothing is loaded, nothing emptied.
+        assert!(matches!(loader.load(blob("m", 2.0)), Err(NotLoaded::Busy)));
+        assert!(!loader.vacate());
+        update(&mut driven);
+        periods += 1;
+    }
+    assert!(periods > 20);
+    assert_eq!(update(&mut driven), -5.0);
+    // The old place is vacant: loaded into, not swapped, it changes nothing.
+    let loaded = loader.load(blob("n", 3.0)).unwrap();
+    assert_eq!(loaded.compensation().machine(), "n");
+    assert_eq!(update(&mut driven), -5.0);
+    assert!(loader.vacate());
+    assert_eq!(loader.current().machine(), "m");
+    assert_eq!(update(&mut driven), -5.0);
+}
+
+#[test]
+fn what_is_refused_leaves_everything_as_it_is() {
+    let (mut loader, mut driven) = places().split().unwrap();
+    let loaded = loader.load(blob("m", 1.0)).unwrap();
+    // Other axes than none.
+    assert_eq!(driven.swap(loaded), Err(Refused::Axes));
+    assert!(!driven.is_swapping());
+    let error = loader.load(&[1; 16]).map(|_| ()).unwrap_err();
+    assert_eq!(error, NotLoaded::Refused(LoadError::BadMagic));
+    // Of other places.
+    let (mut foreign, _other) = places().split().unwrap();
+    let loaded = foreign.load(blob("m", 1.0)).unwrap();
+    assert_eq!(driven.swap(loaded), Err(Refused::Busy));
+    let loaded = foreign.load(blob("m", 1.0)).unwrap();
+    assert_eq!(driven.replace(loaded), Err(Refused::Busy));
+    assert_eq!(driven.compensation().axes().len(), 0);
+    // And still it works.
+    let loaded = loader.load(blob("m", 1.0)).unwrap();
+    driven.replace(loaded).unwrap();
+    assert_eq!(driven.compensation().machine(), "m");
+}
