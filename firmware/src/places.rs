@@ -23,6 +23,7 @@ mod tests;
 use core::cell::UnsafeCell;
 use core::fmt;
 use core::marker::PhantomData;
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use trueaxis::{Compensation, Correction, Inputs, LoadError, Refused, Servo, WeightError};
@@ -102,7 +103,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         }
         let driven = Driven {
             places: self,
-            servo: Servo::new(self.shared(0)),
+            servo: MaybeUninit::new(Servo::new(self.shared(0))),
             next: None,
         };
         Some((Loader { places: self }, driven))
@@ -243,7 +244,10 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 /// The servo with the places it reads: the side of the interrupt.
 pub struct Driven<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize> {
     places: &'static Places<AXES, TABLES, TERMS, GRIDS>,
-    servo: Servo<'static, AXES, TABLES, TERMS, GRIDS>,
+    /// Always there. References within arguments count as in use for as long as the function
+    /// runs, and a driven side may be an argument of `main` itself; what is possibly uninitialised
+    /// is exempt from that.
+    servo: MaybeUninit<Servo<'static, AXES, TABLES, TERMS, GRIDS>>,
     /// The place that is being faded in.
     next: Option<u8>,
 }
@@ -251,11 +255,21 @@ pub struct Driven<const AXES: usize, const TABLES: usize, const TERMS: usize, co
 impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
     Driven<AXES, TABLES, TERMS, GRIDS>
 {
+    fn servo(&self) -> &Servo<'static, AXES, TABLES, TERMS, GRIDS> {
+        // SAFETY: it is initialised in `split`, and only ever assigned as a whole.
+        unsafe { self.servo.assume_init_ref() }
+    }
+
+    fn servo_mut(&mut self) -> &mut Servo<'static, AXES, TABLES, TERMS, GRIDS> {
+        // SAFETY: as in `servo`.
+        unsafe { self.servo.assume_init_mut() }
+    }
+
     /// See [`Servo::update`].
     pub fn update(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) -> Correction<AXES> {
-        let correction = self.servo.update(inputs, referenced, dt);
+        let correction = self.servo_mut().update(inputs, referenced, dt);
         if let Some(next) = self.next
-            && !self.servo.is_swapping()
+            && !self.servo().is_swapping()
         {
             // The servo holds only `compensation()` now, and that is the new one.
             self.next = None;
@@ -274,7 +288,8 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         }
         let before = self.places.read.load(Ordering::Relaxed);
         self.places.read.store(0b11, Ordering::Release);
-        let result = self.servo.swap(self.places.shared(loaded.place));
+        let places = self.places;
+        let result = self.servo_mut().swap(places.shared(loaded.place));
         match result {
             Ok(()) => self.next = Some(loaded.place),
             // The servo has not taken it.
@@ -296,7 +311,8 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             return Err(Refused::Busy);
         }
         self.places.read.store(0b11, Ordering::Release);
-        self.servo = Servo::new(self.places.shared(loaded.place));
+        let places = self.places;
+        *self.servo_mut() = Servo::new(places.shared(loaded.place));
         // The old servo is gone, and with it its references.
         self.places.read.store(bit(loaded.place), Ordering::Release);
         Ok(())
@@ -305,15 +321,15 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     /// See [`Servo::enable`] and [`Servo::disable`].
     pub fn enable(&mut self, on: bool) {
         if on {
-            self.servo.enable();
+            self.servo_mut().enable();
         } else {
-            self.servo.disable();
+            self.servo_mut().disable();
         }
     }
 
     /// See [`Servo::dry_run`].
     pub fn dry_run(&mut self, on: bool) {
-        self.servo.dry_run(on);
+        self.servo_mut().dry_run(on);
     }
 
     /// See [`Servo::set_weight`].
@@ -321,13 +337,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     /// # Errors
     /// [`WeightError`]; nothing changes.
     pub fn set_weight(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
-        self.servo.set_weight(term, value)
+        self.servo_mut().set_weight(term, value)
     }
 
     /// See [`Servo::compensation`].
     #[must_use]
     pub fn compensation(&self) -> &Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
-        self.servo.compensation()
+        self.servo().compensation()
     }
 
     /// See [`Servo::is_swapping`].
@@ -339,12 +355,12 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     /// See [`Servo::factor`].
     #[must_use]
     pub fn factor(&self) -> f32 {
-        self.servo.factor()
+        self.servo().factor()
     }
 
     /// See [`Servo::wanted_weights`].
     #[must_use]
     pub fn wanted_weights(&self) -> &trueaxis::Weights {
-        self.servo.wanted_weights()
+        self.servo().wanted_weights()
     }
 }
