@@ -95,11 +95,34 @@ pub mod mirror {
 /// In QEMU: the first UART of the MPS2 boards, a CMSDK APB UART.
 #[cfg(feature = "qemu")]
 pub mod uart {
+    use core::cell::RefCell;
+    use cortex_m_rt::exception;
+    use critical_section::Mutex;
+    use heapless::spsc::Producer;
+
     const BASE: usize = 0x4000_4000;
     const DATA: usize = BASE;
     const STATE: usize = BASE + 4;
     const CONTROL: usize = BASE + 8;
+    const INTERRUPT: usize = BASE + 12;
     const DIVIDER: usize = BASE + 16;
+
+    /// Number of the interrupt for a byte that has come.
+    const RECEIVED: u16 = 0;
+
+    /// Where the interrupt puts what has come.
+    static BYTES: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell::new(None));
+
+    /// The number of an interrupt, for the interrupt controller.
+    #[derive(Clone, Copy)]
+    struct Number(u16);
+
+    // SAFETY: the number stays the same, and this board has that interrupt.
+    unsafe impl cortex_m::interrupt::InterruptNumber for Number {
+        fn number(self) -> u16 {
+            self.0
+        }
+    }
 
     fn read(register: usize) -> u32 {
         // SAFETY: the constants above, which are registers of this board whatever else it runs;
@@ -112,15 +135,14 @@ pub mod uart {
         unsafe { (register as *mut u32).write_volatile(value) }
     }
 
-    /// Enables both directions; QEMU ignores the rate.
-    pub fn start() {
+    /// Enables both directions; what comes goes to `bytes`. QEMU ignores the rate.
+    pub fn start(bytes: Producer<'static, u8>) {
+        critical_section::with(|token| BYTES.borrow(token).replace(Some(bytes)));
         write(DIVIDER, 16);
-        write(CONTROL, 0b11);
-    }
-
-    /// A byte has come.
-    pub fn readable() -> bool {
-        read(STATE) & 0b10 != 0
+        // Transmit, receive, interrupt on receive.
+        write(CONTROL, 0b1011);
+        // SAFETY: the handler is below; what it shares is in a `Mutex` of `critical_section`.
+        unsafe { cortex_m::peripheral::NVIC::unmask(Number(RECEIVED)) };
     }
 
     /// A byte can be sent.
@@ -128,14 +150,26 @@ pub mod uart {
         read(STATE) & 0b01 == 0
     }
 
-    /// The byte that has come.
-    pub fn receive() -> u8 {
-        (read(DATA) & 0xFF) as u8
-    }
-
     /// Sends a byte.
     pub fn send(byte: u8) {
         write(DATA, byte.into());
+    }
+
+    /// All interrupts but the one of SysTick: only that of a byte is enabled.
+    // SAFETY: called by the processor alone; it may interrupt anything but a critical section, and
+    // touches only what is behind one.
+    #[exception]
+    unsafe fn DefaultHandler(_: i16) {
+        write(INTERRUPT, 0b10);
+        while read(STATE) & 0b10 != 0 {
+            let byte = (read(DATA) & 0xFF) as u8;
+            critical_section::with(|token| {
+                if let Some(bytes) = BYTES.borrow_ref_mut(token).as_mut() {
+                    // Without room it is lost, and so is its frame, which is asked for again.
+                    let _ = bytes.enqueue(byte);
+                }
+            });
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use defmt::{info, warn};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_io::{Read, ReadReady, Write};
-use trueaxis_firmware::device::{Device, Identity, ServoAccess};
+use trueaxis_firmware::device::{Device, Identity, Machine, ServoAccess};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::places::Loader;
 use trueaxis_firmware::slots::{Slot, Slots, TableFlash};
@@ -57,44 +57,86 @@ where
         drives_off,
         lamp,
         healthy,
-        mut temperatures,
+        temperatures,
     } = board;
     let slots = Slots::open(flash);
     for slot in Slot::BOTH {
         info!("slot {}: {}", slot, slots.state(slot));
     }
     let mut device = Device::start(slots, loader, servo, Standstill::new(drives_off), identity);
-    let mut signals = Signals::new(lamp, healthy);
-    let mut log = Log::default();
-    let (mut read, mut advanced) = (0, 0);
-    let mut assigned = None;
+    let mut duties = Duties {
+        signals: Signals::new(lamp, healthy),
+        temperatures,
+        log: Log::default(),
+        assigned: None,
+        read: 0,
+        advanced: 0,
+    };
+    let mut last = milliseconds();
     loop {
         // What cannot be sent is asked for again.
         let _ = link.poll(&mut port, &mut device);
         let now = milliseconds();
-        let commands = servo.with(|side| *side.positions());
-        device.machine().observe(&commands, now);
+        if now != last {
+            last = now;
+            let commands = servo.with(|side| *side.positions());
+            device.machine().observe(&commands, now);
+            duties.step(&device, &mut servo, now);
+        }
+        if !port.read_ready().unwrap_or(false) {
+            // At the latest until the next servo period.
+            cortex_m::asm::wfi();
+        }
+    }
+}
 
+/// What is to be done beside the link, once per millisecond.
+struct Duties<L, H, T, const N: usize> {
+    signals: Signals<L, H>,
+    temperatures: Temperatures<T, N>,
+    log: Log,
+    /// For which active slot the sensors have been assigned.
+    assigned: Option<Option<Slot>>,
+    /// When the sensors have been read, ms.
+    read: u32,
+    /// When the inputs have been advanced, ms.
+    advanced: u32,
+}
+
+impl<L: OutputPin, H: OutputPin, T: Thermometer, const N: usize> Duties<L, H, T, N> {
+    fn step<F, M>(
+        &mut self,
+        device: &Device<F, Access, M, AXES, TABLES, TERMS, GRIDS>,
+        servo: &mut Access,
+        now: u32,
+    ) where
+        F: TableFlash,
+        M: Machine,
+    {
         let active = device.slots().active();
-        if assigned != Some(active) {
-            assigned = Some(active);
-            temperatures.assign(device.compensation().auxiliaries());
+        if self.assigned != Some(active) {
+            self.assigned = Some(active);
+            let auxiliaries = device.compensation().auxiliaries();
+            self.temperatures.assign(auxiliaries);
         }
-        if now.wrapping_sub(read) >= SENSOR_PERIOD {
-            temperatures.poll(now.wrapping_sub(read) as f32 * 0.001);
-            read = now;
+        let elapsed = now.wrapping_sub(self.read);
+        if elapsed >= SENSOR_PERIOD {
+            self.read = now;
+            self.temperatures.poll(elapsed as f32 * 0.001);
         }
-        if now.wrapping_sub(advanced) >= INPUT_PERIOD {
+        let elapsed = now.wrapping_sub(self.advanced);
+        if elapsed >= INPUT_PERIOD {
+            self.advanced = now;
             let free = servo.with(|side| side.is_at_zero());
-            temperatures.advance(now.wrapping_sub(advanced) as f32 * 0.001, free);
-            advanced = now;
-            for (number, value) in temperatures.values() {
+            self.temperatures.advance(elapsed as f32 * 0.001, free);
+            for (number, value) in self.temperatures.values() {
                 servo.with(|side| side.set_auxiliary(number, value));
             }
-            servo.with(|side| side.set_sensors_lost(temperatures.lost()));
+            servo.with(|side| side.set_sensors_lost(self.temperatures.lost()));
         }
-        let shown = signals.show(&mut servo, device.fault().is_some(), now);
-        log.note(shown, active);
+        let fault = device.fault().is_some();
+        let shown = self.signals.show(servo, fault, now);
+        self.log.note(shown, active);
     }
 }
 

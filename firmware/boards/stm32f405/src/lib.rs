@@ -21,6 +21,7 @@ pub mod standstill;
 #[cfg(feature = "stm32f405")]
 pub mod stm32f405;
 
+use heapless::spsc::Consumer;
 use trueaxis_firmware::places;
 
 /// Axes of a compensation.
@@ -41,3 +42,19 @@ pub const PERIOD: f32 = 1.0 / RATE as f32;
 pub type Places = places::Places<AXES, TABLES, TERMS, GRIDS>;
 /// See [`trueaxis_firmware::device::ServoSide`].
 pub type ServoSide = trueaxis_firmware::device::ServoSide<AXES, TABLES, TERMS, GRIDS>;
+
+/// Takes what an interrupt has received; waits for the first byte, as `embedded_io` wants it.
+pub fn received(bytes: &mut Consumer<'static, u8>, buffer: &mut [u8]) -> usize {
+    let mut count = 0;
+    while let Some(place) = buffer.get_mut(count) {
+        match bytes.dequeue() {
+            Some(byte) => {
+                *place = byte;
+                count += 1;
+            }
+            None if count > 0 => break,
+            None => cortex_m::asm::wfi(),
+        }
+    }
+    count
+}

@@ -12,6 +12,7 @@ use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,
 };
+use heapless::spsc::{Consumer, Queue};
 use semihosting::fs::File;
 use semihosting::io::{Read, Seek, SeekFrom, Write};
 use trueaxis_firmware::slots::{Slot, TableFlash, WhileBusy};
@@ -196,14 +197,18 @@ impl TableFlash for FileFlash {
     }
 }
 
-/// The serial line: `-serial` of QEMU.
-pub struct Uart(());
+/// The serial line: `-serial` of QEMU. Received in an interrupt: a loop that looks at the registers
+/// would keep QEMU from its other work.
+pub struct Uart {
+    bytes: Consumer<'static, u8>,
+}
 
 impl Uart {
-    /// Enables it.
-    pub fn start() -> Self {
-        uart::start();
-        Self(())
+    /// Enables it; `queue` is between the interrupt and the link.
+    pub fn start<const N: usize>(queue: &'static mut Queue<u8, N>) -> Self {
+        let (producer, bytes) = queue.split();
+        uart::start(producer);
+        Self { bytes }
     }
 }
 
@@ -213,24 +218,13 @@ impl embedded_io::ErrorType for Uart {
 
 impl embedded_io::Read for Uart {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        let mut count = 0;
-        for place in buffer {
-            // At least one byte, as the trait wants it.
-            while !uart::readable() {
-                if count > 0 {
-                    return Ok(count);
-                }
-            }
-            *place = uart::receive();
-            count += 1;
-        }
-        Ok(count)
+        Ok(crate::received(&mut self.bytes, buffer))
     }
 }
 
 impl embedded_io::ReadReady for Uart {
     fn read_ready(&mut self) -> Result<bool, Infallible> {
-        Ok(uart::readable())
+        Ok(self.bytes.ready())
     }
 }
 

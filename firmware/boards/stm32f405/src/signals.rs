@@ -58,8 +58,8 @@ impl<L: OutputPin, H: OutputPin> Signals<L, H> {
         let shown = servo.with(|side| Shown::of(side, fault));
         let on = match shown {
             Shown::Correcting => true,
-            Shown::Idle => now / 1000 % 2 == 0,
-            Shown::Fault => now / 100 % 2 == 0,
+            Shown::Idle => (now / 1000).is_multiple_of(2),
+            Shown::Fault => (now / 100).is_multiple_of(2),
         };
         // Pins of a microcontroller do not fail.
         let _ = self.lamp.set_state(PinState::from(on));

@@ -13,8 +13,8 @@ pub struct Standstill<P> {
     /// High while the drives are off.
     drives_off: P,
     commands: [f32; AXES],
-    /// When they changed last, ms.
-    changed: u32,
+    /// When they changed last, ms; `None` if not since start.
+    changed: Option<u32>,
     is: bool,
 }
 
@@ -24,7 +24,7 @@ impl<P: InputPin> Standstill<P> {
         Self {
             drives_off,
             commands: [0.0; AXES],
-            changed: 0,
+            changed: None,
             is: false,
         }
     }
@@ -33,11 +33,12 @@ impl<P: InputPin> Standstill<P> {
     pub fn observe(&mut self, commands: &[f32; AXES], now: u32) {
         if self.commands != *commands {
             self.commands = *commands;
-            self.changed = now;
+            self.changed = Some(now);
         }
+        let quiet = |changed: u32| now.wrapping_sub(changed) >= QUIET;
         // A pin that cannot be read says nothing, so the drives may be on.
         let off = self.drives_off.is_high().unwrap_or(false);
-        self.is = off && now.wrapping_sub(self.changed) >= QUIET;
+        self.is = off && self.changed.is_none_or(quiet);
     }
 }
 

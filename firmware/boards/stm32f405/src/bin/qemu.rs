@@ -8,6 +8,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
 use defmt_semihosting as _;
+use heapless::spsc::Queue;
 use trueaxis_firmware::device::{Identity, LinkOnly, NoClock};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
@@ -29,6 +30,8 @@ fn stop(what: &str) -> ! {
 fn main() -> ! {
     static mut SIDE: Option<Shared> = None;
     static mut LINK: Link = Link::new();
+    // Two frames of the link.
+    static mut BYTES: Queue<u8, 4096> = Queue::new();
 
     let (Some(mut core), Some(mirror)) = (cortex_m::Peripherals::take(), Mirror::take()) else {
         stop("started twice")
@@ -48,7 +51,7 @@ fn main() -> ! {
     core.SYST.enable_interrupt();
     let board = Board {
         flash,
-        port: Uart::start(),
+        port: Uart::start(BYTES),
         drives_off: NoPin,
         lamp: NoPin,
         healthy: NoPin,

@@ -69,21 +69,7 @@ impl embedded_io::ErrorType for Uart {
 
 impl embedded_io::Read for Uart {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, LineError> {
-        let mut count = 0;
-        for place in buffer {
-            loop {
-                if let Some(byte) = self.bytes.dequeue() {
-                    *place = byte;
-                    count += 1;
-                    break;
-                }
-                // At least one byte, as the trait wants it.
-                if count > 0 {
-                    return Ok(count);
-                }
-            }
-        }
-        Ok(count)
+        Ok(crate::received(&mut self.bytes, buffer))
     }
 }
 

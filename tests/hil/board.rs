@@ -1,0 +1,163 @@
+//! One emulated board: QEMU with a flash in a file.
+
+use crate::Failure;
+use std::fs::{self, File};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use trueaxis_host::link::{Client, Controller, Tcp};
+
+/// Where the programs are, and where files may be made.
+pub struct Setup {
+    /// The firmware for QEMU.
+    pub firmware: PathBuf,
+    /// The command `trueaxis`.
+    pub command: PathBuf,
+    /// For flash contents, blobs and logs.
+    pub folder: PathBuf,
+}
+
+impl Setup {
+    /// Runs `trueaxis WORDS`.
+    pub fn trueaxis(&self, words: &[&str]) -> Result<Output, Failure> {
+        Ok(Command::new(&self.command).args(words).output()?)
+    }
+
+    /// Runs `trueaxis WORDS`, which must succeed.
+    pub fn succeed(&self, words: &[&str]) -> Result<(), Failure> {
+        let output = self.trueaxis(words)?;
+        if output.status.success() {
+            return Ok(());
+        }
+        let said = String::from_utf8_lossy(&output.stderr);
+        Err(format!("trueaxis {}: {said}", words.join(" ")).into())
+    }
+
+    /// A board of its own, called `name`, with blank flash; off.
+    pub fn board(&self, name: &str) -> Result<Board<'_>, Failure> {
+        let folder = self.folder.join(name);
+        // What an earlier run has left.
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder)?;
+        Ok(Board {
+            setup: self,
+            folder,
+            running: None,
+            port: 0,
+        })
+    }
+}
+
+/// A board that can be switched on and off.
+pub struct Board<'s> {
+    pub setup: &'s Setup,
+    folder: PathBuf,
+    running: Option<Child>,
+    port: u16,
+}
+
+impl Board<'_> {
+    /// Switches the power on.
+    pub fn start(&mut self) -> Result<(), Failure> {
+        self.stop();
+        // Free a moment ago; QEMU takes no port of its own choice.
+        self.port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
+        let log = |name: &str| {
+            File::options()
+                .create(true)
+                .append(true)
+                .open(self.folder.join(name))
+        };
+        let child = Command::new("qemu-system-arm")
+            .current_dir(&self.folder)
+            .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none"])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            .arg("-serial")
+            .arg(format!(
+                "tcp:127.0.0.1:{},server=on,wait=off,nodelay=on",
+                self.port
+            ))
+            .arg("-kernel")
+            .arg(&self.setup.firmware)
+            .stdin(Stdio::null())
+            .stdout(log("log.defmt")?)
+            .stderr(log("qemu.txt")?)
+            .spawn()?;
+        self.running = Some(child);
+        let end = Instant::now() + Duration::from_secs(20);
+        // A connection that says nothing does no harm, and ends at once.
+        while Tcp::open(&self.address()).is_err() {
+            if Instant::now() > end {
+                return Err("QEMU does not open its port".into());
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Ok(())
+    }
+
+    /// Cuts the power.
+    pub fn stop(&mut self) {
+        if let Some(mut child) = self.running.take() {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+
+    fn address(&self) -> String {
+        format!("127.0.0.1:{}", self.port)
+    }
+
+    /// As the command takes it.
+    pub fn port(&self) -> String {
+        format!("tcp:{}", self.address())
+    }
+
+    /// A line to it that knows nothing of the link.
+    pub fn line(&self) -> Result<Tcp, Failure> {
+        Ok(Tcp::open(&self.address())?)
+    }
+
+    /// The link.
+    pub fn connect(&self) -> Result<(Client<Tcp>, Controller), Failure> {
+        Ok(Client::connect(self.line()?)?)
+    }
+
+    /// Uploads with the real command.
+    pub fn flash(&self, blob: &Path, further: &[&str]) -> Result<(), Failure> {
+        let mut words = vec!["flash", text(blob)?, "--port"];
+        let port = self.port();
+        words.push(&port);
+        words.extend(further);
+        self.setup.succeed(&words)
+    }
+
+    /// Starts an upload with the real command, without waiting for its end.
+    pub fn begin_flash(&self, blob: &Path) -> Result<Child, Failure> {
+        let child = Command::new(&self.setup.command)
+            .arg("flash")
+            .arg(blob)
+            .args(["--port", &self.port()])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()?;
+        Ok(child)
+    }
+
+    /// The file with the contents of its flash.
+    pub fn flash_file(&self) -> PathBuf {
+        self.folder.join("flash.bin")
+    }
+}
+
+impl Drop for Board<'_> {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> Result<&str, Failure> {
+    Ok(path.to_str().ok_or("a path that is no text")?)
+}

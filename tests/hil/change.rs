@@ -1,0 +1,122 @@
+//! A change of compensation while commands stream: no step, and the desktop's bits throughout.
+
+use crate::board::Setup;
+use crate::cases;
+use crate::same::Twin;
+use crate::{Failure, Seen};
+use trueaxis::link::{Activation, Refusal, Request, Slot};
+use trueaxis::{Compensation, Correction};
+use trueaxis_host::link::LinkError;
+
+/// Servo periods between two questions.
+const STRETCH: usize = 500;
+/// Most stretches of a fade or ramp: about 10 s.
+const STRETCHES: usize = 80;
+/// Rounding of a difference of two corrections of up to 1.
+const ROUNDING: f32 = 1.2e-7;
+
+pub fn run(setup: &Setup) -> Seen {
+    let (old, new) = (
+        cases::compile(setup, "hu40-13")?,
+        cases::compile(setup, "hu40-84")?,
+    );
+    let (before, after) = (old.load()?, new.load()?);
+    let mut board = setup.board("change")?;
+    board.start()?;
+    board.flash(&old.path, &["--activate"])?;
+
+    let (mut client, controller) = board.connect()?;
+    let mut twin = Twin::new(&mut client, &before, controller.period)?;
+    let path = cases::tool_path(&before, STRETCH * (2 * STRETCHES + 20));
+    let mut stretches = path.chunks_exact(STRETCH);
+    let mut stretch = || stretches.next().ok_or("the path is too short");
+    for _ in 0..12 {
+        twin.follow(&mut client, stretch()?)?;
+    }
+    if twin.servo.factor() != 1.0 {
+        return Err("the corrections have not come in".into());
+    }
+
+    // The flash stalls the processor, so that nothing begins while the machine moves.
+    match client.upload(&Request::Begin {
+        length: 1000,
+        crc: 1,
+    }) {
+        Err(LinkError::Refused(Refusal::NotStandstill)) => {}
+        other => return Err(format!("begin while moving: {other:?}").into()),
+    }
+    // Nothing waits on the line of a client that is gone.
+    drop(client);
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    board.flash(&new.path, &[])?;
+    // The upload has taken the corrections to zero, at the last command, and let them in again.
+    let last = twin.inputs.axes;
+    twin.servo.disable();
+    while twin.servo.factor() != 0.0 || twin.last.dq != [0.0; 8] {
+        twin.update(&last);
+    }
+    twin.servo.enable();
+    let (mut client, _) = board.connect()?;
+    for _ in 0..12 {
+        twin.follow(&mut client, stretch()?)?;
+    }
+
+    // The change itself, while commands stream.
+    let mut dq = twin.last;
+    match client.activate(Slot::B, false)? {
+        Activation::Fading(Slot::B) => {}
+        other => return Err(format!("activation: {other:?}").into()),
+    }
+    twin.servo.swap(&after)?;
+    let mut fades = 0;
+    let mut steepest = 0.0_f32;
+    while twin.servo.is_swapping() {
+        if fades == STRETCHES {
+            return Err("the fade does not end".into());
+        }
+        fades += 1;
+        for next in twin.follow(&mut client, stretch()?)? {
+            steepest = steepest.max(step(&before, &after, &dq, &next, controller.period)?);
+            dq = next;
+        }
+    }
+    twin.follow(&mut client, stretch()?)?;
+    match client.activate(Slot::B, false)? {
+        Activation::Active(Some(Slot::B)) => {}
+        other => return Err(format!("after the fade: {other:?}").into()),
+    }
+
+    // Another machine is refused, unless that is wanted.
+    drop(client);
+    let other = cases::compile(setup, "router-10")?;
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    if board.flash(&other.path, &[]).is_ok() {
+        return Err("a compensation of another machine is taken".into());
+    }
+    board.flash(&other.path, &["--force"])?;
+    Ok(format!(
+        "a fade of {} periods with the desktop's bits; steepest step {:.0} % of the rate bound",
+        fades * STRETCH,
+        100.0 * steepest
+    ))
+}
+
+/// The largest change of a correction in one period, as a part of what its rate bound allows.
+fn step(
+    before: &Compensation<'_>,
+    after: &Compensation<'_>,
+    last: &Correction<8>,
+    next: &Correction<8>,
+    period: f32,
+) -> Result<f32, Failure> {
+    let mut most = 0.0_f32;
+    for (k, (a, b)) in before.axes().iter().zip(after.axes()).enumerate() {
+        let allowed = a.rate_bound.max(b.rate_bound) * period;
+        let change = (next.dq[k] - last.dq[k]).abs();
+        if change > allowed + ROUNDING {
+            return Err(format!("axis {k} changes by {change} in one period").into());
+        }
+        most = most.max(change / allowed);
+    }
+    Ok(most)
+}

@@ -1,0 +1,194 @@
+//! Garbage on the line, frames that are cut off or damaged, another version: no harm.
+
+use crate::board::Setup;
+use crate::cases;
+use crate::same::evaluations;
+use crate::{Failure, Seen};
+use std::time::Duration;
+use trueaxis::link::{
+    Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver, Request, encode,
+};
+use trueaxis_host::link::{Client, Port, Tcp, flash};
+use trueaxis_tests::Fixed;
+
+/// Bytes of noise.
+const NOISE: usize = 64 * 1024;
+/// Damaged frames of each kind.
+const FRAMES: usize = 300;
+
+pub fn run(setup: &Setup) -> Seen {
+    let case = cases::compile(setup, "huron-13")?;
+    let c = case.load()?;
+    let mut board = setup.board("line")?;
+    board.start()?;
+    board.flash(&case.path, &["--activate"])?;
+    let mut random = Fixed::new(13);
+
+    let mut line = board.line()?;
+    let noise: Vec<u8> = (0..NOISE).map(|_| random.bits() as u8).collect();
+    say(&mut line, &noise)?;
+    for _ in 0..FRAMES {
+        let frame = frame(&mut random)?;
+        // Cut off, with and without its end; one bit flipped; said twice at once.
+        let cut = random.bits() as usize % frame.len();
+        say(&mut line, &frame[..cut])?;
+        say(&mut line, &[0])?;
+        let mut flipped = frame.clone();
+        let bit = random.bits() as usize % (8 * frame.len());
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        say(&mut line, &flipped)?;
+        say(&mut line, &frame)?;
+        say(&mut line, &frame)?;
+    }
+    other_version(&mut line)?;
+    drop(line);
+
+    let (mut client, controller) = board.connect()?;
+    if controller.active.is_none() || controller.fault.is_some() {
+        return Err(format!("{controller:?}").into());
+    }
+    let status = client.status()?;
+    if status.enabled || status.dry_run || status.updates != 0 {
+        return Err(format!("something was taken for a request: {status:?}").into());
+    }
+    evaluations(&mut client, &c, &mut random)?;
+    drop(client);
+
+    // An upload over a bad line: what is lost or damaged is asked for again.
+    let next = cases::compile(setup, "kolibri-12")?;
+    let line = Noisy {
+        line: board.line()?,
+        random,
+    };
+    let (mut client, controller) = Client::connect_with(line, Duration::from_millis(60), 60)?;
+    flash(&mut client, &controller, &next.blob, true, true, &())?;
+    drop(client);
+    let (mut client, _) = board.connect()?;
+    evaluations(&mut client, &next.load()?, &mut Fixed::new(14))?;
+    Ok(format!(
+        "{NOISE} bytes of noise, {} bad frames, another version: answered or dropped; \
+         an upload over a bad line",
+        4 * FRAMES
+    ))
+}
+
+/// Sends, and throws away what is answered.
+fn say(line: &mut Tcp, bytes: &[u8]) -> Result<(), Failure> {
+    for piece in bytes.chunks(1024) {
+        line.send(piece)?;
+        let mut answers = [0; 4096];
+        line.receive(&mut answers, Duration::from_millis(1))?;
+    }
+    Ok(())
+}
+
+/// A request of a session that does not exist.
+fn frame(random: &mut Fixed) -> Result<Vec<u8>, Failure> {
+    let header = Header {
+        session: random.bits(),
+        sequence: random.bits() as u16,
+    };
+    let bytes: Vec<u8> = (0..random.bits() % 200)
+        .map(|_| random.bits() as u8)
+        .collect();
+    let request = match random.bits() % 6 {
+        0 => Request::Enable(true),
+        1 => Request::DryRun(true),
+        2 => Request::Motion(&bytes),
+        3 => Request::Chunk {
+            offset: random.bits(),
+            bytes: &bytes,
+        },
+        4 => Request::Commit { force: true },
+        _ => Request::Begin {
+            length: random.bits() % 100_000,
+            crc: random.bits(),
+        },
+    };
+    let (mut scratch, mut wire) = ([0; MOST_BODY], [0; MOST_WIRE]);
+    let sent = encode(header, &request, &mut scratch, &mut wire).map_err(|e| format!("{e:?}"))?;
+    Ok(sent.to_vec())
+}
+
+/// A frame of a version that does not exist yet is answered with the versions that there are.
+fn other_version(line: &mut Tcp) -> Result<(), Failure> {
+    let mut content = vec![PROTOCOL + 40, 1, 2, 3, 4, 5, 6];
+    content.extend(checksum(&content).to_le_bytes());
+    if content.contains(&0) {
+        return Err("this frame would have to be encoded".into());
+    }
+    // COBS of less than 254 bytes without a zero.
+    let mut wire = vec![0, content.len() as u8 + 1];
+    wire.extend(content);
+    wire.push(0);
+    line.send(&wire)?;
+    let mut receiver = Receiver::new();
+    for _ in 0..100 {
+        let mut answer = [0; 256];
+        let count = line.receive(&mut answer, Duration::from_millis(100))?;
+        for &byte in &answer[..count] {
+            if receiver.push(byte) == Received::Frame
+                && let Some(Framed::VersionAnswer(versions)) = receiver.frame()
+            {
+                if versions.lowest <= PROTOCOL && PROTOCOL <= versions.highest {
+                    return Ok(());
+                }
+                return Err(format!("{versions:?}").into());
+            }
+        }
+    }
+    Err("another version is not answered".into())
+}
+
+/// CRC-32/ISO-HDLC, bit by bit.
+fn checksum(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    for &byte in bytes {
+        crc ^= u32::from(byte);
+        for _ in 0..8 {
+            crc = if crc & 1 == 1 {
+                (crc >> 1) ^ 0xEDB8_8320
+            } else {
+                crc >> 1
+            };
+        }
+    }
+    !crc
+}
+
+/// A line that loses and damages bytes, in both directions.
+struct Noisy {
+    line: Tcp,
+    random: Fixed,
+}
+
+impl Noisy {
+    /// One piece of four is spoiled.
+    fn spoil(&mut self, bytes: &mut Vec<u8>) {
+        if bytes.is_empty() || self.random.bits() % 4 != 0 {
+            return;
+        }
+        let at = self.random.bits() as usize % bytes.len();
+        match self.random.bits() % 3 {
+            0 => bytes[at] ^= 1 << (self.random.bits() % 8),
+            1 => drop(bytes.remove(at)),
+            _ => bytes.truncate(at),
+        }
+    }
+}
+
+impl Port for Noisy {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        let mut bytes = bytes.to_vec();
+        self.spoil(&mut bytes);
+        self.line.send(&bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize> {
+        let count = self.line.receive(buffer, patience)?;
+        let mut bytes = buffer[..count].to_vec();
+        self.spoil(&mut bytes);
+        buffer[..bytes.len()].copy_from_slice(&bytes);
+        Ok(bytes.len())
+    }
+}

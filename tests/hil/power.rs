@@ -1,0 +1,146 @@
+//! The power goes during uploads, and bits flip in the flash: after every restart one complete
+//! compensation is active.
+
+use crate::board::{Board, Setup};
+use crate::cases::{self, Case};
+use crate::{Failure, Seen};
+use std::fs;
+use std::time::{Duration, Instant};
+use trueaxis::link::{Fault, Slot, SlotState};
+use trueaxis_host::link::Controller;
+use trueaxis_tests::Fixed;
+
+/// Power cuts of an upload.
+const CUTS: u32 = 40;
+/// Evaluations after each, to see which compensation is active.
+const LOOKS: usize = 40;
+/// Bytes of a slot.
+const SLOT: usize = 256 * 1024;
+
+pub fn run(setup: &Setup) -> Seen {
+    let old = cases::compile(setup, "kolibri-10")?;
+    let new = cases::compile(setup, "kolibri-12")?;
+    let mut board = setup.board("power")?;
+    board.start()?;
+    board.flash(&old.path, &["--activate"])?;
+    board.stop();
+    let first = fs::read(board.flash_file())?;
+
+    // How long an upload takes, to spread the cuts over it.
+    board.start()?;
+    let start = Instant::now();
+    board.flash(&new.path, &[])?;
+    let whole = start.elapsed();
+    board.stop();
+
+    let (mut unfinished, mut finished) = (0, 0);
+    for cut in 0..CUTS {
+        let moment = whole * cut / (CUTS - 4);
+        let found = cut_once(&mut board, &first, [&old, &new], moment)
+            .map_err(|e| format!("cut {cut} after {moment:?}: {e}"))?;
+        match found.slots[Slot::B.index()].state {
+            SlotState::Valid { .. } => finished += 1,
+            SlotState::Erasing | SlotState::Uploading { .. } => unfinished += 1,
+            _ => {}
+        }
+    }
+    // Otherwise nothing was tried.
+    if unfinished < CUTS / 5 {
+        return Err(format!("only {unfinished} of {CUTS} cuts hit an upload").into());
+    }
+    Ok(format!(
+        "{CUTS} cuts, {unfinished} within an upload, {finished} behind it; all were completed \
+         afterwards"
+    ))
+}
+
+/// One upload that is cut, the restart, and the upload again; what the controller said between.
+fn cut_once(
+    board: &mut Board<'_>,
+    first: &[u8],
+    [old, new]: [&Case; 2],
+    moment: Duration,
+) -> Result<Controller, Failure> {
+    board.stop();
+    fs::write(board.flash_file(), first)?;
+    board.start()?;
+    let mut upload = board.begin_flash(&new.path)?;
+    std::thread::sleep(moment);
+    board.stop();
+    // The host does not go on before the power is back.
+    let _ = upload.kill();
+    upload.wait()?;
+
+    board.start()?;
+    let controller = active_is(board, &[old, new])?;
+    board.flash(&new.path, &["--activate"])?;
+    active_is(board, &[new])?;
+    Ok(controller)
+}
+
+/// Checks that one of `cases` is active, the newest of the valid slots, and complete.
+fn active_is(board: &Board<'_>, cases: &[&Case]) -> Result<Controller, Failure> {
+    let (mut client, controller) = board.connect()?;
+    let active = controller.active.ok_or("nothing is active")?;
+    let SlotState::Valid { length, crc, .. } = controller.slots[active.index()].state else {
+        return Err("the active slot is not valid".into());
+    };
+    let stated = (length.to_le_bytes(), crc.to_le_bytes());
+    let case = cases
+        .iter()
+        .find(|case| case.blob[8..12] == stated.0 && case.blob[12..16] == stated.1)
+        .ok_or("another compensation is active")?;
+    let c = case.load()?;
+    let mut random = Fixed::new(u64::from(crc));
+    let rows: Vec<_> = (0..LOOKS).map(|_| cases::row(&c, &mut random)).collect();
+    let found = client.evaluate(&rows, c.axes().len(), c.auxiliaries().len())?;
+    for (row, found) in rows.iter().zip(found) {
+        if c.evaluate(&row.inputs, &row.travelling, &c.weights()) != found {
+            return Err(format!("{} is not what is evaluated", case.name).into());
+        }
+    }
+    Ok(controller)
+}
+
+/// Flipped bits and random flash at start.
+pub fn run_bad_slots(setup: &Setup) -> Seen {
+    const FLIPS: usize = 24;
+    let old = cases::compile(setup, "kolibri-10")?;
+    let new = cases::compile(setup, "kolibri-12")?;
+    let mut board = setup.board("slots")?;
+    board.start()?;
+    board.flash(&old.path, &["--activate"])?;
+    board.flash(&new.path, &["--activate"])?;
+    board.stop();
+    let good = fs::read(board.flash_file())?;
+    let mut random = Fixed::new(7);
+    for _ in 0..FLIPS {
+        // Anywhere in the newest blob: the other one is used.
+        let bit = random.bits() as usize % (8 * new.blob.len());
+        let mut bad = good.clone();
+        bad[SLOT + bit / 8] ^= 1 << (bit % 8);
+        restart_with(&mut board, &bad)?;
+        active_is(&board, &[&old]).map_err(|e| format!("bit {bit}: {e}"))?;
+    }
+    // Nothing but noise, and nothing at all: no corrections, and the reason.
+    let noise: Vec<u8> = (0..2 * SLOT).map(|_| random.bits() as u8).collect();
+    for bytes in [noise, vec![0; 2 * SLOT], vec![0xFF; 2 * SLOT], Vec::new()] {
+        restart_with(&mut board, &bytes)?;
+        let (_, controller) = board.connect()?;
+        if (controller.active, controller.fault) != (None, Some(Fault::NoCompensation)) {
+            return Err(format!("{controller:?}").into());
+        }
+        board.flash(&old.path, &["--activate"])?;
+        active_is(&board, &[&old])?;
+    }
+    Ok(format!(
+        "{FLIPS} flipped bits: the other slot; noise, zeros, blank, nothing: no correction, and \
+         an upload helps"
+    ))
+}
+
+fn restart_with(board: &mut Board<'_>, flash: &[u8]) -> Result<(), Failure> {
+    board.stop();
+    fs::write(board.flash_file(), flash)?;
+    board.start()
+}

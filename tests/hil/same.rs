@@ -1,0 +1,169 @@
+//! Every correction that the firmware gives has the bits of the desktop's.
+
+use crate::board::{Board, Setup};
+use crate::cases::{self, CASES, Case};
+use crate::{Failure, Seen};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use trueaxis::link::Request;
+use trueaxis::{AuxiliaryKind, Compensation, Correction, Inputs, Servo};
+use trueaxis_host::link::{Client, Tcp};
+use trueaxis_tests::Fixed;
+
+/// Evaluations of each example at random positions.
+const EVALUATIONS: usize = 5_000;
+/// Servo periods of its tool path, 1.25 s: longer than the corrections need to come in.
+const PERIODS: usize = 5_000;
+/// Servo periods at places without any connection.
+const JUMPS: usize = 1_000;
+
+pub fn run(setup: &Setup) -> Seen {
+    // Two boards at a time: each waits for the other end of its line now and then.
+    let (next, positions) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let work = || -> Result<(), String> {
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some((name, ..)) = CASES.get(number) else {
+                return Ok(());
+            };
+            let seen = example(setup, name, number as u64).map_err(|e| format!("{name}: {e}"))?;
+            positions.fetch_add(seen, Ordering::Relaxed);
+        }
+    };
+    std::thread::scope(|scope| {
+        let other = scope.spawn(work);
+        let own = work();
+        own.and(other.join().unwrap_or_else(|_| Err("a panic".to_owned())))
+    })?;
+    Ok(format!(
+        "{} examples, {} corrections with the desktop's bits",
+        CASES.len(),
+        positions.into_inner()
+    ))
+}
+
+fn example(setup: &Setup, name: &str, seed: u64) -> Result<usize, Failure> {
+    let case = cases::compile(setup, name)?;
+    let mut board = setup.board(name)?;
+    board.start()?;
+    one(&board, &case, seed)
+}
+
+fn one(board: &Board<'_>, case: &Case, seed: u64) -> Result<usize, Failure> {
+    board.flash(&case.path, &["--activate"])?;
+    let c = case.load()?;
+    let mut random = Fixed::new(seed);
+    let (mut client, controller) = board.connect()?;
+    evaluations(&mut client, &c, &mut random)?;
+    let mut twin = Twin::new(&mut client, &c, controller.period)?;
+    twin.follow(&mut client, &cases::tool_path(&c, PERIODS))?;
+    if twin.servo.factor() != 1.0 {
+        return Err("the corrections have not come in".into());
+    }
+    let mut jumps: Vec<_> = (0..JUMPS)
+        .map(|_| cases::position(&c, &mut random))
+        .collect();
+    // Also what is no position at all: held, then ramped out.
+    for k in [100, 300] {
+        jumps[k][0] = f32::NAN;
+    }
+    for jump in &mut jumps[500..600] {
+        jump[1] = f32::INFINITY;
+    }
+    twin.follow(&mut client, &jumps)?;
+    Ok(EVALUATIONS + PERIODS + JUMPS)
+}
+
+/// Pure evaluation at random positions.
+pub fn evaluations(
+    client: &mut Client<Tcp>,
+    c: &Compensation<'_>,
+    random: &mut Fixed,
+) -> Result<(), Failure> {
+    let rows: Vec<_> = (0..EVALUATIONS).map(|_| cases::row(c, random)).collect();
+    let found = client.evaluate(&rows, c.axes().len(), c.auxiliaries().len())?;
+    let weights = c.weights();
+    for (row, found) in rows.iter().zip(found) {
+        let ours = c.evaluate(&row.inputs, &row.travelling, &weights);
+        if ours.map(f32::to_bits) != found.map(f32::to_bits) {
+            return Err(format!("{row:?}: {found:?} instead of {ours:?}").into());
+        }
+    }
+    Ok(())
+}
+
+/// The servo of the desktop, given what the firmware's is given.
+pub struct Twin<'c> {
+    pub servo: Servo<'c>,
+    pub inputs: Inputs<8>,
+    axes: usize,
+    pub period: f32,
+    pub last: Correction<8>,
+}
+
+impl<'c> Twin<'c> {
+    /// Of a firmware that has just activated `c`: enabled and referenced by this.
+    pub fn new(
+        client: &mut Client<Tcp>,
+        c: &'c Compensation<'c>,
+        period: f32,
+    ) -> Result<Self, Failure> {
+        client.set(&Request::Referenced(u16::MAX))?;
+        client.set(&Request::Enable(true))?;
+        let mut servo = Servo::new(c);
+        servo.enable();
+        let mut inputs = Inputs::default();
+        for (value, auxiliary) in inputs.auxiliaries.iter_mut().zip(c.auxiliaries()) {
+            if auxiliary.kind == AuxiliaryKind::ToolLength {
+                *value = auxiliary.reference + 12.5;
+                client.set(&Request::ToolLength(*value))?;
+            }
+        }
+        let none = Correction {
+            dq: [0.0; 8],
+            computed: [0.0; 8],
+            status: trueaxis::Status::default(),
+        };
+        Ok(Self {
+            servo,
+            inputs,
+            axes: c.axes().len(),
+            period,
+            last: none,
+        })
+    }
+
+    /// One period of the desktop.
+    pub fn update(&mut self, position: &[f32; 8]) -> Correction<8> {
+        self.inputs.axes = *position;
+        self.last = self.servo.update(&self.inputs, u16::MAX, self.period);
+        self.last
+    }
+
+    /// Commands a path to the firmware and to the desktop; the corrections.
+    pub fn follow(
+        &mut self,
+        client: &mut Client<Tcp>,
+        path: &[[f32; 8]],
+    ) -> Result<Vec<Correction<8>>, Failure> {
+        let found = client.motion(path, self.axes)?;
+        for (period, (position, found)) in path.iter().zip(&found).enumerate() {
+            // Axes that the machine does not have are not sent.
+            let mut command = [0.0; 8];
+            command[..self.axes].copy_from_slice(&position[..self.axes]);
+            let ours = self.update(&command);
+            if bits(&ours) != bits(found) {
+                return Err(format!("period {period}: {found:?} instead of {ours:?}").into());
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Everything that a correction says, as integers.
+fn bits(c: &Correction<8>) -> ([u32; 8], [u32; 8], trueaxis::Status) {
+    (
+        c.dq.map(f32::to_bits),
+        c.computed.map(f32::to_bits),
+        c.status,
+    )
+}
