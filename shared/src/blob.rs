@@ -318,7 +318,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             if tables as usize <= TABLES {
                 // One table at least in each bank: as many banks fit as tables do.
                 let _ = self.banks.push(found);
-                let _ = self.lookups.push(BankLookup::new(&found, span, integer));
+                let _ = self
+                    .lookups
+                    .push(BankLookup::new(&found, span, integer, before as u16));
             }
         }
         if tables > 255 {
@@ -387,7 +389,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 run: 0,
                 output,
                 count: found as u8,
-                shape: 0,
+                most: 0,
                 place,
             });
         }

@@ -5,7 +5,9 @@ use core::fmt;
 use crate::description::{AUXILIARIES, Auxiliary, Axis, Bank, Grid, Policy, SampleFormat};
 use crate::inputs::{Inputs, Travelling};
 use crate::kernel;
-use crate::lookup::{BankLookup, FIXED, GridLookup, PackedTerm, group};
+use crate::lookup::{
+    BankLookup, FIXED, GridLookup, Head, Kind, PAIRED, PackedTerm, group, pair_up,
+};
 use crate::reach::Reach;
 use crate::weights::Weights;
 
@@ -41,6 +43,11 @@ pub struct Compensation<
     pub(crate) peaks: [f32; TABLES],
     pub(crate) tables: u16,
     pub(crate) terms: heapless::Vec<PackedTerm, TERMS>,
+    /// What the kernel adds first, see `pair_up`.
+    pub(crate) heads: heapless::Vec<Head, AXES>,
+    pub(crate) pairs: heapless::Vec<u32, TERMS>,
+    /// Whether there are other terms, or grids.
+    pub(crate) more: bool,
     pub(crate) weights: Weights,
     pub(crate) grids: heapless::Vec<Grid, GRIDS>,
     /// One per grid.
@@ -87,6 +94,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             peaks: [0.0; TABLES],
             tables: 0,
             terms: heapless::Vec::new(),
+            heads: heapless::Vec::new(),
+            pairs: heapless::Vec::new(),
+            more: false,
             weights: Weights::empty(),
             grids: heapless::Vec::new(),
             grid_lookups: heapless::Vec::new(),
@@ -107,6 +117,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.lookups.clear();
         self.tables = 0;
         self.terms.clear();
+        self.heads.clear();
+        self.pairs.clear();
+        self.more = false;
         self.weights = Weights::empty();
         self.grids.clear();
         self.grid_lookups.clear();
@@ -118,6 +131,16 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
 
     /// Last step of loading: prepares the terms for the kernel and the inputs for the servo.
     pub(crate) fn finish(&mut self) {
+        for bank in &mut self.lookups {
+            if bank.kind == Kind::Straight {
+                let first = bank.first as usize;
+                let (a, b) = (self.floats[first], self.floats[first + 1]);
+                bank.line = [a, b - a];
+            }
+        }
+        pair_up::<AXES, TABLES, TERMS>(&mut self.terms, &mut self.heads, &mut self.pairs);
+        let paired = self.terms.iter().all(|term| term.most == PAIRED);
+        self.more = !(paired && self.grids.is_empty());
         group(&mut self.terms);
         self.find_reach();
     }
@@ -284,6 +307,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// # Timing
     /// Independent of the positions except for wrapping modulo inputs and directional banks.
     #[must_use]
+    #[inline(never)]
     pub fn evaluate(
         &self,
         inputs: &Inputs<AXES>,

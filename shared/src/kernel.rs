@@ -25,14 +25,15 @@ use core::mem::MaybeUninit;
 use crate::compensation::Compensation;
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::lookup::{BankLookup, FIXED, GridLookup, PackedTerm, Span, UNIT};
+use crate::lookup::{BankLookup, FIXED, GridLookup, Kind, PAIRED, PackedTerm, Span};
 use crate::weights::Weights;
 
-/// Table values of one evaluation; read as one array, `one` is number `TABLES`.
+/// Table values of one evaluation; read as one array, `one` is number `TABLES`, `zero` the next.
 #[repr(C)]
 struct Scratch<const TABLES: usize> {
     tables: [MaybeUninit<f32>; TABLES],
     one: f32,
+    zero: f32,
 }
 
 /// A stored sample.
@@ -65,7 +66,7 @@ impl Sample for i16 {
 }
 
 /// See [`Compensation::evaluate`].
-#[inline]
+#[inline(always)]
 pub(crate) fn evaluate<
     const AXES: usize,
     const TABLES: usize,
@@ -80,57 +81,44 @@ pub(crate) fn evaluate<
     let mut scratch = Scratch::<TABLES> {
         tables: [const { MaybeUninit::uninit() }; TABLES],
         one: 1.0,
+        zero: 0.0,
     };
-    let mut table = 0;
+    let mut out = scratch.tables.as_mut_ptr().cast::<f32>();
     for bank in &c.lookups {
-        let width = usize::from(bank.tables);
-        debug_assert!(table + width <= TABLES);
-        // SAFETY: guarantee 4.
-        let values = unsafe { scratch.tables.get_unchecked_mut(table..table + width) };
-        table += width;
         // SAFETY: guarantee 1.
         let x = unsafe { input(inputs, bank.span.slot) };
-        let last = if bank.direction == Direction::Both {
-            Travel::Unknown
-        } else {
-            debug_assert!(usize::from(bank.span.slot) < AXES);
-            // SAFETY: guarantee 1.
-            unsafe { *travel.0.get_unchecked(usize::from(bank.span.slot)) }
-        };
-        if !holds(bank.direction, last) {
-            values.fill(MaybeUninit::new(0.0));
-            continue;
-        }
-        if bank.integer {
-            // SAFETY: guarantee 4.
-            let scales = unsafe { c.scales.get_unchecked(table - width..table) };
-            fill(bank, x, c.shorts, scales, values);
-        } else {
-            // For f32 samples the scales are not read; the values stand in for their length.
-            // SAFETY: as above.
-            let scales = unsafe { c.scales.get_unchecked(table - width..table) };
-            fill(bank, x, c.floats, scales, values);
-        }
-        if bank.direction == Direction::Signed && last == Travel::Negative {
-            for value in values {
-                // SAFETY: `fill` wrote every value.
-                *value = MaybeUninit::new(-unsafe { value.assume_init() });
+        // SAFETY: `out` has room for the tables of this bank and of those behind it (guarantee 4);
+        // what each kind reads of the samples is stated there.
+        unsafe {
+            match bank.kind {
+                Kind::Straight => {
+                    *out = straight(bank, x, c.floats);
+                    out = out.add(1);
+                }
+                Kind::Linear => {
+                    match interval(&bank.span, x) {
+                        Some((i, t)) => mix(bank, c.floats, i, t, out),
+                        None => end(bank, x, c.floats, out),
+                    }
+                    out = out.add(usize::from(bank.tables));
+                }
+                Kind::Other => {
+                    other(c, bank, x, travel, out);
+                    out = out.add(usize::from(bank.tables));
+                }
             }
+            out = opaque(out).cast_mut();
         }
     }
-    debug_assert_eq!(table, usize::from(c.tables));
 
     let mut corrections = [0.0; AXES];
-    // SAFETY: the loop above wrote all `tables` tables: each bank wrote each of its values, and
-    // the banks together have `tables` of them. `Scratch` is `repr(C)` of f32 without padding.
-    unsafe { sum(&c.terms, &scratch, weights, &mut corrections) };
-    for grid in &c.grid_lookups {
-        // SAFETY: guarantee 1.
-        let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
-        if grid.integer {
-            add_grid(grid, x, c.shorts, &mut corrections);
-        } else {
-            add_grid(grid, x, c.floats, &mut corrections);
+    // SAFETY: the same compensation; the loop above wrote all `tables` tables: each bank wrote each
+    // of its values, and the banks together have `tables` of them.
+    unsafe {
+        let c = &*opaque(c);
+        sum(c, &scratch, &mut corrections);
+        if c.more {
+            sum_more(c, inputs, &scratch, weights, &mut corrections);
         }
     }
     corrections
@@ -163,20 +151,6 @@ fn holds(direction: Direction, last: Travel) -> bool {
     }
 }
 
-/// Steps from the first point to `x`, within `0 ≤ u ≤ last` (modulo: `0 ≤ u < last + 1`).
-///
-/// Compare-and-select throughout, so that not-a-number and infinity end at a point too.
-#[inline(always)]
-fn steps(span: &Span, x: f32) -> f32 {
-    let mut d = x - span.start;
-    if span.is_modulo() {
-        d -= floor(d * span.inverse_period) * span.period;
-    }
-    let u = d * span.inverse_step;
-    let u = if u > 0.0 { u } else { 0.0 };
-    if u < span.limit { u } else { span.beyond }
-}
-
 /// Largest integer not above `p`, for |p| ≤ 2²²; beyond that, and for not-a-number, ±2²².
 #[inline(always)]
 fn floor(p: f32) -> f32 {
@@ -188,12 +162,58 @@ fn floor(p: f32) -> f32 {
     if k > p { k - 1.0 } else { k }
 }
 
-/// The interval around `x`: index of its first point, index of its second, fraction in between.
+/// The interval around `x` of a span without modulo: index of its first point, below `last`, and
+/// the fraction in it; `None` at and beyond the ends, and for not-a-number.
 #[inline(always)]
-fn interval(span: &Span, x: f32) -> (u32, u32, f32) {
-    let u = steps(span, x);
+fn interval(span: &Span, x: f32) -> Option<(u32, f32)> {
+    let u = (x - span.start) * span.inverse_step;
+    // Numbers from 0 on are in the order of their bits; negative ones and not-a-number have
+    // larger bits than all of those.
+    if u.to_bits() >= span.limit.to_bits() {
+        return None;
+    }
+    // SAFETY: 0 ≤ u < last (guarantee 2).
+    let i = unsafe { u.to_int_unchecked::<i32>() };
+    Some((i as u32, u - i as f32))
+}
+
+/// The only table of a bank of two points: a + (b − a)·t between them, and the end values.
+#[inline(always)]
+fn straight(bank: &BankLookup, x: f32, samples: &[f32]) -> f32 {
+    let [a, rise] = bank.line;
+    let u = (x - bank.span.start) * bank.span.inverse_step;
+    // As in `interval`.
+    if u.to_bits() < 1.0_f32.to_bits() {
+        a + rise * u
+    } else {
+        beyond(bank, u, samples)
+    }
+}
+
+/// The end value that [`straight`] holds at `u`; not-a-number counts as the first point.
+#[cold]
+#[inline(never)]
+fn beyond(bank: &BankLookup, u: f32, samples: &[f32]) -> f32 {
+    let place = bank.first as usize + usize::from(u >= 1.0);
+    debug_assert!(place < samples.len());
+    // SAFETY: guarantee 3: two points.
+    unsafe { *samples.get_unchecked(place) }
+}
+
+/// The interval around `x` of any span: indices of its points and fraction in between.
+///
+/// Compare-and-select throughout, so that not-a-number and infinity end at a point too.
+#[inline(always)]
+fn any_interval(span: &Span, x: f32) -> (u32, u32, f32) {
+    let mut d = x - span.start;
+    if span.is_modulo() {
+        d -= floor(d * span.inverse_period) * span.period;
+    }
+    let u = d * span.inverse_step;
+    let u = if u > 0.0 { u } else { 0.0 };
+    let u = if u < span.limit { u } else { span.beyond };
     debug_assert!(u >= 0.0 && u <= span.last as f32 + 1.0);
-    // SAFETY: 0 ≤ u < 2²⁴ + 1 (`steps` and guarantee 2).
+    // SAFETY: 0 ≤ u < 2²⁴ + 1 (guarantee 2).
     let i = unsafe { u.to_int_unchecked::<i32>() };
     let t = u - i as f32;
     let i = i as u32;
@@ -214,6 +234,120 @@ unsafe fn row<'s, S: Sample>(bank: &BankLookup, samples: &'s [S], index: u32) ->
     debug_assert!(start + width <= samples.len());
     // SAFETY: guarantee 3.
     unsafe { samples.get_unchecked(start..start + width) }
+}
+
+/// All tables of a bank of f32 samples between its points `i` and `i + 1`.
+///
+/// # Operations
+/// a + (b − a)·t per table.
+///
+/// # Memory
+/// Two neighbouring rows of samples, each read once from front to back.
+///
+/// # Timing
+/// Independent of the position.
+///
+/// # Safety
+/// `i < bank.span.last`; the samples are f32; `out` has room for the tables of the bank.
+#[inline(always)]
+unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: *mut f32) {
+    let width = usize::from(bank.tables);
+    let start = bank.first as usize + i as usize * width;
+    debug_assert!(width >= 1 && start + 2 * width <= samples.len());
+    // SAFETY: guarantee 3.
+    let (mut a, mut b) = unsafe {
+        let a = samples.as_ptr().add(start);
+        (a, a.add(width))
+    };
+    macro_rules! several {
+        ($($k:literal)*) => {{
+            $(*out.add($k) = *a.add($k) + (*b.add($k) - *a.add($k)) * t;)*
+        }}
+    }
+    // SAFETY: from a, b and out on there are `width` values: those that do not fill eight, then
+    // eights.
+    unsafe {
+        let last = out.add(width);
+        match width & 7 {
+            1 => several!(0),
+            2 => several!(0 1),
+            3 => several!(0 1 2),
+            4 => several!(0 1 2 3),
+            5 => several!(0 1 2 3 4),
+            6 => several!(0 1 2 3 4 5),
+            7 => several!(0 1 2 3 4 5 6),
+            _ => {}
+        }
+        let few = width & 7;
+        (a, b, out) = (a.add(few), b.add(few), out.add(few));
+        while out != last {
+            several!(0 1 2 3 4 5 6 7);
+            (a, b, out) = (
+                opaque(a.add(8)),
+                opaque(b.add(8)),
+                opaque(out.add(8)).cast_mut(),
+            );
+        }
+    }
+}
+
+/// All tables of a bank of f32 samples at and beyond its ends, where the end values hold;
+/// not-a-number counts as the first point.
+///
+/// # Safety
+/// The samples are f32; `out` has room for the tables of the bank.
+#[cold]
+#[inline(never)]
+unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: *mut f32) {
+    let u = (x - bank.span.start) * bank.span.inverse_step;
+    let i = if u >= 1.0 { bank.span.last } else { 0 };
+    // SAFETY: i ≤ last; `out` has room for a row.
+    unsafe {
+        let row = row(bank, samples, i);
+        core::ptr::copy_nonoverlapping(row.as_ptr(), out, row.len());
+    }
+}
+
+/// All tables of a bank of any kind.
+///
+/// # Safety
+/// `out` has room for the tables of the bank, which is one of `c`.
+#[inline(never)]
+unsafe fn other<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
+    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    bank: &BankLookup,
+    x: f32,
+    travel: &Travelling<AXES>,
+    out: *mut f32,
+) {
+    let width = usize::from(bank.tables);
+    // SAFETY: the caller's.
+    let values = unsafe { core::slice::from_raw_parts_mut(out.cast::<MaybeUninit<f32>>(), width) };
+    let last = if bank.direction == Direction::Both {
+        Travel::Unknown
+    } else {
+        debug_assert!(usize::from(bank.span.slot) < AXES);
+        // SAFETY: guarantee 1.
+        unsafe { *travel.0.get_unchecked(usize::from(bank.span.slot)) }
+    };
+    if !holds(bank.direction, last) {
+        values.fill(MaybeUninit::new(0.0));
+        return;
+    }
+    if bank.integer {
+        let table = usize::from(bank.table);
+        // SAFETY: guarantee 4.
+        let scales = unsafe { c.scales.get_unchecked(table..table + width) };
+        fill(bank, x, c.shorts, scales, values);
+    } else {
+        fill(bank, x, c.floats, &c.scales, values);
+    }
+    if bank.direction == Direction::Signed && last == Travel::Negative {
+        for value in values {
+            // SAFETY: `fill` wrote every value.
+            *value = MaybeUninit::new(-unsafe { value.assume_init() });
+        }
+    }
 }
 
 /// Reads all tables of one bank.
@@ -239,15 +373,8 @@ fn fill<S: Sample>(
         fill_cubic(bank, x, samples, scales, values);
         return;
     }
-    let (i, next, t) = if bank.straight {
-        // The same numbers as from `interval`, without a cast: u is in 0…1 and last is 1.
-        let u = (x - bank.span.start) * bank.span.inverse_step;
-        let u = if u > 0.0 { u } else { 0.0 };
-        if u < 1.0 { (0, 1, u) } else { (1, 1, 0.0) }
-    } else {
-        interval(&bank.span, x)
-    };
-    // SAFETY: i, next ≤ last, from `interval` or, of two points, evidently.
+    let (i, next, t) = any_interval(&bank.span, x);
+    // SAFETY: i, next ≤ last, from `any_interval`.
     let (a, b) = unsafe { (row(bank, samples, i), row(bank, samples, next)) };
     for (((value, &a), &b), &scale) in values.iter_mut().zip(a).zip(b).zip(scales) {
         let (a, b) = (a.value(), b.value());
@@ -266,7 +393,7 @@ fn fill_cubic<S: Sample>(
     values: &mut [MaybeUninit<f32>],
 ) {
     let span = &bank.span;
-    let (i, next, t) = interval(span, x);
+    let (i, next, t) = any_interval(span, x);
     let s = 1.0 - t;
     let h01 = t * t * (3.0 - 2.0 * t);
     let h10 = t * s * s;
@@ -315,91 +442,147 @@ fn fill_cubic<S: Sample>(
 /// of a run are 1 they are left out, where a factor is missing 1 stands in: no bit changes.
 ///
 /// # Memory
-/// 16 bytes per term, 4 per factor.
+/// 20 bytes per term, 4 per factor.
 ///
 /// # Timing
-/// One branch per run of terms.
+/// Independent of the values.
 ///
 /// # Safety
-/// All tables that a factor names are written.
+/// All tables that a factor names are written; the corrections are 0.
 #[inline(always)]
-unsafe fn sum<const AXES: usize, const TABLES: usize>(
-    terms: &[PackedTerm],
+unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
+    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    scratch: &Scratch<TABLES>,
+    corrections: &mut [f32; AXES],
+) {
+    // `Scratch` is `repr(C)`: TABLES values, then `one`; the pointer comes from the whole.
+    let values = core::ptr::from_ref(scratch).cast::<f32>();
+    let mut pair = c.pairs.as_ptr();
+    for head in &c.heads {
+        // SAFETY: guarantee 6: behind the pairs of the heads before it, each head has as many as
+        // it says; a factor is a table that was written, or one of the two values behind the
+        // tables (guarantee 5); `output < AXES`.
+        unsafe {
+            let mut total = 0.0 + *values.byte_add(usize::from(head.first));
+            let mut rest = u32::from(head.pairs);
+            while rest != 0 {
+                let [a, b] = [*pair & 0xFFFF, *pair >> 16];
+                total += *values.byte_add(a as usize) * *values.byte_add(b as usize);
+                pair = opaque(pair.add(1));
+                rest -= 1;
+            }
+            *corrections.get_unchecked_mut(usize::from(head.output)) = total;
+        }
+    }
+}
+
+/// The pointer itself, but the compiler does not know: it neither unrolls a loop that walks with it
+/// nor splits the address. On the Cortex-M both cost more than they save in loops that run a few
+/// times.
+#[inline(always)]
+fn opaque<T>(pointer: *const T) -> *const T {
+    #[cfg(target_arch = "arm")]
+    // SAFETY: no instruction at all.
+    unsafe {
+        let same;
+        core::arch::asm!("/* {0} */", inlateout(reg) pointer => same, options(pure, nomem, nostack, preserves_flags));
+        same
+    }
+    #[cfg(not(target_arch = "arm"))]
+    pointer
+}
+
+/// Adds the terms that are not among the pairs, run by run, then the grids.
+///
+/// # Safety
+/// That of [`sum`].
+#[inline(never)]
+unsafe fn sum_more<
+    const AXES: usize,
+    const TABLES: usize,
+    const TERMS: usize,
+    const GRIDS: usize,
+>(
+    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    inputs: &Inputs<AXES>,
     scratch: &Scratch<TABLES>,
     weights: &Weights,
     corrections: &mut [f32; AXES],
 ) {
-    const UNIT_ONE: u8 = UNIT | 1;
-    const UNIT_TWO: u8 = UNIT | 2;
     let values = core::ptr::from_ref(scratch).cast::<f32>();
+    let mut rest = &c.terms[..];
+    while let Some(first) = rest.first() {
+        debug_assert!(first.run >= 1 && usize::from(first.run) <= rest.len());
+        // SAFETY: guarantee 6.
+        let (run, others) = unsafe { rest.split_at_unchecked(usize::from(first.run)) };
+        rest = others;
+        if first.most == PAIRED {
+            continue;
+        }
+        debug_assert!(usize::from(first.output) < AXES);
+        // SAFETY: guarantee 5.
+        let total = unsafe { corrections.get_unchecked_mut(usize::from(first.output)) };
+        // SAFETY: as for the caller.
+        *total = unsafe { weighted(*total, run, values, weights) };
+    }
+    for grid in &c.grid_lookups {
+        // SAFETY: guarantee 1.
+        let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
+        if grid.integer {
+            add_grid(grid, x, c.shorts, corrections);
+        } else {
+            add_grid(grid, x, c.floats, corrections);
+        }
+    }
+}
+
+/// Adds a run of any shape to `total`.
+///
+/// # Safety
+/// That of [`sum`].
+#[inline(always)]
+unsafe fn weighted(
+    mut total: f32,
+    run: &[PackedTerm],
+    values: *const f32,
+    weights: &Weights,
+) -> f32 {
     let factor = |term: &PackedTerm, k: usize| {
-        debug_assert!(usize::from(term.factors[k]) <= TABLES);
         // SAFETY: k < FACTORS (constants below, or `count`); the factor is a table that was
-        // written (caller) or number TABLES, which is `one` (guarantee 5). `Scratch` is `repr(C)`:
-        // TABLES values, then `one`; the pointer comes from the whole.
+        // written or number TABLES, which is `one` (guarantee 5).
         unsafe { *values.add(usize::from(*term.factors.get_unchecked(k))) }
     };
-    let mut rest = terms;
-    while let Some(&PackedTerm {
-        run,
-        output,
-        shape,
-        place,
-        ..
-    }) = rest.first()
-    {
-        debug_assert!(run >= 1 && usize::from(run) <= rest.len());
-        // SAFETY: guarantee 6.
-        let (run, others) = unsafe { rest.split_at_unchecked(usize::from(run)) };
-        rest = others;
-        debug_assert!(usize::from(output) < AXES);
-        // SAFETY: guarantee 5.
-        let correction = unsafe { corrections.get_unchecked_mut(usize::from(output)) };
-        let mut total = *correction;
-        if place != FIXED {
-            for (k, term) in run.iter().enumerate() {
-                let k = usize::from(place) + k;
-                debug_assert!(k < weights.values.len());
-                // SAFETY: guarantee 5: the places of adjustable terms follow each other.
-                let weight = unsafe { *weights.values.get_unchecked(k) };
-                total += product(weight, term, factor);
-            }
-        } else {
-            match shape {
-                UNIT_ONE => {
-                    for term in run {
-                        total += factor(term, 0);
-                    }
-                }
-                UNIT_TWO => {
-                    for term in run {
-                        total += factor(term, 0) * factor(term, 1);
-                    }
-                }
-                0 | 1 => {
-                    for term in run {
-                        total += term.weight * factor(term, 0);
-                    }
-                }
-                2 => {
-                    for term in run {
-                        total += term.weight * factor(term, 0) * factor(term, 1);
-                    }
-                }
-                3 => {
-                    for term in run {
-                        total += term.weight * factor(term, 0) * factor(term, 1) * factor(term, 2);
-                    }
-                }
-                _ => {
-                    for term in run {
-                        total += product(term.weight, term, factor);
-                    }
-                }
+    let Some(&PackedTerm { most, place, .. }) = run.first() else {
+        return total;
+    };
+    if place != FIXED {
+        for (k, term) in run.iter().enumerate() {
+            let k = usize::from(place) + k;
+            debug_assert!(k < weights.values.len());
+            // SAFETY: guarantee 5: the places of adjustable terms follow each other.
+            let weight = unsafe { *weights.values.get_unchecked(k) };
+            total += product(weight, term, factor);
+        }
+        return total;
+    }
+    match most {
+        0..=2 => {
+            for term in run {
+                total += term.weight * factor(term, 0) * factor(term, 1);
             }
         }
-        *correction = total;
+        3 => {
+            for term in run {
+                total += term.weight * factor(term, 0) * factor(term, 1) * factor(term, 2);
+            }
+        }
+        _ => {
+            for term in run {
+                total += product(term.weight, term, factor);
+            }
+        }
     }
+    total
 }
 
 /// weight · factor · factor …
@@ -433,7 +616,7 @@ fn add_grid<S: Sample, const AXES: usize>(
     let mut far = [0_usize; 3];
     let mut t = [0.0_f32; 3];
     for k in 0..3 {
-        let (i, next, fraction) = interval(&grid.spans[k], x[k]);
+        let (i, next, fraction) = any_interval(&grid.spans[k], x[k]);
         near[k] = i as usize * grid.strides[k] as usize;
         far[k] = next as usize * grid.strides[k] as usize;
         t[k] = fraction;

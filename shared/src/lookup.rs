@@ -97,30 +97,51 @@ impl Span {
     }
 }
 
+/// What the kernel does with a bank: the common kinds have loops of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// One table of two points, linear, f32, both directions, without modulo: no search.
+    Straight,
+    /// Linear, f32, both directions, without modulo.
+    Linear,
+    /// All others.
+    Other,
+}
+
 /// One bank.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BankLookup {
     pub span: Span,
     /// First sample in its section.
     pub first: u32,
+    /// Number of the first table.
+    pub table: u16,
     /// Tables per row, at least 1.
     pub tables: u16,
+    pub kind: Kind,
+    /// If it is [`Kind::Straight`], the first sample and the difference of the second from it.
+    pub line: [f32; 2],
     pub direction: Direction,
-    /// Two points, linear, without modulo: no search.
-    pub straight: bool,
     pub cubic: bool,
     pub integer: bool,
 }
 
 impl BankLookup {
-    pub(crate) fn new(bank: &Bank, span: Span, integer: bool) -> Self {
+    pub(crate) fn new(bank: &Bank, span: Span, integer: bool, table: u16) -> Self {
         let cubic = bank.interpolation == Interpolation::Cubic;
+        let plain = !cubic && !integer && !bank.modulo && bank.direction == Direction::Both;
         Self {
             span,
             first: bank.first,
+            table,
             tables: bank.tables,
+            kind: match (plain, bank.points * u32::from(bank.tables)) {
+                (true, 2) => Kind::Straight,
+                (true, _) => Kind::Linear,
+                _ => Kind::Other,
+            },
+            line: [0.0; 2],
             direction: bank.direction,
-            straight: !cubic && !bank.modulo && bank.points == 2,
             cubic,
             integer,
         }
@@ -140,6 +161,9 @@ pub(crate) struct GridLookup {
     pub integer: bool,
 }
 
+/// [`PackedTerm::most`] of a term that is added with the pairs.
+pub(crate) const PAIRED: u8 = u8::MAX;
+
 /// Marks a term with a fixed weight.
 pub(crate) const FIXED: u8 = u8::MAX;
 
@@ -153,34 +177,87 @@ pub(crate) struct PackedTerm {
     pub run: u16,
     pub output: u8,
     pub count: u8,
-    /// In the first term of a run: most factors of its terms, with [`UNIT`] if all weights are 1.
-    pub shape: u8,
+    /// In the first term of a run: most factors of its terms, or [`PAIRED`].
+    pub most: u8,
     /// Place among the adjustable weights, or [`FIXED`].
     pub place: u8,
 }
 
-/// Bit of [`PackedTerm::shape`]: every weight of the run is 1.
-pub(crate) const UNIT: u8 = 0x80;
+/// What the kernel adds first to one output.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Head {
+    /// Where the first value lies among those of all tables, bytes.
+    pub first: u16,
+    pub output: u8,
+    /// How many pairs follow.
+    pub pairs: u8,
+}
+
+/// Puts aside the terms that the kernel adds first: those of each output, from its first one on,
+/// that have the weight 1 and up to two factors. That keeps the order of addition, and costs a
+/// third of the general way.
+///
+/// If the very first has one factor only, it becomes part of the head of its output. All others
+/// are pairs: where the values of both factors lie among those of all tables, in bytes, the first
+/// factor in the lower half. Behind the tables stand 1 for a missing factor, which changes no bit
+/// of the product, and 0 for a missing first value.
+pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize>(
+    terms: &mut [PackedTerm],
+    heads: &mut heapless::Vec<Head, AXES>,
+    pairs: &mut heapless::Vec<u32, TERMS>,
+) {
+    for output in 0..AXES as u8 {
+        let mut head = Head {
+            first: 4 * (TABLES as u16 + 1),
+            output,
+            pairs: 0,
+        };
+        let leading = terms
+            .iter_mut()
+            .filter(|t| t.output == output)
+            .take_while(|t| t.weight == 1.0 && t.place == FIXED && t.count <= 2);
+        let mut found = false;
+        for term in leading.take(usize::from(u8::MAX)) {
+            let [a, b, ..] = term.factors.map(|factor| 4 * u32::from(factor));
+            if !found && term.count == 1 {
+                head.first = a as u16;
+            } else {
+                // As many pairs fit as terms do.
+                let _ = pairs.push(a | b << 16);
+                head.pairs += 1;
+            }
+            found = true;
+            term.most = PAIRED;
+        }
+        if found {
+            let _ = heads.push(head);
+        }
+    }
+}
 
 /// Groups neighbouring terms of the same output, so that the kernel's inner loop has no branch.
 ///
-/// Up to two factors are one kind, the missing ones read as 1 (which changes no bit of the
-/// product); otherwise the factor count must be equal. Fixed and adjustable terms do not mix.
+/// Up to two factors are one kind, the missing ones read as 1; otherwise the factor count must be
+/// equal. Fixed and adjustable terms do not mix, nor those that are paired up with others.
 pub(crate) fn group(terms: &mut [PackedTerm]) {
+    let kind = |t: &PackedTerm| {
+        let paired = t.most == PAIRED;
+        (t.output, t.place == FIXED, paired, t.count.max(2))
+    };
     let mut start = 0;
     while start < terms.len() {
-        let kind = |t: &PackedTerm| (t.output, t.place == FIXED, t.count.max(2));
         let first = kind(&terms[start]);
         let length = terms[start..]
             .iter()
             .take(usize::from(u16::MAX))
             .take_while(|t| kind(t) == first)
             .count();
-        let run = &terms[start..start + length];
+        let run = &mut terms[start..start + length];
         let most = run.iter().map(|t| t.count).max().unwrap_or(0);
-        let unit = run.iter().all(|t| t.weight == 1.0 && t.place == FIXED);
-        terms[start].run = length as u16;
-        terms[start].shape = most | if unit { UNIT } else { 0 };
+        run[0].run = length as u16;
+        if run[0].most != PAIRED {
+            run[0].most = most;
+        }
         start += length;
     }
 }

@@ -1,7 +1,7 @@
 //! From sampled tables to a draft of the compensation.
 
 use super::Options;
-use super::cover::Function;
+use super::cover::{self, Function};
 use super::tables::{Found, input};
 use super::variables::Kind;
 use crate::errors::ErrorModel;
@@ -22,9 +22,11 @@ pub fn draft(
     options: &Options,
 ) -> Result<Draft, NotConverged> {
     let variables = found.sampler.variables;
+    let (terms, scales) = weighed(machine, found);
+    let scale = |v: usize, function: Function| scales.get(&(v, function)).copied().unwrap_or(1.0);
     let mut banks = Vec::new();
     // Number of each table in the blob.
-    let mut numbers: HashMap<(usize, Function), u8> = HashMap::new();
+    let mut numbers: HashMap<Factor, u8> = HashMap::new();
     let mut next = 0_u8;
     for (v, (bent, straight)) in found.tables() {
         let variable = &variables[v];
@@ -41,7 +43,7 @@ pub fn draft(
                 direction: Direction::Signed,
                 interpolation: Interpolation::Linear,
                 format: SampleFormat::F32,
-                columns: vec![vec![1.0; 2]],
+                columns: vec![vec![scale(v, Function::Sign) as f32; 2]],
             });
             numbers.insert((v, Function::Sign), next);
             next += 1;
@@ -75,7 +77,11 @@ pub fn draft(
                 interpolation: Interpolation::Linear,
                 format,
                 columns: (0..functions.len())
-                    .map(|k| sampled.values.column(k).iter().map(|x| *x as f32).collect())
+                    .map(|k| {
+                        let scale = scale(v, functions[k]);
+                        let column = sampled.values.column(k);
+                        column.iter().map(|x| (scale * x) as f32).collect()
+                    })
                     .collect(),
             });
             for function in functions {
@@ -84,7 +90,7 @@ pub fn draft(
             }
         }
     }
-    let terms = terms(machine, found, &numbers);
+    let terms = numbered(&terms, &numbers);
     let mut auxiliaries = Vec::new();
     for variable in variables {
         match variable.kind {
@@ -146,23 +152,55 @@ fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
     }
 }
 
+/// A factor: a table of a variable.
+type Factor = (usize, Function);
+
+/// The terms with weights in mm or degrees, and what each table is multiplied by so that as many
+/// weights as possible are 1: those cost nothing.
+fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<Factor, f64>) {
+    let mut terms = found.structure.terms.clone();
+    let mut uses: HashMap<Factor, usize> = HashMap::new();
+    for term in &mut terms {
+        let axis = &machine.axes[term.output];
+        term.weight = axis.to_command(term.weight * found.tolerance[term.output]);
+        for factor in &term.factors {
+            *uses.entry(*factor).or_insert(0) += 1;
+        }
+    }
+    // A table that stands in one term only can take any weight: those terms can wait.
+    let least_used = |i: &usize| terms[*i].factors.iter().map(|f| uses[f]).min();
+    let mut order: Vec<usize> = (0..terms.len()).collect();
+    order.sort_by_key(|i| (least_used(i) == Some(1), terms[*i].factors.len()));
+    let mut scales: HashMap<Factor, f64> = HashMap::new();
+    for i in order {
+        let term = &mut terms[i];
+        for factor in &term.factors {
+            term.weight /= scales.get(factor).copied().unwrap_or(1.0);
+        }
+        let once = |f: &&Factor| term.factors.iter().filter(|g| g == f).count() == 1;
+        let free = term.factors.iter().filter(|f| !scales.contains_key(f));
+        if let Some(factor) = free.filter(once).min_by_key(|f| uses[f]) {
+            scales.insert(*factor, term.weight);
+            term.weight = 1.0;
+        }
+        // What this term counts on stays.
+        for factor in &term.factors {
+            scales.entry(*factor).or_insert(1.0);
+        }
+    }
+    (terms, scales)
+}
+
 /// The terms in blob form: sorted so that terms of one output and one length stand together.
-fn terms(
-    machine: &Machine,
-    found: &Found<'_>,
-    numbers: &HashMap<(usize, Function), u8>,
-) -> Vec<Term> {
-    let mut terms: Vec<Term> = found
-        .structure
-        .terms
+fn numbered(terms: &[cover::Term], numbers: &HashMap<Factor, u8>) -> Vec<Term> {
+    let mut terms: Vec<Term> = terms
         .iter()
         .map(|term| {
-            let axis = &machine.axes[term.output];
             let mut factors: Vec<u8> = term.factors.iter().map(|f| numbers[f]).collect();
             factors.sort_unstable();
             Term {
                 output: term.output as u8,
-                weight: axis.to_command(term.weight * found.tolerance[term.output]) as f32,
+                weight: term.weight as f32,
                 limits: None,
                 factors: factors.into_iter().collect(),
             }

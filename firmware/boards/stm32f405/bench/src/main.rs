@@ -80,10 +80,10 @@ fn evaluate<const A: usize, const T: usize, const N: usize, const G: usize>(
         let q = path.random();
         let inputs = Inputs::at(core::array::from_fn(|i| q[i]));
         *count = counter.instructions(|| {
-            black_box(workloads::evaluate(c, &inputs, &travel, &weights));
+            black_box(c.evaluate(&inputs, &travel, &weights));
         });
         stack = stack.max(stack::peak(|| {
-            black_box(workloads::evaluate(c, &inputs, &travel, &weights));
+            black_box(c.evaluate(&inputs, &travel, &weights));
         }));
     }
     report(key, &mut counts);
