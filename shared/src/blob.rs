@@ -16,7 +16,7 @@ use crate::description::{
 };
 use crate::header::{self, ALIGNMENT, HEADER, Held};
 use crate::load_error::{Capacity, LoadError, Part};
-use crate::lookup::{BankLookup, FIXED, GridLookup, PackedTerm, Span};
+use crate::lookup::{BankLookup, FIXED, GridLookup, PLAIN_WIDTH, PackedTerm, Span};
 
 /// Bounds of axes lie between this …
 const LEAST_BOUND: f32 = 1e-9;
@@ -499,6 +499,10 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             outputs,
             width: width as u8,
             integer,
+            plain: inputs as usize == GRID_INPUTS
+                && !integer
+                && width as usize == PLAIN_WIDTH
+                && !spans.iter().any(Span::is_modulo),
         });
         let _ = self.grids.push(found);
         Ok(())

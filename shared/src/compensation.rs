@@ -46,8 +46,8 @@ pub struct Compensation<
     /// What the kernel adds first, see `pair_up`.
     pub(crate) heads: heapless::Vec<Head, AXES>,
     pub(crate) pairs: heapless::Vec<u32, TERMS>,
-    /// Whether there are other terms, or grids.
-    pub(crate) more: bool,
+    /// Whether there are others.
+    pub(crate) runs: bool,
     pub(crate) weights: Weights,
     pub(crate) grids: heapless::Vec<Grid, GRIDS>,
     /// One per grid.
@@ -96,7 +96,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             terms: heapless::Vec::new(),
             heads: heapless::Vec::new(),
             pairs: heapless::Vec::new(),
-            more: false,
+            runs: false,
             weights: Weights::empty(),
             grids: heapless::Vec::new(),
             grid_lookups: heapless::Vec::new(),
@@ -119,7 +119,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.terms.clear();
         self.heads.clear();
         self.pairs.clear();
-        self.more = false;
+        self.runs = false;
         self.weights = Weights::empty();
         self.grids.clear();
         self.grid_lookups.clear();
@@ -139,8 +139,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             }
         }
         pair_up::<AXES, TABLES, TERMS>(&mut self.terms, &mut self.heads, &mut self.pairs);
-        let paired = self.terms.iter().all(|term| term.most == PAIRED);
-        self.more = !(paired && self.grids.is_empty());
+        self.runs = self.terms.iter().any(|term| term.most != PAIRED);
         group(&mut self.terms);
         self.find_reach();
     }
@@ -307,14 +306,20 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// # Timing
     /// Independent of the positions except for wrapping modulo inputs and directional banks.
     #[must_use]
-    #[inline(never)]
+    #[inline(always)]
     pub fn evaluate(
         &self,
         inputs: &Inputs<AXES>,
         travel: &Travelling<AXES>,
         weights: &Weights,
     ) -> [f32; AXES] {
-        kernel::evaluate(self, inputs, travel, weights)
+        let mut corrections = [0.0; AXES];
+        if self.terms.is_empty() {
+            kernel::add_grids(self, inputs, &mut corrections);
+        } else {
+            kernel::add_tables(self, inputs, travel, weights, &mut corrections);
+        }
+        corrections
     }
 }
 

@@ -23,9 +23,9 @@
 use core::mem::MaybeUninit;
 
 use crate::compensation::Compensation;
-use crate::description::{AUXILIARIES, Direction};
+use crate::description::{AUXILIARIES, Direction, GRID_INPUTS};
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::lookup::{BankLookup, FIXED, GridLookup, Kind, PAIRED, PackedTerm, Span};
+use crate::lookup::{BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Span};
 use crate::weights::Weights;
 
 /// Table values of one evaluation; read as one array, `one` is number `TABLES`, `zero` the next.
@@ -65,9 +65,9 @@ impl Sample for i16 {
     }
 }
 
-/// See [`Compensation::evaluate`].
-#[inline(always)]
-pub(crate) fn evaluate<
+/// Tables and terms, then grids. `corrections` are 0.
+#[inline(never)]
+pub(crate) fn add_tables<
     const AXES: usize,
     const TABLES: usize,
     const TERMS: usize,
@@ -77,7 +77,8 @@ pub(crate) fn evaluate<
     inputs: &Inputs<AXES>,
     travel: &Travelling<AXES>,
     weights: &Weights,
-) -> [f32; AXES] {
+    corrections: &mut [f32; AXES],
+) {
     let mut scratch = Scratch::<TABLES> {
         tables: [const { MaybeUninit::uninit() }; TABLES],
         one: 1.0,
@@ -111,17 +112,44 @@ pub(crate) fn evaluate<
         }
     }
 
-    let mut corrections = [0.0; AXES];
     // SAFETY: the same compensation; the loop above wrote all `tables` tables: each bank wrote each
     // of its values, and the banks together have `tables` of them.
     unsafe {
         let c = &*opaque(c);
-        sum(c, &scratch, &mut corrections);
-        if c.more {
-            sum_more(c, inputs, &scratch, weights, &mut corrections);
+        sum(c, &scratch, corrections);
+        if c.runs {
+            sum_runs(c, &scratch, weights, corrections);
         }
     }
-    corrections
+    if !c.grid_lookups.is_empty() {
+        add_grids(c, inputs, corrections);
+    }
+}
+
+/// All grids.
+#[inline(never)]
+pub(crate) fn add_grids<
+    const AXES: usize,
+    const TABLES: usize,
+    const TERMS: usize,
+    const GRIDS: usize,
+>(
+    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    inputs: &Inputs<AXES>,
+    corrections: &mut [f32; AXES],
+) {
+    for grid in &c.grid_lookups {
+        if grid.plain && add_cell(grid, inputs, c.floats, corrections) {
+            continue;
+        }
+        // SAFETY: guarantee 1.
+        let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
+        if grid.integer {
+            add_grid(grid, x, c.shorts, corrections);
+        } else {
+            add_grid(grid, x, c.floats, corrections);
+        }
+    }
 }
 
 /// Input number `slot`: the axes, then the auxiliaries.
@@ -471,6 +499,14 @@ unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const 
                 pair = opaque(pair.add(1));
                 rest -= 1;
             }
+            if head.pairs == 0 {
+                let mut rest = u32::from(head.singles);
+                while rest != 0 {
+                    total += *values.byte_add(*pair as usize);
+                    pair = opaque(pair.add(1));
+                    rest -= 1;
+                }
+            }
             *corrections.get_unchecked_mut(usize::from(head.output)) = total;
         }
     }
@@ -492,19 +528,18 @@ fn opaque<T>(pointer: *const T) -> *const T {
     pointer
 }
 
-/// Adds the terms that are not among the pairs, run by run, then the grids.
+/// Adds the terms that are not among the pairs, run by run.
 ///
 /// # Safety
 /// That of [`sum`].
 #[inline(never)]
-unsafe fn sum_more<
+unsafe fn sum_runs<
     const AXES: usize,
     const TABLES: usize,
     const TERMS: usize,
     const GRIDS: usize,
 >(
     c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
     scratch: &Scratch<TABLES>,
     weights: &Weights,
     corrections: &mut [f32; AXES],
@@ -524,15 +559,6 @@ unsafe fn sum_more<
         let total = unsafe { corrections.get_unchecked_mut(usize::from(first.output)) };
         // SAFETY: as for the caller.
         *total = unsafe { weighted(*total, run, values, weights) };
-    }
-    for grid in &c.grid_lookups {
-        // SAFETY: guarantee 1.
-        let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
-        if grid.integer {
-            add_grid(grid, x, c.shorts, corrections);
-        } else {
-            add_grid(grid, x, c.floats, corrections);
-        }
     }
 }
 
@@ -595,6 +621,48 @@ fn product(weight: f32, term: &PackedTerm, factor: impl Fn(&PackedTerm, usize) -
     product
 }
 
+/// Adds one grid of the plain kind, see [`GridLookup::plain`]; false, and nothing added, at and
+/// beyond the ends of an input, and for not-a-number.
+///
+/// # Operations
+/// As [`add_grid`], of which this is the straight way through.
+#[inline(always)]
+fn add_cell<const AXES: usize>(
+    grid: &GridLookup,
+    inputs: &Inputs<AXES>,
+    samples: &[f32],
+    corrections: &mut [f32; AXES],
+) -> bool {
+    const WIDTH: usize = PLAIN_WIDTH;
+    let mut t = [0.0; GRID_INPUTS];
+    let mut start = grid.first as usize;
+    for ((t, span), stride) in t.iter_mut().zip(&grid.spans).zip(grid.strides) {
+        // SAFETY: guarantee 1.
+        let x = unsafe { input(inputs, span.slot) };
+        let Some((i, fraction)) = interval(span, x) else {
+            return false;
+        };
+        start += i as usize * stride as usize;
+        *t = fraction;
+    }
+    let (far, middle) = (grid.strides[0] as usize, grid.strides[1] as usize);
+    debug_assert!(start + far + middle + 2 * WIDTH <= samples.len());
+    // SAFETY: guarantees 2 and 3: each index is below `last`, so that all eight nodes are in the
+    // grid, two and two neighbours; guarantee 7.
+    unsafe {
+        let near = samples.as_ptr().add(start);
+        let far = near.add(far);
+        let rows = [near, near.add(middle), far, far.add(middle)];
+        let line = |a: f32, b: f32, t: f32| a + (b - a) * t;
+        for k in 0..WIDTH {
+            let [a, b, c, d] = rows.map(|row| line(*row.add(k), *row.add(k + WIDTH), t[2]));
+            let value = line(line(a, b, t[1]), line(c, d, t[1]), t[0]);
+            *corrections.get_unchecked_mut(usize::from(grid.outputs[k])) += value;
+        }
+    }
+    true
+}
+
 /// Adds one grid to its outputs.
 ///
 /// # Operations
@@ -604,8 +672,8 @@ fn product(weight: f32, term: &PackedTerm, factor: impl Fn(&PackedTerm, usize) -
 /// Eight nodes of `width` neighbouring samples.
 ///
 /// # Timing
-/// Independent of the position, except for wrapping. Three outputs have their own unrolled loop.
-#[inline(always)]
+/// Independent of the position, except for wrapping.
+#[inline(never)]
 fn add_grid<S: Sample, const AXES: usize>(
     grid: &GridLookup,
     x: [f32; 3],
@@ -651,15 +719,9 @@ fn add_grid<S: Sample, const AXES: usize>(
         // SAFETY: guarantee 7.
         unsafe { *corrections.get_unchecked_mut(output) += value };
     };
-    if width == 3 {
-        add(0);
-        add(1);
-        add(2);
-    } else {
-        // The bound that guarantee 7 gives is repeated for the compiler.
-        for k in 0..width.min(grid.outputs.len()) {
-            add(k);
-        }
+    // The bound that guarantee 7 gives is repeated for the compiler.
+    for k in 0..width.min(grid.outputs.len()) {
+        add(k);
     }
 }
 

@@ -159,7 +159,12 @@ pub(crate) struct GridLookup {
     pub outputs: [u8; GRID_OUTPUTS],
     pub width: u8,
     pub integer: bool,
+    /// Three inputs without modulo, f32, [`PLAIN_WIDTH`] outputs: the common kind.
+    pub plain: bool,
 }
+
+/// Outputs of a plain grid.
+pub(crate) const PLAIN_WIDTH: usize = 3;
 
 /// [`PackedTerm::most`] of a term that is added with the pairs.
 pub(crate) const PAIRED: u8 = u8::MAX;
@@ -191,6 +196,8 @@ pub(crate) struct Head {
     pub output: u8,
     /// How many pairs follow.
     pub pairs: u8,
+    /// If no pairs do, how many single values.
+    pub singles: u8,
 }
 
 /// Puts aside the terms that the kernel adds first: those of each output, from its first one on,
@@ -200,7 +207,7 @@ pub(crate) struct Head {
 /// If the very first has one factor only, it becomes part of the head of its output. All others
 /// are pairs: where the values of both factors lie among those of all tables, in bytes, the first
 /// factor in the lower half. Behind the tables stand 1 for a missing factor, which changes no bit
-/// of the product, and 0 for a missing first value.
+/// of the product, and 0 for a missing first value. If all have one factor, no pairs are needed.
 pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize>(
     terms: &mut [PackedTerm],
     heads: &mut heapless::Vec<Head, AXES>,
@@ -211,18 +218,27 @@ pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize
             first: 4 * (TABLES as u16 + 1),
             output,
             pairs: 0,
+            singles: 0,
         };
         let leading = terms
-            .iter_mut()
+            .iter()
             .filter(|t| t.output == output)
-            .take_while(|t| t.weight == 1.0 && t.place == FIXED && t.count <= 2);
+            .take_while(|t| t.weight == 1.0 && t.place == FIXED && t.count <= 2)
+            .take(usize::from(u8::MAX));
+        let (count, single) = leading.fold((0, true), |(count, single), term| {
+            (count + 1, single && term.count == 1)
+        });
+        let leading = terms.iter_mut().filter(|t| t.output == output);
         let mut found = false;
-        for term in leading.take(usize::from(u8::MAX)) {
+        for term in leading.take(count) {
             let [a, b, ..] = term.factors.map(|factor| 4 * u32::from(factor));
             if !found && term.count == 1 {
                 head.first = a as u16;
+            } else if single {
+                // As many fit as terms do.
+                let _ = pairs.push(a);
+                head.singles += 1;
             } else {
-                // As many pairs fit as terms do.
                 let _ = pairs.push(a | b << 16);
                 head.pairs += 1;
             }
