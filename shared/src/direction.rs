@@ -15,6 +15,19 @@ pub struct Reversal {
     low: f32,
     last: f32,
     started: bool,
+    /// How `moves_on` may go about it.
+    watch: Watch,
+}
+
+/// What is new to a reversal if an axis only goes on in its direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Watch {
+    /// Anything may be.
+    All,
+    /// The highest position.
+    High,
+    /// The lowest position.
+    Low,
 }
 
 impl Reversal {
@@ -27,6 +40,7 @@ impl Reversal {
             low: 0.0,
             last: 0.0,
             started: false,
+            watch: Watch::All,
         }
     }
 
@@ -34,6 +48,18 @@ impl Reversal {
     #[must_use]
     pub fn travel(&self) -> Travel {
         self.travel
+    }
+
+    /// Takes in the commanded position `q` (finite) if the axis is moving on in its direction and
+    /// has no period; otherwise it returns false, and nothing is taken in.
+    #[inline(always)]
+    pub(crate) fn moves_on(&mut self, q: f32) -> bool {
+        match self.watch {
+            Watch::High if q >= self.high => self.high = q,
+            Watch::Low if q <= self.low => self.low = q,
+            _ => return false,
+        }
+        true
     }
 
     /// Takes in the commanded position `q` (finite) with the hysteresis of the axis, both in mm
@@ -83,6 +109,11 @@ impl Reversal {
             Travel::Negative | Travel::Unknown if advanced => self.turn(Travel::Positive, q),
             _ => {}
         }
+        self.watch = match self.travel {
+            Travel::Positive if period <= 0.0 => Watch::High,
+            Travel::Negative if period <= 0.0 => Watch::Low,
+            _ => Watch::All,
+        };
         self.travel
     }
 

@@ -11,7 +11,7 @@ pub const MOST_PERIODS: f32 = 8192.0;
 /// Limits of the inputs, and which matter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach<const AXES: usize> {
-    axes: [f32; AXES],
+    pub axes: [f32; AXES],
     auxiliaries: [f32; AUXILIARIES],
     /// Longest period of the modulo tables of each axis; 0 without.
     pub periods: [f32; AXES],
@@ -29,6 +29,11 @@ impl<const AXES: usize> Reach<AXES> {
         used_axes: 0,
         used_auxiliaries: 0,
     };
+
+    /// Whether a tool length or a temperature matters.
+    pub(crate) fn uses_auxiliaries(&self) -> bool {
+        self.used_auxiliaries != 0
+    }
 
     /// Whether the first `count` axes and all auxiliaries that matter are finite and within reach.
     pub(crate) fn holds(&self, inputs: &Inputs<AXES>, count: usize) -> bool {

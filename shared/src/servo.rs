@@ -28,6 +28,7 @@ use crate::inputs::{Inputs, Travel, Travelling};
 use crate::ramp::{Pace, Ramp};
 use crate::status::{Conditions, Correction, Status};
 use crate::weights::{WeightError, Weights};
+use steady::Rail;
 
 /// Longest period of a call, s. Longer ones are a fault: time has been lost.
 pub const LONGEST_PERIOD: f32 = 0.01;
@@ -100,6 +101,10 @@ pub struct Servo<
     positions: [f32; AXES],
     computed: [f32; AXES],
     dq: [f32; AXES],
+    /// Nothing but the positions has changed since the last call: see `steady.rs`.
+    steady: bool,
+    /// Of the compensation in use while `steady`.
+    rails: [Rail; AXES],
     frozen: bool,
     /// For how long inputs have been unusable, s.
     fault: f32,
@@ -153,6 +158,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             positions: [0.0; AXES],
             computed: [0.0; AXES],
             dq: [0.0; AXES],
+            steady: false,
+            rails: [Rail::NONE; AXES],
             // Until the first usable inputs.
             frozen: true,
             fault: 0.0,
@@ -163,16 +170,19 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Lets the corrections in.
     pub fn enable(&mut self) {
         self.enabled = true;
+        self.unsettle();
     }
 
     /// Takes the corrections out.
     pub fn disable(&mut self) {
         self.enabled = false;
+        self.unsettle();
     }
 
     /// Starts or ends a dry run: everything is computed and reported, the output goes to zero.
     pub fn dry_run(&mut self, on: bool) {
         self.dry_run = on;
+        self.unsettle();
     }
 
     /// Fades over to another compensation, with its stored weights, as soon as nothing else moves
@@ -196,6 +206,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         if !both.all(|(a, b)| a.kind == b.kind && a.name == b.name) {
             return Err(Refused::Auxiliaries);
         }
+        self.unsettle();
         self.queued = Some(to);
         self.wanted = to.weights();
         self.weights_wait = false;
@@ -209,6 +220,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// [`WeightError`]; nothing changes.
     pub fn set_weight(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
         self.wanted.set(term, value)?;
+        self.unsettle();
         // Of a queued compensation they are taken from `wanted` anyway.
         self.weights_wait |= self.queued.is_none();
         Ok(())
@@ -259,7 +271,29 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// # Timing
     /// Without divisions, but for a modulo axis whose position was reduced by a turn, and for
     /// a change of compensation in the call that starts it.
+    #[inline]
     pub fn update(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) -> Correction<AXES> {
+        let mut correction = Correction {
+            dq: [0.0; AXES],
+            computed: [0.0; AXES],
+            status: Status::default(),
+        };
+        if !self.update_steady(inputs, referenced, dt, &mut correction) {
+            self.update_any(inputs, referenced, dt, &mut correction);
+        }
+        correction
+    }
+
+    /// The update in any state.
+    #[inline(never)]
+    fn update_any(
+        &mut self,
+        inputs: &Inputs<AXES>,
+        referenced: u16,
+        dt: f32,
+        correction: &mut Correction<AXES>,
+    ) {
+        self.unsettle();
         let mut status = Status::default();
         let conditions = &mut status.conditions;
 
@@ -305,11 +339,12 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         conditions.set(Conditions::FADING, self.fade.is_some() || waiting);
         conditions.set(Conditions::DISABLED, !self.enabled);
         conditions.set(Conditions::DRY_RUN, self.dry_run);
-        Correction {
+        *correction = Correction {
             dq: self.dq,
             computed: self.computed,
             status,
-        }
+        };
+        self.settle(held);
     }
 
     /// What is being faded in, otherwise what is in use.
@@ -450,5 +485,6 @@ fn bounded<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRI
     values
 }
 
+mod steady;
 #[cfg(all(test, feature = "encode"))]
 mod tests;
