@@ -314,12 +314,25 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         weights: &Weights,
     ) -> [f32; AXES] {
         let mut corrections = [0.0; AXES];
-        if self.terms.is_empty() {
-            kernel::add_grids(self, inputs, &mut corrections);
-        } else {
-            kernel::add_tables(self, inputs, travel, weights, &mut corrections);
-        }
+        self.evaluate_into(inputs, travel, weights, &mut corrections);
         corrections
+    }
+
+    /// [`evaluate`](Self::evaluate) into a place that is there already.
+    #[inline(always)]
+    pub(crate) fn evaluate_into(
+        &self,
+        inputs: &Inputs<AXES>,
+        travel: &Travelling<AXES>,
+        weights: &Weights,
+        corrections: &mut [f32; AXES],
+    ) {
+        *corrections = [0.0; AXES];
+        if self.terms.is_empty() {
+            kernel::add_grids(self, inputs, corrections);
+        } else {
+            kernel::add_tables(self, inputs, travel, weights, corrections);
+        }
     }
 }
 

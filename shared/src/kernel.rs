@@ -340,6 +340,7 @@ unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: *mut f32) {
 ///
 /// # Safety
 /// `out` has room for the tables of the bank, which is one of `c`.
+#[cold]
 #[inline(never)]
 unsafe fn other<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
     c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
@@ -491,7 +492,7 @@ unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const 
         // it says; a factor is a table that was written, or one of the two values behind the
         // tables (guarantee 5); `output < AXES`.
         unsafe {
-            let mut total = 0.0 + *values.byte_add(usize::from(head.first));
+            let mut total = *values.byte_add(usize::from(head.first));
             let mut rest = u32::from(head.pairs);
             while rest != 0 {
                 let [a, b] = [*pair & 0xFFFF, *pair >> 16];

@@ -15,6 +15,8 @@ pub(crate) struct Reach<const AXES: usize> {
     auxiliaries: [f32; AUXILIARIES],
     /// Longest period of the modulo tables of each axis; 0 without.
     pub periods: [f32; AXES],
+    /// All axes, bit 0 is the first.
+    pub all_axes: u16,
     /// Axes that feed an active term or a grid, bit 0 is the first.
     pub used_axes: u16,
     /// Auxiliaries that do.
@@ -26,6 +28,7 @@ impl<const AXES: usize> Reach<AXES> {
         axes: [f32::MAX; AXES],
         auxiliaries: [f32::MAX; AUXILIARIES],
         periods: [0.0; AXES],
+        all_axes: 0,
         used_axes: 0,
         used_auxiliaries: 0,
     };
@@ -62,6 +65,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         let mut reach = Reach::EMPTY;
         let axes = self.axes.len();
         let used = self.inputs_used();
+        reach.all_axes = ((1_u32 << axes) - 1) as u16;
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
         let banks = self

@@ -28,7 +28,7 @@ use crate::inputs::{Inputs, Travel, Travelling};
 use crate::ramp::{Pace, Ramp};
 use crate::status::{Conditions, Correction, Status};
 use crate::weights::{WeightError, Weights};
-use steady::Rail;
+use steady::Lane;
 
 /// Longest period of a call, s. Longer ones are a fault: time has been lost.
 pub const LONGEST_PERIOD: f32 = 0.01;
@@ -93,18 +93,17 @@ pub struct Servo<
     /// f(t)
     blend: Ramp,
     blend_pace: Pace,
-    reversals: [Reversal; AXES],
+    /// One per axis.
+    lanes: heapless::Vec<Lane, AXES>,
     /// What is computed from: those of the last period that was neither held nor frozen.
     inputs: Inputs<AXES>,
     travelling: Travelling<AXES>,
     /// Last finite positions, for the travel.
     positions: [f32; AXES],
-    computed: [f32; AXES],
-    dq: [f32; AXES],
+    /// Of the last period.
+    correction: Correction<AXES>,
     /// Nothing but the positions has changed since the last call: see `steady.rs`.
     steady: bool,
-    /// Of the compensation in use while `steady`.
-    rails: [Rail; AXES],
     frozen: bool,
     /// For how long inputs have been unusable, s.
     fault: f32,
@@ -152,14 +151,16 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             factor_pace: pace(compensation, compensation, f32::max),
             blend: Ramp::ZERO,
             blend_pace: pace(compensation, compensation, |a, b| a + b),
-            reversals: [Reversal::new(); AXES],
+            lanes: compensation.axes().iter().map(|_| Lane::new()).collect(),
             inputs: Inputs::at([0.0; AXES]),
             travelling: Travelling([Travel::Unknown; AXES]),
             positions: [0.0; AXES],
-            computed: [0.0; AXES],
-            dq: [0.0; AXES],
+            correction: Correction {
+                dq: [0.0; AXES],
+                computed: [0.0; AXES],
+                status: Status::default(),
+            },
             steady: false,
-            rails: [Rail::NONE; AXES],
             // Until the first usable inputs.
             frozen: true,
             fault: 0.0,
@@ -254,7 +255,11 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Direction in which each axis last moved.
     #[must_use]
     pub fn travelling(&self) -> Travelling<AXES> {
-        Travelling(self.reversals.map(|reversal| reversal.travel()))
+        let mut travelling = Travelling::default();
+        for (travel, lane) in travelling.0.iter_mut().zip(&self.lanes) {
+            *travel = lane.reversal.travel();
+        }
+        travelling
     }
 
     /// Takes in the state of one servo period and returns the correction for it.
@@ -273,26 +278,27 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// a change of compensation in the call that starts it.
     #[inline]
     pub fn update(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) -> Correction<AXES> {
-        let mut correction = Correction {
-            dq: [0.0; AXES],
-            computed: [0.0; AXES],
-            status: Status::default(),
-        };
-        if !self.update_steady(inputs, referenced, dt, &mut correction) {
-            self.update_any(inputs, referenced, dt, &mut correction);
-        }
-        correction
+        *self.advance(inputs, referenced, dt)
     }
 
-    /// The update in any state.
+    /// As [`update`](Self::update); the correction stays in its place until the next call, which
+    /// saves copying it.
     #[inline(never)]
-    fn update_any(
+    pub fn advance(
         &mut self,
         inputs: &Inputs<AXES>,
         referenced: u16,
         dt: f32,
-        correction: &mut Correction<AXES>,
-    ) {
+    ) -> &Correction<AXES> {
+        if !self.update_steady(inputs, referenced, dt) {
+            self.update_any(inputs, referenced, dt);
+        }
+        &self.correction
+    }
+
+    /// The update in any state.
+    #[inline(never)]
+    fn update_any(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) {
         self.unsettle();
         let mut status = Status::default();
         let conditions = &mut status.conditions;
@@ -339,11 +345,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         conditions.set(Conditions::FADING, self.fade.is_some() || waiting);
         conditions.set(Conditions::DISABLED, !self.enabled);
         conditions.set(Conditions::DRY_RUN, self.dry_run);
-        *correction = Correction {
-            dq: self.dq,
-            computed: self.computed,
-            status,
-        };
+        self.correction.status = status;
         self.settle(held);
     }
 
@@ -367,9 +369,11 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 self.positions[k] = q;
             }
             if referenced & (1 << k) == 0 {
-                self.reversals[k] = Reversal::new();
+                self.lanes[k].reversal = Reversal::new();
             } else if q.is_finite() {
-                self.reversals[k].update(q, axis.hysteresis, periods[k]);
+                self.lanes[k]
+                    .reversal
+                    .update(q, axis.hysteresis, periods[k]);
             }
         }
     }
@@ -434,16 +438,16 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         let mut saturated = 0;
         let old = bounded(self.current, inputs, travel, &self.weights, &mut saturated);
         let Some(fade) = &self.fade else {
-            self.computed = old;
+            self.correction.computed = old;
             return saturated;
         };
         let new = bounded(fade.to, inputs, travel, &fade.weights, &mut saturated);
         let f = self.blend.advance(true, &self.blend_pace, dt);
         if f == 1.0 {
-            self.computed = new;
+            self.correction.computed = new;
             self.arrive();
         } else {
-            for ((computed, old), new) in self.computed.iter_mut().zip(old).zip(new) {
+            for ((computed, old), new) in self.correction.computed.iter_mut().zip(old).zip(new) {
                 *computed = old + (new - old) * f;
             }
         }
@@ -459,9 +463,16 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             } else {
                 axis.rate_bound
             };
-            let wanted = s * self.computed[k];
-            let passed = guard::pass(wanted, self.dq[k], self.positions[k], axis, rate, dt);
-            self.dq[k] = passed.dq;
+            let wanted = s * self.correction.computed[k];
+            let passed = guard::pass(
+                wanted,
+                self.correction.dq[k],
+                self.positions[k],
+                axis,
+                rate,
+                dt,
+            );
+            self.correction.dq[k] = passed.dq;
             status.rate_limited |= u16::from(passed.rate_limited) << k;
             status.travel_limited |= u16::from(passed.travel_limited) << k;
         }

@@ -4,41 +4,47 @@
 //! It does what `update_any` does there, to the bit, with a quarter of the instructions. Whatever
 //! is not so plain it leaves to that, before anything has changed that may not change twice.
 
-use super::Servo;
+use super::{LONGEST_PERIOD, Servo};
+use crate::description::Axis;
+use crate::direction::Reversal;
 use crate::inputs::Inputs;
-use crate::status::Correction;
+use crate::status::Status;
 
-/// Where the guard rails of an axis cannot act.
+/// One axis: its direction of travel, and where its guard rails cannot act.
 #[derive(Clone, Copy)]
-pub(super) struct Rail {
+pub(super) struct Lane {
     /// No farther than `half` from `middle` (mm or degrees) a correction within its bound cannot
     /// leave the travel, and the position is one that the tables take.
     middle: f32,
     half: f32,
     value_bound: f32,
     rate_bound: f32,
+    pub reversal: Reversal,
 }
 
-impl Rail {
-    pub(super) const NONE: Self = Self {
-        middle: 0.0,
-        half: -1.0,
-        value_bound: 0.0,
-        rate_bound: 0.0,
-    };
+impl Lane {
+    pub(super) const fn new() -> Self {
+        Self {
+            middle: 0.0,
+            half: -1.0,
+            value_bound: 0.0,
+            rate_bound: 0.0,
+            reversal: Reversal::new(),
+        }
+    }
 
-    fn new([low, high]: [f32; 2], reach: f32, value_bound: f32, rate_bound: f32) -> Self {
+    /// Takes the guard rails from an axis whose tables take positions up to `reach`.
+    fn set(&mut self, axis: &Axis, reach: f32) {
         // Generous, so that no rounding here or in the comparison matters.
         const MARGIN: f32 = 1e-6;
+        let [low, high] = axis.travel;
         let low = if low < -reach { -reach } else { low };
         let high = if high > reach { reach } else { high };
         let largest = if high > -low { high } else { -low };
-        Self {
-            middle: 0.5 * low + 0.5 * high,
-            half: (0.5 * high - 0.5 * low) - value_bound - MARGIN * largest,
-            value_bound,
-            rate_bound,
-        }
+        self.middle = 0.5 * low + 0.5 * high;
+        self.half = (0.5 * high - 0.5 * low) - axis.value_bound - MARGIN * largest;
+        self.value_bound = axis.value_bound;
+        self.rate_bound = axis.rate_bound;
     }
 }
 
@@ -70,61 +76,65 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             && in_full
             && !self.current.reach.uses_auxiliaries();
         if self.steady {
-            let reach = &self.current.reach;
-            for ((rail, axis), &reach) in self
-                .rails
-                .iter_mut()
-                .zip(self.current.axes())
-                .zip(&reach.axes)
-            {
-                *rail = Rail::new(axis.travel, reach, axis.value_bound, axis.rate_bound);
+            let axes = self.current.axes().iter().zip(&self.current.reach.axes);
+            for (lane, (axis, &reach)) in self.lanes.iter_mut().zip(axes) {
+                lane.set(axis, reach);
             }
         }
     }
 
     /// The update in the steady state; false if it has to be made by `update_any`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn update_steady(
         &mut self,
         inputs: &Inputs<AXES>,
         referenced: u16,
         dt: f32,
-        correction: &mut Correction<AXES>,
     ) -> bool {
-        let count = self.current.axes().len();
-        let all = (1_u32 << count) - 1;
-        let good_period = dt > 0.0 && dt <= super::LONGEST_PERIOD;
-        if !self.steady || !good_period || !u32::from(referenced) & all != 0 {
+        let good_period = dt > 0.0 && dt <= LONGEST_PERIOD;
+        if !self.steady || !good_period || self.current.reach.all_axes & !referenced != 0 {
             return false;
         }
-        for (rail, &q) in self.rails.iter().zip(&inputs.axes).take(count) {
+        let mut turns = 0_u32;
+        for (lane, &q) in self.lanes.iter_mut().zip(&inputs.axes) {
             // Not-a-number fails the comparison.
-            if !(magnitude(q - rail.middle) <= rail.half) {
+            if !(magnitude(q - lane.middle) <= lane.half) {
+                return false;
+            }
+            if !lane.reversal.moves_on(q) {
+                turns += 1;
+            }
+        }
+        if turns > 0 {
+            self.turn(inputs);
+        }
+        let computed = &mut self.correction.computed;
+        let (travelling, weights) = (&self.travelling, &self.weights);
+        self.current
+            .evaluate_into(inputs, travelling, weights, computed);
+        for ((lane, &last), &dq) in self.lanes.iter().zip(&self.correction.dq).zip(&*computed) {
+            let within = magnitude(dq) <= lane.value_bound;
+            if !(within && magnitude(dq - last) <= lane.rate_bound * dt) {
                 return false;
             }
         }
-        let moves = self.reversals.iter_mut().zip(&inputs.axes);
-        for (k, (reversal, &q)) in moves.enumerate().take(count) {
-            if !reversal.moves_on(q) {
-                let axis = &self.current.axes()[k];
-                let travel = reversal.update(q, axis.hysteresis, self.current.reach.periods[k]);
-                self.travelling.0[k] = travel;
-            }
-        }
-        correction.computed = self
-            .current
-            .evaluate(inputs, &self.travelling, &self.weights);
-        let last = self.rails.iter().zip(&self.dq);
-        for ((rail, &last), &dq) in last.zip(&correction.computed).take(count) {
-            let within = magnitude(dq) <= rail.value_bound;
-            if !(within && magnitude(dq - last) <= rail.rate_bound * dt) {
-                return false;
-            }
-        }
-        correction.dq = correction.computed;
-        self.dq = correction.computed;
-        self.inputs = *inputs;
+        self.correction.dq = *computed;
+        self.correction.status = Status::default();
+        // The auxiliary inputs do not matter, see `settle`.
+        self.inputs.axes = inputs.axes;
         self.period = dt;
         true
+    }
+
+    /// Follows the axes that do not merely move on in their direction.
+    #[inline(never)]
+    fn turn(&mut self, inputs: &Inputs<AXES>) {
+        let axes = self.current.axes().iter().zip(&self.current.reach.periods);
+        let travelling = self.travelling.0.iter_mut().zip(&inputs.axes);
+        for ((lane, (axis, &period)), (travel, &q)) in
+            self.lanes.iter_mut().zip(axes).zip(travelling)
+        {
+            *travel = lane.reversal.update(q, axis.hysteresis, period);
+        }
     }
 }

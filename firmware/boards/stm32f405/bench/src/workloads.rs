@@ -1,6 +1,4 @@
-//! What is measured: calls of the runtime that are not merged with what surrounds them, and blobs.
-
-use trueaxis::{Compensation, Correction, Inputs, Servo, Travelling, Weights};
+//! The blobs that are measured.
 
 /// Bytes that start at a multiple of 32, as blobs in a table slot do.
 #[repr(C, align(32))]
@@ -22,25 +20,3 @@ pub static HURON: &Aligned<[u8]> = blob!("huron13.trax");
 pub static GRID: &Aligned<[u8]> = blob!("grid25.trax");
 /// The 40 tables of the source document: 13, 11, 14, 1 and 1 for X, Y, Z, A and C.
 pub static DOCUMENT: &Aligned<[u8]> = blob!("document40.trax");
-
-/// One evaluation.
-#[inline(never)]
-pub fn evaluate<const A: usize, const T: usize, const N: usize, const G: usize>(
-    c: &Compensation<'_, A, T, N, G>,
-    inputs: &Inputs<A>,
-    travel: &Travelling<A>,
-    weights: &Weights,
-) -> [f32; A] {
-    c.evaluate(inputs, travel, weights)
-}
-
-/// One servo update.
-#[inline(never)]
-pub fn update<const A: usize, const T: usize, const N: usize, const G: usize>(
-    servo: &mut Servo<'_, A, T, N, G>,
-    inputs: &Inputs<A>,
-    referenced: u16,
-    dt: f32,
-) -> Correction<A> {
-    servo.update(inputs, referenced, dt)
-}
