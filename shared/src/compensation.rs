@@ -138,7 +138,12 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 bank.line = [a, b - a];
             }
         }
-        pair_up::<AXES, TABLES, TERMS>(&mut self.terms, &mut self.heads, &mut self.pairs);
+        pair_up::<AXES, TABLES, TERMS>(
+            self.axes.len(),
+            &mut self.terms,
+            &mut self.heads,
+            &mut self.pairs,
+        );
         self.runs = self.terms.iter().any(|term| term.most != PAIRED);
         group(&mut self.terms);
         self.find_reach();
@@ -318,7 +323,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         corrections
     }
 
-    /// [`evaluate`](Self::evaluate) into a place that is there already.
+    /// [`evaluate`](Self::evaluate) into a place whose entries beyond the last axis are 0.
     #[inline(always)]
     pub(crate) fn evaluate_into(
         &self,
@@ -327,11 +332,11 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         weights: &Weights,
         corrections: &mut [f32; AXES],
     ) {
-        *corrections = [0.0; AXES];
         if self.terms.is_empty() {
+            *corrections = [0.0; AXES];
             kernel::add_grids(self, inputs, corrections);
         } else {
-            kernel::add_tables(self, inputs, travel, weights, corrections);
+            kernel::evaluate_tables(self, inputs, travel, weights, corrections);
         }
     }
 }

@@ -15,19 +15,6 @@ pub struct Reversal {
     low: f32,
     last: f32,
     started: bool,
-    /// How `moves_on` may go about it.
-    watch: Watch,
-}
-
-/// What is new to a reversal if an axis only goes on in its direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Watch {
-    /// Anything may be.
-    All,
-    /// The highest position.
-    High,
-    /// The lowest position.
-    Low,
 }
 
 impl Reversal {
@@ -40,7 +27,6 @@ impl Reversal {
             low: 0.0,
             last: 0.0,
             started: false,
-            watch: Watch::All,
         }
     }
 
@@ -50,16 +36,23 @@ impl Reversal {
         self.travel
     }
 
-    /// Takes in the commanded position `q` (finite) if the axis is moving on in its direction and
-    /// has no period; otherwise it returns false, and nothing is taken in.
-    #[inline(always)]
-    pub(crate) fn moves_on(&mut self, q: f32) -> bool {
-        match self.watch {
-            Watch::High if q >= self.high => self.high = q,
-            Watch::Low if q <= self.low => self.low = q,
-            _ => return false,
+    /// While an axis moves on in its direction nothing is new but its extreme: the direction as ±1
+    /// and that extreme. `None` while the direction is unknown, and for an axis with a period.
+    pub(crate) fn extreme(&self, period: f32) -> Option<(f32, f32)> {
+        match self.travel {
+            Travel::Positive if period <= 0.0 => Some((1.0, self.high)),
+            Travel::Negative if period <= 0.0 => Some((-1.0, self.low)),
+            _ => None,
         }
-        true
+    }
+
+    /// The axis has moved on to `q`.
+    pub(crate) fn moved_on(&mut self, q: f32) {
+        match self.travel {
+            Travel::Positive => self.high = q,
+            Travel::Negative => self.low = q,
+            Travel::Unknown => {}
+        }
     }
 
     /// Takes in the commanded position `q` (finite) with the hysteresis of the axis, both in mm
@@ -109,11 +102,6 @@ impl Reversal {
             Travel::Negative | Travel::Unknown if advanced => self.turn(Travel::Positive, q),
             _ => {}
         }
-        self.watch = match self.travel {
-            Travel::Positive if period <= 0.0 => Watch::High,
-            Travel::Negative if period <= 0.0 => Watch::Low,
-            _ => Watch::All,
-        };
         self.travel
     }
 

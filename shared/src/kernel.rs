@@ -65,9 +65,9 @@ impl Sample for i16 {
     }
 }
 
-/// Tables and terms, then grids. `corrections` are 0.
+/// Tables and terms, then grids, into the outputs of all axes.
 #[inline(never)]
-pub(crate) fn add_tables<
+pub(crate) fn evaluate_tables<
     const AXES: usize,
     const TABLES: usize,
     const TERMS: usize,
@@ -477,7 +477,7 @@ fn fill_cubic<S: Sample>(
 /// Independent of the values.
 ///
 /// # Safety
-/// All tables that a factor names are written; the corrections are 0.
+/// All tables that a factor names are written.
 #[inline(always)]
 unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
     c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,

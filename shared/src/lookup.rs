@@ -188,7 +188,7 @@ pub(crate) struct PackedTerm {
     pub place: u8,
 }
 
-/// What the kernel adds first to one output.
+/// What the kernel begins one output with; every output has one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Head {
     /// Where the first value lies among those of all tables, bytes.
@@ -209,11 +209,12 @@ pub(crate) struct Head {
 /// factor in the lower half. Behind the tables stand 1 for a missing factor, which changes no bit
 /// of the product, and 0 for a missing first value. If all have one factor, no pairs are needed.
 pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize>(
+    outputs: usize,
     terms: &mut [PackedTerm],
     heads: &mut heapless::Vec<Head, AXES>,
     pairs: &mut heapless::Vec<u32, TERMS>,
 ) {
-    for output in 0..AXES as u8 {
+    for output in 0..outputs as u8 {
         let mut head = Head {
             first: 4 * (TABLES as u16 + 1),
             output,
@@ -245,9 +246,7 @@ pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize
             found = true;
             term.most = PAIRED;
         }
-        if found {
-            let _ = heads.push(head);
-        }
+        let _ = heads.push(head);
     }
 }
 

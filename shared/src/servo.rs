@@ -102,8 +102,9 @@ pub struct Servo<
     positions: [f32; AXES],
     /// Of the last period.
     correction: Correction<AXES>,
-    /// Nothing but the positions has changed since the last call: see `steady.rs`.
-    steady: bool,
+    /// While nothing but the positions changes, the period of the last call, s; otherwise not a
+    /// number: see `steady.rs`.
+    steady: f32,
     frozen: bool,
     /// For how long inputs have been unusable, s.
     fault: f32,
@@ -160,7 +161,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 computed: [0.0; AXES],
                 status: Status::default(),
             },
-            steady: false,
+            steady: f32::NAN,
             // Until the first usable inputs.
             frozen: true,
             fault: 0.0,
