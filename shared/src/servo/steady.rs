@@ -58,15 +58,15 @@ impl Lane {
         self.watch(period);
     }
 
-    /// Takes direction and extreme from the reversal.
+    /// Takes direction and extreme from the reversal, if the axis is well inside its travel.
     fn watch(&mut self, period: f32) {
-        let (sense, extreme) = self
-            .reversal
-            .extreme(period)
-            .unwrap_or((1.0, f32::INFINITY));
+        let [low, high] = self.inside;
+        let extreme = self.reversal.extreme(period);
+        let extreme = extreme.filter(|(_, q)| *q >= low && *q <= high);
+        let (sense, q) = extreme.unwrap_or((1.0, f32::INFINITY));
         self.sense = sense;
-        self.front = sense * extreme;
-        self.end = sense * self.inside[usize::from(sense > 0.0)];
+        self.front = sense * q;
+        self.end = if sense > 0.0 { high } else { -low };
     }
 
     /// Gives the extreme back to the reversal.
