@@ -323,9 +323,10 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         corrections
     }
 
-    /// [`evaluate`](Self::evaluate) into a place whose entries beyond the last axis are 0.
+    /// As [`evaluate`](Self::evaluate), into a place, which saves copying; entries beyond the last
+    /// axis stay as they are.
     #[inline(always)]
-    pub(crate) fn evaluate_into(
+    pub fn evaluate_into(
         &self,
         inputs: &Inputs<AXES>,
         travel: &Travelling<AXES>,

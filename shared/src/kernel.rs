@@ -122,12 +122,23 @@ pub(crate) fn evaluate_tables<
         }
     }
     if !c.grid_lookups.is_empty() {
-        add_grids(c, inputs, corrections);
+        add_grids_too(c, inputs, corrections);
     }
 }
 
-/// All grids.
+/// [`add_grids`], out of the way of the tables.
+#[cold]
 #[inline(never)]
+fn add_grids_too<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
+    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+    inputs: &Inputs<AXES>,
+    corrections: &mut [f32; AXES],
+) {
+    add_grids(c, inputs, corrections);
+}
+
+/// All grids.
+#[inline(always)]
 pub(crate) fn add_grids<
     const AXES: usize,
     const TABLES: usize,
@@ -139,15 +150,8 @@ pub(crate) fn add_grids<
     corrections: &mut [f32; AXES],
 ) {
     for grid in &c.grid_lookups {
-        if grid.plain && add_cell(grid, inputs, c.floats, corrections) {
-            continue;
-        }
-        // SAFETY: guarantee 1.
-        let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
-        if grid.integer {
-            add_grid(grid, x, c.shorts, corrections);
-        } else {
-            add_grid(grid, x, c.floats, corrections);
+        if !(grid.plain && add_cell(grid, inputs, c.floats.as_ptr(), corrections)) {
+            add_grid(grid, inputs, c.floats, c.shorts, corrections);
         }
     }
 }
@@ -627,11 +631,11 @@ fn product(weight: f32, term: &PackedTerm, factor: impl Fn(&PackedTerm, usize) -
 ///
 /// # Operations
 /// As [`add_grid`], of which this is the straight way through.
-#[inline(always)]
+#[inline(never)]
 fn add_cell<const AXES: usize>(
     grid: &GridLookup,
     inputs: &Inputs<AXES>,
-    samples: &[f32],
+    samples: *const f32,
     corrections: &mut [f32; AXES],
 ) -> bool {
     const WIDTH: usize = PLAIN_WIDTH;
@@ -647,11 +651,10 @@ fn add_cell<const AXES: usize>(
         *t = fraction;
     }
     let (far, middle) = (grid.strides[0] as usize, grid.strides[1] as usize);
-    debug_assert!(start + far + middle + 2 * WIDTH <= samples.len());
     // SAFETY: guarantees 2 and 3: each index is below `last`, so that all eight nodes are in the
     // grid, two and two neighbours; guarantee 7.
     unsafe {
-        let near = samples.as_ptr().add(start);
+        let near = samples.add(start);
         let far = near.add(far);
         let rows = [near, near.add(middle), far, far.add(middle)];
         let line = |a: f32, b: f32, t: f32| a + (b - a) * t;
@@ -674,8 +677,25 @@ fn add_cell<const AXES: usize>(
 ///
 /// # Timing
 /// Independent of the position, except for wrapping.
+#[cold]
 #[inline(never)]
-fn add_grid<S: Sample, const AXES: usize>(
+fn add_grid<const AXES: usize>(
+    grid: &GridLookup,
+    inputs: &Inputs<AXES>,
+    floats: &[f32],
+    shorts: &[i16],
+    corrections: &mut [f32; AXES],
+) {
+    // SAFETY: guarantee 1.
+    let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
+    if grid.integer {
+        add_nodes(grid, x, shorts, corrections);
+    } else {
+        add_nodes(grid, x, floats, corrections);
+    }
+}
+
+fn add_nodes<S: Sample, const AXES: usize>(
     grid: &GridLookup,
     x: [f32; 3],
     samples: &[S],
