@@ -299,17 +299,19 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Entries beyond the last axis are 0.
     ///
     /// # Operations
-    /// Per bank one subtraction, one multiplication and two comparisons; per table two additions
+    /// Per bank one subtraction, one multiplication and a comparison; per table two additions
     /// and one multiplication (cubic: six and three); per term one multiplication per factor and
     /// one addition; per output of a grid seven times a table. f32 `+ − ×` and casts in a fixed
     /// order: the same blob gives the same bits on every target.
     ///
     /// # Memory
-    /// `4 · (TABLES + 1 + AXES)` bytes of stack and a few registers; reads two rows per bank (cubic:
+    /// `4 · (TABLES + 2 + AXES)` bytes of stack and a few registers; reads two rows per bank (cubic:
     /// four), eight nodes per grid.
     ///
     /// # Timing
-    /// Independent of the positions except for wrapping modulo inputs and directional banks.
+    /// Independent of the positions except for modulo inputs, directional banks, and the ends of
+    /// tables, which take a call instead of an interpolation; for a grid of three f32 outputs over
+    /// three inputs, beyond its ends, half as much again.
     #[must_use]
     #[inline(always)]
     pub fn evaluate(

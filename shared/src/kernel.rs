@@ -14,11 +14,19 @@
 //!    `output < AXES`; adjustable terms have consecutive places `< ADJUSTABLE`;
 //! 6. `run` of the first term, and of each term that follows a run, is at least 1 and stays within
 //!    the terms; all terms of a run share `output`, are all fixed or all adjustable, and have at
-//!    most as many factors as `shape` says;
-//! 7. every grid has `width ≤ GRID_OUTPUTS` outputs `< AXES`.
+//!    most as many factors as `most` says;
+//! 7. every grid has `width ≤ GRID_OUTPUTS` outputs `< AXES`; a plain one has three inputs without
+//!    modulo and `PLAIN_WIDTH` f32 outputs;
+//! 8. `heads` have outputs `< AXES`, and as many words of `pairs` as they say, one head's behind
+//!    the other's; each word, and each `first`, names tables as a term does, or the value behind
+//!    `one`.
 //!
-//! The fields are `pub(crate)`, are written in `blob.rs`, `magnitude.rs` and `lookup.rs` only, and
-//! are checked again in debug builds.
+//! The fields are `pub(crate)`, are written in `blob.rs`, `magnitude.rs`, `lookup.rs` and
+//! `compensation.rs` only, and are checked again in debug builds.
+//!
+//! **What it is written for.** A Cortex-M4F in few instructions: `cargo xtask bench-target` counts
+//! them. There a VFP load takes no index, a comparison costs three instructions, and a loop that is
+//! unrolled for long runs costs more in its prologue than a bank of five tables.
 
 use core::mem::MaybeUninit;
 
@@ -296,11 +304,20 @@ unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: *mut 
             $(*out.add($k) = *a.add($k) + (*b.add($k) - *a.add($k)) * t;)*
         }}
     }
-    // SAFETY: from a, b and out on there are `width` values: those that do not fill eight, then
-    // eights.
+    // SAFETY: from a, b and out on there are `rest` values.
     unsafe {
-        let last = out.add(width);
-        match width & 7 {
+        let mut rest = width;
+        while rest >= 8 {
+            several!(0 1 2 3 4 5 6 7);
+            (a, b, out) = (
+                opaque(a.add(8)),
+                opaque(b.add(8)),
+                opaque(out.add(8)).cast_mut(),
+            );
+            rest -= 8;
+        }
+        match rest {
+            0 => {}
             1 => several!(0),
             2 => several!(0 1),
             3 => several!(0 1 2),
@@ -308,17 +325,7 @@ unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: *mut 
             5 => several!(0 1 2 3 4),
             6 => several!(0 1 2 3 4 5),
             7 => several!(0 1 2 3 4 5 6),
-            _ => {}
-        }
-        let few = width & 7;
-        (a, b, out) = (a.add(few), b.add(few), out.add(few));
-        while out != last {
-            several!(0 1 2 3 4 5 6 7);
-            (a, b, out) = (
-                opaque(a.add(8)),
-                opaque(b.add(8)),
-                opaque(out.add(8)).cast_mut(),
-            );
+            _ => core::hint::unreachable_unchecked(),
         }
     }
 }
@@ -471,11 +478,11 @@ fn fill_cubic<S: Sample>(
 /// Adds the terms to their outputs, in stored order.
 ///
 /// # Operations
-/// Per term weight · factor · factor …, from left to right, then one addition. Where all weights
-/// of a run are 1 they are left out, where a factor is missing 1 stands in: no bit changes.
+/// Per term weight · factor · factor …, from left to right, then one addition. A weight of 1 is
+/// left out, where a factor is missing 1 may stand in: no bit changes.
 ///
 /// # Memory
-/// 20 bytes per term, 4 per factor.
+/// 4 bytes per pair (others: 16 per term), 4 per factor.
 ///
 /// # Timing
 /// Independent of the values.
@@ -492,9 +499,7 @@ unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const 
     let values = core::ptr::from_ref(scratch).cast::<f32>();
     let mut pair = c.pairs.as_ptr();
     for head in &c.heads {
-        // SAFETY: guarantee 6: behind the pairs of the heads before it, each head has as many as
-        // it says; a factor is a table that was written, or one of the two values behind the
-        // tables (guarantee 5); `output < AXES`.
+        // SAFETY: guarantee 8; the tables were written (caller).
         unsafe {
             let mut total = *values.byte_add(usize::from(head.first));
             let mut rest = u32::from(head.pairs);

@@ -76,8 +76,9 @@ fn document() -> Draft {
     ]
     .into_iter()
     .flat_map(|(output, pairs, single)| {
+        // Short products first, as `compile` orders them.
         let pairs = pairs.iter().map(|&linear| vec![linear, A]);
-        let terms = pairs.chain(single.map(|input| vec![input]));
+        let terms = single.map(|input| vec![input]).into_iter().chain(pairs);
         terms.map(|inputs| (output, inputs)).collect::<Vec<_>>()
     })
     .collect();

@@ -431,6 +431,23 @@ fn event() -> impl Strategy<Value = Event> {
     ]
 }
 
+/// The events that are calls of the servo.
+fn command(servo: &mut S, event: &Event) {
+    match *event {
+        Event::Enable => servo.enable(),
+        Event::Disable => servo.disable(),
+        Event::DryRun(on) => servo.dry_run(on),
+        Event::Swap(b) => match servo.swap(if b { *B } else { *A }) {
+            Ok(()) | Err(Refused::Busy) => {}
+            Err(refused) => panic!("{refused}"),
+        },
+        Event::Weight(weight) => {
+            let _ = servo.set_weight(5, weight);
+        }
+        _ => {}
+    }
+}
+
 /// A machine around the servo.
 struct Plant {
     servo: S,
@@ -451,17 +468,8 @@ impl Plant {
 
     /// What lasts of an event; what does not is returned: an input and a period in place of ours.
     fn apply(&mut self, event: Event) -> (Option<(usize, f32)>, Option<f32>) {
+        command(&mut self.servo, &event);
         match event {
-            Event::Enable => self.servo.enable(),
-            Event::Disable => self.servo.disable(),
-            Event::DryRun(on) => self.servo.dry_run(on),
-            Event::Swap(b) => match self.servo.swap(if b { *B } else { *A }) {
-                Ok(()) | Err(Refused::Busy) => {}
-                Err(refused) => panic!("{refused}"),
-            },
-            Event::Weight(weight) => {
-                let _ = self.servo.set_weight(5, weight);
-            }
             Event::Reference(mask) => self.referenced = mask,
             Event::BadInput(k, v) => return (Some((k, v)), None),
             Event::BadPeriod(dt) => return (None, Some(dt)),
@@ -469,6 +477,7 @@ impl Plant {
             Event::Jump(position) => self.inputs.axes = position,
             Event::Length(length) => self.inputs.auxiliaries[0] = length,
             Event::Rest => self.velocity = [0.0; 3],
+            _ => {}
         }
         (None, None)
     }
@@ -505,7 +514,9 @@ proptest! {
         let mut dq = [0.0_f32; 3];
         let mut guarded = [0.0_f32; 3];
         let mut period = 0.0_f32;
+        let mut twin = S::new(*A);
         for (event, steps, share) in plan {
+            command(&mut twin, &event);
             let (other, wrong) = plant.apply(event);
             let mut held = false;
             for step in 0..steps {
@@ -516,6 +527,11 @@ proptest! {
                 plant.travel_on(base * share);
                 let inputs = with(plant.inputs, other);
                 let correction = plant.servo.update(&inputs, plant.referenced, dt);
+                // The short way does what the long way does, to the bit.
+                twin.unsettle();
+                let same = twin.update(&inputs, plant.referenced, dt);
+                prop_assert_eq!(correction, same);
+                prop_assert_eq!(plant.servo.travelling(), twin.travelling());
                 let status = correction.status;
                 let s = plant.servo.factor();
                 prop_assert!((0.0..=1.0).contains(&s));
