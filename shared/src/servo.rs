@@ -16,8 +16,8 @@
 //! there the ratio between axes is lost until the rest is made up.
 //!
 //! s and f move at a rate at which no correction within its bound changes faster than the ramp
-//! rate (or the rate bound) of its axis; full rate is reached within [`RISE`](crate::RISE). If a
-//! cross-fade is under way when s starts to move, both together may reach twice that.
+//! rate (or the rate bound) of its axis; full rate is reached within [`RISE`](crate::RISE). During
+//! a cross-fade each of both has half of that, for s may start to move meanwhile.
 
 use core::fmt;
 
@@ -410,11 +410,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     fn start(&mut self, to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>, swap: bool) {
         self.weights_wait = false;
         self.blend = Ramp::ZERO;
-        if swap {
-            // At rest, so that the pace may be lowered.
-            self.factor_pace = pace(self.current, to, f32::max);
-            self.blend_pace = pace(self.current, to, |a, b| a + b);
-        }
+        // At rest, so that the pace may be lowered.
+        self.factor_pace = pace(self.current, to, |a, b| 2.0 * f32::max(a, b));
+        self.blend_pace = pace(self.current, to, |a, b| 2.0 * (a + b));
         self.fade = Some(Fade {
             to,
             weights: self.wanted,
@@ -427,11 +425,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         if let Some(fade) = self.fade.take() {
             self.current = fade.to;
             self.weights = fade.weights;
-            if fade.swap {
-                // At least as fast as the slower of both was.
-                self.factor_pace = pace(fade.to, fade.to, f32::max);
-                self.blend_pace = pace(fade.to, fade.to, |a, b| a + b);
-            }
+            // At least as fast as the slower of both was.
+            self.factor_pace = pace(fade.to, fade.to, f32::max);
         }
     }
 

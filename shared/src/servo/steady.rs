@@ -170,8 +170,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
         self.correction.dq = *computed;
         self.correction.status = Status::default();
-        // The auxiliary inputs do not matter, see `settle`.
-        self.inputs.axes = inputs.axes;
+        self.inputs = *inputs;
         true
     }
 
