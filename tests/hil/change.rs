@@ -5,7 +5,7 @@ use crate::cases;
 use crate::same::Twin;
 use crate::{Failure, Seen};
 use trueaxis::link::{Activation, Refusal, Request, Slot};
-use trueaxis::{Compensation, Correction};
+use trueaxis::{Compensation, Conditions, Correction};
 use trueaxis_host::link::LinkError;
 
 /// Servo periods between two questions.
@@ -17,8 +17,8 @@ const ROUNDING: f32 = 1.2e-7;
 
 pub fn run(setup: &Setup) -> Seen {
     let (old, new) = (
-        cases::compile(setup, "hu40-13")?,
-        cases::compile(setup, "hu40-84")?,
+        cases::compile(setup, "kolibri-10")?,
+        cases::compile(setup, "kolibri-12")?,
     );
     let (before, after) = (old.load()?, new.load()?);
     let mut board = setup.board("change")?;
@@ -52,7 +52,10 @@ pub fn run(setup: &Setup) -> Seen {
     // The upload has taken the corrections to zero, at the last command, and let them in again.
     let last = twin.inputs.axes;
     twin.servo.disable();
-    while twin.servo.factor() != 0.0 || twin.last.dq != [0.0; 8] {
+    while twin.servo.factor() != 0.0
+        || twin.last.status.is(Conditions::RAMPING)
+        || twin.last.dq != [0.0; 8]
+    {
         twin.update(&last);
     }
     twin.servo.enable();

@@ -4,7 +4,7 @@ use crate::board::Setup;
 use crate::cases;
 use crate::same::evaluations;
 use crate::{Failure, Seen};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use trueaxis::link::{
     Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver, Request, encode,
 };
@@ -121,10 +121,13 @@ fn other_version(line: &mut Tcp) -> Result<(), Failure> {
     let mut wire = vec![0, content.len() as u8 + 1];
     wire.extend(content);
     wire.push(0);
-    line.send(&wire)?;
     let mut receiver = Receiver::new();
-    for _ in 0..100 {
-        let mut answer = [0; 256];
+    // The frames before are still being answered, and the line has no flow control: this one may
+    // be lost.
+    let end = Instant::now() + Duration::from_secs(20);
+    while Instant::now() < end {
+        line.send(&wire)?;
+        let mut answer = [0; 4096];
         let count = line.receive(&mut answer, Duration::from_millis(100))?;
         for &byte in &answer[..count] {
             if receiver.push(byte) == Received::Frame

@@ -5,6 +5,7 @@ mod bench_target;
 mod cross;
 mod elf;
 mod fuzz;
+mod hil;
 mod packages;
 mod process;
 mod qemu;
@@ -19,6 +20,7 @@ usage: cargo xtask COMMAND
   bench                          run times beside their rivals; instruction counts with valgrind
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
+  hil [PART]                     the firmware in QEMU, flashed and driven over its serial line
   fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each
   deny                           licences, advisories and sources of the dependencies";
 
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         ["test"] => test::run(),
         ["bench"] => bench::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
+        ["hil", ref parts @ ..] => hil::execute(parts),
         ["fuzz", ref options @ ..] => fuzz::run(options),
         ["deny"] => test::deny(),
         ["help" | "--help" | "-h"] | [] => {

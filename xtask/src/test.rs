@@ -55,6 +55,15 @@ fn steps() -> Vec<Step> {
             ),
             "native",
         ),
+        step(
+            "formatting of the board",
+            "fmt --manifest-path firmware/boards/stm32f405/Cargo.toml --all --check",
+        ),
+        step(
+            "instructions, code and stack on the target",
+            "xtask bench-target",
+        ),
+        step("hardware in the loop", "xtask hil"),
         with(
             step(
                 "documentation",
