@@ -168,7 +168,7 @@ struct Noisy {
 impl Noisy {
     /// One piece of four is spoiled.
     fn spoil(&mut self, bytes: &mut Vec<u8>) {
-        if bytes.is_empty() || self.random.bits() % 4 != 0 {
+        if bytes.is_empty() || !self.random.bits().is_multiple_of(4) {
             return;
         }
         let at = self.random.bits() as usize % bytes.len();
