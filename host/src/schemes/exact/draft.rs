@@ -152,6 +152,12 @@ fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
     }
 }
 
+/// What a table that stands in so many terms may be multiplied by. Along a chain of terms that share
+/// tables, one would otherwise become as large as the next becomes small.
+fn scales_of(uses: usize) -> std::ops::RangeInclusive<f64> {
+    if uses == 1 { 1e-12..=1e6 } else { 1e-3..=1e2 }
+}
+
 /// A factor: a table of a variable.
 type Factor = (usize, Function);
 
@@ -179,7 +185,9 @@ fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<F
         }
         let once = |f: &&Factor| term.factors.iter().filter(|g| g == f).count() == 1;
         let free = term.factors.iter().filter(|f| !scales.contains_key(f));
-        if let Some(factor) = free.filter(once).min_by_key(|f| uses[f]) {
+        if let Some(factor) = free.filter(once).min_by_key(|f| uses[f])
+            && scales_of(uses[factor]).contains(&term.weight.abs())
+        {
             scales.insert(*factor, term.weight);
             term.weight = 1.0;
         }
