@@ -9,12 +9,14 @@
 //! ```
 
 mod filter;
+mod soft_i2c;
 mod tmp117;
 
 #[cfg(test)]
 mod tests;
 
 pub use filter::Filter;
+pub use soft_i2c::{Failed, SoftI2c};
 pub use tmp117::{Tmp117, Tmp117Address};
 
 use core::fmt;

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | PA2, PA3 | USART2: link to the host, 115 200 baud |
 //! | PA4, PA5, PA6, PA7 | SPI1: select, clock, in, out: the motion side |
-//! | PB6, PB7 | I2C1: clock, data: TMP117 called `bed`, address pin to ground |
+//! | PB6, PB7 | I²C: clock, data: TMP117 called `bed`, address pin to ground |
 //! | PB0 | high while there is no fault |
 //! | PB1 | high while the drives are off (pulled down) |
 //! | PC13 | lamp |

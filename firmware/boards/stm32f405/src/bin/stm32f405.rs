@@ -9,8 +9,7 @@ use critical_section::Mutex;
 use defmt_rtt as _;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use heapless::spsc::Queue;
-use stm32f4xx_hal::gpio::{Output, PA4};
-use stm32f4xx_hal::i2c::{I2c, Mode as I2cMode};
+use stm32f4xx_hal::gpio::{Output, PA4, PinState, Pull};
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{Interrupt, Peripherals, SPI1, TIM2};
 use stm32f4xx_hal::prelude::*;
@@ -21,7 +20,7 @@ use stm32f4xx_hal::timer::{CounterHz, Event};
 use trueaxis_firmware::device::Identity;
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::spi::SpiMotion;
-use trueaxis_firmware::temperature::{Settings, Temperatures, Tmp117, Tmp117Address};
+use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
 use trueaxis_stm32f405::controller::{self, Board};
 use trueaxis_stm32f405::servo::{self, Access, Shared};
@@ -91,12 +90,12 @@ fn main() -> ! {
     }
     timer.listen(Event::Update);
 
-    let sensor_bus = I2c::new(
-        chip.I2C1,
-        (b.pb6, b.pb7),
-        I2cMode::standard(100.kHz()),
-        &mut rcc,
-    );
+    // Not the peripheral: its driver waits for ever on a line that is stuck.
+    let mut clock = b.pb6.into_open_drain_output_in_state(PinState::High);
+    clock.set_internal_resistor(Pull::Up);
+    let mut data = b.pb7.into_open_drain_output_in_state(PinState::High);
+    data.set_internal_resistor(Pull::Up);
+    let sensor_bus = SoftI2c::new(clock, data, chip.TIM5.delay_us(&mut rcc));
     let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let side = SIDE.insert(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
