@@ -60,7 +60,7 @@ pub fn run(setup: &Setup) -> Seen {
         line: board.line()?,
         random,
     };
-    let (mut client, controller) = Client::connect_with(line, Duration::from_millis(60), 60)?;
+    let (mut client, controller) = Client::connect_with(line, Duration::from_millis(150), 60)?;
     flash(&mut client, &controller, &next.blob, true, true, &())?;
     drop(client);
     let (mut client, _) = board.connect()?;
@@ -166,9 +166,10 @@ struct Noisy {
 }
 
 impl Noisy {
-    /// One piece of four is spoiled.
+    /// One of some 3000 bytes is spoiled, whatever pieces they come in: one of three chunks of an
+    /// upload does not arrive.
     fn spoil(&mut self, bytes: &mut Vec<u8>) {
-        if bytes.is_empty() || !self.random.bits().is_multiple_of(4) {
+        if self.random.bits() as usize % 3000 >= bytes.len() {
             return;
         }
         let at = self.random.bits() as usize % bytes.len();
