@@ -48,6 +48,8 @@ pub struct Compensation<
     pub(crate) pairs: heapless::Vec<u32, TERMS>,
     /// Whether there are others.
     pub(crate) runs: bool,
+    /// Nothing but one plain grid.
+    pub(crate) one_cell: bool,
     pub(crate) weights: Weights,
     pub(crate) grids: heapless::Vec<Grid, GRIDS>,
     /// One per grid.
@@ -97,6 +99,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             heads: heapless::Vec::new(),
             pairs: heapless::Vec::new(),
             runs: false,
+            one_cell: false,
             weights: Weights::empty(),
             grids: heapless::Vec::new(),
             grid_lookups: heapless::Vec::new(),
@@ -120,6 +123,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.heads.clear();
         self.pairs.clear();
         self.runs = false;
+        self.one_cell = false;
         self.weights = Weights::empty();
         self.grids.clear();
         self.grid_lookups.clear();
@@ -144,6 +148,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             &mut self.heads,
             &mut self.pairs,
         );
+        self.one_cell =
+            self.terms.is_empty() && self.grids.len() == 1 && self.grid_lookups[0].plain;
         self.runs = self.terms.iter().any(|term| term.most != PAIRED);
         group(&mut self.terms);
         self.find_reach();
@@ -335,9 +341,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         weights: &Weights,
         corrections: &mut [f32; AXES],
     ) {
-        if self.terms.is_empty() {
-            *corrections = [0.0; AXES];
-            kernel::add_grids(self, inputs, corrections);
+        if self.one_cell {
+            kernel::evaluate_cell(self, inputs, corrections);
         } else {
             kernel::evaluate_tables(self, inputs, travel, weights, corrections);
         }

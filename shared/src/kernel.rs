@@ -31,7 +31,7 @@
 use core::mem::MaybeUninit;
 
 use crate::compensation::Compensation;
-use crate::description::{AUXILIARIES, Direction, GRID_INPUTS};
+use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::lookup::{BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Span};
 use crate::weights::Weights;
@@ -130,24 +130,47 @@ pub(crate) fn evaluate_tables<
         }
     }
     if !c.grid_lookups.is_empty() {
-        add_grids_too(c, inputs, corrections);
+        add_grids(c, inputs, corrections);
     }
 }
 
-/// [`add_grids`], out of the way of the tables.
+/// Zeros, without the call that the compiler makes of it where code is to be small.
+#[inline(always)]
+fn clear<const AXES: usize>(corrections: &mut [f32; AXES]) {
+    let mut out = corrections.as_mut_ptr();
+    // SAFETY: `AXES & !3`, then `AXES & 3` values.
+    unsafe {
+        let last = out.add(AXES & !3);
+        while out != last {
+            out.cast::<[f32; 4]>().write([0.0; 4]);
+            out = opaque(out.add(4)).cast_mut();
+        }
+        let last = out.add(AXES & 3);
+        while out != last {
+            out.write(0.0);
+            out = opaque(out.add(1)).cast_mut();
+        }
+    }
+}
+
+/// All grids.
 #[cold]
 #[inline(never)]
-fn add_grids_too<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
+fn add_grids<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
     c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
     inputs: &Inputs<AXES>,
     corrections: &mut [f32; AXES],
 ) {
-    add_grids(c, inputs, corrections);
+    for grid in &c.grid_lookups {
+        if !(grid.plain && add_cell(grid, inputs, c.floats.as_ptr(), corrections)) {
+            add_grid(grid, inputs, c.floats, c.shorts, corrections);
+        }
+    }
 }
 
-/// All grids.
+/// The only grid of a compensation without terms: [`Compensation::one_cell`].
 #[inline(always)]
-pub(crate) fn add_grids<
+pub(crate) fn evaluate_cell<
     const AXES: usize,
     const TABLES: usize,
     const TERMS: usize,
@@ -157,10 +180,12 @@ pub(crate) fn add_grids<
     inputs: &Inputs<AXES>,
     corrections: &mut [f32; AXES],
 ) {
-    for grid in &c.grid_lookups {
-        if !(grid.plain && add_cell(grid, inputs, c.floats.as_ptr(), corrections)) {
-            add_grid(grid, inputs, c.floats, c.shorts, corrections);
-        }
+    clear(corrections);
+    debug_assert!(!c.grid_lookups.is_empty());
+    // SAFETY: there is one.
+    let grid = unsafe { c.grid_lookups.get_unchecked(0) };
+    if !add_cell(grid, inputs, c.floats.as_ptr(), corrections) {
+        add_grid(grid, inputs, c.floats, c.shorts, corrections);
     }
 }
 
@@ -631,6 +656,12 @@ fn product(weight: f32, term: &PackedTerm, factor: impl Fn(&PackedTerm, usize) -
     product
 }
 
+/// a at t = 0, towards b.
+#[inline(always)]
+fn line(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
+}
+
 /// Adds one grid of the plain kind, see [`GridLookup::plain`]; false, and nothing added, at and
 /// beyond the ends of an input, and for not-a-number.
 ///
@@ -644,30 +675,42 @@ fn add_cell<const AXES: usize>(
     corrections: &mut [f32; AXES],
 ) -> bool {
     const WIDTH: usize = PLAIN_WIDTH;
-    let mut t = [0.0; GRID_INPUTS];
     let mut start = grid.first as usize;
-    for ((t, span), stride) in t.iter_mut().zip(&grid.spans).zip(grid.strides) {
-        // SAFETY: guarantee 1.
-        let x = unsafe { input(inputs, span.slot) };
-        let Some((i, fraction)) = interval(span, x) else {
-            return false;
-        };
-        start += i as usize * stride as usize;
-        *t = fraction;
+    macro_rules! along {
+        ($k:literal) => {{
+            let span = &grid.spans[$k];
+            // SAFETY: guarantee 1.
+            let x = unsafe { input(inputs, span.slot) };
+            let Some((i, t)) = interval(span, x) else {
+                return false;
+            };
+            start += i as usize * grid.strides[$k] as usize;
+            t
+        }};
     }
+    let t = [along!(0), along!(1), along!(2)];
     let (far, middle) = (grid.strides[0] as usize, grid.strides[1] as usize);
     // SAFETY: guarantees 2 and 3: each index is below `last`, so that all eight nodes are in the
     // grid, two and two neighbours; guarantee 7.
     unsafe {
         let near = samples.add(start);
         let far = near.add(far);
-        let rows = [near, near.add(middle), far, far.add(middle)];
-        let line = |a: f32, b: f32, t: f32| a + (b - a) * t;
-        for k in 0..WIDTH {
-            let [a, b, c, d] = rows.map(|row| line(*row.add(k), *row.add(k + WIDTH), t[2]));
-            let value = line(line(a, b, t[1]), line(c, d, t[1]), t[0]);
-            *corrections.get_unchecked_mut(usize::from(grid.outputs[k])) += value;
+        let [near_far, far_far] = [near.add(middle), far.add(middle)];
+        // Written out, so that no optimisation level makes a loop of it.
+        let [u, v, w] = t;
+        macro_rules! output {
+            ($k:literal) => {
+                let a = line(*near.add($k), *near.add($k + WIDTH), w);
+                let b = line(*near_far.add($k), *near_far.add($k + WIDTH), w);
+                let c = line(*far.add($k), *far.add($k + WIDTH), w);
+                let d = line(*far_far.add($k), *far_far.add($k + WIDTH), w);
+                let value = line(line(a, b, v), line(c, d, v), u);
+                *corrections.get_unchecked_mut(usize::from(grid.outputs[$k])) += value;
+            };
         }
+        output!(0);
+        output!(1);
+        output!(2);
     }
     true
 }
@@ -736,7 +779,6 @@ fn add_nodes<S: Sample, const AXES: usize>(
     let mut add = |k: usize| {
         // SAFETY: k < width, and `node` points at `width` samples of the section.
         let v = nodes.map(|node| unsafe { *node.add(k) }.value());
-        let line = |a: f32, b: f32, t: f32| a + (b - a) * t;
         let face0 = line(line(v[0], v[1], t[2]), line(v[2], v[3], t[2]), t[1]);
         let face1 = line(line(v[4], v[5], t[2]), line(v[6], v[7], t[2]), t[1]);
         let value = S::scaled(line(face0, face1, t[0]), grid.scales[k]);

@@ -365,18 +365,17 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Directions of travel and last finite positions. An axis that is not referenced may be given
     /// another position: its direction starts anew.
     fn follow(&mut self, inputs: &Inputs<AXES>, referenced: u16) {
-        let periods = &self.current.reach.periods;
-        for (k, axis) in self.current.axes().iter().enumerate() {
-            let q = inputs.axes[k];
+        let axes = self.current.axes().iter().zip(&self.current.reach.periods);
+        let positions = self.positions.iter_mut().zip(&inputs.axes);
+        let all = self.lanes.iter_mut().zip(axes).zip(positions);
+        for (k, ((lane, (axis, &period)), (position, &q))) in all.enumerate() {
             if q.is_finite() {
-                self.positions[k] = q;
+                *position = q;
             }
             if referenced & (1 << k) == 0 {
-                self.lanes[k].reversal = Reversal::new();
+                lane.reversal = Reversal::new();
             } else if q.is_finite() {
-                self.lanes[k]
-                    .reversal
-                    .update(q, axis.hysteresis, periods[k]);
+                lane.reversal.update(q, axis.hysteresis, period);
             }
         }
     }

@@ -72,7 +72,7 @@ fn document() -> Draft {
         (Y, &[X, Z, X, Z, X], Some(Y)),
         (Z, &[X, Y, X, Y, X, Y, X], None),
         (A, &[], Some(A)),
-        (C, &[], Some(C)),
+        (C, &[], Some(A)),
     ]
     .into_iter()
     .flat_map(|(output, pairs, single)| {
