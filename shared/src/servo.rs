@@ -454,22 +454,16 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// The common factor and the guard rails.
     fn guard(&mut self, s: f32, dt: f32, status: &mut Status) {
         let axes = self.current.axes().iter().zip(self.target().axes());
-        for (k, (axis, other)) in axes.enumerate() {
+        let Correction { dq, computed, .. } = &mut self.correction;
+        let values = dq.iter_mut().zip(&*computed).zip(&self.positions);
+        for (k, ((axis, other), ((dq, &computed), &q))) in axes.zip(values).enumerate() {
             let rate = if other.rate_bound < axis.rate_bound {
                 other.rate_bound
             } else {
                 axis.rate_bound
             };
-            let wanted = s * self.correction.computed[k];
-            let passed = guard::pass(
-                wanted,
-                self.correction.dq[k],
-                self.positions[k],
-                axis,
-                rate,
-                dt,
-            );
-            self.correction.dq[k] = passed.dq;
+            let passed = guard::pass(s * computed, *dq, q, axis, rate, dt);
+            *dq = passed.dq;
             status.rate_limited |= u16::from(passed.rate_limited) << k;
             status.travel_limited |= u16::from(passed.travel_limited) << k;
         }

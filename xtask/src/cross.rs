@@ -60,8 +60,8 @@ impl Cross {
         }
     }
 
-    /// `cargo WORDS` in the workspace of the board, and where it puts programs built with
-    /// `--release`.
+    /// `cargo WORDS` in the workspace of the board, and the folder with a folder of programs for each
+    /// profile.
     pub fn cargo(&self, words: &[&str]) -> (Command, PathBuf) {
         let folder = target(if self.from_source {
             "board-source"
@@ -89,7 +89,7 @@ impl Cross {
         if self.from_source {
             command.arg("-Zbuild-std=core");
         }
-        (command, folder.join(TARGET).join("release"))
+        (command, folder.join(TARGET))
     }
 }
 

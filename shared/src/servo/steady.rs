@@ -178,23 +178,18 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// if one of them is not well inside its travel.
     #[inline(never)]
     fn turn(&mut self, inputs: &Inputs<AXES>, turning: u32) -> bool {
-        let lanes = self.lanes.iter().zip(&inputs.axes).enumerate();
-        for (k, (lane, &q)) in lanes {
-            let [low, high] = lane.inside;
-            let inside = q >= low && q <= high;
-            if turning & (1 << k) != 0 && !inside {
-                return false;
-            }
+        let turns = |k: usize| turning & (1 << k) != 0;
+        let mut all = self.lanes.iter().zip(&inputs.axes).enumerate();
+        if all.any(|(k, (lane, &q))| turns(k) && !(q >= lane.inside[0] && q <= lane.inside[1])) {
+            return false;
         }
         let axes = self.current.axes().iter().zip(&self.current.reach.periods);
         let travelling = self.travelling.0.iter_mut().zip(&inputs.axes);
         let lanes = self.lanes.iter_mut().zip(axes).zip(travelling).enumerate();
-        for (k, ((lane, (axis, &period)), (travel, &q))) in lanes {
-            if turning & (1 << k) != 0 {
-                lane.unwatch();
-                *travel = lane.reversal.update(q, axis.hysteresis, period);
-                lane.watch(period);
-            }
+        for (_, ((lane, (axis, &period)), (travel, &q))) in lanes.filter(|(k, _)| turns(*k)) {
+            lane.unwatch();
+            *travel = lane.reversal.update(q, axis.hysteresis, period);
+            lane.watch(period);
         }
         true
     }
