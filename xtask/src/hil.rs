@@ -22,11 +22,11 @@ pub fn execute(parts: &[&str]) -> Result<(), String> {
             "--bin",
             board,
         ];
-        let (mut build, programs) = cross.cargo(&words);
+        let (mut build, profiles) = cross.cargo(&words);
         run(&mut build)?;
-        folder = Some(programs);
+        folder = Some(profiles);
     }
-    let firmware = folder.unwrap_or_default().join("qemu");
+    let firmware = folder.unwrap_or_default().join("release/qemu");
     run(cargo()
         .args(["build", "-q", "-p", "trueaxis-host", "-p", "trueaxis-tests"])
         .args(["--bin", "trueaxis", "--bin", "hil"]))?;
