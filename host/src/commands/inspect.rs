@@ -291,10 +291,15 @@ fn listing(contents: &Contents<'_>) -> String {
             format!("d{} =", term.output)
         };
         before = Some(term.output);
-        let mut product = format!("{}", term.weight);
-        for table in &term.tables {
-            let _ = write!(product, " · T{table}({})", inputs[usize::from(*table)]);
-        }
+        // A weight of 1 goes without saying, unless there is nothing else or it may change.
+        let plain = term.weight == 1.0 && term.limits.is_none() && !term.tables.is_empty();
+        let weight = (!plain).then(|| term.weight.to_string());
+        let tables = term
+            .tables
+            .iter()
+            .map(|table| format!("T{table}({})", inputs[usize::from(*table)]));
+        let product: Vec<String> = weight.into_iter().chain(tables).collect();
+        let product = product.join(" · ");
         let limits = term.limits.map_or(String::new(), |[low, high]| {
             format!("   adjustable, {low} to {high}")
         });
