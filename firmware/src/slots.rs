@@ -49,8 +49,8 @@ pub trait TableFlash: NorFlash {
 /// The two slots of a [`TableFlash`], and the upload into one of them.
 ///
 /// An upload is: [`begin`](Self::begin), [`erase_step`](Self::erase_step) until the progress is
-/// [`Progress::Receiving`], [`write`](Self::write), [`commit`](Self::commit). All of them may be
-/// repeated.
+/// [`Progress::Receiving`], [`write`](Self::write), [`commit`](Self::commit). All but the last may be
+/// repeated; after it a new upload begins.
 #[derive(Debug)]
 pub struct Slots<F> {
     flash: F,

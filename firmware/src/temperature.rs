@@ -125,8 +125,8 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
         }
     }
 
-    /// Takes the inputs of a compensation. Those of before keep their values where sensor and
-    /// reference are the same; the others start at 0.
+    /// Takes the inputs of a compensation. Those of before keep their values where the sensor is the
+    /// same, and move on to another reference like to another temperature; the others start at 0.
     ///
     /// An input whose sensor does not exist stays 0 and is lost.
     pub fn assign(&mut self, auxiliaries: &[Auxiliary]) {
@@ -138,7 +138,7 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
                 let named = |sensor: &Sensor<T>| sensor.name == auxiliary.name;
                 let sensor = self.sensors.iter().position(named);
                 let reference = auxiliary.reference;
-                let same = |old: &Input| (old.sensor, old.reference) == (sensor, reference);
+                let same = |old: &Input| old.sensor == sensor;
                 let old = before[number].filter(same);
                 Input {
                     sensor,

@@ -332,7 +332,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     }
 
     /// As [`evaluate`](Self::evaluate), into a place, which saves copying; entries beyond the last
-    /// axis stay as they are.
+    /// axis stay as they are or become 0.
     #[inline(always)]
     pub fn evaluate_into(
         &self,

@@ -482,7 +482,7 @@ fn fill_cubic<S: Sample>(
         w2 -= h11; // slope at c: c − b
         w3 = 0.0;
     }
-    // SAFETY: i, next ≤ last from `interval`; `before` is i − 1, i or last; `behind` is next,
+    // SAFETY: i, next ≤ last from `any_interval`; `before` is i − 1, i or last; `behind` is next,
     // next + 1 ≤ last, or 0.
     let (a, b, c, d) = unsafe {
         (
@@ -504,7 +504,8 @@ fn fill_cubic<S: Sample>(
 ///
 /// # Operations
 /// Per term weight · factor · factor …, from left to right, then one addition. A weight of 1 is
-/// left out, where a factor is missing 1 may stand in: no bit changes.
+/// left out, where a factor is missing 1 may stand in, and a sum may begin with its first term:
+/// nothing changes but perhaps the sign of a zero.
 ///
 /// # Memory
 /// 4 bytes per pair (others: 16 per term), 4 per factor.

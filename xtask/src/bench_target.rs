@@ -232,11 +232,29 @@ fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>
         println!("no committed figures of rustc {release} to compare with (--accept makes them)");
         return Ok(Vec::new());
     };
+    // Budgets too hold for the compilers whose figures are known.
+    let typical = CALLS
+        .iter()
+        .map(|(key, _, budget)| (key.to_string(), *budget));
+    let stacks = CALLS
+        .iter()
+        .map(|(key, ..)| (format!("stack_{key}"), STACK));
+    let code = [("code_servo_update".to_owned(), CODE)];
+    let over: Vec<String> = typical
+        .chain(stacks)
+        .chain(code)
+        .filter_map(|(key, budget)| {
+            let value = figures.get(&key)?;
+            (budget > 0 && value > budget)
+                .then(|| format!("{key}: {value} is over its budget of {budget}"))
+        })
+        .collect();
     let mut grown = figures.grown(&Figures::from_json(&text), GROWTH);
     if grown.is_empty() {
         println!("no figure is more than {GROWTH} % above {shown}");
     } else {
         grown.push(format!("against {shown}; --accept takes them"));
     }
+    grown.extend(over);
     Ok(grown)
 }

@@ -130,6 +130,10 @@ pub fn deny() -> Result<(), String> {
             "licences, bans, sources",
             "deny --all-features check licenses bans sources",
         ),
+        step(
+            "licences, bans, sources of the board",
+            "deny --manifest-path firmware/boards/stm32f405/Cargo.toml --all-features check --config deny.toml licenses bans sources",
+        ),
         step("advisories", "deny --all-features check advisories"),
     ])
 }

@@ -5,7 +5,7 @@ use trueaxis::link::{
     put_positions,
 };
 
-use super::{Device, Machine, ServoAccess};
+use super::{Change, Device, Machine, ServoAccess, Stage};
 use crate::link::{Answer, Controller};
 use crate::slots::TableFlash;
 
@@ -87,6 +87,11 @@ where
         let (rows, most) = (bytes.len() / (4 * axes), motion_rows(axes));
         if rows > most {
             return Err(Refusal::TooManyRows { most: most as u16 });
+        }
+        // On the way to zero the servo may be replaced, or stop, in the middle of a batch.
+        if matches!(self.stage, Stage::Ramping { .. }) || matches!(self.change, Change::Ramping(_))
+        {
+            return Err(Refusal::Busy);
         }
         self.servo.with(|side| {
             if side.is_suspended() {

@@ -4,7 +4,7 @@ use trueaxis::Refused;
 use trueaxis::link::{Activation, Refusal, Slot};
 
 use super::upload::same_machine;
-use super::{Device, Machine, ServoAccess};
+use super::{Device, Machine, ServoAccess, Stage};
 use crate::places::NotLoaded;
 use crate::slots::TableFlash;
 
@@ -48,6 +48,10 @@ where
         }
         if self.servo.with(|side| side.is_suspended()) {
             return Err(Refusal::Suspended);
+        }
+        if matches!(self.stage, Stage::Ramping { .. }) {
+            // An upload waits for zero, to erase the slot that is not in use: this one.
+            return Err(Refusal::Busy);
         }
         // Not valid either while an upload goes there.
         let blob = self.slots.blob(slot).ok_or(Refusal::NotValid)?;

@@ -61,7 +61,7 @@ where
     /// corrections are zero, and [`fault`](Self::fault) says why.
     ///
     /// `loader` and the [`Driven`](crate::places::Driven) behind `servo` come from the same
-    /// [`Places`](crate::places::Places), and no tick has run yet.
+    /// [`Places`](crate::places::Places), and the corrections are still zero.
     #[must_use]
     pub fn start(
         slots: Slots<F>,

@@ -173,7 +173,14 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ) {
         let command = source.take();
         if self.suspended {
-            self.silent = command.map(|_| 0.0).or(self.silent);
+            // Nothing is computed, but where the machine is remains known.
+            if let Some(Command { axes, referenced }) = command {
+                self.silent = Some(0.0);
+                self.referenced = referenced;
+                if axes.iter().all(|q| q.is_finite()) {
+                    self.positions = axes;
+                }
+            }
             sink.give(&self.last);
             return;
         }
@@ -251,7 +258,8 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.referenced = mask;
     }
 
-    /// Sets the tool length, mm. Until then it is that for which the tables were made.
+    /// Sets the tool length, mm. Until then it is that for which the first tables were made; other
+    /// tables that are faded in for another tool find the length as it was.
     pub fn set_tool_length(&mut self, length: f32) {
         self.tool_length = Some(length);
         self.place_tool_length();

@@ -323,6 +323,18 @@ fn where_the_flash_stalls_no_update_falls_into_an_erase_or_a_write() {
     // At standstill the set ramps to zero first, by itself: nobody commands now.
     desktop.standstill.set(true);
     assert_eq!(ask(&mut desktop, &begin), Reply::Upload(Upload::Ramping));
+    // The slot that will be erased does not become active meanwhile, and nothing new is moved.
+    let activate = Request::Activate {
+        slot: Slot::B,
+        force: false,
+    };
+    let row: Vec<u8> = [0.0_f32, 0.0]
+        .iter()
+        .flat_map(|q| q.to_le_bytes())
+        .collect();
+    for request in [activate, Request::Motion(&row)] {
+        assert_eq!(ask(&mut desktop, &request), Reply::Refused(Refusal::Busy));
+    }
     let mut last = status(&mut desktop).dq[0];
     let mut seen = vec![];
     while status(&mut desktop).upload == Upload::Ramping {

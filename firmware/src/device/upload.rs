@@ -79,11 +79,10 @@ fn acceptable<const AXES: usize, const TABLES: usize, const TERMS: usize, const 
     force: bool,
 ) -> Result<(), Refusal> {
     let loaded = loader.load(blob)?;
-    if force || same_machine(loaded.active(), loaded.compensation()) {
-        Ok(())
-    } else {
-        Err(Refusal::OtherMachine)
-    }
+    let accepted = force || same_machine(loaded.active(), loaded.compensation());
+    // The slot is written to once more: nothing may go on reading it.
+    loader.vacate();
+    accepted.then_some(()).ok_or(Refusal::OtherMachine)
 }
 
 impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
@@ -145,10 +144,16 @@ where
     }
 
     fn open(&mut self, length: u32, crc: u32) -> Result<(), Refusal> {
-        if !self.loader.vacate() {
+        // A change that has begun meanwhile reads both slots.
+        if self.change != Change::None || !self.loader.vacate() {
             return Err(Refusal::Busy);
         }
-        self.slots.begin(length, crc)?;
+        if let Err(error) = self.slots.begin(length, crc) {
+            // Also where another upload was open: it is gone.
+            self.release();
+            self.stage = Stage::None;
+            return Err(error.into());
+        }
         self.stage = Stage::Open;
         Ok(())
     }

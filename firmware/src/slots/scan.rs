@@ -111,6 +111,23 @@ impl<F: TableFlash> Slots<F> {
     }
 }
 
+impl<F: TableFlash> Slots<F> {
+    /// Whether a slot that seems to be uploaded to holds a part of a blob, and not all of it.
+    ///
+    /// An erase from the end that was cut between mark and record leaves the same, but with the first
+    /// block erased or, where there is only one, with the whole blob. Then nothing that reads blank
+    /// is sure to be.
+    pub(super) fn is_in_part(&self, slot: Slot) -> bool {
+        let bytes = self.flash.mapped(slot);
+        let blob = bytes.get(..bytes.len().saturating_sub(TRAILER));
+        let blob = blob.unwrap_or(&[]);
+        let begun = blob
+            .get(..layout::WORD)
+            .is_some_and(|word| !layout::blank(word));
+        begun && Header::check_slot(blob).is_err()
+    }
+}
+
 /// The record of a slot, of one that is being erased too.
 fn record(slot: &[u8]) -> Option<Record> {
     if slot.len() < TRAILER {

@@ -92,9 +92,13 @@ impl<F: TableFlash> Slots<F> {
         };
         self.scan(slot);
         let found = self.found[slot.index()];
-        let left = matches!(found.state, SlotState::Uploading { length: l, crc: c, .. }
-            if (l, c) == (length, crc));
-        let resumes = left && !spoiled;
+        let (same, proven) = match found.state {
+            SlotState::Uploading {
+                length: l, crc: c, ..
+            } => ((l, c) == (length, crc), self.is_in_part(slot)),
+            _ => (false, found.proven()),
+        };
+        let resumes = same && proven && !spoiled;
         let progress = if resumes {
             Progress::Receiving { next: 0 }
         } else {
@@ -103,7 +107,7 @@ impl<F: TableFlash> Slots<F> {
                 blocks: self.blocks(),
             }
         };
-        if !resumes && found.proven() {
+        if !resumes && proven {
             self.mark(slot)?;
         }
         self.session = Some(Session {
@@ -113,7 +117,7 @@ impl<F: TableFlash> Slots<F> {
                 crc,
                 progress,
             },
-            proven: found.proven(),
+            proven,
             tail: Tail::EMPTY,
         });
         Ok(progress)

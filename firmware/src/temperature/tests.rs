@@ -192,11 +192,11 @@ fn inputs_are_differences_to_their_references() {
     // Nothing is corrected yet: the inputs may jump.
     temperatures.advance(0.001, true);
     assert_eq!(values(&temperatures), [(1, 5.0), (2, 0.0), (3, -0.5)]);
-    // A compensation with another reference for the column: the bed stays.
+    // A compensation with another reference for the column: no input jumps.
     let mut inputs = inputs();
     inputs[3].reference = 20.0;
     temperatures.assign(&inputs);
-    assert_eq!(values(&temperatures), [(1, 5.0), (2, 0.0), (3, 0.0)]);
+    assert_eq!(values(&temperatures), [(1, 5.0), (2, 0.0), (3, -0.5)]);
     temperatures.assign(&inputs[..2]);
     assert_eq!(values(&temperatures), [(1, 5.0)]);
     assert_eq!(temperatures.lost(), 0);

@@ -13,8 +13,10 @@ pub type Shared = Mutex<RefCell<ServoSide>>;
 
 /// The servo side that the interrupt updates, once there is one.
 static SIDE: Mutex<Cell<Option<&'static Shared>>> = Mutex::new(Cell::new(None));
-/// Servo interrupts since start.
+/// Servo interrupts since the last millisecond, and milliseconds since start.
 static TICKS: AtomicU32 = AtomicU32::new(0);
+static MILLISECONDS: AtomicU32 = AtomicU32::new(0);
+const TICKS_PER_MS: u32 = RATE / 1000;
 
 /// The main loop's access to the servo side.
 #[derive(Clone, Copy)]
@@ -43,10 +45,12 @@ pub fn tick(
     sink: &mut impl CorrectionSink<AXES>,
     clock: &impl Clock,
 ) {
-    TICKS.store(
-        TICKS.load(Ordering::Relaxed).wrapping_add(1),
-        Ordering::Relaxed,
-    );
+    let ticks = TICKS.load(Ordering::Relaxed).wrapping_add(1);
+    TICKS.store(ticks % TICKS_PER_MS, Ordering::Relaxed);
+    if ticks >= TICKS_PER_MS {
+        let now = MILLISECONDS.load(Ordering::Relaxed);
+        MILLISECONDS.store(now.wrapping_add(1), Ordering::Relaxed);
+    }
     critical_section::with(|token| {
         let Some(shared) = SIDE.borrow(token).get() else {
             return;
@@ -57,7 +61,7 @@ pub fn tick(
     });
 }
 
-/// Milliseconds since start, as the servo interrupt counts them; wraps after 12 days.
+/// Milliseconds since start, as the servo interrupt counts them; wraps at 2³².
 pub fn milliseconds() -> u32 {
-    TICKS.load(Ordering::Relaxed) / (RATE / 1000)
+    MILLISECONDS.load(Ordering::Relaxed)
 }

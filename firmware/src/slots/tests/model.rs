@@ -79,6 +79,10 @@ struct Model {
     commits: u32,
     /// The blob on its way, by the last begin.
     coming: usize,
+    /// The power has been cut at least once.
+    cut: bool,
+    /// And after that a bit has flipped.
+    twice: bool,
 }
 
 impl Model {
@@ -173,6 +177,7 @@ impl Model {
             Step::Cut(..) => unreachable!("played by the caller"),
             Step::Flip(slot, bit) => {
                 let mut flash = self.slots.take().expect("it is there").close();
+                self.twice |= self.cut;
                 flash.flip(slot, bit);
                 self.slots = Some(Slots::open(flash));
                 let newest = self.slots().newest();
@@ -184,7 +189,7 @@ impl Model {
 
     /// What is there is what must be.
     fn check(&mut self) {
-        let holds = self.holds;
+        let (holds, twice) = (self.holds, self.twice);
         for slot in Slot::BOTH {
             let blob = self.slots().blob(slot);
             match (blob, holds[slot.index()]) {
@@ -205,7 +210,10 @@ impl Model {
         }
         let slots = &*self.slots();
         let flash = slots.flash();
-        assert_eq!((flash.refused(), flash.programmed_weak()), (0, 0));
+        assert_eq!(flash.refused(), 0);
+        // A bit that flips in the trailer of a slot whose erase was cut may hide that cut. What is
+        // written is read back then too, but into cells that are not quite erased.
+        assert!(twice || flash.programmed_weak() == 0);
         for slot in Slot::BOTH {
             assert!(Some(slots.wear(slot)) <= flash.erases(slot).last().copied());
         }
@@ -213,51 +221,75 @@ impl Model {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3000))]
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn what_was_committed_stays_and_nothing_else_is_valid(
         steps in prop::collection::vec(step(), 1..60),
     ) {
-        let mut model = Model {
-            slots: Some(Slots::open(Flash::new(BLOCKS))),
-            holds: [Holds::Nothing; 2],
-            commits: 0,
-            coming: 0,
-        };
-        let mut cut = false;
-        for step in steps {
-            if let Step::Cut(fuel, cut_erase) = step {
-                if !cut {
-                    let mut flash = model.slots.take().expect("it is there").close();
-                    flash.set_cut_erase(cut_erase);
-                    flash.set_fuel(Some(fuel));
-                    model.slots = Some(Slots::open(flash));
-                    let newest = model.slots().newest();
-                    model.slots().set_active(newest);
-                    cut = true;
-                    continue;
-                }
-                cut = false;
-                model.restart();
-            } else {
-                let active = model.slots().active();
-                let kept = active.map(|slot| model.slots().flash().mapped(slot).to_vec());
-                model.play(step);
-                if matches!(step, Step::Restart | Step::Flip(..)) {
-                    cut &= !matches!(step, Step::Restart);
-                } else if let (Some(slot), Some(kept)) = (active, kept) {
-                    prop_assert_eq!(model.slots().flash().mapped(slot), kept);
-                }
-            }
-            model.check();
-        }
-        // With the power back, an upload goes through, whatever happened before.
-        model.restart();
-        model.check();
-        let slot = upload(model.slots(), &BLOBS[3], 64);
-        prop_assert_eq!(model.slots().blob(slot), Some(&*BLOBS[3]));
-        prop_assert!(model.slots().state(slot).is_valid());
-        prop_assert_eq!(model.slots().newest(), Some(slot));
+        run(&steps);
     }
+}
+
+/// An erase from the end, cut between mark and record, looks like an upload that has begun.
+#[test]
+fn an_erase_cut_before_the_record_is_no_upload_to_go_on_with() {
+    use Step::{Cut, Flip, Restart, Upload};
+    let flipped = Flip(Slot::A, 2635);
+    let cut = Cut(311, CutErase::Descending);
+    run(&[
+        Upload(0),
+        Upload(0),
+        flipped,
+        cut,
+        Upload(0),
+        Restart,
+        Upload(0),
+    ]);
+}
+
+fn run(steps: &[Step]) {
+    let mut model = Model {
+        slots: Some(Slots::open(Flash::new(BLOCKS))),
+        holds: [Holds::Nothing; 2],
+        commits: 0,
+        coming: 0,
+        cut: false,
+        twice: false,
+    };
+    let mut cut = false;
+    for &step in steps {
+        if let Step::Cut(fuel, cut_erase) = step {
+            model.cut = true;
+            if !cut {
+                let mut flash = model.slots.take().expect("it is there").close();
+                flash.set_cut_erase(cut_erase);
+                flash.set_fuel(Some(fuel));
+                model.slots = Some(Slots::open(flash));
+                let newest = model.slots().newest();
+                model.slots().set_active(newest);
+                cut = true;
+                continue;
+            }
+            cut = false;
+            model.restart();
+        } else {
+            let active = model.slots().active();
+            let kept = active.map(|slot| model.slots().flash().mapped(slot).to_vec());
+            model.play(step);
+            if matches!(step, Step::Restart | Step::Flip(..)) {
+                cut &= !matches!(step, Step::Restart);
+            } else if let (Some(slot), Some(kept)) = (active, kept) {
+                assert_eq!(model.slots().flash().mapped(slot), kept);
+            }
+        }
+        model.check();
+    }
+    // With the power back, an upload goes through, whatever happened before.
+    model.restart();
+    model.check();
+    let slot = upload(model.slots(), &BLOBS[3], 64);
+    assert_eq!(model.slots().blob(slot), Some(&*BLOBS[3]));
+    assert!(model.slots().state(slot).is_valid());
+    assert_eq!(model.slots().newest(), Some(slot));
 }

@@ -51,7 +51,7 @@ fn stop(what: &str) -> ! {
 fn main() -> ! {
     static mut SIDE: Option<Shared> = None;
     static mut LINK: Link = Link::new();
-    // Two frames of the link.
+    // Nearly two frames of the link.
     static mut BYTES: Queue<u8, 2048> = Queue::new();
 
     let (Some(mut core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else {
