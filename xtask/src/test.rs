@@ -132,7 +132,7 @@ pub fn deny() -> Result<(), String> {
         ),
         step(
             "licences, bans, sources of the board",
-            "deny --manifest-path firmware/boards/stm32f405/Cargo.toml --all-features check --config deny.toml licenses bans sources",
+            "deny --manifest-path firmware/boards/stm32f405/Cargo.toml --all-features --config deny.toml check licenses bans sources",
         ),
         step("advisories", "deny --all-features check advisories"),
     ])
