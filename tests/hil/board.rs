@@ -124,12 +124,21 @@ impl Board<'_> {
         Ok(Client::connect(self.line()?)?)
     }
 
-    /// Uploads with the real command.
+    /// Uploads with the real command. A machine that has just moved counts as standing still only
+    /// after a while: until then the command is refused, and given again.
     pub fn flash(&self, blob: &Path, further: &[&str]) -> Result<(), Failure> {
         let mut words = vec!["flash", text(blob)?, "--port"];
         let port = self.port();
         words.push(&port);
         words.extend(further);
+        for _ in 0..20 {
+            match self.setup.succeed(&words) {
+                Err(refused) if refused.to_string().contains("only at standstill") => {
+                    std::thread::sleep(Duration::from_millis(250));
+                }
+                done => return done,
+            }
+        }
         self.setup.succeed(&words)
     }
 
