@@ -316,8 +316,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     ///
     /// # Timing
     /// Independent of the positions except for modulo inputs, directional banks, and the ends of
-    /// tables, which take a call instead of an interpolation; for a grid of three f32 outputs over
-    /// three inputs, beyond its ends, half as much again.
+    /// tables, which take a call instead of an interpolation; a grid of three f32 outputs over three
+    /// inputs takes longer beyond its ends.
     #[must_use]
     #[inline(always)]
     pub fn evaluate(

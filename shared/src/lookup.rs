@@ -201,8 +201,8 @@ pub(crate) struct Head {
 }
 
 /// Puts aside the terms that the kernel adds first: those of each output, from its first one on,
-/// that have the weight 1 and up to two factors. That keeps the order of addition, and costs a
-/// third of the general way.
+/// that have the weight 1 and up to two factors. That keeps the order of addition, and costs
+/// less than the general way.
 ///
 /// If the very first has one factor only, it becomes part of the head of its output. All others
 /// are pairs: where the values of both factors lie among those of all tables, in bytes, the first

@@ -275,8 +275,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// That of [`Compensation::evaluate`], and `12 · AXES` bytes.
     ///
     /// # Timing
-    /// While nothing but positions changes and all axes are well within travel and bounds, a
-    /// third of what it takes otherwise: see `servo/steady.rs`. Without divisions, but for a modulo
+    /// While nothing but positions changes and all axes are well within travel and bounds, far
+    /// less than otherwise: see `servo/steady.rs`. Without divisions, but for a modulo
     /// axis whose position was reduced by a turn, and for a change of compensation in the call
     /// that starts it.
     #[inline]

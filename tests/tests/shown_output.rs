@@ -1,7 +1,10 @@
 //! What the readme and the manual show is what the command says today.
 
 use trueaxis_host::compile::{self, Options};
+use trueaxis_host::errors::{Situation, Switches};
+use trueaxis_host::kinematics::Kinematics;
 use trueaxis_host::schemes::exact::Minimize;
+use trueaxis_host::validate::{Region, Runtime, random_commands, verify};
 use trueaxis_tests::{errors, machine, read};
 
 /// The line of the command that counts tables, terms and bytes.
@@ -41,4 +44,105 @@ fn the_readme_and_the_tutorial_show_what_compile_prints() {
         "docs/src/first-compensation.md",
         &counts("machine-tool-length.toml", Minimize::Cost),
     );
+}
+
+/// Every example with 10, 12 or 13 errors: its row in the manual, and the tolerance, everywhere.
+#[test]
+fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
+    for (row, machine_file, errors_file) in [
+        (
+            "Huron, 13 errors",
+            "huron-k2x8/machine",
+            "huron-k2x8/errors-13",
+        ),
+        (
+            "… with the tool length as an input",
+            "huron-k2x8/machine-tool-length",
+            "huron-k2x8/errors-13",
+        ),
+        ("Kolibri, 10 errors", "kolibri/machine", "kolibri/errors-10"),
+        ("Kolibri, 12 errors", "kolibri/machine", "kolibri/errors-12"),
+        ("HU40, 13 errors", "hu40/machine", "hu40/errors-13"),
+        (
+            "fork head, 13 errors",
+            "fork-head/machine",
+            "fork-head/errors-13",
+        ),
+        (
+            "table-head, 13 errors",
+            "table-head/machine",
+            "table-head/errors-13",
+        ),
+        ("router, 10 errors", "router/machine", "router/errors-10"),
+    ] {
+        let machine = machine(&format!("examples/{machine_file}.toml"));
+        let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
+        let [by_cost, by_tables] = [Minimize::Cost, Minimize::Tables].map(|minimize| {
+            let mut options = Options::default();
+            options.scheme.minimize = minimize;
+            let built = compile::build(&machine, &errors, &options, &()).unwrap();
+            let runtime = Runtime::load(&built.blob).unwrap();
+            let commands = random_commands(&machine, &errors, Region::Travel, 2000, 7).unwrap();
+            let zero = vec![0.0; machine.axes.len()];
+            let zero = std::array::from_fn(|i| zero.get(i).copied().unwrap_or(0.0));
+            let proof = verify(&machine, &errors, &runtime, &zero, &commands, || {}).unwrap();
+            assert!(
+                proof.difference_um <= 0.05 && proof.difference_urad <= 0.05,
+                "{row}: {} µm, {} µrad",
+                proof.difference_um,
+                proof.difference_urad
+            );
+            built.size
+        });
+        shows(
+            "docs/src/reproduction.md",
+            &format!(
+                "| {row} | {} | {} | {} |",
+                by_cost.tables, by_cost.terms, by_tables.tables
+            ),
+        );
+    }
+}
+
+/// Why the Kolibri's ten errors need all twelve products of its linear corrections: at some A each
+/// of them, between the ends of the travel, is more than the tolerance.
+#[test]
+fn none_of_the_twelve_coefficients_of_the_kolibri_is_within_the_tolerance() {
+    let machine = machine("examples/kolibri/machine.toml");
+    let errors = errors("examples/kolibri/errors-10.toml", &machine);
+    let kinematics = Kinematics::new(&machine, &errors);
+    let place = |letter| machine.index(letter).unwrap();
+    let [x, y, z, a] = ['X', 'Y', 'Z', 'A'].map(place);
+    // The middle of the travel, and the end of it along each linear axis.
+    let middle = |i: usize| 0.5 * (machine.axes[i].travel[0] + machine.axes[i].travel[1]);
+    let mut smallest = f64::INFINITY;
+    for output in [x, y, z] {
+        let mut largest = [0.0_f64; 4];
+        for degrees in (-120..=120).step_by(5) {
+            let at = |moved: Option<usize>| {
+                let mut q = [0.0; 6];
+                for i in [x, y, z] {
+                    q[i] = middle(i);
+                }
+                if let Some(i) = moved {
+                    q[i] = machine.axes[i].travel[1];
+                }
+                q[a] = f64::from(degrees).to_radians();
+                let all = Switches::ALL;
+                kinematics
+                    .correction(&q, &Situation::default(), &all)
+                    .unwrap()
+                    .dq[output]
+            };
+            let base = at(None);
+            largest[0] = largest[0].max(base.abs());
+            for (most, i) in largest[1..].iter_mut().zip([x, y, z]) {
+                *most = most.max((at(Some(i)) - base).abs());
+            }
+        }
+        smallest = largest.into_iter().fold(smallest, f64::min);
+    }
+    assert!(smallest > 0.05e-3);
+    let shown = format!("{:.3} µm", 1e3 * smallest);
+    assert!(read("docs/src/reproduction.md").contains(&shown), "{shown}");
 }

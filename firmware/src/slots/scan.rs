@@ -36,7 +36,9 @@ impl Found {
             self.state,
             SlotState::Blank
                 | SlotState::Erasing
-                | SlotState::Damaged(Damage::Record | Damage::UnknownLayout { .. })
+                | SlotState::Damaged(
+                    Damage::Record | Damage::UnknownLayout { .. } | Damage::Commit
+                )
         )
     }
 }
@@ -121,9 +123,8 @@ impl<F: TableFlash> Slots<F> {
         let bytes = self.flash.mapped(slot);
         let blob = bytes.get(..bytes.len().saturating_sub(TRAILER));
         let blob = blob.unwrap_or(&[]);
-        let begun = blob
-            .get(..layout::WORD)
-            .is_some_and(|word| !layout::blank(word));
+        // Not merely another word than blank: a bit may have flipped.
+        let begun = blob.starts_with(&trueaxis::MAGIC);
         begun && Header::check_slot(blob).is_err()
     }
 }

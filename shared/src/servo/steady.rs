@@ -1,7 +1,7 @@
 //! The update while nothing but the positions changes, which is almost always: enabled, everything
 //! referenced, nothing fading, and all axes well within travel and bounds.
 //!
-//! It does what `update_any` does there, to the bit, with a third of the instructions. Whatever is
+//! It does what `update_any` does there, to the bit, with far fewer instructions. Whatever is
 //! not so plain it leaves to that, before anything has changed that may not change twice.
 
 use super::{LONGEST_PERIOD, Servo};

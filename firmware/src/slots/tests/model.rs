@@ -79,10 +79,6 @@ struct Model {
     commits: u32,
     /// The blob on its way, by the last begin.
     coming: usize,
-    /// The power has been cut at least once.
-    cut: bool,
-    /// And after that a bit has flipped.
-    twice: bool,
 }
 
 impl Model {
@@ -177,7 +173,6 @@ impl Model {
             Step::Cut(..) => unreachable!("played by the caller"),
             Step::Flip(slot, bit) => {
                 let mut flash = self.slots.take().expect("it is there").close();
-                self.twice |= self.cut;
                 flash.flip(slot, bit);
                 self.slots = Some(Slots::open(flash));
                 let newest = self.slots().newest();
@@ -189,7 +184,7 @@ impl Model {
 
     /// What is there is what must be.
     fn check(&mut self) {
-        let (holds, twice) = (self.holds, self.twice);
+        let holds = self.holds;
         for slot in Slot::BOTH {
             let blob = self.slots().blob(slot);
             match (blob, holds[slot.index()]) {
@@ -210,10 +205,7 @@ impl Model {
         }
         let slots = &*self.slots();
         let flash = slots.flash();
-        assert_eq!(flash.refused(), 0);
-        // A bit that flips in the trailer of a slot whose erase was cut may hide that cut. What is
-        // written is read back then too, but into cells that are not quite erased.
-        assert!(twice || flash.programmed_weak() == 0);
+        assert_eq!((flash.refused(), flash.programmed_weak()), (0, 0));
         for slot in Slot::BOTH {
             assert!(Some(slots.wear(slot)) <= flash.erases(slot).last().copied());
         }
@@ -248,19 +240,26 @@ fn an_erase_cut_before_the_record_is_no_upload_to_go_on_with() {
     ]);
 }
 
+/// A flip makes the blank commit of such a slot another one: that proves nothing either.
+#[test]
+fn a_commit_that_belongs_to_no_record_proves_no_erase() {
+    use Step::{Begin, Cut, Erase, Flip, Restart, Upload};
+    let cut = Cut(577, CutErase::Ascending);
+    let (first, commit) = (Flip(Slot::A, 256), Flip(Slot::A, 2816));
+    let steps = [cut, Begin(0), Erase, Erase, Erase, first, Upload(0)];
+    run(&[&steps[..], &[Begin(0), Restart, commit, Upload(0)]].concat());
+}
+
 fn run(steps: &[Step]) {
     let mut model = Model {
         slots: Some(Slots::open(Flash::new(BLOCKS))),
         holds: [Holds::Nothing; 2],
         commits: 0,
         coming: 0,
-        cut: false,
-        twice: false,
     };
     let mut cut = false;
     for &step in steps {
         if let Step::Cut(fuel, cut_erase) = step {
-            model.cut = true;
             if !cut {
                 let mut flash = model.slots.take().expect("it is there").close();
                 flash.set_cut_erase(cut_erase);
