@@ -4,6 +4,8 @@
 #[cfg(feature = "desktop")]
 mod examples;
 pub mod golden;
+#[cfg(feature = "desktop")]
+pub mod random_machines;
 
 #[cfg(feature = "desktop")]
 pub use examples::{errors, machine, read};

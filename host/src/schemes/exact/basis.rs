@@ -11,20 +11,21 @@ use std::collections::BTreeMap;
 /// A generator: a table from which functions are made as products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Generator {
-    /// ξ = x / scale.
+    /// [`Variable::coordinate`].
     Coordinate,
-    /// sin x.
+    /// [`Variable::sine`].
     Sine,
-    /// cos x.
+    /// [`Variable::cosine`].
     Cosine,
 }
 
 impl Generator {
-    fn value(self, x: f64, scale: f64) -> f64 {
+    /// Its value at a position of a variable.
+    pub fn value(self, variable: &Variable, x: f64) -> f64 {
         match self {
-            Self::Coordinate => x / scale,
-            Self::Sine => x.sin(),
-            Self::Cosine => x.cos(),
+            Self::Coordinate => variable.coordinate(x),
+            Self::Sine => variable.sine(x),
+            Self::Cosine => variable.cosine(x),
         }
     }
 }
@@ -112,8 +113,8 @@ impl Basis {
 
     /// The basis of a lever with its peaks in the calibrated range.
     pub fn of_lever(variable: &Variable) -> Self {
-        let [low, high] = variable.calibrated;
-        let peak = low.abs().max(high.abs()) / variable.scale();
+        let ends = variable.calibrated.map(|x| variable.coordinate(x).abs());
+        let peak = ends[0].max(ends[1]);
         Self {
             peaks: vec![1.0, peak, peak * peak],
             ..Self::lever()
@@ -130,7 +131,7 @@ impl Basis {
         DMatrix::from_fn(at.len(), self.products.len(), |i, k| {
             self.products[k]
                 .iter()
-                .map(|g| g.value(at[i], variable.scale()))
+                .map(|g| g.value(variable, at[i]))
                 .product()
         })
     }

@@ -148,10 +148,10 @@ impl Sampler<'_> {
     ) -> Result<PerAxis, NotConverged> {
         let mut place = *place;
         for &v in component.monomials.iter().flatten() {
-            place[v] = 0.0;
+            place[v] = self.variables[v].at_coordinate(0.0);
         }
         for &(v, xi) in levers {
-            place[v] = xi * self.variables[v].scale();
+            place[v] = self.variables[v].at_coordinate(xi);
         }
         let mut sum = PerAxis::default();
         // Both ends of every odd variable, with the sign of their product.
@@ -159,7 +159,7 @@ impl Sampler<'_> {
             let mut weight = 1.0;
             for (k, &v) in component.odd.iter().enumerate() {
                 let end = if corner >> k & 1 == 1 { 1.0 } else { -1.0 };
-                place[v] = end * self.variables[v].scale();
+                place[v] = self.variables[v].at_coordinate(end);
                 weight *= 0.5 * end;
             }
             let value = self.added(&place, component.on)?;

@@ -45,9 +45,7 @@ impl Found<'_> {
             basis.values(v, self.sampler, self.components, self.tolerance, at)?
         };
         let value = |i: usize, function: &Function| match function {
-            Function::Generator(Generator::Coordinate) => at[i] / variable.scale(),
-            Function::Generator(Generator::Sine) => at[i].sin(),
-            Function::Generator(Generator::Cosine) => at[i].cos(),
+            Function::Generator(generator) => generator.value(variable, at[i]),
             Function::Numeric(k) => all[(i, *k)],
             Function::Merged(id) => {
                 let coefficients = &self.structure.merged[*id].coefficients;
