@@ -188,7 +188,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         tolerance,
         ..
     } = arguments;
-    files::refuse_overwriting(output, &[&files.machine, &files.errors])?;
+    files::prepare(output, &[&files.machine, &files.errors])?;
     let (machine, errors) = files.read()?;
     let zero_at = arguments
         .zero_at
