@@ -8,10 +8,10 @@ mod bounds;
 mod proof;
 mod warnings;
 
-use crate::errors::{ErrorModel, Motion, Situation, Switches};
-use crate::kinematics::{Kinematics, NotConverged};
-use crate::machine::{Machine, PerAxis};
-use crate::schemes::exact::{self, ExactError};
+use crate::errors::{ErrorModel, Motion};
+use crate::kinematics::NotConverged;
+use crate::machine::Machine;
+use crate::schemes::{self, Scheme, SchemeError};
 use crate::validate::{Runtime, calibrated};
 pub use bounds::AxisBounds;
 pub use proof::{Mismatch, Proof, belongs, prove};
@@ -22,8 +22,10 @@ pub use warnings::{Culprit, Warning, over_bounds};
 /// What to make, and how thoroughly to prove it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Options of the scheme.
-    pub scheme: exact::Options,
+    /// How tables are found.
+    pub scheme: Scheme,
+    /// What they are to be like, whatever the scheme.
+    pub tables: schemes::Options,
     /// Accept corrections whose bound exceeds 1 mm or 1°.
     pub allow_large: bool,
     /// Random positions in each region of the verification.
@@ -35,7 +37,8 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            scheme: exact::Options::default(),
+            scheme: Scheme::default(),
+            tables: schemes::Options::default(),
             allow_large: false,
             random: 20_000,
             seed: 1,
@@ -101,8 +104,10 @@ pub struct Built {
     /// What a user should know.
     pub warnings: Vec<Warning>,
     /// Largest difference to the kinematic correction that the structure alone leaves, in units
-    /// of the tolerance.
-    pub structure_error: f64,
+    /// of the tolerance; if the scheme knows.
+    pub structure_error: Option<f64>,
+    /// What the scheme has to say.
+    pub notes: Vec<String>,
 }
 
 /// A proven compensation.
@@ -119,7 +124,7 @@ pub struct Compiled {
 pub enum CompileError {
     /// The scheme found none.
     #[error(transparent)]
-    Scheme(#[from] ExactError),
+    Scheme(#[from] SchemeError),
     /// The kinematic correction fails somewhere.
     #[error(transparent)]
     NotConverged(#[from] NotConverged),
@@ -156,13 +161,8 @@ impl CompileError {
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
-            Self::Scheme(ExactError::TooManyTables { .. }) => {
-                "raise --tolerance, or use --minimize cost"
-            }
-            Self::Scheme(ExactError::ZeroPosition { .. }) => "give one position for each axis",
-            Self::Scheme(ExactError::NotConverged(_)) | Self::NotConverged(_) => {
-                "check the units of the error parameters (mm and rad), and where they are known under [calibrated]"
-            }
+            Self::Scheme(error) => error.remedy(),
+            Self::NotConverged(error) => SchemeError::from(*error).remedy(),
             Self::Encode(_) | Self::Load(_) => {
                 "raise --tolerance or lower --points, so that fewer tables and samples are needed"
             }
@@ -174,27 +174,6 @@ impl CompileError {
             }
         }
     }
-}
-
-/// The correction (mm, rad) at the zero position (mm, deg) that a compensation subtracts
-/// everywhere; nothing without one. The machine's own tool, unknown directions, reference
-/// temperature.
-///
-/// # Errors
-/// [`NotConverged`] where the kinematic correction itself fails.
-pub fn zero(
-    machine: &Machine,
-    errors: &ErrorModel,
-    zero_at: Option<&[f64]>,
-) -> Result<PerAxis, NotConverged> {
-    let Some(position) = zero_at else {
-        return Ok(PerAxis::default());
-    };
-    let kinematics = Kinematics::new(machine, errors);
-    let q = machine.to_kinematic(position);
-    Ok(kinematics
-        .correction(&q, &Situation::default(), &Switches::ALL)?
-        .dq)
 }
 
 /// Random positions inside a calibrated range are found by drawing: there must be some.
@@ -225,11 +204,11 @@ pub fn build(
 ) -> Result<Built, CompileError> {
     check_calibrated(machine, errors)?;
     progress.stage("finding tables and terms", 0);
-    let exact::Exact {
+    let schemes::Found {
         mut draft,
         structure_error,
-        ..
-    } = exact::compile(machine, errors, &options.scheme)?;
+        notes,
+    } = schemes::find(machine, errors, &options.scheme, &options.tables)?;
     let provisional = draft.encode()?;
     let survey = bounds::Survey::new(
         machine,
@@ -269,6 +248,7 @@ pub fn build(
         bounds,
         warnings,
         structure_error,
+        notes,
     })
 }
 
@@ -283,7 +263,7 @@ pub fn compile(
     progress: &dyn Progress,
 ) -> Result<Compiled, CompileError> {
     let built = build(machine, errors, options, progress)?;
-    let zero = zero(machine, errors, options.scheme.zero_at.as_deref())?;
+    let zero = options.tables.zero(machine, errors)?;
     let runtime = Runtime::load(&built.blob)?;
     let proof = prove(
         machine,

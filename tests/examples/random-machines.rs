@@ -2,7 +2,9 @@ use rayon::prelude::*;
 use std::time::Instant;
 use trueaxis_host::errors::Switches;
 use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::schemes::exact::{Options, compile};
+use trueaxis_host::schemes::exact::{Minimize, compile};
+use trueaxis_host::schemes::Options;
+use trueaxis_host::target::Target;
 use trueaxis_host::validate::{Command, Region, Runtime, is_calibrated, random_commands};
 use trueaxis_tests::random_machines::{Case, case};
 
@@ -23,9 +25,9 @@ fn commands(c: &Case) -> Vec<Command> {
 
 fn judge(c: &Case, tolerance: f64) -> Outcome {
     let started = Instant::now();
-    let capacity = (250, 2000);
-    let options = Options { tolerance: tolerance * 1e-3, capacity, ..Options::default() };
-    let found = match compile(&c.machine, &c.errors, &options) {
+    let target = if std::env::var("SMALL").is_ok() { Target::default() } else { Target { tables: 250, terms: 2000, bytes: None, ..Target::default() } };
+    let options = Options { tolerance: tolerance * 1e-3, target, ..Options::default() };
+    let found = match compile(&c.machine, &c.errors, Minimize::Cost, &options) {
         Ok(f) => f,
         Err(e) => return Outcome { seed: c.seed, achieved: f64::INFINITY, harm: f64::INFINITY, line: format!("{e}") },
     };
@@ -56,7 +58,7 @@ fn judge(c: &Case, tolerance: f64) -> Outcome {
     let harm = (0..n).map(|i| dev[i] / tol(i).max(largest[i])).fold(0.0, f64::max);
     let c0 = runtime.compensation();
     let narrow: Vec<String> = c.machine.axes.iter().map(|a| format!("{}{:.0}", a.letter, (a.travel[1]-a.travel[0])/2.0)).collect();
-    Outcome { seed: c.seed, achieved, harm, line: format!("{:<12} {:>4} errors, {:>3} tables {:>4} terms {:>6} samples, structure {:.2}, pairs {}, {:.1?}  {}", c.machine.topology(), c.errors.parameters.len(), c0.tables(), c0.terms().len(), c0.samples(), found.structure_error, found.pairs, elapsed, narrow.join(" ")) }
+    Outcome { seed: c.seed, achieved, harm, line: format!("{:<12} {:>4} errors, {:>3} tables {:>4} terms {:>6} samples, structure {:.2}, pairs {}, {:.1?}  {}", c.machine.topology(), c.errors.parameters.len(), c0.tables(), c0.terms().len(), c0.samples(), found.structure_error.unwrap_or_default(), found.notes.join(" "), elapsed, narrow.join(" ")) }
 }
 
 fn main() {

@@ -4,6 +4,7 @@
 #[cfg(feature = "desktop")]
 mod examples;
 pub mod golden;
+pub mod measured;
 #[cfg(feature = "desktop")]
 pub mod random_machines;
 

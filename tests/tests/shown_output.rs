@@ -3,6 +3,7 @@
 use trueaxis_host::compile::{self, Options};
 use trueaxis_host::errors::{Situation, Switches};
 use trueaxis_host::kinematics::Kinematics;
+use trueaxis_host::schemes::Scheme;
 use trueaxis_host::schemes::exact::Minimize;
 use trueaxis_host::validate::{Region, Runtime, random_commands, verify};
 use trueaxis_tests::{errors, machine, read};
@@ -12,7 +13,7 @@ fn counts(machine_file: &str, minimize: Minimize) -> String {
     let machine = machine(&format!("examples/huron-k2x8/{machine_file}"));
     let errors = errors("examples/huron-k2x8/errors-13.toml", &machine);
     let mut options = Options::default();
-    options.scheme.minimize = minimize;
+    options.scheme = Scheme::Exact { minimize };
     let size = compile::build(&machine, &errors, &options, &())
         .unwrap()
         .size;
@@ -79,7 +80,7 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
         let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
         let [by_cost, by_tables] = [Minimize::Cost, Minimize::Tables].map(|minimize| {
             let mut options = Options::default();
-            options.scheme.minimize = minimize;
+            options.scheme = Scheme::Exact { minimize };
             let built = compile::build(&machine, &errors, &options, &()).unwrap();
             let runtime = Runtime::load(&built.blob).unwrap();
             let commands = random_commands(&machine, &errors, Region::Travel, 2000, 7).unwrap();

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
 use trueaxis_host::compile::{self, AxisBounds, Proof, Size, Warning, over_bounds};
 use trueaxis_host::machine::Machine;
-use trueaxis_host::schemes::exact;
+use trueaxis_host::schemes::{self, exact};
 use trueaxis_host::validate::Runtime;
 
 /// Turn a machine and its errors into a compensation, and prove what it does
@@ -169,6 +169,7 @@ struct Answer<'a> {
     axes: &'a [AxisBounds],
     #[serde(flatten)]
     proof: &'a Proof,
+    notes: &'a [String],
     warnings: Vec<Message<'a>>,
 }
 
@@ -187,28 +188,31 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         tolerance,
         ..
     } = arguments;
-    files::refuse_overwriting(output, &[&files.machine, &files.errors])?;
+    files::prepare(output, &[&files.machine, &files.errors])?;
     let (machine, errors) = files.read()?;
     let zero_at = arguments
         .zero_at
         .as_deref()
         .map(|text| zero_position(text, &machine))
         .transpose()?;
-    let Scheme::Exact = arguments.scheme;
     let options = compile::Options {
-        scheme: exact::Options {
-            tolerance: tolerance * 1e-3,
-            minimize: match arguments.minimize {
-                Minimize::Cost => exact::Minimize::Cost,
-                Minimize::Tables => exact::Minimize::Tables,
+        scheme: match arguments.scheme {
+            Scheme::Exact => schemes::Scheme::Exact {
+                minimize: match arguments.minimize {
+                    Minimize::Cost => exact::Minimize::Cost,
+                    Minimize::Tables => exact::Minimize::Tables,
+                },
             },
+        },
+        tables: schemes::Options {
+            tolerance: tolerance * 1e-3,
             points: arguments.points.map(|n| n as usize),
             format: match arguments.samples {
                 Samples::F32 => SampleFormat::F32,
                 Samples::I16 => SampleFormat::I16,
             },
             zero_at,
-            ..exact::Options::default()
+            ..schemes::Options::default()
         },
         allow_large: arguments.allow_large,
         random: arguments.random.random as usize,
@@ -221,7 +225,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     // Prove what lies on the disk, not what was meant to be written.
     let blob = files::read_blob(output)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, output))?;
-    let zero = compile::zero(&machine, &errors, options.scheme.zero_at.as_deref())
+    let zero = options
+        .tables
+        .zero(&machine, &errors)
         .map_err(compile::CompileError::from)?;
     let proof = compile::prove(
         &machine,
@@ -241,13 +247,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print_json(&Answer {
             file: output,
             machine: &machine.name,
-            scheme: "exact",
+            scheme: options.scheme.name(),
             tolerance_um: *tolerance,
             tolerance_urad: *tolerance,
             meets_tolerance: meets,
             size: built.size,
             axes: &built.bounds,
             proof: &proof,
+            notes: &built.notes,
             warnings: warnings
                 .iter()
                 .map(|warning| Message {
@@ -265,6 +272,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         text += &screen::bounds(&built.bounds, &proof.travel.largest);
         text += &screen::tool_length(&proof);
         files::print(&text)?;
+    }
+    for note in &built.notes {
+        eprintln!("note: {note}");
     }
     for warning in &warnings {
         eprintln!("warning: {warning}");

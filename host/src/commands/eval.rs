@@ -60,8 +60,8 @@ impl Along {
     /// Reads the positions, each row in the order of `inputs`; `others` are further input files.
     pub fn read(&self, inputs: &[Input], others: &[&Path]) -> Result<Vec<Vec<f64>>, BadInput> {
         if let Some(output) = &self.output {
-            files::refuse_overwriting(output, others)?;
-            files::refuse_overwriting(output, &[&self.positions])?;
+            files::prepare(output, others)?;
+            files::prepare(output, &[&self.positions])?;
         }
         let text = Text::read(&self.positions)?;
         positions::read(&text.text, inputs).map_err(|e| text.bad(e))

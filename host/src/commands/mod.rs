@@ -10,6 +10,7 @@ mod inspect;
 mod monitor;
 mod port;
 mod progress;
+mod replace;
 mod screen;
 mod verify;
 

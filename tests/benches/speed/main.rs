@@ -241,7 +241,7 @@ fn compiling() {
             allow_large: true,
             ..Options::default()
         };
-        options.scheme.zero_at = zero_at;
+        options.tables.zero_at = zero_at;
         let run = || {
             let start = Instant::now();
             let compiled = compile::compile(&machine, &errors, &options, &()).map(|c| c.built.size);

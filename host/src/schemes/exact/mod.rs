@@ -19,6 +19,8 @@ mod variables;
 use crate::errors::ErrorModel;
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{Machine, PerAxis};
+use crate::schemes::{self, Options, SchemeError};
+use crate::target::Target;
 use basis::{Basis, Choice};
 pub use cover::Minimize;
 use cover::{Cover, Function, Structure};
@@ -27,75 +29,7 @@ use rand_pcg::Pcg64Mcg;
 use sampling::{Component, Sampler};
 use std::collections::BTreeMap;
 use tables::{Found, Sampled};
-use trueaxis::{Draft, SampleFormat};
 use variables::{MAX_VARIABLES, Place, Variable};
-
-/// What to make of the errors.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// How far table corrections may be from the kinematic correction: mm for linear axes, the
-    /// same number in milliradians for rotary ones (0.05 µm and 0.05 µrad: 5e-5).
-    pub tolerance: f64,
-    /// What is to be least.
-    pub minimize: Minimize,
-    /// Points of every table that is not a straight line; found from the tolerance if not given.
-    pub points: Option<usize>,
-    /// How samples are stored.
-    pub format: SampleFormat,
-    /// Position (mm, deg, one per axis) whose correction is subtracted everywhere.
-    pub zero_at: Option<Vec<f64>>,
-    /// Largest numbers of tables and terms the target holds.
-    pub capacity: (usize, usize),
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            tolerance: 5e-5,
-            minimize: Minimize::Cost,
-            points: None,
-            format: SampleFormat::F32,
-            zero_at: None,
-            capacity: (96, 256),
-        }
-    }
-}
-
-/// What was found.
-#[derive(Clone, Debug)]
-pub struct Exact {
-    /// The compensation, ready to be encoded.
-    pub draft: Draft,
-    /// Largest difference to the kinematic correction at random places before interpolation, in
-    /// units of the tolerance.
-    pub structure_error: f64,
-    /// Pairs of motions whose joint second order was needed.
-    pub pairs: usize,
-}
-
-/// Why there is no compensation.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum ExactError {
-    /// The kinematic correction itself fails somewhere.
-    #[error(transparent)]
-    NotConverged(#[from] NotConverged),
-    /// More tables than a blob can number.
-    #[error(
-        "{tables} tables are needed, a blob holds at most 255: raise --tolerance, or use --minimize cost"
-    )]
-    TooManyTables {
-        /// How many.
-        tables: usize,
-    },
-    /// The zero position has another number of values than the machine has axes.
-    #[error("the zero position has {given} values, the machine has {axes} axes")]
-    ZeroPosition {
-        /// Values given.
-        given: usize,
-        /// Axes.
-        axes: usize,
-    },
-}
 
 /// The share of the tolerance that the structure may take; interpolation and rounding have the rest.
 const STRUCTURE_SHARE: f64 = 0.4;
@@ -112,36 +46,24 @@ const MOST_NODES: usize = 30_000;
 /// verification of the blob has the last word.
 ///
 /// # Errors
-/// [`ExactError`].
+/// [`SchemeError`].
 pub fn compile(
     machine: &Machine,
     errors: &ErrorModel,
+    minimize: Minimize,
     options: &Options,
-) -> Result<Exact, ExactError> {
+) -> Result<schemes::Found, SchemeError> {
     let kinematics = Kinematics::new(machine, errors);
     let variables = variables::variables(machine, errors);
     let tolerance: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
         Some(axis) if axis.letter.is_rotary() => options.tolerance * 1e-3,
         _ => options.tolerance,
     });
-    let mut sampler = Sampler {
+    let sampler = Sampler {
         kinematics: &kinematics,
         variables: &variables,
-        zero: PerAxis::default(),
+        zero: options.zero(machine, errors)?,
     };
-    if let Some(zero) = &options.zero_at {
-        if zero.len() != machine.axes.len() {
-            return Err(ExactError::ZeroPosition {
-                given: zero.len(),
-                axes: machine.axes.len(),
-            });
-        }
-        let q = machine.to_kinematic(zero);
-        let all = crate::errors::Switches::ALL;
-        sampler.zero = kinematics
-            .correction(&q, &crate::errors::Situation::default(), &all)?
-            .dq;
-    }
     let mut components = vec![component(&sampler, 0)?];
     for v in (0..variables.len()).filter(|v| variables[*v].is_switch()) {
         components.push(component(&sampler, 1 << v)?);
@@ -154,7 +76,14 @@ pub fn compile(
     let mut share = 0.25;
     let mut left_out = 0.0;
     for _ in 0..6 {
-        let attempt = attempt(&sampler, &components, &tolerance, options, share, left_out)?;
+        let attempt = attempt(
+            &sampler,
+            &components,
+            &tolerance,
+            (minimize, &options.target),
+            share,
+            left_out,
+        )?;
         left_out = attempt.left_out;
         let error = trials.error(&attempt.found(&sampler, &components, &tolerance))?;
         let attempt_is_full = attempt.is_full;
@@ -185,22 +114,34 @@ pub fn compile(
         Some(best) => best,
         None => (
             f64::INFINITY,
-            attempt(&sampler, &components, &tolerance, options, share, left_out)?,
+            attempt(
+                &sampler,
+                &components,
+                &tolerance,
+                (minimize, &options.target),
+                share,
+                left_out,
+            )?,
         ),
     };
     let tables = attempt.structure.count();
     if tables > 255 {
-        return Err(ExactError::TooManyTables { tables });
+        return Err(SchemeError::TooManyTables { tables });
     }
     let found = attempt.found(&sampler, &components, &tolerance);
     // Points finer than what the structure leaves would be wasted.
     let share = (0.9 - structure_error).max(0.5).max(0.3 * structure_error);
     let intervals = intervals(&found, options, share)?;
     let draft = draft::draft(machine, errors, &found, &intervals, options)?;
-    Ok(Exact {
+    Ok(schemes::Found {
         draft,
-        structure_error,
-        pairs: joint,
+        structure_error: Some(structure_error),
+        notes: match joint {
+            0 => Vec::new(),
+            n => vec![format!(
+                "pairs of motions whose joint second order is taken in: {n}"
+            )],
+        },
     })
 }
 
@@ -237,16 +178,12 @@ fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
     tolerance: &PerAxis,
-    options: &Options,
+    (minimize, target): (Minimize, &Target),
     share: f64,
     before: f64,
 ) -> Result<Attempt, NotConverged> {
     let choice = Choice {
-        degree: if options.minimize == Minimize::Tables {
-            5
-        } else {
-            4
-        },
+        degree: if minimize == Minimize::Tables { 5 } else { 4 },
         leave: 0.1 * share,
     };
     let mut bases = Vec::new();
@@ -258,11 +195,10 @@ fn attempt(
         });
     }
     let entries = core::entries(sampler, components, &bases, tolerance, before)?;
-    let cover = Cover::new(&entries, sampler.variables, &bases, options.minimize);
+    let cover = Cover::new(&entries, sampler.variables, &bases, minimize);
     let choose = |share: f64| {
-        let structure = cover.choose(share, options.capacity.0 * 2 / 3);
-        let fits =
-            structure.terms.len() <= options.capacity.1 && structure.count() <= options.capacity.0;
+        let structure = cover.choose(share, target.tables * 2 / 3);
+        let fits = structure.terms.len() <= target.terms && structure.count() <= target.tables;
         (structure, fits)
     };
     let (mut structure, fits) = choose(share);
