@@ -42,6 +42,14 @@ impl Motion {
             || self.thermal.iter().any(|(degree, _, _)| *degree >= 2)
     }
 
+    /// True if it is not the same along the whole axis.
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        self.coefficients.iter().skip(1).any(|c| *c != 0.0)
+            || self.table.is_some()
+            || self.thermal.iter().any(|(degree, _, _)| *degree >= 1)
+    }
+
     /// True if it is zero everywhere, in every direction and at every temperature.
     #[must_use]
     pub fn is_zero(&self) -> bool {
@@ -119,10 +127,11 @@ impl Default for Situation {
     }
 }
 
-/// Which error motions of linear axes count in full.
+/// Which axes' error motions count in full.
 ///
 /// A linear axis that is switched off keeps what is affine in its position (constants and
-/// scales): with all of them off, the exact correction is affine in every linear position.
+/// scales), a rotary one what is constant: with all of them off, the exact correction is affine in
+/// every linear position and depends on rotary positions through their sines and cosines only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Switches(pub [bool; MAX_AXES]);
 
@@ -241,11 +250,12 @@ impl ErrorModel {
             Some(by) if by[index] > high + 1e-6 * (high - low) => high,
             _ => q,
         };
-        let full = switches.0[index] || machine.axes[index].letter.is_rotary();
+        let full = switches.0[index];
+        let linear = !machine.axes[index].letter.is_rotary();
         let mut error = [0.0; 6];
         for (component, (e, motion)) in error.iter_mut().zip(&self.motions[index]).enumerate() {
             let holds = motion.holds();
-            *e = if full || (component < 3 && !holds) {
+            *e = if full || (linear && component < 3 && !holds) {
                 let at = if holds { held } else { q };
                 motion.value(at, situation.sign[index], &situation.kelvin)
             } else {
@@ -263,12 +273,7 @@ impl ErrorModel {
             && self.motions[index]
                 .iter()
                 .enumerate()
-                .any(|(component, m)| {
-                    let varies = m.coefficients.iter().skip(1).any(|c| *c != 0.0)
-                        || m.table.is_some()
-                        || m.thermal.iter().any(|(degree, _, _)| *degree >= 1);
-                    varies && (component >= 3 || m.holds())
-                })
+                .any(|(component, m)| m.varies() && (component >= 3 || m.holds()))
     }
 
     /// True if an axis has backlash in any component.

@@ -1,6 +1,7 @@
 //! From products of basis functions to terms: which sums become one table.
 
-use super::basis::{Basis, Generator};
+use super::basis::Basis;
+use super::generators::Generator;
 use super::core::{Entry, Key, merges};
 use super::variables::{Kind, Variable};
 use std::collections::{BTreeMap, BinaryHeap, HashMap};

@@ -8,15 +8,18 @@
 //! become one table. The tables' values are sampled from the exact correction, so that second
 //! order comes in wherever the structure holds it.
 
+mod along;
 mod basis;
 mod core;
 mod cover;
 mod draft;
+mod generators;
 mod sampling;
 mod tables;
+mod turning;
 mod variables;
 
-use crate::errors::ErrorModel;
+use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{Machine, PerAxis};
 use crate::schemes::{self, Options, SchemeError};
@@ -29,7 +32,7 @@ use rand_pcg::Pcg64Mcg;
 use sampling::{Component, Sampler};
 use std::collections::BTreeMap;
 use tables::{Found, Sampled};
-use variables::{MAX_VARIABLES, Place, Variable};
+use variables::{Kind, MAX_VARIABLES, Place, Variable};
 
 /// The share of the tolerance that the structure may take; interpolation and rounding have the rest.
 const STRUCTURE_SHARE: f64 = 0.4;
@@ -37,8 +40,11 @@ const STRUCTURE_SHARE: f64 = 0.4;
 const TRIALS: usize = 160;
 /// Joint effects of two motions below this (in units of the tolerance) are left out.
 const PAIR_SHOWS: f64 = 0.15;
-/// Nodes of a component beyond which rotary variables get fewer.
+/// Nodes of a component beyond which variables get fewer, and the fewest.
 const MOST_NODES: usize = 30_000;
+const LEAST_NODES: usize = 7;
+/// Nodes of each axis whose motions are on together with another's.
+const JOINT_NODES: usize = 13;
 
 /// Finds tables and terms that reproduce the kinematic correction within the tolerance.
 ///
@@ -54,11 +60,11 @@ pub fn compile(
     options: &Options,
 ) -> Result<schemes::Found, SchemeError> {
     let kinematics = Kinematics::new(machine, errors);
-    let variables = variables::variables(machine, errors);
     let tolerance: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
         Some(axis) if axis.letter.is_rotary() => options.tolerance * 1e-3,
         _ => options.tolerance,
     });
+    let variables = variables::variables(&kinematics, relative(&kinematics, &tolerance)?);
     let sampler = Sampler {
         kinematics: &kinematics,
         variables: &variables,
@@ -143,6 +149,28 @@ pub fn compile(
             )],
         },
     })
+}
+
+/// The part of a correction that does not count: a little of the tolerance, seen from the largest
+/// correction.
+fn relative(kinematics: &Kinematics<'_>, tolerance: &PerAxis) -> Result<f64, NotConverged> {
+    let machine = kinematics.machine;
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let mut largest = 1.0_f64;
+    for _ in 0..TRIALS {
+        let q: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
+            Some(axis) => {
+                let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+                low + (high - low) * random.random::<f64>()
+            }
+            None => 0.0,
+        });
+        let correction = kinematics.correction(&q, &Situation::default(), &Switches::ALL)?;
+        for (d, t) in correction.dq.iter().zip(tolerance) {
+            largest = largest.max(d.abs() / t);
+        }
+    }
+    Ok(0.02 / largest)
 }
 
 /// Bases and terms for one choice of what may be left out.
@@ -231,34 +259,30 @@ fn attempt(
 /// Samples what the switches in `on` add together.
 fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> {
     let variables = sampler.variables;
-    let mut counts: Vec<usize> = variables.iter().map(|v| v.nodes).collect();
+    let active = |v: usize| on >> v & 1 == 1;
+    let moving = (0..variables.len())
+        .filter(|v| active(*v) && variables[*v].moves)
+        .count();
+    let mut counts: Vec<usize> = (0..variables.len())
+        .map(|v| match (active(v), moving) {
+            (false, 0) => variables[v].turning.base,
+            (false, _) => variables[v].turning.others,
+            (true, 1) => variables[v].nodes,
+            // What several motions add together is small.
+            (true, _) => variables[v].nodes.min(JOINT_NODES),
+        })
+        .collect();
     let rich =
-        |v: &usize| variables[*v].is_rich() && (!variables[*v].is_switch() || on >> v & 1 == 1);
-    // What several motions add together is small: there, rotary axes show the functions of first
-    // order only; and with one bending motion, which is one more dimension, those and a few.
-    let least = 7;
-    let bends = (0..variables.len()).any(|v| on >> v & 1 == 1 && variables[v].is_rich());
-    let most = match (on.count_ones(), bends) {
-        (0, _) | (1, false) => usize::MAX,
-        (1, true) => 17,
-        _ => least,
-    };
-    for (count, variable) in counts.iter_mut().zip(variables) {
-        if !variable.is_switch() {
-            *count = (*count).min(most);
-        }
-    }
+        |v: &usize| active(*v) && variables[*v].moves || matches!(variables[*v].kind, Kind::Rotary(_));
     loop {
         let size: usize = (0..counts.len()).filter(rich).map(|v| counts[v]).product();
-        let widest = (0..counts.len())
-            .filter(|v| rich(v) && !variables[*v].is_switch())
-            .max_by_key(|v| counts[*v]);
+        let widest = (0..counts.len()).filter(rich).max_by_key(|v| counts[*v]);
         match widest {
-            Some(v) if size > MOST_NODES && counts[v] > least => counts[v] -= 2,
+            Some(v) if size > MOST_NODES && counts[v] > LEAST_NODES => counts[v] -= 2,
             _ => break,
         }
     }
-    let mut component = sampler.component(on, |v| counts[v]);
+    let mut component = sampler.component(on, &counts);
     sampler.fill(&mut component)?;
     Ok(component)
 }
@@ -296,7 +320,7 @@ fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
     for (x, variable) in place.iter_mut().zip(variables) {
         let [low, high] = variable.calibrated;
         *x = match variable.kind {
-            variables::Kind::Sign(_) => {
+            Kind::Sign(_) => {
                 if random.random::<bool>() {
                     1.0
                 } else {

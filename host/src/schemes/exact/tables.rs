@@ -1,6 +1,7 @@
 //! From a structure to tables with points.
 
-use super::basis::{Basis, Generator};
+use super::basis::Basis;
+use super::generators::Generator;
 use super::cover::{Function, Structure};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable};

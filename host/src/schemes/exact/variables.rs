@@ -1,7 +1,9 @@
 //! What a correction depends on: axis positions, directions, tool length, temperatures.
 
-use crate::errors::{ErrorModel, MAX_SENSORS, Motion};
-use crate::machine::{MAX_AXES, Machine};
+use super::turning::{self, Turning};
+use crate::errors::{MAX_SENSORS, Motion};
+use crate::kinematics::Kinematics;
+use crate::machine::MAX_AXES;
 
 /// The most variables: axes, directions, tool length, temperatures.
 pub const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
@@ -41,8 +43,13 @@ pub struct Variable {
     /// the *corrected* position passes an end, so near them, within the correction itself, the
     /// exact correction is no sum of products.
     pub ends: Vec<f64>,
-    /// How many nodes see all of its functions.
+    /// True if the axis has error motions that vary along it. They can be switched off; what is
+    /// left along a rotary axis are its sines and cosines, along a linear one its coordinate.
+    pub moves: bool,
+    /// How many nodes see all of its functions with its motions on.
     pub nodes: usize,
+    /// How many nodes of a rotary axis see all of its functions with its motions off.
+    pub turning: Turning,
 }
 
 impl Variable {
@@ -54,10 +61,7 @@ impl Variable {
     /// True for variables that can be switched off: the correction is split into what is there
     /// without them and what each, and each pair, adds.
     pub fn is_switch(&self) -> bool {
-        matches!(
-            self.kind,
-            Kind::Bending(_) | Kind::Kelvin(_) | Kind::Sign(_)
-        )
+        self.moves || matches!(self.kind, Kind::Kelvin(_) | Kind::Sign(_))
     }
 
     /// Middle and half of the range.
@@ -117,10 +121,16 @@ impl Variable {
         2.0 * ((0.5 * (x - middle)).sin() / (0.5 * half).sin()).powi(2) - 1.0
     }
 
-    /// The node positions: Chebyshev points with both ends, which keep polynomials and
-    /// trigonometric functions well apart.
+    /// The node positions with its motions on: Chebyshev points with both ends, which keep
+    /// polynomials and trigonometric functions well apart.
     pub fn positions(&self, count: usize) -> Vec<f64> {
         positions(self.range, count)
+    }
+
+    /// The node positions of a rotary axis with its motions off, where everything repeats after a
+    /// turn: evenly over one, if the range is not smaller.
+    pub fn turning_positions(&self, count: usize) -> Vec<f64> {
+        turning::positions(self.range, count)
     }
 }
 
@@ -139,13 +149,13 @@ pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The variables of a machine with its errors.
-pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
+/// The variables of a machine with its errors; `relative` is the part of a correction that does not
+/// count.
+pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
     let mut variables = Vec::new();
-    let rotary = machine.axes.iter().filter(|a| a.letter.is_rotary()).count();
     for (index, axis) in machine.axes.iter().enumerate() {
         let range = axis.travel.map(|t| axis.to_kinematic(t));
-        let moving = errors.motions[index].iter().any(|m| !m.is_zero());
         let bends = errors.bends(machine, index);
         let kind = match (axis.letter.is_rotary(), bends) {
             (true, _) => Kind::Rotary(index),
@@ -171,14 +181,21 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
         }
         kinks.sort_by(f64::total_cmp);
         kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-        let nodes = match (&kind, moving) {
-            // Trigonometric polynomials of degree 4 (second order of the errors) have 9 functions.
-            (Kind::Rotary(_), false) => 13,
-            // Motions multiply them: up to three or so motions times five functions.
-            (Kind::Rotary(_), true) if rotary < 3 => 33,
-            (Kind::Rotary(_), true) => 17,
-            // Six motions and their levers.
-            _ => 15,
+        let varies = errors.motions[index].iter().any(Motion::varies);
+        let moves = bends || (axis.letter.is_rotary() && varies);
+        let tabulated = errors.motions[index].iter().any(|m| m.table.is_some());
+        let degree = errors.motions[index]
+            .iter()
+            .map(|m| m.coefficients.len().saturating_sub(1))
+            .max()
+            .unwrap_or(0);
+        let nodes = match (axis.letter.is_rotary(), tabulated) {
+            // Six motions, each times five products of sine and cosine, and their second order.
+            (true, true) => 45,
+            (true, false) => 33,
+            (false, true) => 21,
+            // Polynomials: their products with the coordinate and their second order.
+            (false, false) => (2 * degree + 5).clamp(9, 21),
         };
         variables.push(Variable {
             kind,
@@ -186,7 +203,13 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
             calibrated,
             kinks,
             ends,
+            moves,
             nodes,
+            turning: if axis.letter.is_rotary() {
+                Turning::of(kinematics, index, relative)
+            } else {
+                Turning::NONE
+            },
         });
     }
     let plain = |kind, range| Variable {
@@ -195,7 +218,9 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
         calibrated: range,
         kinks: Vec::new(),
         ends: Vec::new(),
+        moves: false,
         nodes: 2,
+        turning: Turning::NONE,
     };
     if let Some(range) = machine.length_range {
         variables.push(plain(Kind::Length, range));
