@@ -58,7 +58,8 @@ pub fn entries(
                 let variable = &sampler.variables[*v];
                 let most = match shows {
                     Shows::Moving if positions.len() == variable.nodes => positions.len(),
-                    Shows::Turning => positions.len() - 1,
+                    Shows::Turning if !variable.is_uneven() => positions.len() - 1,
+                    Shows::Turning if positions.len() == variable.turning.base => positions.len(),
                     _ => positions.len() * 3 / 4,
                 };
                 let kept = bases[*v].len_of(shows).min(most);

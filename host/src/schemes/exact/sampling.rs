@@ -50,7 +50,7 @@ impl Sampler<'_> {
                 Kind::Affine(i) => q[i] = place[v],
                 Kind::Bending(i) | Kind::Rotary(i) => {
                     q[i] = place[v];
-                    switches.0[i] = active;
+                    switches.0[i] = active || !variable.moves;
                 }
                 Kind::Length => situation.length = Some(place[v]),
                 Kind::Kelvin(k) if active => situation.kelvin[k] = place[v],
@@ -122,7 +122,7 @@ impl Sampler<'_> {
                 Kind::Rotary(_) => {
                     component.rich.push((
                         v,
-                        if active {
+                        if active || variable.is_uneven() {
                             variable.positions(nodes[v])
                         } else {
                             variable.turning_positions(nodes[v])

@@ -44,6 +44,12 @@ pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
 impl Turning {
     /// Of what is no rotary axis.
     pub const NONE: Self = Self { base: 1, others: 1 };
+    /// Of a rotary axis whose motions are never off: up to three or so times five functions, and
+    /// the first of them.
+    pub const UNEVEN: Self = Self {
+        base: 33,
+        others: 17,
+    };
 
     /// Of a rotary axis; functions smaller than `relative` of the largest do not count.
     pub fn of(kinematics: &Kinematics<'_>, index: usize, relative: f64) -> Self {

@@ -121,6 +121,11 @@ impl Variable {
         2.0 * ((0.5 * (x - middle)).sin() / (0.5 * half).sin()).powi(2) - 1.0
     }
 
+    /// True for a rotary axis whose motions are never off.
+    pub fn is_uneven(&self) -> bool {
+        self.turning == Turning::UNEVEN
+    }
+
     /// The node positions with its motions on: Chebyshev points with both ends, which keep
     /// polynomials and trigonometric functions well apart.
     pub fn positions(&self, count: usize) -> Vec<f64> {
@@ -149,10 +154,26 @@ pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
         .collect()
 }
 
+/// True if motions of rotary axes are better switched than sampled together: where a grid of all
+/// of them is too large.
+fn separates(kinematics: &Kinematics<'_>) -> bool {
+    let rotary = kinematics.machine.axes.iter().enumerate();
+    let uneven: Vec<usize> = rotary
+        .filter(|(_, axis)| axis.letter.is_rotary())
+        .map(|(index, _)| index)
+        .collect();
+    uneven.len() > 2
+        || uneven.iter().any(|i| {
+            let mut motions = kinematics.errors.motions[*i].iter();
+            motions.any(|m| m.table.is_some())
+        })
+}
+
 /// The variables of a machine with its errors; `relative` is the part of a correction that does not
 /// count.
 pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let separates = separates(kinematics);
     let mut variables = Vec::new();
     for (index, axis) in machine.axes.iter().enumerate() {
         let range = axis.travel.map(|t| axis.to_kinematic(t));
@@ -182,7 +203,8 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
         kinks.sort_by(f64::total_cmp);
         kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
         let varies = errors.motions[index].iter().any(Motion::varies);
-        let moves = bends || (axis.letter.is_rotary() && varies);
+        let uneven = axis.letter.is_rotary() && varies;
+        let moves = bends || (uneven && separates);
         let tabulated = errors.motions[index].iter().any(|m| m.table.is_some());
         let degree = errors.motions[index]
             .iter()
@@ -195,7 +217,7 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
             (true, false) => 33,
             (false, true) => 21,
             // Polynomials: their products with the coordinate and their second order.
-            (false, false) => (2 * degree + 5).clamp(9, 21),
+            (false, false) => (2 * degree + 5).clamp(15, 21),
         };
         variables.push(Variable {
             kind,
@@ -205,7 +227,9 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
             ends,
             moves,
             nodes,
-            turning: if axis.letter.is_rotary() {
+            turning: if uneven && !separates {
+                Turning::UNEVEN
+            } else if axis.letter.is_rotary() {
                 Turning::of(kinematics, index, relative)
             } else {
                 Turning::NONE
