@@ -1,8 +1,11 @@
 //! Rows of positions as a motion: their order gives the direction of travel of every axis.
 
+mod outside;
+
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::Machine;
+pub use outside::{Outside, outside_compensation, outside_machine};
 use trueaxis::{AUXILIARIES, Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
 /// The most axes a blob may have.
