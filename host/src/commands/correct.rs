@@ -11,7 +11,8 @@ use trueaxis_host::motion;
 /// Compute the exact kinematic correction at positions, without tables
 ///
 /// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
-/// machine file. Corrections are dX,dY,… in the order of the machine's axes.
+/// machine file. Corrections are dX,dY,… in the order of the machine's axes. An axis outside its travel
+/// gets a warning.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis correct machine.toml errors.toml --positions path.csv -o corrections.csv\n\n\
@@ -40,5 +41,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         )
     })?;
     let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
-    along.write(&letters, &corrections)
+    let outside = motion::outside_machine(&machine, &rows);
+    along.write(&letters, &corrections, &outside)
 }

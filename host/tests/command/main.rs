@@ -4,6 +4,8 @@ mod bad_blobs;
 mod bad_errors;
 mod bad_machines;
 mod bad_positions;
+mod endless;
+mod outside;
 mod program;
 mod results;
 mod writing;

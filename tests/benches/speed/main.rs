@@ -71,6 +71,7 @@ impl Cube {
         let axis = |name| Axis {
             name,
             travel: [0.0, 480.0],
+            period: 0.0,
             value_bound: 1.0,
             rate_bound: 1.0,
             hysteresis: 0.0,
