@@ -6,4 +6,5 @@ mod bad_machines;
 mod bad_positions;
 mod program;
 mod results;
+mod targets;
 mod writing;
