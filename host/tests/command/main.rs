@@ -6,5 +6,6 @@ mod bad_machines;
 mod bad_positions;
 mod program;
 mod results;
+mod shown;
 mod targets;
 mod writing;
