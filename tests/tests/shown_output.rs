@@ -50,8 +50,10 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
         let machine = machine(&format!("examples/{machine_file}.toml"));
         let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
         let [by_cost, by_tables] = [Minimize::Cost, Minimize::Tables].map(|minimize| {
-            let mut options = Options::default();
-            options.scheme = Scheme::Exact { minimize };
+            let options = Options {
+                scheme: Scheme::Exact { minimize },
+                ..Options::default()
+            };
             let built = compile::build(&machine, &errors, &options, &()).unwrap();
             let runtime = Runtime::load(&built.blob).unwrap();
             let commands = random_commands(&machine, &errors, Region::Travel, 2000, 7).unwrap();

@@ -439,7 +439,9 @@ fn correct_agrees_with_the_golden_cases() {
 
 #[test]
 fn every_help_shows_an_example() {
-    for command in ["compile", "verify", "inspect", "eval", "correct"] {
+    for command in [
+        "compile", "verify", "inspect", "eval", "correct", "flash", "monitor",
+    ] {
         let help = answer(0, &[command, "--help"]);
         assert!(
             help.contains(&format!("Example:\n  trueaxis {command} ")),
