@@ -236,7 +236,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let written = refusals.iter().all(accepted);
     let (mut shortages, mut fits) = (Vec::new(), None);
     if !written {
-        shortages = compile::lacking(&machine, &errors, &options)?;
+        shortages = compile::lacking(&machine, &errors, &options, &bar)?;
         if !shortages.is_empty() {
             fits = compile::coarser(&machine, &errors, &options, &bar)?;
         }

@@ -22,7 +22,7 @@ pub struct Fit {
 }
 
 /// What the target lacks to meet the tolerance, for a scheme that has left out what the target
-/// cannot hold; nothing if more room would not help either.
+/// cannot hold; nothing if it is missed with the most room, too.
 ///
 /// # Errors
 /// [`CompileError`].
@@ -30,7 +30,9 @@ pub fn lacking(
     machine: &Machine,
     errors: &ErrorModel,
     options: &Options,
+    progress: &dyn Progress,
 ) -> Result<Vec<Shortage>, CompileError> {
+    progress.stage("looking for what is missing", 0);
     let mut roomy = options.tables.clone();
     roomy.target = Target::desktop();
     let found = match schemes::find(machine, errors, &options.scheme, &roomy) {
