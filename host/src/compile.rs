@@ -6,17 +6,22 @@
 
 mod bounds;
 mod proof;
+mod room;
+mod verdict;
 mod warnings;
 
 use crate::errors::{ErrorModel, Motion};
 use crate::kinematics::NotConverged;
 use crate::machine::Machine;
 use crate::schemes::{self, Scheme, SchemeError};
+use crate::target::Shortage;
 use crate::validate::{Runtime, calibrated};
 pub use bounds::AxisBounds;
 pub use proof::{Mismatch, Proof, belongs, prove};
+pub use room::{Fit, coarser, lacking};
 use serde::Serialize;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
+pub use verdict::Refusal;
 pub use warnings::{Culprit, Warning, over_bounds};
 
 /// What to make, and how thoroughly to prove it.
@@ -62,6 +67,9 @@ impl Progress for () {
 /// Numbers and sizes of a compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Size {
+    /// Axes.
+    #[serde(skip)]
+    pub axes: usize,
     /// Tables.
     pub tables: usize,
     /// Banks: tables that share their points.
@@ -82,6 +90,7 @@ impl Size {
     pub fn of(runtime: &Runtime<'_>) -> Self {
         let compensation = runtime.compensation();
         Self {
+            axes: compensation.axes().len(),
             tables: compensation.tables(),
             banks: compensation.banks().len(),
             terms: compensation.terms().len(),
@@ -134,6 +143,14 @@ pub enum CompileError {
     /// What was written cannot be read.
     #[error("the compensation cannot be read back: {0}")]
     Load(#[from] LoadError),
+    /// The target holds less than is needed.
+    #[error("the target {target} holds too little: {}", list(.shortages))]
+    NoRoom {
+        /// Name of the target.
+        target: String,
+        /// What it lacks, at least one.
+        shortages: Vec<Shortage>,
+    },
     /// A bound is so large that it protects from nothing.
     #[error(
         "{warning}, which asks for a bound of {bound:.3} {unit}: more than 1 {unit} is refused"
@@ -156,6 +173,11 @@ pub enum CompileError {
     },
 }
 
+fn list(shortages: &[Shortage]) -> String {
+    let texts: Vec<String> = shortages.iter().map(Shortage::to_string).collect();
+    texts.join(", ")
+}
+
 impl CompileError {
     /// What to do about it.
     #[must_use]
@@ -165,6 +187,9 @@ impl CompileError {
             Self::NotConverged(error) => SchemeError::from(*error).remedy(),
             Self::Encode(_) | Self::Load(_) => {
                 "raise --tolerance or lower --points, so that fewer tables and samples are needed"
+            }
+            Self::NoRoom { .. } => {
+                "raise --tolerance, store --samples i16 if bytes are short, or give another --target"
             }
             Self::TooLarge { .. } => {
                 "check this parameter and its unit (mm and rad), say under [calibrated] where it is known, subtract a constant with --zero-at, or use --allow-large if the machine really is so far off"
@@ -210,13 +235,18 @@ pub fn build(
         notes,
     } = schemes::find(machine, errors, &options.scheme, &options.tables)?;
     let provisional = draft.encode()?;
-    let survey = bounds::Survey::new(
-        machine,
-        errors,
-        &Runtime::load(&provisional)?,
-        options.seed,
-        progress,
-    )?;
+    let runtime = Runtime::load(&provisional)?;
+    // Bounds change none of these numbers.
+    let size = Size::of(&runtime);
+    let target = &options.tables.target;
+    let shortages = target.shortages(&size);
+    if !shortages.is_empty() {
+        return Err(CompileError::NoRoom {
+            target: target.name.clone(),
+            shortages,
+        });
+    }
+    let survey = bounds::Survey::new(machine, errors, &runtime, options.seed, progress)?;
     let bounds = survey.bounds();
     let mut warnings = warnings::large(machine, errors, &survey)?;
     for (axis, (bound, found)) in draft
@@ -239,8 +269,7 @@ pub fn build(
     let blob = draft.encode()?;
     let runtime = Runtime::load(&blob)?;
     warnings.extend(warnings::short_tables(machine, &runtime));
-    warnings.extend(warnings::capacity(&runtime));
-    let size = Size::of(&runtime);
+    debug_assert_eq!(size, Size::of(&runtime));
     drop(runtime);
     Ok(Built {
         blob,

@@ -12,6 +12,7 @@ mod port;
 mod progress;
 mod replace;
 mod screen;
+mod target;
 mod verify;
 
 use bad_input::BadInput;

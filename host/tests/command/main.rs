@@ -8,4 +8,6 @@ mod endless;
 mod outside;
 mod program;
 mod results;
+mod shown;
+mod targets;
 mod writing;
