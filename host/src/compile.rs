@@ -14,12 +14,12 @@ use crate::errors::{ErrorModel, Motion};
 use crate::kinematics::NotConverged;
 use crate::machine::Machine;
 use crate::schemes::{self, Scheme, SchemeError};
+pub use crate::size::Size;
 use crate::target::Shortage;
 use crate::validate::{Runtime, calibrated};
 pub use bounds::AxisBounds;
 pub use proof::{Mismatch, Proof, belongs, prove};
 pub use room::{Fit, coarser, lacking};
-use serde::Serialize;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
 pub use verdict::Refusal;
 pub use warnings::{Culprit, Warning, over_bounds};
@@ -62,43 +62,6 @@ pub trait Progress: Sync {
 impl Progress for () {
     fn stage(&self, _: &'static str, _: usize) {}
     fn step(&self) {}
-}
-
-/// Numbers and sizes of a compensation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Size {
-    /// Axes.
-    #[serde(skip)]
-    pub axes: usize,
-    /// Tables.
-    pub tables: usize,
-    /// Banks: tables that share their points.
-    pub banks: usize,
-    /// Terms.
-    pub terms: usize,
-    /// Grids.
-    pub grids: usize,
-    /// Samples of both formats.
-    pub samples: usize,
-    /// Bytes of the blob.
-    pub bytes: usize,
-}
-
-impl Size {
-    /// Of a loaded blob.
-    #[must_use]
-    pub fn of(runtime: &Runtime<'_>) -> Self {
-        let compensation = runtime.compensation();
-        Self {
-            axes: compensation.axes().len(),
-            tables: compensation.tables(),
-            banks: compensation.banks().len(),
-            terms: compensation.terms().len(),
-            grids: compensation.grids().len(),
-            samples: compensation.samples(),
-            bytes: compensation.blob_len(),
-        }
-    }
 }
 
 /// A blob with what is known about it before verification.

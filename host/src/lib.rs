@@ -9,6 +9,7 @@ pub mod link;
 pub mod machine;
 pub mod motion;
 pub mod schemes;
+pub mod size;
 pub mod source;
 pub mod target;
 pub mod validate;

@@ -2,7 +2,7 @@
 
 mod file;
 
-use crate::compile::Size;
+use crate::size::Size;
 use crate::link::Controller;
 use serde::{Serialize, Serializer};
 use trueaxis::SampleFormat;

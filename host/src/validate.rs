@@ -179,6 +179,27 @@ pub fn is_calibrated(machine: &Machine, errors: &ErrorModel, position: &PerAxis)
     })
 }
 
+/// True if an error motion holds its end value at a position (mm, rad) or at the corrected one,
+/// where motions are evaluated.
+#[must_use]
+pub fn holds(
+    machine: &Machine,
+    errors: &ErrorModel,
+    position: &PerAxis,
+    correction: &PerAxis,
+) -> bool {
+    let corrected = std::array::from_fn(|i| position[i] + correction[i]);
+    !(is_calibrated(machine, errors, position) && is_calibrated(machine, errors, &corrected))
+}
+
+/// True if an error motion holds its end value anywhere in the travel, be it so near an end that
+/// only the correction carries its axis past it.
+#[must_use]
+pub fn holds_anywhere(machine: &Machine, errors: &ErrorModel) -> bool {
+    let motions = &errors.motions[..machine.axes.len()];
+    motions.iter().flatten().any(Motion::holds)
+}
+
 /// The calibrated range of an axis in command units.
 #[must_use]
 pub fn calibrated(machine: &Machine, errors: &ErrorModel, axis: usize) -> [f64; 2] {
@@ -209,8 +230,7 @@ pub fn random_commands(
     let kinematics = Kinematics::new(machine, errors);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::with_capacity(count);
-    let partly = is_partly_calibrated(machine, errors);
-    if region == Region::Outside && !partly {
+    if region == Region::Outside && !holds_anywhere(machine, errors) {
         return Ok(commands);
     }
     while commands.len() < count {
@@ -243,10 +263,7 @@ pub fn random_commands(
             // The corrected position counts: there the motions are evaluated.
             let (q, situation) = command.kinematic(machine);
             let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
-            let corrected = std::array::from_fn(|i| q[i] + dq[i]);
-            let inside =
-                is_calibrated(machine, errors, &q) && is_calibrated(machine, errors, &corrected);
-            if inside != (region == Region::Inside) {
+            if holds(machine, errors, &q, &dq) == (region == Region::Inside) {
                 continue;
             }
         }

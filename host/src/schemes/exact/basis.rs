@@ -2,6 +2,7 @@
 
 use super::along::{Along, Column, Shows};
 use super::generators::{Generator, products};
+use super::limits::ROUNDING;
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable, positions};
 use crate::kinematics::NotConverged;
@@ -18,7 +19,9 @@ pub struct Basis {
     pub products: Vec<Vec<Generator>>,
     /// Functions found numerically.
     numeric: Vec<Numeric>,
-    /// Largest magnitude of each function in the calibrated range.
+    /// Values at nodes of the calibrated range: nodes × functions.
+    seen: DMatrix<f64>,
+    /// Largest magnitude of each function there.
     pub peaks: Vec<f64>,
 }
 
@@ -43,28 +46,22 @@ pub struct Choice {
     pub leave: f64,
 }
 
-/// Singular values below this part of the largest are rounding: samples are good to 1e-10 of what
-/// they show.
-const ROUNDING: f64 = 1e-12;
-
 impl Basis {
     fn of_products(products: Vec<Vec<Generator>>) -> Self {
         Self {
             peaks: vec![1.0; products.len()],
             products,
             numeric: Vec::new(),
+            seen: DMatrix::zeros(0, 0),
         }
     }
 
     /// The basis of a lever with its peaks in the calibrated range.
     pub fn of_lever(variable: &Variable) -> Self {
-        let ends = variable.calibrated.map(|x| variable.coordinate(x).abs());
-        let peak = ends[0].max(ends[1]);
         let products = (0..=2).map(|d| vec![Generator::Coordinate; d]).collect();
-        Self {
-            peaks: vec![1.0, peak, peak * peak],
-            ..Self::of_products(products)
-        }
+        let basis = Self::of_products(products);
+        let seen = basis.product_values(variable, &variable.calibrated);
+        basis.seen_as(seen)
     }
 
     /// Number of functions.
@@ -161,7 +158,7 @@ impl Basis {
     }
 
     fn with_peaks(
-        mut self,
+        self,
         v: usize,
         sampler: &Sampler<'_>,
         components: &[Component],
@@ -170,8 +167,24 @@ impl Basis {
         let variable = &sampler.variables[v];
         let at = positions(variable.calibrated, variable.nodes.max(variable.turning.base));
         let values = self.values(v, sampler, components, tolerance, &at)?;
-        self.peaks = values.column_iter().map(|c| c.amax()).collect();
-        Ok(self)
+        Ok(self.seen_as(values))
+    }
+
+    fn seen_as(self, seen: DMatrix<f64>) -> Self {
+        Self {
+            peaks: seen.column_iter().map(|c| c.amax()).collect(),
+            seen,
+            ..self
+        }
+    }
+
+    /// Largest magnitude of a sum of functions.
+    pub fn peak_of(&self, coefficients: &[f64]) -> f64 {
+        let sums = self.seen.row_iter().map(|row| {
+            let products = row.iter().zip(coefficients).map(|(f, c)| f * c);
+            products.sum::<f64>().abs()
+        });
+        sums.fold(0.0, f64::max)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::along::Shows;
 use super::basis::Basis;
+use super::limits::{NOISE, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, MAX_VARIABLES};
 use crate::kinematics::NotConverged;
@@ -24,10 +25,6 @@ pub struct Entry {
     /// The most it can contribute, in the same units.
     pub peak: f64,
 }
-
-/// Products that contribute less than this (in units of the tolerance) are dropped: a hundred
-/// thousand of them would not add up to a tenth.
-const NOISE: f64 = 1e-4;
 
 /// Projects all components onto the bases. Where more than the tolerance will be left out
 /// anyway (`left_out`, in its units), small products are dropped in proportion.
@@ -65,7 +62,7 @@ pub fn entries(
                 let kept = bases[*v].len_of(shows).min(most);
                 let part = all.columns(0, kept).into_owned();
                 slot.insert(
-                    part.pseudo_inverse(1e-12)
+                    part.pseudo_inverse(ROUNDING)
                         .unwrap_or_else(|_| DMatrix::zeros(kept, positions.len())),
                 );
             }

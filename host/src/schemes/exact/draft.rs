@@ -2,8 +2,9 @@
 
 use super::Options;
 use super::cover::{self, Function};
+use super::points::Grid;
 use super::tables::{Found, input};
-use super::variables::Kind;
+use super::variables::{Kind, Variable};
 use crate::errors::ErrorModel;
 use crate::kinematics::NotConverged;
 use crate::machine::Machine;
@@ -18,7 +19,7 @@ pub fn draft(
     machine: &Machine,
     errors: &ErrorModel,
     found: &Found<'_>,
-    intervals: &BTreeMap<usize, usize>,
+    grids: &BTreeMap<usize, Grid>,
     options: &Options,
 ) -> Result<Draft, NotConverged> {
     let variables = found.sampler.variables;
@@ -31,8 +32,6 @@ pub fn draft(
     for (v, (bent, straight)) in found.tables() {
         let variable = &variables[v];
         let (input, unit) = input(machine, variables, v);
-        let [low, high] = variable.range;
-        let modulo = matches!(variable.kind, Kind::Rotary(i) if machine.axes[i].modulo);
         if let Kind::Sign(i) = variable.kind {
             let [start, end] = machine.axes[i].travel;
             banks.push(DraftBank {
@@ -49,37 +48,37 @@ pub fn draft(
             next += 1;
             continue;
         }
-        for (functions, count, format) in [
-            (&straight, 1, SampleFormat::F32),
-            (
-                &bent,
-                intervals.get(&v).copied().unwrap_or(1),
-                options.format,
-            ),
+        let ends = Grid::over(variable.range, 1);
+        let grid = grids.get(&v).copied().unwrap_or(ends);
+        for (functions, grid, format) in [
+            (&straight, ends, SampleFormat::F32),
+            (&bent, grid, options.format),
         ] {
             if functions.is_empty() {
                 continue;
             }
             // The runtime knows start and step as f32: values belong to the points it computes.
-            let start = (low * unit) as f32;
-            let step = ((high - low) * unit / count as f64) as f32;
-            let points = if modulo { count } else { count + 1 };
+            let start = (grid.start * unit) as f32;
+            let step = (grid.step * unit) as f32;
+            let points = grid.intervals + usize::from(!variable.wraps);
             let at: Vec<f64> = (0..points)
                 .map(|i| (f64::from(start) + f64::from(step) * i as f64) / unit)
                 .collect();
-            let sampled = found.sample(v, functions, &at)?;
+            let within = Within::new(&at, variable.range, grid.step);
+            let sampled = found.sample(v, functions, &within.at)?;
             banks.push(DraftBank {
                 input,
                 start,
                 step,
-                modulo,
+                modulo: variable.wraps,
                 direction: Direction::Both,
                 interpolation: Interpolation::Linear,
                 format,
                 columns: (0..functions.len())
                     .map(|k| {
                         let scale = scale(v, functions[k]);
-                        let column = sampled.values.column(k);
+                        let mut column: Vec<f64> = sampled.values.column(k).iter().copied().collect();
+                        within.extend(&mut column);
                         column.iter().map(|x| (scale * x) as f32).collect()
                     })
                     .collect(),
@@ -91,6 +90,15 @@ pub fn draft(
         }
     }
     let terms = numbered(&terms, &numbers);
+    Ok(Draft {
+        banks,
+        terms,
+        ..empty(machine, errors, variables)
+    })
+}
+
+/// A compensation without tables: it knows the machine and its inputs, and corrects nothing.
+pub fn empty(machine: &Machine, errors: &ErrorModel, variables: &[Variable]) -> Draft {
     let mut auxiliaries = Vec::new();
     for variable in variables {
         match variable.kind {
@@ -110,7 +118,7 @@ pub fn draft(
             _ => {}
         }
     }
-    Ok(Draft {
+    Draft {
         machine: machine.name.clone(),
         policy: Policy::SixRow,
         axes: machine
@@ -132,10 +140,46 @@ pub fn draft(
             })
             .collect(),
         auxiliaries,
-        banks,
-        terms,
+        banks: Vec::new(),
+        terms: Vec::new(),
         grids: Vec::new(),
-    })
+    }
+}
+
+/// Points of which the first and the last may lie outside of the range, where nothing can be sampled.
+struct Within {
+    /// The points, those outside moved to the end of the range.
+    at: Vec<f64>,
+    /// How far beyond its neighbour such a point is, in distances of the end to that neighbour.
+    beyond: [f64; 2],
+}
+
+impl Within {
+    fn new(points: &[f64], [low, high]: [f64; 2], step: f64) -> Self {
+        let mut at = points.to_vec();
+        let last = at.len() - 1;
+        let mut beyond = [1.0; 2];
+        // A point of f32 may be off by its rounding.
+        let slack = 1e-3 * step;
+        if last > 0 && points[0] < low - slack {
+            at[0] = low;
+            beyond[0] = (points[1] - points[0]) / (points[1] - low);
+        }
+        if last > 0 && points[last] > high + slack {
+            at[last] = high;
+            beyond[1] = (points[last] - points[last - 1]) / (high - points[last - 1]);
+        }
+        Self { at, beyond }
+    }
+
+    /// Continues values at the ends of the range in a straight line to the points beyond.
+    fn extend(&self, values: &mut [f64]) {
+        let last = values.len() - 1;
+        if last > 0 {
+            values[0] = values[1] + (values[0] - values[1]) * self.beyond[0];
+            values[last] = values[last - 1] + (values[last] - values[last - 1]) * self.beyond[1];
+        }
+    }
 }
 
 fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {

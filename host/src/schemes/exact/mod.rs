@@ -9,47 +9,39 @@
 //! order comes in wherever the structure holds it.
 
 mod along;
+mod attempt;
 mod basis;
+mod components;
 mod core;
 mod cover;
 mod draft;
 mod generators;
+mod judge;
+mod limits;
+mod points;
 mod sampling;
 mod tables;
+mod trials;
 mod turning;
 mod variables;
 
-use crate::errors::{ErrorModel, Situation, Switches};
-use crate::kinematics::{Kinematics, NotConverged};
+use crate::errors::ErrorModel;
+use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
 use crate::schemes::{self, Options, SchemeError};
-use crate::target::Target;
-use basis::{Basis, Choice};
+use attempt::{Attempt, attempt};
 pub use cover::Minimize;
-use cover::{Cover, Function, Structure};
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64Mcg;
+use judge::{Judge, Verdict};
+use limits::{ATTEMPTS, COARSER, FIRST_SHARE, GOOD, HARMLESS, LEAST_POINT_SHARE, REFINEMENTS, STRUCTURE_SHARE};
 use sampling::{Component, Sampler};
-use std::collections::BTreeMap;
-use tables::{Found, Sampled};
-use variables::{Kind, MAX_VARIABLES, Place, Variable};
-
-/// The share of the tolerance that the structure may take; interpolation and rounding have the rest.
-const STRUCTURE_SHARE: f64 = 0.4;
-/// Random places at which a structure is tried.
-const TRIALS: usize = 160;
-/// Joint effects of two motions below this (in units of the tolerance) are left out.
-const PAIR_SHOWS: f64 = 0.15;
-/// Nodes of a component beyond which variables get fewer, and the fewest.
-const MOST_NODES: usize = 30_000;
-const LEAST_NODES: usize = 7;
-/// Nodes of each axis whose motions are on together with another's.
-const JOINT_NODES: usize = 13;
+use trials::Trials;
+use trueaxis::Draft;
 
 /// Finds tables and terms that reproduce the kinematic correction within the tolerance.
 ///
-/// Where the tolerance cannot be met, the best found is returned; `structure_error` tells, and
-/// verification of the blob has the last word.
+/// Where the tolerance cannot be met, the best found is returned, which may be one for a coarser
+/// tolerance. On no axis do the tables deviate from the kinematic correction by more than the
+/// largest correction of that axis or the tolerance: if nothing better is found, there are no tables.
 ///
 /// # Errors
 /// [`SchemeError`].
@@ -64,355 +56,182 @@ pub fn compile(
         Some(axis) if axis.letter.is_rotary() => options.tolerance * 1e-3,
         _ => options.tolerance,
     });
-    let variables = variables::variables(&kinematics, relative(&kinematics, &tolerance)?);
+    let zero = options.zero(machine, errors)?;
+    let judge = Judge::new(&kinematics, tolerance, zero)?;
+    let variables = variables::variables(&kinematics, judge.smallest_part());
     let sampler = Sampler {
         kinematics: &kinematics,
         variables: &variables,
-        zero: options.zero(machine, errors)?,
+        zero,
     };
-    let mut components = vec![component(&sampler, 0)?];
-    for v in (0..variables.len()).filter(|v| variables[*v].is_switch()) {
-        components.push(component(&sampler, 1 << v)?);
-    }
-    let trials = Trials::new(&sampler, TRIALS)?;
-    let mut best = None;
-    let mut joint = 0;
-    // Start generously; where the trial shows that too much was left out, take in what motions
-    // add in pairs, then leave out less.
-    let mut share = 0.25;
-    let mut left_out = 0.0;
-    for _ in 0..6 {
-        let attempt = attempt(
-            &sampler,
-            &components,
-            &tolerance,
-            (minimize, &options.target),
-            share,
-            left_out,
-        )?;
-        left_out = attempt.left_out;
-        let error = trials.error(&attempt.found(&sampler, &components, &tolerance))?;
-        let attempt_is_full = attempt.is_full;
-        let better = best.as_ref().is_none_or(|(e, _)| error < 0.9 * e);
-        if better {
-            best = Some((error, attempt));
-        }
-        if error <= STRUCTURE_SHARE {
-            break;
-        }
-        if components.iter().all(|c| c.on.count_ones() < 2) {
-            for on in pairs(&sampler, &tolerance)? {
-                components.push(component(&sampler, on)?);
-                joint += 1;
-            }
-            if joint > 0 {
-                // Numbers of functions change with the components: nothing of before can stay.
-                best = None;
-                continue;
+    let mut search = Search {
+        minimize,
+        options,
+        trials: Trials::new(&sampler)?,
+        components: components::first_order(&sampler)?,
+        pairs: None,
+        judge,
+        sampler,
+        best: None,
+    };
+    // What misses the tolerance, for want of room mostly, may be bettered by what is made for a
+    // coarser one: less is left out there. From what was reached on to finer ones, as far as they
+    // are met.
+    if !search.run(&tolerance)? {
+        let reached = search.best.as_ref().map_or(f64::INFINITY, |b| b.verdict.error);
+        for factor in COARSER.into_iter().rev().filter(|f| *f <= reached) {
+            let met = search.run(&tolerance.map(|t| t * factor))?;
+            if !met && search.best.is_some() {
+                break;
             }
         }
-        if !better || attempt_is_full {
-            break;
-        }
-        share *= 0.5;
     }
-    let (structure_error, attempt) = match best {
-        Some(best) => best,
-        None => (
-            f64::INFINITY,
-            attempt(
-                &sampler,
-                &components,
-                &tolerance,
-                (minimize, &options.target),
-                share,
-                left_out,
-            )?,
-        ),
+    let Some(best) = search.best else {
+        return Ok(schemes::Found {
+            draft: draft::empty(machine, errors, &variables),
+            structure_error: None,
+            notes: vec!["no tables were found that do no harm".to_owned()],
+        });
     };
-    let tables = attempt.structure.count();
-    if tables > 255 {
-        return Err(SchemeError::TooManyTables { tables });
-    }
-    let found = attempt.found(&sampler, &components, &tolerance);
-    // Points finer than what the structure leaves would be wasted.
-    let share = (0.9 - structure_error).max(0.5).max(0.3 * structure_error);
-    let intervals = intervals(&found, options, share)?;
-    let draft = draft::draft(machine, errors, &found, &intervals, options)?;
     Ok(schemes::Found {
-        draft,
-        structure_error: Some(structure_error),
-        notes: match joint {
+        draft: best.draft,
+        structure_error: Some(best.structure_error),
+        notes: match best.pairs {
             0 => Vec::new(),
-            n => vec![format!(
-                "pairs of motions whose joint second order is taken in: {n}"
+            pairs => vec![format!(
+                "pairs of motions whose joint second order is taken in: {pairs}"
             )],
         },
     })
 }
 
-/// The part of a correction that does not count: a little of the tolerance, seen from the largest
-/// correction.
-fn relative(kinematics: &Kinematics<'_>, tolerance: &PerAxis) -> Result<f64, NotConverged> {
-    let machine = kinematics.machine;
-    let mut random = Pcg64Mcg::seed_from_u64(4);
-    let mut largest = 1.0_f64;
-    for _ in 0..TRIALS {
-        let q: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
-            Some(axis) => {
-                let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
-                low + (high - low) * random.random::<f64>()
+/// A draft that does no harm.
+struct Candidate {
+    draft: Draft,
+    verdict: Verdict,
+    structure_error: f64,
+    pairs: usize,
+}
+
+/// The way to the best draft.
+struct Search<'a> {
+    minimize: Minimize,
+    options: &'a Options,
+    sampler: Sampler<'a>,
+    trials: Trials,
+    judge: Judge<'a>,
+    /// What the correction is made of.
+    components: Vec<Component>,
+    /// How many of them are joint effects, once these have been looked for.
+    pairs: Option<usize>,
+    best: Option<Candidate>,
+}
+
+impl Search<'_> {
+    /// Looks for a draft that meets a tolerance; true if it was found.
+    fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
+        // Start generously; where the trial shows that too much was left out, take in what motions
+        // add in pairs, then leave out less.
+        let mut share = FIRST_SHARE;
+        let mut left_out = 0.0;
+        let mut closest: Option<(f64, Attempt)> = None;
+        for _ in 0..ATTEMPTS {
+            let target = (self.minimize, &self.options.target);
+            let attempt = attempt(
+                &self.sampler,
+                &self.components,
+                tolerance,
+                target,
+                share,
+                left_out,
+            )?;
+            left_out = attempt.left_out;
+            let error = self
+                .trials
+                .error(&attempt.found(&self.sampler, &self.components, tolerance))?;
+            if std::env::var("TRACE").is_ok() { eprintln!("share {share}: error {error:.3}, {} tables {} terms, left out {:.3}, full {}", attempt.structure.count(), attempt.structure.terms.len(), attempt.left_out, attempt.is_full); }
+            if error <= STRUCTURE_SHARE && self.finish(tolerance, &attempt, error)? {
+                return Ok(true);
             }
-            None => 0.0,
-        });
-        let correction = kinematics.correction(&q, &Situation::default(), &Switches::ALL)?;
-        for (d, t) in correction.dq.iter().zip(tolerance) {
-            largest = largest.max(d.abs() / t);
-        }
-    }
-    Ok(0.02 / largest)
-}
-
-/// Bases and terms for one choice of what may be left out.
-struct Attempt {
-    bases: Vec<Basis>,
-    structure: Structure,
-    /// More terms or tables would be needed than the target holds.
-    is_full: bool,
-    /// What was left out, in units of the tolerance.
-    left_out: f64,
-}
-
-impl Attempt {
-    fn found<'a>(
-        &'a self,
-        sampler: &'a Sampler<'a>,
-        components: &'a [Component],
-        tolerance: &'a PerAxis,
-    ) -> Found<'a> {
-        Found {
-            sampler,
-            components,
-            bases: &self.bases,
-            tolerance,
-            structure: &self.structure,
-        }
-    }
-}
-
-/// Finds bases and terms that leave out no more than `share` of the tolerance; `before` is what
-/// an earlier attempt had to leave out.
-fn attempt(
-    sampler: &Sampler<'_>,
-    components: &[Component],
-    tolerance: &PerAxis,
-    (minimize, target): (Minimize, &Target),
-    share: f64,
-    before: f64,
-) -> Result<Attempt, NotConverged> {
-    let choice = Choice {
-        degree: if minimize == Minimize::Tables { 5 } else { 4 },
-        leave: 0.1 * share,
-    };
-    let mut bases = Vec::new();
-    for (v, variable) in sampler.variables.iter().enumerate() {
-        bases.push(if variable.is_rich() {
-            Basis::find(v, sampler, components, tolerance, choice)?
-        } else {
-            Basis::of_lever(variable)
-        });
-    }
-    let entries = core::entries(sampler, components, &bases, tolerance, before)?;
-    let cover = Cover::new(&entries, sampler.variables, &bases, minimize);
-    let choose = |share: f64| {
-        let structure = cover.choose(share, target.tables * 2 / 3);
-        let fits = structure.terms.len() <= target.terms && structure.count() <= target.tables;
-        (structure, fits)
-    };
-    let (mut structure, fits) = choose(share);
-    let is_full = !fits;
-    let mut left_out = share;
-    if is_full {
-        // What the target cannot hold is left out, the smallest first; verification tells. With
-        // everything left out it fits for sure: halve the logarithm of the distance.
-        let (mut too_little, mut enough) = (share, cover.share_of_nothing().max(share));
-        structure = choose(enough).0;
-        for _ in 0..8 {
-            let between = (too_little * enough).sqrt();
-            let (found, fits) = choose(between);
-            if fits {
-                (enough, structure) = (between, found);
-            } else {
-                too_little = between;
+            let is_full = attempt.is_full;
+            let better = closest.as_ref().is_none_or(|(e, _)| error < 0.9 * e);
+            if better {
+                closest = Some((error, attempt));
             }
-        }
-        left_out = enough;
-    }
-    Ok(Attempt {
-        bases,
-        structure,
-        is_full,
-        left_out,
-    })
-}
-
-/// Samples what the switches in `on` add together.
-fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> {
-    let variables = sampler.variables;
-    let active = |v: usize| on >> v & 1 == 1;
-    let moving = (0..variables.len())
-        .filter(|v| active(*v) && variables[*v].moves)
-        .count();
-    let mut counts: Vec<usize> = (0..variables.len())
-        .map(|v| match (active(v), moving) {
-            (false, 0) => variables[v].turning.base,
-            (false, _) => variables[v].turning.others,
-            (true, 1) => variables[v].nodes,
-            // What several motions add together is small.
-            (true, _) => variables[v].nodes.min(JOINT_NODES),
-        })
-        .collect();
-    let rich =
-        |v: &usize| active(*v) && variables[*v].moves || matches!(variables[*v].kind, Kind::Rotary(_));
-    loop {
-        let size: usize = (0..counts.len()).filter(rich).map(|v| counts[v]).product();
-        let widest = (0..counts.len()).filter(rich).max_by_key(|v| counts[*v]);
-        match widest {
-            Some(v) if size > MOST_NODES && counts[v] > LEAST_NODES => counts[v] -= 2,
-            _ => break,
-        }
-    }
-    let mut component = sampler.component(on, &counts);
-    sampler.fill(&mut component)?;
-    Ok(component)
-}
-
-/// The pairs of switches whose joint effect shows, the strongest first.
-fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConverged> {
-    let variables = sampler.variables;
-    let switches: Vec<usize> = (0..variables.len())
-        .filter(|v| variables[*v].is_switch())
-        .collect();
-    let mut random = Pcg64Mcg::seed_from_u64(2);
-    let mut found = Vec::new();
-    for (k, &a) in switches.iter().enumerate() {
-        for &b in &switches[k + 1..] {
-            let mut worst = 0.0_f64;
-            for _ in 0..24 {
-                let place = random_place(variables, &mut random);
-                let added = sampler.added(&place, 1 << a | 1 << b)?;
-                for (d, t) in added.iter().zip(tolerance) {
-                    worst = worst.max(d.abs() / t);
+            if self.pairs.is_none() {
+                let joint = components::second_order(&self.sampler, tolerance)?;
+                self.pairs = Some(joint.len());
+                if !joint.is_empty() {
+                    // Numbers of functions change with the components: nothing of before can stay.
+                    if let Some((error, attempt)) = closest.take() {
+                        self.finish(tolerance, &attempt, error)?;
+                    }
+                    self.components.extend(joint);
+                    continue;
                 }
             }
-            if worst > PAIR_SHOWS {
-                found.push((worst, 1 << a | 1 << b));
-            }
-        }
-    }
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Ok(found.into_iter().map(|(_, on)| on).collect())
-}
-
-/// A random place in the calibrated ranges, with a random direction of travel where it counts.
-fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
-    let mut place = [0.0; MAX_VARIABLES];
-    for (x, variable) in place.iter_mut().zip(variables) {
-        let [low, high] = variable.calibrated;
-        *x = match variable.kind {
-            Kind::Sign(_) => {
-                if random.random::<bool>() {
-                    1.0
-                } else {
-                    -1.0
-                }
-            }
-            _ => low + (high - low) * random.random::<f64>(),
-        };
-    }
-    place
-}
-
-/// Random places with their exact corrections.
-struct Trials {
-    places: Vec<Place>,
-    corrections: Vec<PerAxis>,
-}
-
-impl Trials {
-    fn new(sampler: &Sampler<'_>, count: usize) -> Result<Self, NotConverged> {
-        let mut random = Pcg64Mcg::seed_from_u64(1);
-        let (mut places, mut corrections) = (Vec::new(), Vec::new());
-        for _ in 0..count {
-            let place = random_place(sampler.variables, &mut random);
-            let exact = sampler.exact(&place, u32::MAX)?;
-            if sampler.is_near_end(&place, &exact) {
-                continue;
-            }
-            places.push(place);
-            corrections.push(std::array::from_fn(|i| exact[i] - sampler.zero[i]));
-        }
-        Ok(Self {
-            places,
-            corrections,
-        })
-    }
-
-    /// Largest difference of the structure to the exact correction, in units of the tolerance.
-    fn error(&self, found: &Found<'_>) -> Result<f64, NotConverged> {
-        let mut sampled: BTreeMap<usize, Sampled> = BTreeMap::new();
-        for (v, (bent, straight)) in found.tables() {
-            let functions: Vec<Function> = bent.into_iter().chain(straight).collect();
-            let at: Vec<f64> = self.places.iter().map(|p| p[v]).collect();
-            sampled.insert(v, found.sample(v, &functions, &at)?);
-        }
-        let mut worst = 0.0_f64;
-        for (row, exact) in self.corrections.iter().enumerate() {
-            let values = tables::values_at(&sampled, row);
-            let outputs = found.sampler.kinematics.machine.axes.len();
-            let sums = found.structure.evaluate(&values, outputs);
-            for ((s, e), t) in sums.iter().zip(exact).zip(found.tolerance) {
-                worst = worst.max((s - e / t).abs());
-            }
-        }
-        Ok(worst)
-    }
-}
-
-/// Intervals of the bent tables of each variable, so that all of them together stay within `share`.
-fn intervals(
-    found: &Found<'_>,
-    options: &Options,
-    share: f64,
-) -> Result<BTreeMap<usize, usize>, NotConverged> {
-    let tables = found.tables();
-    let bent: Vec<(usize, Vec<Function>)> = tables
-        .into_iter()
-        .map(|(v, (bent, _))| (v, bent))
-        .filter(|(v, bent)| !bent.is_empty() && found.sampler.variables[*v].is_rich())
-        .collect();
-    let mut intervals = BTreeMap::new();
-    let each = share / bent.len().max(1) as f64;
-    for (v, functions) in &bent {
-        if let Some(points) = options.points {
-            intervals.insert(*v, points.max(2) - 1);
-            continue;
-        }
-        let mut count = found.aligned(*v, 48);
-        for _ in 0..4 {
-            let error = found.interpolation_error(*v, functions, count)?;
-            if error <= each && error > 0.3 * each {
+            if !better || is_full {
                 break;
             }
-            // The error of linear interpolation falls with the square of the interval.
-            let wanted = (count as f64 * (error / (0.8 * each)).sqrt()).ceil();
-            let next = found.aligned(*v, (wanted as usize).clamp(8, 4096));
-            if next == count {
+            share *= 0.5;
+        }
+        match closest {
+            Some((error, attempt)) => self.finish(tolerance, &attempt, error),
+            None => Ok(false),
+        }
+    }
+
+    /// Gives the tables of an attempt points, finer ones until the draft is good; true if it is.
+    fn finish(
+        &mut self,
+        tolerance: &PerAxis,
+        attempt: &Attempt,
+        structure_error: f64,
+    ) -> Result<bool, SchemeError> {
+        if attempt.structure.count() > usize::from(u8::MAX) {
+            return Ok(false);
+        }
+        let machine = self.sampler.kinematics.machine;
+        let errors = self.sampler.kinematics.errors;
+        let found = attempt.found(&self.sampler, &self.components, tolerance);
+        // Tolerances differ by a common factor.
+        let factor = tolerance[0] / self.options.tolerance;
+        // Points finer than what the structure leaves would be wasted.
+        let mut share = (GOOD - structure_error)
+            .max(LEAST_POINT_SHARE)
+            .max(LEAST_POINT_SHARE * structure_error);
+        let mut last = f64::INFINITY;
+        for _ in 0..=REFINEMENTS {
+            let fixed = self.options.points.map(|points| points.max(2) - 1);
+            let grids = points::grids(&found, fixed, share)?;
+            let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
+            let Some(verdict) = self.judge.measure(&draft, &self.options.target) else {
+                // More than the target holds.
+                return Ok(false);
+            };
+            if std::env::var("TRACE").is_ok() { eprintln!("  factor {factor} structure {structure_error:.3} share {share:.3}: {verdict:?} {} samples", draft.banks.iter().map(|b| b.columns.iter().map(Vec::len).sum::<usize>()).sum::<usize>()); }
+            let good = verdict.error <= GOOD * factor;
+            let better = match &self.best {
+                Some(best) => verdict.error < best.verdict.error,
+                None => true,
+            };
+            if verdict.harm <= HARMLESS && better {
+                self.best = Some(Candidate {
+                    draft,
+                    verdict,
+                    structure_error: structure_error * factor,
+                    pairs: self.pairs.unwrap_or(0),
+                });
+            }
+            if good {
+                return Ok(verdict.harm <= HARMLESS);
+            }
+            if fixed.is_some() || verdict.error > 0.9 * last {
                 break;
             }
-            count = next;
+            last = verdict.error;
+            share *= 0.5;
         }
-        intervals.insert(*v, count);
+        Ok(false)
     }
-    Ok(intervals)
 }

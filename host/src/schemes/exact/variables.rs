@@ -35,6 +35,8 @@ pub struct Variable {
     pub kind: Kind,
     /// Its range (mm, rad, K; −1…1).
     pub range: [f64; 2],
+    /// True if its range is one turn after which everything repeats.
+    pub wraps: bool,
     /// Where its functions may have a kink: points of tabulated motions, ends of the calibrated range.
     pub kinks: Vec<f64>,
     /// Where the tolerance is to hold: the calibrated part of the range.
@@ -222,6 +224,7 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
         variables.push(Variable {
             kind,
             range,
+            wraps: axis.modulo,
             calibrated,
             kinks,
             ends,
@@ -239,6 +242,7 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
     let plain = |kind, range| Variable {
         kind,
         range,
+        wraps: false,
         calibrated: range,
         kinks: Vec::new(),
         ends: Vec::new(),

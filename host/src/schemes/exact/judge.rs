@@ -1,0 +1,173 @@
+//! What tables do, measured as the runtime evaluates them.
+
+use super::limits::JUDGED;
+use crate::errors::Switches;
+use crate::kinematics::{Kinematics, NotConverged};
+use crate::machine::{MAX_AXES, PerAxis};
+use crate::size::Size;
+use crate::target::Target;
+use crate::validate::{Command, Region, Runtime, holds, random_commands};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use trueaxis::Draft;
+
+/// Seeds of the positions; those of a proof are others.
+const SEED: u64 = 0x6a75_6467;
+
+/// Positions with their exact corrections.
+pub struct Judge<'a> {
+    kinematics: &'a Kinematics<'a>,
+    tolerance: PerAxis,
+    places: Vec<Place>,
+    /// Largest correction of each axis (mm, rad).
+    largest: PerAxis,
+}
+
+struct Place {
+    command: Command,
+    /// The exact correction (mm, rad), less that of the zero position.
+    correction: PerAxis,
+    /// True if a motion holds its end value here: tables cannot follow its bend.
+    holds: bool,
+}
+
+/// What was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// Largest deviation from the kinematic correction where no motion holds, in units of the
+    /// tolerance.
+    pub error: f64,
+    /// Largest deviation of any axis anywhere in the travel, in units of what it may be: the larger
+    /// of the tolerance and the axis' largest correction. Above 1 the tables do harm.
+    pub harm: f64,
+}
+
+impl<'a> Judge<'a> {
+    /// Draws the positions: over the travel, and where no motion holds; half of them with axes at
+    /// their ends, where most functions are largest.
+    pub fn new(
+        kinematics: &'a Kinematics<'a>,
+        tolerance: PerAxis,
+        zero: PerAxis,
+    ) -> Result<Self, NotConverged> {
+        let (machine, errors) = (kinematics.machine, kinematics.errors);
+        let mut random = Pcg64Mcg::seed_from_u64(SEED);
+        let mut commands = Vec::new();
+        for (region, count) in [(Region::Travel, JUDGED / 3), (Region::Inside, JUDGED)] {
+            let drawn = random_commands(machine, errors, region, count, SEED ^ count as u64)?;
+            commands.extend(drawn.into_iter().enumerate().map(|(number, mut command)| {
+                if number % 2 == 0 {
+                    to_ends(kinematics, &mut command, region, &mut random);
+                }
+                command
+            }));
+        }
+        let places: Result<Vec<Place>, NotConverged> = commands
+            .into_par_iter()
+            .map(|command| {
+                let (q, situation) = command.kinematic(machine);
+                let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+                Ok(Place {
+                    command,
+                    correction: std::array::from_fn(|i| exact[i] - zero[i]),
+                    holds: holds(machine, errors, &q, &exact),
+                })
+            })
+            .collect();
+        let places = places?;
+        let largest = std::array::from_fn(|i| {
+            let sizes = places.iter().map(|p| p.correction[i].abs());
+            sizes.fold(0.0, f64::max)
+        });
+        Ok(Self {
+            kinematics,
+            tolerance,
+            places,
+            largest,
+        })
+    }
+
+    /// The part of a correction that does not count: a little of the tolerance, seen from the
+    /// largest correction.
+    pub fn smallest_part(&self) -> f64 {
+        let sizes = self.largest.iter().zip(&self.tolerance).map(|(l, t)| l / t);
+        0.02 / sizes.fold(1.0, f64::max)
+    }
+
+    /// Measures a draft; `None` if a blob or the target cannot hold it.
+    pub fn measure(&self, draft: &Draft, target: &Target) -> Option<Verdict> {
+        let blob = draft.encode().ok()?;
+        let runtime = Runtime::load(&blob).ok()?;
+        if !target.shortages(&Size::of(&runtime)).is_empty() {
+            return None;
+        }
+        let machine = self.kinematics.machine;
+        let worst = self
+            .places
+            .par_iter()
+            .map(|place| {
+                let table = runtime.evaluate(&place.command).map(f64::from);
+                let table = machine.to_kinematic(&table);
+                let mut verdict = Verdict {
+                    error: 0.0,
+                    harm: 0.0,
+                };
+                for i in 0..machine.axes.len().min(MAX_AXES) {
+                    let deviation = (table[i] - place.correction[i]).abs();
+                    if !place.holds {
+                        verdict.error = verdict.error.max(deviation / self.tolerance[i]);
+                    }
+                    let most = self.tolerance[i].max(self.largest[i]);
+                    verdict.harm = verdict.harm.max(deviation / most);
+                }
+                verdict
+            })
+            .reduce(
+                || Verdict {
+                    error: 0.0,
+                    harm: 0.0,
+                },
+                |a, b| Verdict {
+                    error: a.error.max(b.error),
+                    harm: a.harm.max(b.harm),
+                },
+            );
+        Some(worst)
+    }
+}
+
+/// Moves some axes, tool length and temperatures to an end of their range.
+fn to_ends(
+    kinematics: &Kinematics<'_>,
+    command: &mut Command,
+    region: Region,
+    random: &mut Pcg64Mcg,
+) {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    // Just inside, where motions do not hold yet.
+    let inset = if region == Region::Inside { 2e-3 } else { 0.0 };
+    let mut end = |x: &mut f32, [low, high]: [f64; 2]| {
+        let margin = inset * (high - low);
+        match random.random_range(0..4) {
+            0 => *x = (low + margin) as f32,
+            1 => *x = (high - margin) as f32,
+            _ => {}
+        }
+    };
+    for (i, (q, axis)) in command.axes.iter_mut().zip(&machine.axes).enumerate() {
+        let [mut low, mut high] = axis.travel;
+        if region == Region::Inside && errors.motions[i].iter().any(|m| m.holds()) {
+            let [from, to] = crate::validate::calibrated(machine, errors, i);
+            (low, high) = (low.max(from), high.min(to));
+        }
+        end(q, [low, high]);
+    }
+    let with_length = usize::from(machine.length_range.is_some());
+    if let Some(range) = machine.length_range {
+        end(&mut command.auxiliaries[0], range);
+    }
+    for (k, sensor) in errors.sensors.iter().enumerate() {
+        end(&mut command.auxiliaries[with_length + k], sensor.range_kelvin);
+    }
+}

@@ -1,0 +1,62 @@
+//! The numbers that the scheme was tuned with, each with its reason.
+//!
+//! None of them decides whether a result is right: that is measured, with the tables as the runtime
+//! evaluates them. They decide how soon a good one is found.
+
+/// The share of the tolerance that a structure may leave to be worth points at all; interpolation
+/// and the rounding of f32 need the rest.
+pub const STRUCTURE_SHARE: f64 = 0.75;
+/// What may be left out at first, as a share of the tolerance in each output (root of the sum of
+/// squares, twice: peaks rarely meet).
+pub const FIRST_SHARE: f64 = 0.25;
+/// What is left out of a basis, as a part of that: every function meets many others.
+pub const BASIS_SHARE: f64 = 0.1;
+/// A structure is tried with less left out this many times.
+pub const ATTEMPTS: usize = 6;
+/// Random places at which a structure is tried; a tenth of a percent of them decides little.
+pub const TRIALS: usize = 160;
+/// A result is good if the tables, measured at the positions of [`JUDGED`], stay within this share
+/// of the tolerance: other positions may be a little worse.
+pub const GOOD: f64 = 0.9;
+/// Random positions at which tables are measured, and how often points are made finer for it.
+pub const JUDGED: usize = 3000;
+pub const REFINEMENTS: usize = 4;
+
+/// Interpolation may take at least this share of the tolerance, and this part of what the structure
+/// leaves.
+pub const LEAST_POINT_SHARE: f64 = 0.15;
+/// Tables do no harm if they deviate on no axis by more than this part of what is allowed: other
+/// positions may be a little worse.
+pub const HARMLESS: f64 = 0.9;
+/// Where the tolerance is missed, what is made for these multiples of it is tried too.
+pub const COARSER: [f64; 16] = [
+    2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5,
+];
+
+/// Joint effects of two motions below this (in units of the tolerance) are left out.
+pub const PAIR_SHOWS: f64 = 0.15;
+/// Random places at which joint effects are looked for.
+pub const PAIR_PLACES: usize = 24;
+/// Nodes of each axis whose motions are on together with another's: what several motions add
+/// together is small.
+pub const JOINT_NODES: usize = 13;
+/// Nodes of a component beyond which variables get fewer, and the fewest: a second's work on one
+/// core.
+pub const MOST_NODES: usize = 30_000;
+pub const LEAST_NODES: usize = 7;
+
+/// Singular values below this part of the largest are rounding: samples are good to 1e-10 of what
+/// they show.
+pub const ROUNDING: f64 = 1e-12;
+/// Products that contribute less than this (in units of the tolerance) are dropped: a thousand of
+/// them would not add up to a tenth.
+pub const NOISE: f64 = 1e-4;
+
+/// A kink counts as on a point if it is off by less than this part of a step: what is cut off there
+/// is as small a part of what interpolation may do.
+pub const GRID_SLACK: f64 = 1e-3;
+/// Intervals of a bent table.
+pub const LEAST_INTERVALS: usize = 4;
+pub const MOST_INTERVALS: usize = 8192;
+/// How many grids are tried for a variable.
+pub const SEARCHES: usize = 7;

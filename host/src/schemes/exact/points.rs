@@ -1,0 +1,267 @@
+//! How many points each variable's tables need, and where they lie.
+
+use super::cover::Function;
+use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, SEARCHES};
+use super::tables::{Found, Sampled};
+use super::variables::Variable;
+use crate::kinematics::NotConverged;
+use crate::machine::PerAxis;
+use std::collections::BTreeMap;
+
+/// Evenly spaced points over a variable's range, in its kinematic unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// The first point: the lower end of the range, or before it.
+    pub start: f64,
+    /// From point to point.
+    pub step: f64,
+    /// One less than the points; as many, if the variable wraps.
+    pub intervals: usize,
+}
+
+impl Grid {
+    /// From end to end.
+    pub fn over([low, high]: [f64; 2], intervals: usize) -> Self {
+        Self {
+            start: low,
+            step: (high - low) / intervals as f64,
+            intervals,
+        }
+    }
+
+    /// The coarsest grid that has all kinks of a variable on points: those where motions were
+    /// measured, and where they begin to hold. `None` without kinks, or if there is none.
+    pub fn through_kinks(variable: &Variable) -> Option<Self> {
+        let [low, high] = variable.range;
+        let first = *variable.kinks.first()?;
+        // Where the positions repeat, its ends are one point.
+        let ends = if variable.wraps {
+            vec![high]
+        } else {
+            vec![]
+        };
+        let all: Vec<f64> = variable.kinks.iter().copied().chain(ends).collect();
+        let gap = all
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .fold(high - low, f64::min);
+        (1..=4)
+            .map(|parts| gap / f64::from(parts))
+            .find(|step| {
+                let on_point = |x: &f64| {
+                    let steps = (x - first) / step;
+                    (steps - steps.round()).abs() < GRID_SLACK
+                };
+                all.iter().all(on_point)
+                    && (!variable.wraps || on_point(&low))
+            })
+            .map(|step| {
+                // Steps measured over the longest way: rounding of short ones adds up.
+                let last = all[all.len() - 1];
+                let steps = ((last - first) / step).round();
+                let step = if steps > 0.0 { (last - first) / steps } else { step };
+                let before = ((first - low) / step - GRID_SLACK).ceil().max(0.0);
+                let start = first - before * step;
+                let intervals = ((high - start) / step - GRID_SLACK).ceil() as usize;
+                Self {
+                    start,
+                    step,
+                    intervals: intervals.max(1),
+                }
+            })
+            .filter(|grid| grid.intervals <= MOST_INTERVALS)
+    }
+
+    /// The points, in order.
+    pub fn points(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..=self.intervals).map(|i| self.start + self.step * i as f64)
+    }
+}
+
+/// Grids of the bent tables of each variable, so that interpolation of all of them together errs by
+/// no more than `share` of the tolerance; `fixed` intervals instead, if given.
+pub fn grids(
+    found: &Found<'_>,
+    fixed: Option<usize>,
+    share: f64,
+) -> Result<BTreeMap<usize, Grid>, NotConverged> {
+    let bent: Vec<(usize, Vec<Function>)> = found
+        .tables()
+        .into_iter()
+        .map(|(v, (bent, _))| (v, bent))
+        .filter(|(v, bent)| !bent.is_empty() && found.sampler.variables[*v].is_rich())
+        .collect();
+    let each = share / bent.len().max(1) as f64;
+    let mut grids = BTreeMap::new();
+    for (v, functions) in &bent {
+        let grid = match fixed {
+            Some(intervals) => Grid::over(found.sampler.variables[*v].range, intervals),
+            None => coarsest(found, *v, functions, each)?,
+        };
+        grids.insert(*v, grid);
+    }
+    Ok(grids)
+}
+
+/// The coarsest grid found whose interpolation errs by no more than `most`; the best one, if none
+/// does.
+fn coarsest(
+    found: &Found<'_>,
+    v: usize,
+    functions: &[Function],
+    most: f64,
+) -> Result<Grid, NotConverged> {
+    let variable = &found.sampler.variables[v];
+    let mut best: Option<(f64, Grid)> = None;
+    let mut consider = |grid: Grid| -> Result<f64, NotConverged> {
+        let error = found.interpolation_error(v, functions, &grid)?;
+        let better = match &best {
+            None => true,
+            Some((e, g)) => match (error <= most, *e <= most) {
+                (true, true) => grid.intervals < g.intervals,
+                (true, false) => true,
+                (false, true) => false,
+                (false, false) => error < *e,
+            },
+        };
+        if better {
+            best = Some((error, grid));
+        }
+        Ok(error)
+    };
+    let through = Grid::through_kinks(variable);
+    let mut count = 48;
+    let mut enough = MOST_INTERVALS + 1;
+    if let Some(grid) = through {
+        let error = consider(grid)?;
+        if error <= most {
+            enough = grid.intervals;
+        }
+        // Coarser than what was measured only where that is much finer than the tolerance.
+        if error > 0.1 * most && error <= most {
+            return Ok(grid);
+        }
+        count = (grid.intervals / 2).max(LEAST_INTERVALS);
+    }
+    let mut too_few = 0;
+    for _ in 0..SEARCHES {
+        let error = consider(Grid::over(variable.range, count))?;
+        if error <= most {
+            enough = enough.min(count);
+        } else {
+            too_few = too_few.max(count);
+        }
+        // The error of linear interpolation falls with the square of the interval.
+        let wanted = count as f64 * (error / (0.85 * most)).sqrt();
+        let next = if wanted.is_finite() {
+            (wanted.ceil() as usize).clamp(LEAST_INTERVALS, MOST_INTERVALS)
+        } else {
+            MOST_INTERVALS
+        };
+        // Within a tenth of what is known to be too few it is good enough.
+        let between = next.clamp(too_few + 1, enough.saturating_sub(1).max(too_few + 1));
+        if between >= enough || between == count || (enough - too_few) * 10 <= enough {
+            break;
+        }
+        count = between;
+    }
+    Ok(best.map_or_else(|| Grid::over(variable.range, count), |(_, grid)| grid))
+}
+
+impl Found<'_> {
+    /// How far linear interpolation of a variable's tables on a grid may lead each output astray,
+    /// in units of its tolerance: table by table at mid-interval and at every kink between points,
+    /// with the other factors at their peaks.
+    fn interpolation_error(
+        &self,
+        v: usize,
+        functions: &[Function],
+        grid: &Grid,
+    ) -> Result<f64, NotConverged> {
+        let variable = &self.sampler.variables[v];
+        let [low, high] = variable.range;
+        let points: Vec<f64> = grid.points().map(|x| x.clamp(low, high)).collect();
+        let slack = GRID_SLACK * grid.step;
+        // Where to look: interval, position.
+        let mut looks: Vec<(usize, f64)> = Vec::new();
+        let mut kinks = variable.kinks.iter().copied().peekable();
+        for (k, ends) in points.windows(2).enumerate() {
+            looks.push((k, 0.5 * (ends[0] + ends[1])));
+            while let Some(x) = kinks.next_if(|x| *x < ends[1] - slack) {
+                // Next to the ends of the calibrated range nothing is gained by more points.
+                if x > ends[0] + slack && !variable.ends.contains(&x) {
+                    looks.push((k, x));
+                }
+            }
+            while kinks.next_if(|x| *x <= ends[1] + slack).is_some() {}
+        }
+        let at: Vec<f64> = points
+            .iter()
+            .copied()
+            .chain(looks.iter().map(|(_, x)| *x))
+            .collect();
+        let sampled = self.sample(v, functions, &at)?;
+        let touches_end = |k: usize| {
+            let inside = |e: &&f64| **e > points[k] + slack && **e < points[k + 1] - slack;
+            variable.ends.iter().any(|e| inside(&e))
+        };
+        let mut worst = 0.0_f64;
+        for (row, (k, x)) in looks.iter().enumerate() {
+            if touches_end(*k) {
+                continue;
+            }
+            let share = (x - points[*k]) / (points[*k + 1] - points[*k]);
+            let errors = self.errors_at(v, &sampled, points.len() + row, (*k, share));
+            worst = errors.iter().fold(worst, |w, e| w.max(*e));
+        }
+        Ok(worst)
+    }
+
+    /// What interpolation at `share` of interval `k` does to each output, against the true values
+    /// in row `truth`.
+    fn errors_at(
+        &self,
+        v: usize,
+        sampled: &Sampled,
+        truth: usize,
+        (k, share): (usize, f64),
+    ) -> PerAxis {
+        let mut errors = PerAxis::default();
+        for term in &self.structure.terms {
+            let own: Vec<usize> = term
+                .factors
+                .iter()
+                .filter(|(w, _)| *w == v)
+                .filter_map(|(_, f)| sampled.functions.iter().position(|g| g == f))
+                .collect();
+            if own.is_empty() {
+                continue;
+            }
+            let others: f64 = term
+                .factors
+                .iter()
+                .filter(|(w, _)| *w != v)
+                .map(|(w, f)| self.peak(*w, f))
+                .product();
+            let values = &sampled.values;
+            let exact: f64 = own.iter().map(|c| values[(truth, *c)]).product();
+            let interpolated: f64 = own
+                .iter()
+                .map(|c| (1.0 - share) * values[(k, *c)] + share * values[(k + 1, *c)])
+                .product();
+            errors[term.output] += (term.weight * others * (interpolated - exact)).abs();
+        }
+        errors
+    }
+
+    /// Largest magnitude of a table in the calibrated range, or a bound of it.
+    fn peak(&self, v: usize, function: &Function) -> f64 {
+        match function {
+            Function::Numeric(k) => self.bases[v].peaks[*k],
+            Function::Merged(id) => {
+                self.bases[v].peak_of(&self.structure.merged[*id].coefficients)
+            }
+            _ => 1.0,
+        }
+    }
+}

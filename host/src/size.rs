@@ -1,0 +1,41 @@
+//! How large a compensation is.
+
+use crate::validate::Runtime;
+use serde::Serialize;
+
+/// Numbers and sizes of a compensation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Size {
+    /// Axes.
+    #[serde(skip)]
+    pub axes: usize,
+    /// Tables.
+    pub tables: usize,
+    /// Banks: tables that share their points.
+    pub banks: usize,
+    /// Terms.
+    pub terms: usize,
+    /// Grids.
+    pub grids: usize,
+    /// Samples of both formats.
+    pub samples: usize,
+    /// Bytes of the blob.
+    pub bytes: usize,
+}
+
+impl Size {
+    /// Of a loaded blob.
+    #[must_use]
+    pub fn of(runtime: &Runtime<'_>) -> Self {
+        let compensation = runtime.compensation();
+        Self {
+            axes: compensation.axes().len(),
+            tables: compensation.tables(),
+            banks: compensation.banks().len(),
+            terms: compensation.terms().len(),
+            grids: compensation.grids().len(),
+            samples: compensation.samples(),
+            bytes: compensation.blob_len(),
+        }
+    }
+}
