@@ -3,7 +3,7 @@
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::Machine;
-use trueaxis::{AUXILIARIES, Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
+use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
 /// The most axes a blob may have.
 const MOST_AXES: usize = 16;
@@ -128,8 +128,3 @@ fn within_a_turn(machine: &Machine, position: &[f64]) -> Vec<f64> {
     })
     .collect()
 }
-
-const _: () = assert!(
-    AUXILIARIES > crate::errors::MAX_SENSORS,
-    "a tool length and all sensors fit"
-);

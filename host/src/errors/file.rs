@@ -1,13 +1,15 @@
 //! `errors.toml`.
 
-use super::model::{ErrorModel, MAX_SENSORS, Motion, Situation, Switches, Thermal};
-use super::parameter::{MAX_DEGREE, Parameter, ParameterKind};
+use super::{
+    ErrorModel, MAX_SENSORS, Parameter, ParameterKind, Situation, Switches, Table, Thermal,
+};
 use crate::machine::Machine;
 use crate::source::FileError;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
+use trueaxis_kinematics::{MAX_CHANGES, MAX_DEGREE};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -107,7 +109,6 @@ impl ErrorModel {
         model.read_calibrated(&file, machine)?;
         model.read_thermal(&file, machine)?;
         model.read_tabulated(&file, machine)?;
-        model.refresh();
         model.check_size(machine, &places, &file)?;
         Ok(model)
     }
@@ -197,26 +198,23 @@ impl ErrorModel {
                     self.sensors.len() - 1
                 }
             };
-            let index = match parameter.axis {
-                'S' => machine.axes.len(),
-                letter => machine.index(letter).unwrap_or(machine.axes.len()),
-            };
-            match parameter.kind {
-                ParameterKind::Inter => {
-                    self.inter_thermal
-                        .push((index, parameter.component, sensor, entry.per_kelvin));
-                }
-                ParameterKind::Degree(k) => self.motions[index][parameter.component]
-                    .thermal
-                    .push((usize::from(k), sensor, entry.per_kelvin)),
-                ParameterKind::Backlash => {
-                    return Err(FileError::at(
-                        name.span(),
-                        "backlash cannot depend on temperature",
-                        "here",
-                        "give the thermal change of an axis location or of a coefficient",
-                    ));
-                }
+            if parameter.kind == ParameterKind::Backlash {
+                return Err(FileError::at(
+                    name.span(),
+                    "backlash cannot depend on temperature",
+                    "here",
+                    "give the thermal change of an axis location or of a coefficient",
+                ));
+            }
+            if !self.set_per_kelvin(machine, parameter, sensor, entry.per_kelvin) {
+                return Err(FileError::at(
+                    name.span(),
+                    format!(
+                        "more than {MAX_CHANGES} coefficients of this error motion change with temperature"
+                    ),
+                    "one too many",
+                    "leave out those that change least",
+                ));
             }
         }
         Ok(())
@@ -287,11 +285,11 @@ impl ErrorModel {
             }
             let axis = &machine.axes[index];
             let at = a.iter().map(|a| axis.to_kinematic(*a)).collect();
-            *motion = Motion {
-                table: Some((at, v.clone())),
-                backlash: motion.backlash,
-                ..Motion::default()
-            };
+            motion.table = Some(Table {
+                at,
+                positive: v.clone(),
+                negative: None,
+            });
         }
         Ok(())
     }

@@ -57,12 +57,6 @@ struct ToolEntry {
     length_range_mm: Option<Spanned<[f64; 2]>>,
 }
 
-/// Default top speeds, from which the rate bound follows: 30 m/min and 30 rpm.
-const SPEED_LINEAR: f64 = 500.0;
-const SPEED_ROTARY: f64 = 180.0;
-/// Default direction hysteresis: above the ripple of a standing command, below any real move.
-const HYSTERESIS: f64 = 0.001;
-
 impl Machine {
     /// Reads and checks a machine description.
     ///
@@ -160,12 +154,14 @@ impl Machine {
         };
         let machine = Machine {
             name: file.name.get_ref().clone(),
-            axes,
-            spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
-            tool_axis: component,
-            tip,
             length_range,
-            workpiece: frame(&file.workpiece.origin_mm, &file.workpiece.orientation_deg)?,
+            machine: trueaxis_kinematics::Machine {
+                axes: axes.into_iter().collect(),
+                spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
+                tool_axis: component,
+                tip,
+                workpiece: frame(&file.workpiece.origin_mm, &file.workpiece.orientation_deg)?,
+            },
         };
         // 64 bytes of name fit every blob and every hello message.
         if machine.name.is_empty() || machine.name.len() > 64 {
@@ -274,20 +270,14 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
         }
         _ => false,
     };
-    let default_speed = if letter.is_rotary() {
-        SPEED_ROTARY
-    } else {
-        SPEED_LINEAR
-    };
+    let default = Axis::new(letter, branch, travel);
     Ok(Axis {
-        letter,
-        branch,
         frame: frame(&entry.origin_mm, &entry.orientation_deg)?,
-        travel,
         modulo,
         reversed: entry.reversed,
-        max_speed: positive(&entry.max_speed, default_speed)?,
-        hysteresis: positive(&entry.hysteresis, HYSTERESIS)?,
+        max_speed: positive(&entry.max_speed, default.max_speed)?,
+        hysteresis: positive(&entry.hysteresis, default.hysteresis)?,
+        ..default
     })
 }
 

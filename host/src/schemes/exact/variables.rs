@@ -109,8 +109,8 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
         }
         let mut kinks = ends.clone();
         for motion in &errors.motions[index] {
-            if let Some((at, _)) = &motion.table {
-                kinks.extend(at.iter().copied().filter(inside));
+            if let Some(table) = &motion.table {
+                kinks.extend(table.at.iter().copied().filter(inside));
             }
         }
         kinks.sort_by(f64::total_cmp);
