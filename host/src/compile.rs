@@ -8,11 +8,11 @@ mod bounds;
 mod proof;
 mod warnings;
 
-use crate::errors::{ErrorModel, Motion, Situation, Switches};
+use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{Machine, PerAxis};
 use crate::schemes::exact::{self, ExactError};
-use crate::validate::{Runtime, calibrated};
+use crate::validate::{DrawError, Runtime};
 pub use bounds::AxisBounds;
 pub use proof::{Mismatch, Proof, belongs, prove};
 use serde::Serialize;
@@ -141,14 +141,18 @@ pub enum CompileError {
         /// `mm` or `deg`.
         unit: &'static str,
     },
-    /// A calibrated range and the travel have next to nothing in common.
-    #[error("the calibrated range of axis {axis} covers less than 0.1 {unit} of its travel")]
-    NothingCalibrated {
-        /// The axis.
-        axis: char,
-        /// `mm` or `deg`.
-        unit: &'static str,
-    },
+    /// Hardly a position is inside the calibrated ranges, so nothing could be proven there.
+    #[error("{0}")]
+    Draw(DrawError),
+}
+
+impl From<DrawError> for CompileError {
+    fn from(error: DrawError) -> Self {
+        match error {
+            DrawError::NotConverged(error) => Self::NotConverged(error),
+            rare @ DrawError::Rare { .. } => Self::Draw(rare),
+        }
+    }
 }
 
 impl CompileError {
@@ -169,8 +173,8 @@ impl CompileError {
             Self::TooLarge { .. } => {
                 "check this parameter and its unit (mm and rad), say under [calibrated] where it is known, subtract a constant with --zero-at, or use --allow-large if the machine really is so far off"
             }
-            Self::NothingCalibrated { .. } => {
-                "correct [calibrated] in the error file: mm or degrees of the command"
+            Self::Draw(_) => {
+                "widen [calibrated] in the error file: it is hardly wider than the corrections are large"
             }
         }
     }
@@ -197,22 +201,6 @@ pub fn zero(
         .dq)
 }
 
-/// Random positions inside a calibrated range are found by drawing: there must be some.
-fn check_calibrated(machine: &Machine, errors: &ErrorModel) -> Result<(), CompileError> {
-    for (i, axis) in machine.axes.iter().enumerate() {
-        let [low, high] = calibrated(machine, errors, i);
-        let common = high.min(axis.travel[1]) - low.max(axis.travel[0]);
-        let least = 0.1_f64.min(0.5 * (axis.travel[1] - axis.travel[0]));
-        if errors.motions[i].iter().any(Motion::holds) && common < least {
-            return Err(CompileError::NothingCalibrated {
-                axis: axis.letter.char(),
-                unit: axis.unit(),
-            });
-        }
-    }
-    Ok(())
-}
-
 /// Runs the scheme, sets the bounds, writes the blob and loads it once.
 ///
 /// # Errors
@@ -223,7 +211,6 @@ pub fn build(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Built, CompileError> {
-    check_calibrated(machine, errors)?;
     progress.stage("finding tables and terms", 0);
     let exact::Exact {
         mut draft,

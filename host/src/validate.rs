@@ -195,17 +195,53 @@ pub fn is_partly_calibrated(machine: &Machine, errors: &ErrorModel) -> bool {
     })
 }
 
+/// Why random commands cannot be drawn.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DrawError {
+    /// The correction that decides between inside and outside fails.
+    #[error(transparent)]
+    NotConverged(#[from] NotConverged),
+    /// Hardly a position lies in the region.
+    #[error(
+        "of {draws} random positions only {found} are {}", .region.of_positions()
+    )]
+    Rare {
+        /// Where they should be.
+        region: Region,
+        /// Positions tried.
+        draws: usize,
+        /// Positions found there.
+        found: usize,
+    },
+}
+
+impl Region {
+    fn of_positions(self) -> &'static str {
+        match self {
+            Self::Travel => "in the travel",
+            Self::Inside => "inside the calibrated ranges, both as commanded and as corrected",
+            Self::Outside => "outside the calibrated ranges",
+        }
+    }
+}
+
+/// Drawing ends if fewer than one position in so many is in the region, after so many draws: a
+/// calibrated range is much wider than the corrections, so most of what is drawn inside stays.
+const RARE: usize = 50;
+const DRAWS: usize = 10_000;
+
 /// Random commands: positions, directions of travel, tool lengths and temperatures.
 ///
 /// # Errors
-/// [`NotConverged`] where the correction that decides between inside and outside fails.
+/// [`DrawError`] where the correction that decides between inside and outside fails, or hardly a
+/// position is in the region.
 pub fn random_commands(
     machine: &Machine,
     errors: &ErrorModel,
     region: Region,
     count: usize,
     seed: u64,
-) -> Result<Vec<Command>, NotConverged> {
+) -> Result<Vec<Command>, DrawError> {
     let kinematics = Kinematics::new(machine, errors);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::with_capacity(count);
@@ -213,7 +249,17 @@ pub fn random_commands(
     if region == Region::Outside && !partly {
         return Ok(commands);
     }
+    let mut draws = 0;
     while commands.len() < count {
+        let found = commands.len();
+        if draws >= DRAWS + RARE * found {
+            return Err(DrawError::Rare {
+                region,
+                draws,
+                found,
+            });
+        }
+        draws += 1;
         let mut command = Command::at(machine, &[]);
         for (i, axis) in machine.axes.iter().enumerate() {
             let [mut low, mut high] = axis.travel;

@@ -1,6 +1,5 @@
 //! The linearised model: transport matrices from every error to the tool.
 
-use crate::motion::basis;
 use crate::nominal::Frames;
 use crate::{
     Branch, ErrorModel, Kinematics, Machine, Parameter, ParameterKind, PerAxis, Situation, Twist,
@@ -61,7 +60,7 @@ impl<'a, P> Linearised<'a, P> {
                 } else {
                     self.q[index]
                 };
-                basis(kind, at)
+                kind.basis(at)
             }
         };
         let frame = if parameter.kind == ParameterKind::Inter {

@@ -34,7 +34,8 @@ pub struct Table<P = &'static [f64]> {
 impl<P: AsRef<[f64]>> Table<P> {
     /// The value (mm or rad) at a position: mean + `sign` · half the difference of the two
     /// directions; so those of each direction for +1 and −1, and their mean for 0 (unknown).
-    fn value(&self, q: f64, sign: f64) -> f64 {
+    #[must_use]
+    pub fn value(&self, q: f64, sign: f64) -> f64 {
         let at = self.at.as_ref();
         let positive = interpolate(at, self.positive.as_ref(), q);
         let Some(negative) = &self.negative else {
@@ -167,7 +168,7 @@ impl<P: AsRef<[f64]>> Motion<P> {
             .rev()
             .fold(0.0, |sum, c| sum * q + c);
         for change in &self.thermal {
-            value += change.per_kelvin * kelvin[change.sensor] * basis(change.kind, q);
+            value += change.per_kelvin * kelvin[change.sensor] * change.kind.basis(q);
         }
         if !self.harmonics.is_empty() {
             value += harmonics(&self.harmonics, q);
@@ -179,13 +180,17 @@ impl<P: AsRef<[f64]>> Motion<P> {
     }
 }
 
-/// What a coefficient is multiplied by at a position (mm or rad).
-pub(crate) fn basis(kind: ParameterKind, q: f64) -> f64 {
-    match kind {
-        ParameterKind::Degree(k) => power(q, k),
-        ParameterKind::Cosine(k) => sin_cos(f64::from(k) * q).1,
-        ParameterKind::Sine(k) => sin_cos(f64::from(k) * q).0,
-        ParameterKind::Inter | ParameterKind::Backlash => 1.0,
+impl ParameterKind {
+    /// What a coefficient of an error motion is multiplied by at a position (mm or rad); 1 for what
+    /// is no such coefficient.
+    #[must_use]
+    pub fn basis(self, q: f64) -> f64 {
+        match self {
+            Self::Degree(k) => power(q, k),
+            Self::Cosine(k) => sin_cos(f64::from(k) * q).1,
+            Self::Sine(k) => sin_cos(f64::from(k) * q).0,
+            Self::Inter | Self::Backlash => 1.0,
+        }
     }
 }
 
