@@ -3,7 +3,7 @@
 use crate::cross::Cross;
 use crate::process::{root, run};
 
-/// The runtime is in the firmware's programs; nothing that runs on a board links the kinematics.
+/// The runtime is in the programs of the board; of the kinematics those link only what they measure.
 ///
 /// # Errors
 /// What cannot be built.
