@@ -105,7 +105,10 @@ pub fn correct(
         for (kelvin, value) in situation.kelvin.iter_mut().zip(&values[n + with_length..]) {
             *kelvin = *value;
         }
-        let q = machine.to_kinematic(&within_a_turn(machine, &values[..n]));
+        // Where the error motions of endless axes are described.
+        let axes = machine.axes.iter().zip(&values[..n]);
+        let position: Vec<f64> = axes.map(|(axis, q)| axis.within_turn(*q)).collect();
+        let q = machine.to_kinematic(&position);
         let dq = kinematics
             .correction(&q, &situation, &Switches::ALL)
             .map_err(|error| (row + 1, error))?
@@ -113,18 +116,4 @@ pub fn correct(
         corrections.push(machine.to_command(&dq)[..n].to_vec());
     }
     Ok(corrections)
-}
-
-/// Positions of modulo axes reduced into their travel, where their error motions are described.
-fn within_a_turn(machine: &Machine, position: &[f64]) -> Vec<f64> {
-    let axes = machine.axes.iter().zip(position);
-    axes.map(|(axis, &q)| {
-        let [low, high] = axis.travel;
-        if axis.modulo {
-            low + (q - low).rem_euclid(high - low)
-        } else {
-            q
-        }
-    })
-    .collect()
 }

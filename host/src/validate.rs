@@ -398,3 +398,32 @@ pub fn verify(
             .collect(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::errors::Parameter;
+
+    #[test]
+    fn drawing_where_hardly_a_position_is_comes_to_an_end() {
+        let text = include_str!("../../examples/kolibri/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, value) in [("EXX0", 0.5), ("EXX2", 1e-9)] {
+            assert!(errors.set(&machine, Parameter::parse(name).unwrap(), value));
+        }
+        let x = machine.index('X').unwrap();
+        for range in [[10.0, 10.2], [500.0, 600.0]] {
+            errors.calibrated[x] = range;
+            let drawn = random_commands(&machine, &errors, Region::Inside, 1000, 1);
+            assert!(
+                matches!(drawn, Err(DrawError::Rare { found: 0, .. })),
+                "{drawn:?}"
+            );
+        }
+        // Half of it: the correction leads out of the other.
+        errors.calibrated[x] = [10.0, 11.0];
+        let drawn = random_commands(&machine, &errors, Region::Inside, 1000, 1).unwrap();
+        assert_eq!(drawn.len(), 1000);
+    }
+}

@@ -37,7 +37,11 @@ const CALLS: [(&str, &str, u64); 11] = [
     ("document_40_tables", "evaluate: layout of 40 tables", 700),
     ("rival_closed_form_libm", "instead: closed form, libm", 0),
     ("rival_htm_nalgebra", "instead: matrices, nalgebra f32", 0),
-    ("rival_exact_correction", "instead: exact correction, f64, libm", 0),
+    (
+        "rival_exact_correction",
+        "instead: exact correction, f64, libm",
+        0,
+    ),
 ];
 /// What the rivals are instead of.
 const OURS: &str = "evaluate_huron13";

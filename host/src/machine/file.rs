@@ -63,7 +63,8 @@ impl Machine {
     /// # Errors
     /// [`FileError`] with place, cause and remedy: syntax, unknown keys and letters, an axis
     /// named twice, a topology that does not match the axes, an empty travel, a value that is
-    /// not finite, a missing tool axis, and all that [`Machine::check`] refuses.
+    /// not finite, a missing tool axis, and all that
+    /// [`check`](trueaxis_kinematics::Machine::check) refuses.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: MachineFile = toml::from_str(text)?;
         let mut axes: Vec<Axis> = Vec::new();

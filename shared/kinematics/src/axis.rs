@@ -2,6 +2,7 @@
 
 use crate::Htm;
 use core::fmt;
+use nalgebra::ComplexField;
 
 /// Which of the two branches of the chain an axis belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +75,8 @@ pub struct Axis {
     pub frame: Htm,
     /// Travel limits of the command (mm or deg).
     pub travel: [f64; 2],
-    /// True if a rotary axis turns without end and its position wraps.
+    /// True if a rotary axis turns without end and its position wraps. Errors are functions of the
+    /// position within the turn that `travel` gives: see [`Self::within_turn`].
     pub modulo: bool,
     /// True if a positive command moves the carriage the negative way.
     pub reversed: bool,
@@ -141,9 +143,41 @@ impl Axis {
         }
     }
 
+    /// A position (mm or deg) of any turn of an endless axis as the same place within its travel;
+    /// of other axes as it is.
+    #[must_use]
+    pub fn within_turn(&self, position: f64) -> f64 {
+        let [low, high] = self.travel;
+        if !self.modulo || (low..=high).contains(&position) {
+            return position;
+        }
+        let turn = high - low;
+        position - turn * ComplexField::floor((position - low) / turn)
+    }
+
     /// `mm` or `deg`.
     #[must_use]
     pub fn unit(&self) -> &'static str {
         if self.letter.is_rotary() { "deg" } else { "mm" }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_turn_of_an_endless_axis_is_the_same_place() {
+        let mut axis = Axis::new(Letter::C, Branch::Workpiece, [-180.0, 180.0]);
+        assert_eq!(axis.within_turn(725.0), 725.0);
+        axis.modulo = true;
+        for (position, place) in [
+            (725.0, 5.0),
+            (-185.0, 175.0),
+            (180.0, 180.0),
+            (540.0, -180.0),
+        ] {
+            assert_eq!(axis.within_turn(position), place);
+        }
     }
 }

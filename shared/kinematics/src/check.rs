@@ -174,3 +174,52 @@ impl Machine {
         (q, at)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, Branch};
+    use std::string::ToString;
+
+    fn axes(letters: &[Letter]) -> std::vec::Vec<Axis> {
+        let axis = |l: &Letter| Axis::new(*l, Branch::Tool, [-90.0, 90.0]);
+        letters.iter().map(axis).collect()
+    }
+
+    fn refused(letters: &[Letter]) -> std::string::String {
+        let machine = Machine::new(&axes(letters)).and_then(|m| m.check());
+        machine.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn machines_that_cannot_be_corrected_are_refused_with_the_reason() {
+        use Letter as L;
+        assert_eq!(
+            refused(&[L::X, L::Y]),
+            "the machine has 2 axes, not three to six"
+        );
+        let seven = [L::X, L::Y, L::Z, L::A, L::B, L::C, L::U];
+        assert_eq!(refused(&seven), "the machine has 7 axes, not three to six");
+        assert_eq!(refused(&[L::X, L::Y, L::X]), "axis X is described twice");
+        assert!(refused(&[L::X, L::U, L::Z]).starts_with("the linear axes do not span space:"));
+        // Z turns into the plane of X and Y.
+        let turned = refused(&[L::X, L::Y, L::B, L::Z]);
+        assert!(
+            turned.contains("do not span space at B = -90.0°"),
+            "{turned}"
+        );
+        // C becomes parallel to A.
+        let parallel = refused(&[L::X, L::Y, L::Z, L::A, L::B, L::C]);
+        assert!(
+            parallel.contains("A and C are parallel at A = -90.0°, B = -90.0°, C = -90.0°"),
+            "{parallel}"
+        );
+    }
+
+    #[test]
+    fn a_mill_of_five_axes_can_be_corrected() {
+        use Letter as L;
+        let machine = Machine::new(&axes(&[L::X, L::Y, L::Z, L::C, L::A])).unwrap();
+        assert_eq!(machine.check(), Ok(()));
+    }
+}

@@ -294,3 +294,90 @@ fn place(machine: &Machine, parameter: Parameter) -> Option<usize> {
     );
     (!harmonic || machine.axes[index].letter.is_rotary()).then_some(index)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, Branch, Letter};
+
+    fn machine() -> Machine {
+        Machine::new(&[
+            Axis::new(Letter::X, Branch::Workpiece, [-200.0, 200.0]),
+            Axis::new(Letter::Y, Branch::Tool, [-200.0, 200.0]),
+            Axis::new(Letter::Z, Branch::Tool, [0.0, 300.0]),
+            Axis::new(Letter::A, Branch::Tool, [-90.0, 90.0]),
+        ])
+        .unwrap()
+    }
+
+    fn set(errors: &mut ErrorModel, name: &str, value: f64) -> bool {
+        errors.set(&machine(), Parameter::parse(name).unwrap(), value)
+    }
+
+    #[test]
+    fn what_a_machine_does_not_have_cannot_be_set() {
+        let perfect = ErrorModel::perfect(&machine());
+        let mut errors = perfect.clone();
+        for name in ["EXB1", "EXXc1", "EZZs8", "EA0C"] {
+            assert!(!set(&mut errors, name, 1e-3), "{name}");
+        }
+        let backlash = Parameter::parse("EXXb").unwrap();
+        assert!(!errors.set_per_kelvin(&machine(), backlash, 0, 1e-6));
+        let scale = Parameter::parse("EXX1").unwrap();
+        assert!(!errors.set_per_kelvin(&machine(), scale, MAX_SENSORS, 1e-6));
+        assert_eq!(errors, perfect);
+    }
+
+    #[test]
+    fn tables_with_wrong_points_are_not_taken() {
+        let mut errors = ErrorModel::perfect(&machine());
+        for (at, positive, negative) in [
+            (&[0.0, 1.0][..], &[0.0][..], None),
+            (&[0.0, 0.0], &[0.0, 1.0], None),
+            (&[0.0, 1.0], &[0.0, 1.0], Some(&[0.0][..])),
+            (&[], &[], None),
+        ] {
+            let table = Table {
+                at,
+                positive,
+                negative,
+            };
+            assert!(!errors.tabulate(0, 0, table));
+        }
+    }
+
+    #[test]
+    fn what_bends_holds_outside_the_calibrated_range_and_can_be_switched_off() {
+        let machine = machine();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, value) in [("EXX0", 1.0), ("EXX1", 1e-3), ("EYX0", 2.0), ("EYX2", 1e-4)] {
+            assert!(set(&mut errors, name, value));
+        }
+        assert!(errors.bends(&machine, 0) && !errors.bends(&machine, 1));
+        errors.calibrated[0] = [-100.0, 100.0];
+        let mut off = Switches::ALL;
+        off.0[0] = false;
+        let at = |situation: &Situation, switches: &Switches| {
+            let error = errors.intra_at(&machine, 0, 150.0, situation, switches);
+            error.map(|e| [e[0], e[1]]).unwrap()
+        };
+        let mut situation = Situation::default();
+        // The scale goes on, the parabola keeps its value at 100 mm.
+        assert_eq!(at(&situation, &Switches::ALL), [1.15, 3.0]);
+        assert_eq!(at(&situation, &off), [1.15, 2.0]);
+        situation.hold_by = Some([50.0; 6]);
+        assert_eq!(at(&situation, &Switches::ALL), [1.15, 4.25]);
+    }
+
+    #[test]
+    fn locations_change_with_temperature() {
+        let machine = machine();
+        let mut errors = ErrorModel::perfect(&machine);
+        assert!(set(&mut errors, "EZ0S", 0.5));
+        let parameter = Parameter::parse("EZ0S").unwrap();
+        assert!(errors.set_per_kelvin(&machine, parameter, 2, -0.25));
+        let mut kelvin = [0.0; MAX_SENSORS];
+        kelvin[2] = 4.0;
+        assert_eq!(errors.inter_at(4, &kelvin)[2], -0.5);
+    }
+}
