@@ -22,6 +22,7 @@ static BLOBS: LazyLock<[AlignedBlob; 2]> = LazyLock::new(|| {
         let axis = Axis {
             name: b'X',
             travel: [-1.0, 1.0],
+            period: 0.0,
             value_bound: 1.0,
             rate_bound: 1.0,
             hysteresis: 0.1,

@@ -104,20 +104,24 @@ pub fn repaired(bytes: &[u8]) -> AlignedBlob {
 /// A draft of whatever the bytes say; most of them encode.
 pub fn draft(b: &mut Bytes<'_>) -> Draft {
     let axes: Vec<Axis> = (0..1 + b.below(4))
-        .map(|i| Axis {
-            name: b"XYZC"[usize::from(i)],
-            travel: match b.below(4) {
-                0 => [-f32::MAX, f32::MAX],
-                1 => [-100.0, 100.0],
-                _ => {
-                    let low = b.number();
-                    [low, low + b.small().abs() + 0.125]
-                }
-            },
-            value_bound: 0.001 + b.small().abs(),
-            rate_bound: 0.001 + b.small().abs(),
-            hysteresis: b.small().abs(),
-            ramp_rate: 0.001 + b.small().abs(),
+        .map(|i| {
+            let kind = b.below(5);
+            Axis {
+                name: b"XYZC"[usize::from(i)],
+                travel: match kind {
+                    0 | 1 => [-f32::MAX, f32::MAX],
+                    2 => [-100.0, 100.0],
+                    _ => {
+                        let low = b.number();
+                        [low, low + b.small().abs() + 0.125]
+                    }
+                },
+                period: if kind == 0 { 360.0 } else { 0.0 },
+                value_bound: 0.001 + b.small().abs(),
+                rate_bound: 0.001 + b.small().abs(),
+                hysteresis: b.small().abs(),
+                ramp_rate: 0.001 + b.small().abs(),
+            }
         })
         .collect();
     let auxiliaries: Vec<Auxiliary> = (0..b.below(3))
@@ -131,6 +135,16 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
             reference: b.small(),
         })
         .collect();
+    // A modulo table fits the turn of its axis once or twice; elsewhere its period is any.
+    let steps = |b: &mut Bytes<'_>, input: u8, points: u32, modulo: bool| {
+        let period = axes.get(usize::from(input)).map_or(0.0, |a| a.period);
+        let step = 0.125 + b.number().abs();
+        if modulo && period > 0.0 {
+            period / (points * (1 + u32::from(step > 1.0))) as f32
+        } else {
+            step
+        }
+    };
     let inputs = (axes.len() + auxiliaries.len()) as u8;
     let outputs = axes.len() as u8;
     let mut tables = 0;
@@ -139,12 +153,13 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
             let input = b.below(inputs);
             let columns = 1 + b.below(3);
             let points = 2 + b.below(4);
+            let modulo = b.flag();
             tables += columns;
             DraftBank {
                 input,
                 start: b.number(),
-                step: 0.125 + b.number().abs(),
-                modulo: b.flag(),
+                step: steps(b, input, points.into(), modulo),
+                modulo,
                 direction: match b.below(4) {
                     1 if input < outputs => Direction::Positive,
                     2 if input < outputs => Direction::Negative,
@@ -187,12 +202,16 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
     let grids = (0..b.below(3))
         .map(|_| {
             let axes: Vec<GridAxis> = (0..1 + b.below(3))
-                .map(|_| GridAxis {
-                    input: b.below(inputs),
-                    start: b.number(),
-                    step: 0.125 + b.number().abs(),
-                    points: u32::from(2 + b.below(3)),
-                    modulo: b.flag(),
+                .map(|_| {
+                    let (input, points) = (b.below(inputs), u32::from(2 + b.below(3)));
+                    let modulo = b.flag();
+                    GridAxis {
+                        input,
+                        start: b.number(),
+                        step: steps(b, input, points, modulo),
+                        points,
+                        modulo,
+                    }
                 })
                 .collect();
             let first = b.below(outputs);

@@ -6,24 +6,31 @@
 
 mod bounds;
 mod proof;
+mod room;
+mod verdict;
 mod warnings;
 
-use crate::errors::{ErrorModel, Situation, Switches};
-use crate::kinematics::{Kinematics, NotConverged};
-use crate::machine::{Machine, PerAxis};
-use crate::schemes::exact::{self, ExactError};
+use crate::errors::ErrorModel;
+use crate::kinematics::NotConverged;
+use crate::machine::Machine;
+use crate::schemes::{self, Scheme, SchemeError};
+use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
 pub use bounds::AxisBounds;
 pub use proof::{Mismatch, Proof, belongs, prove};
+pub use room::{Fit, coarser, lacking};
 use serde::Serialize;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
+pub use verdict::Refusal;
 pub use warnings::{Culprit, Warning, over_bounds};
 
 /// What to make, and how thoroughly to prove it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Options of the scheme.
-    pub scheme: exact::Options,
+    /// How tables are found.
+    pub scheme: Scheme,
+    /// What they are to be like, whatever the scheme.
+    pub tables: schemes::Options,
     /// Accept corrections whose bound exceeds 1 mm or 1°.
     pub allow_large: bool,
     /// Random positions in each region of the verification.
@@ -35,7 +42,8 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            scheme: exact::Options::default(),
+            scheme: Scheme::default(),
+            tables: schemes::Options::default(),
             allow_large: false,
             random: 20_000,
             seed: 1,
@@ -59,6 +67,9 @@ impl Progress for () {
 /// Numbers and sizes of a compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Size {
+    /// Axes.
+    #[serde(skip)]
+    pub axes: usize,
     /// Tables.
     pub tables: usize,
     /// Banks: tables that share their points.
@@ -79,6 +90,7 @@ impl Size {
     pub fn of(runtime: &Runtime<'_>) -> Self {
         let compensation = runtime.compensation();
         Self {
+            axes: compensation.axes().len(),
             tables: compensation.tables(),
             banks: compensation.banks().len(),
             terms: compensation.terms().len(),
@@ -101,8 +113,10 @@ pub struct Built {
     /// What a user should know.
     pub warnings: Vec<Warning>,
     /// Largest difference to the kinematic correction that the structure alone leaves, in units
-    /// of the tolerance.
-    pub structure_error: f64,
+    /// of the tolerance; if the scheme knows.
+    pub structure_error: Option<f64>,
+    /// What the scheme has to say.
+    pub notes: Vec<String>,
 }
 
 /// A proven compensation.
@@ -119,7 +133,7 @@ pub struct Compiled {
 pub enum CompileError {
     /// The scheme found none.
     #[error(transparent)]
-    Scheme(#[from] ExactError),
+    Scheme(#[from] SchemeError),
     /// The kinematic correction fails somewhere.
     #[error(transparent)]
     NotConverged(#[from] NotConverged),
@@ -129,6 +143,14 @@ pub enum CompileError {
     /// What was written cannot be read.
     #[error("the compensation cannot be read back: {0}")]
     Load(#[from] LoadError),
+    /// The target holds less than is needed.
+    #[error("the target {target} holds too little: {}", list(.shortages))]
+    NoRoom {
+        /// Name of the target.
+        target: String,
+        /// What it lacks, at least one.
+        shortages: Vec<Shortage>,
+    },
     /// A bound is so large that it protects from nothing.
     #[error(
         "{warning}, which asks for a bound of {bound:.3} {unit}: more than 1 {unit} is refused"
@@ -155,20 +177,23 @@ impl From<DrawError> for CompileError {
     }
 }
 
+fn list(shortages: &[Shortage]) -> String {
+    let texts: Vec<String> = shortages.iter().map(Shortage::to_string).collect();
+    texts.join(", ")
+}
+
 impl CompileError {
     /// What to do about it.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
-            Self::Scheme(ExactError::TooManyTables { .. }) => {
-                "raise --tolerance, or use --minimize cost"
-            }
-            Self::Scheme(ExactError::ZeroPosition { .. }) => "give one position for each axis",
-            Self::Scheme(ExactError::NotConverged(_)) | Self::NotConverged(_) => {
-                "check the units of the error parameters (mm and rad), and where they are known under [calibrated]"
-            }
+            Self::Scheme(error) => error.remedy(),
+            Self::NotConverged(error) => SchemeError::from(*error).remedy(),
             Self::Encode(_) | Self::Load(_) => {
                 "raise --tolerance or lower --points, so that fewer tables and samples are needed"
+            }
+            Self::NoRoom { .. } => {
+                "raise --tolerance, store --samples i16 if bytes are short, or give another --target"
             }
             Self::TooLarge { .. } => {
                 "check this parameter and its unit (mm and rad), say under [calibrated] where it is known, subtract a constant with --zero-at, or use --allow-large if the machine really is so far off"
@@ -178,27 +203,6 @@ impl CompileError {
             }
         }
     }
-}
-
-/// The correction (mm, rad) at the zero position (mm, deg) that a compensation subtracts
-/// everywhere; nothing without one. The machine's own tool, unknown directions, reference
-/// temperature.
-///
-/// # Errors
-/// [`NotConverged`] where the kinematic correction itself fails.
-pub fn zero(
-    machine: &Machine,
-    errors: &ErrorModel,
-    zero_at: Option<&[f64]>,
-) -> Result<PerAxis, NotConverged> {
-    let Some(position) = zero_at else {
-        return Ok(PerAxis::default());
-    };
-    let kinematics = Kinematics::new(machine, errors);
-    let q = machine.to_kinematic(position);
-    Ok(kinematics
-        .correction(&q, &Situation::default(), &Switches::ALL)?
-        .dq)
 }
 
 /// Runs the scheme, sets the bounds, writes the blob and loads it once.
@@ -212,19 +216,24 @@ pub fn build(
     progress: &dyn Progress,
 ) -> Result<Built, CompileError> {
     progress.stage("finding tables and terms", 0);
-    let exact::Exact {
+    let schemes::Found {
         mut draft,
         structure_error,
-        ..
-    } = exact::compile(machine, errors, &options.scheme)?;
+        notes,
+    } = schemes::find(machine, errors, &options.scheme, &options.tables)?;
     let provisional = draft.encode()?;
-    let survey = bounds::Survey::new(
-        machine,
-        errors,
-        &Runtime::load(&provisional)?,
-        options.seed,
-        progress,
-    )?;
+    let runtime = Runtime::load(&provisional)?;
+    // Bounds change none of these numbers.
+    let size = Size::of(&runtime);
+    let target = &options.tables.target;
+    let shortages = target.shortages(&size);
+    if !shortages.is_empty() {
+        return Err(CompileError::NoRoom {
+            target: target.name.clone(),
+            shortages,
+        });
+    }
+    let survey = bounds::Survey::new(machine, errors, &runtime, options.seed, progress)?;
     let bounds = survey.bounds();
     let mut warnings = warnings::large(machine, errors, &survey)?;
     for (axis, (bound, found)) in draft
@@ -247,8 +256,7 @@ pub fn build(
     let blob = draft.encode()?;
     let runtime = Runtime::load(&blob)?;
     warnings.extend(warnings::short_tables(machine, &runtime));
-    warnings.extend(warnings::capacity(&runtime));
-    let size = Size::of(&runtime);
+    debug_assert_eq!(size, Size::of(&runtime));
     drop(runtime);
     Ok(Built {
         blob,
@@ -256,6 +264,7 @@ pub fn build(
         bounds,
         warnings,
         structure_error,
+        notes,
     })
 }
 
@@ -270,7 +279,7 @@ pub fn compile(
     progress: &dyn Progress,
 ) -> Result<Compiled, CompileError> {
     let built = build(machine, errors, options, progress)?;
-    let zero = zero(machine, errors, options.scheme.zero_at.as_deref())?;
+    let zero = options.tables.zero(machine, errors)?;
     let runtime = Runtime::load(&built.blob)?;
     let proof = prove(
         machine,

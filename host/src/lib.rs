@@ -10,4 +10,5 @@ pub mod machine;
 pub mod motion;
 pub mod schemes;
 pub mod source;
+pub mod target;
 pub mod validate;

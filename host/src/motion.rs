@@ -1,16 +1,19 @@
 //! Rows of positions as a motion: their order gives the direction of travel of every axis.
 
+mod outside;
+
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::Machine;
+pub use outside::{Outside, outside_compensation, outside_machine};
 use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
 /// The most axes a blob may have.
 const MOST_AXES: usize = 16;
 
-/// A position that a modulo table cannot resolve.
+/// A position of an endless axis, or on a modulo table, within whose turn f32 tells no places apart.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("row {row}: {value} is more than {MOST_PERIODS} turns away from zero on {name}")]
+#[error("row {row}: {value} is more than {MOST_PERIODS} periods away from zero on {name}")]
 pub struct TooFar {
     /// Row, counted from 1 below the header.
     pub row: usize,
@@ -18,21 +21,6 @@ pub struct TooFar {
     pub name: char,
     /// The position given.
     pub value: f64,
-}
-
-/// One period (degrees) if the tables of an axis wrap, else 0.
-fn period(compensation: &Largest<'_>, axis: usize) -> f32 {
-    let banks = compensation.banks().iter();
-    let grids = compensation.grids().iter().flat_map(|g| &g.axes);
-    banks
-        .map(|b| (b.input, b.points, b.step, b.modulo))
-        .chain(grids.map(|a| (a.input, a.points, a.step, a.modulo)))
-        .filter(|&(input, .., modulo)| modulo && usize::from(input) == axis)
-        .map(|(_, points, step, _)| points as f32 * step)
-        .fold(
-            0.0,
-            |longest, period| if period > longest { period } else { longest },
-        )
 }
 
 /// Corrections (mm, deg) of a compensation along a motion, before any guard rail.
@@ -45,14 +33,13 @@ fn period(compensation: &Largest<'_>, axis: usize) -> f32 {
 pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec<f32>>, TooFar> {
     let axes = compensation.axes();
     let mut reversals = [Reversal::new(); MOST_AXES];
-    let periods: Vec<f32> = (0..axes.len()).map(|i| period(compensation, i)).collect();
     let mut corrections = Vec::with_capacity(rows.len());
     for (row, values) in rows.iter().enumerate() {
         let mut inputs = Inputs::<MOST_AXES>::at([0.0; MOST_AXES]);
         let mut travelling = Travelling([Travel::Unknown; MOST_AXES]);
         for (i, axis) in axes.iter().enumerate() {
             let q = values[i] as f32;
-            if periods[i] > 0.0 && q.abs() > MOST_PERIODS * periods[i] {
+            if compensation.farthest(i).is_some_and(|most| q.abs() > most) {
                 return Err(TooFar {
                     row: row + 1,
                     name: char::from(axis.name),
@@ -60,7 +47,7 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
                 });
             }
             inputs.axes[i] = q;
-            travelling.0[i] = reversals[i].update(q, axis.hysteresis, periods[i]);
+            travelling.0[i] = reversals[i].update(q, axis.hysteresis, axis.period);
         }
         for (auxiliary, value) in inputs.auxiliaries.iter_mut().zip(&values[axes.len()..]) {
             *auxiliary = *value as f32;

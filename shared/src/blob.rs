@@ -180,6 +180,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             let found = Axis {
                 name: r.take(part)?,
                 travel: r.take(part)?,
+                period: r.take(part)?,
                 value_bound: r.take(part)?,
                 rate_bound: r.take(part)?,
                 hysteresis: r.take(part)?,
@@ -194,6 +195,14 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             let [low, high] = found.travel;
             if !(low.is_finite() && high.is_finite() && low < high) {
                 return Err(LoadError::Travel { axis });
+            }
+            if found.period != 0.0 {
+                if !bounded(found.period, LEAST_BOUND) {
+                    return Err(LoadError::AxisPeriod { axis });
+                }
+                if found.travel != [-f32::MAX, f32::MAX] {
+                    return Err(LoadError::EndlessTravel { axis });
+                }
             }
             if !bounded(found.value_bound, LEAST_BOUND) {
                 return Err(LoadError::ValueBound { axis });
@@ -247,6 +256,26 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
     }
 
+    /// Whether a modulo input of a bank or grid is the same after a turn of its axis.
+    fn closes(&self, part: Part, input: u8, span: &Span) -> Result<(), LoadError> {
+        // What rounding may take from the step, the product and the quotient.
+        const ROUNDING: f32 = 1.0 / 4_194_304.0;
+        let period = self.axes.get(usize::from(input)).map_or(0.0, |a| a.period);
+        if span.is_modulo() && period > 0.0 {
+            let times = period / span.period;
+            let whole = (times + 0.5) as u32 as f32;
+            let off = if times > whole {
+                times - whole
+            } else {
+                whole - times
+            };
+            if off > ROUNDING * whole {
+                return Err(LoadError::PeriodMismatch { part });
+            }
+        }
+        Ok(())
+    }
+
     fn read_banks(
         &mut self,
         r: &mut Reader<'a>,
@@ -291,6 +320,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 found.points,
                 found.modulo,
             )?;
+            self.closes(part, found.input, &span)?;
             if found.direction != Direction::Both && usize::from(slot) >= AXES {
                 return Err(LoadError::DirectionOfAuxiliary { bank: number });
             }
@@ -444,6 +474,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             };
             let slot = self.slot(part, axis.input)?;
             *span = Span::new(part, slot, axis.start, axis.step, axis.points, axis.modulo)?;
+            self.closes(part, axis.input, span)?;
             let _ = axes.push(axis);
         }
         let width: u32 = r.take(part)?;

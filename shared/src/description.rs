@@ -38,6 +38,9 @@ pub struct Axis {
     /// Lowest and highest permitted position, mm or degrees; `-f32::MAX..f32::MAX` for an axis
     /// that turns without end.
     pub travel: [f32; 2],
+    /// Of an axis that turns without end, the turn in degrees: positions that differ by it are the
+    /// same place, and the command may be reduced by whole turns at any time. 0 for other axes.
+    pub period: f32,
     /// Largest magnitude of the correction, mm or degrees.
     pub value_bound: f32,
     /// Largest rate of change of the correction, mm/s or degrees/s.

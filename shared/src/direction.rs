@@ -58,7 +58,7 @@ impl Reversal {
     /// Takes in the commanded position `q` (finite) with the hysteresis of the axis, both in mm
     /// or degrees.
     ///
-    /// `period`, if positive, is that of a modulo axis whose position may be reduced into one
+    /// `period`, if positive, is that of an endless axis, whose position may be reduced into one
     /// turn on the way here: a jump of more than half a period counts as whole turns plus the
     /// rest, not as a move.
     pub fn update(&mut self, q: f32, hysteresis: f32, period: f32) -> Travel {

@@ -74,6 +74,7 @@ mod tests {
     const AXIS: Axis = Axis {
         name: b'X',
         travel: [-10.0, 20.0],
+        period: 0.0,
         value_bound: 1.0,
         rate_bound: 1.0,
         hysteresis: 0.0,

@@ -330,6 +330,22 @@ pub enum LoadError {
         /// As they add up to.
         computed: u64,
     },
+    /// The period of an axis is neither 0 nor a number from 1e-9 to 1e9.
+    AxisPeriod {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// An axis has a period, so it is endless, but its travel has an end.
+    EndlessTravel {
+        /// Index of the axis.
+        axis: u16,
+    },
+    /// The period of a modulo input does not divide that of its axis: it would have two values at the
+    /// same place.
+    PeriodMismatch {
+        /// The bank or grid.
+        part: Part,
+    },
 }
 
 impl fmt::Display for LoadError {
@@ -389,6 +405,15 @@ impl fmt::Display for LoadError {
             Self::Travel { axis } => {
                 write!(f, "axis {axis}: the travel must be finite, lower end first")
             }
+            Self::AxisPeriod { axis } => {
+                write!(f, "axis {axis}: the period must be 0, or from 1e-9 to 1e9")
+            }
+            Self::EndlessTravel { axis } => {
+                write!(
+                    f,
+                    "axis {axis} has a period: its travel must be without end"
+                )
+            }
             Self::ValueBound { axis } => {
                 write!(f, "axis {axis}: the value bound must be from 1e-9 to 1e9")
             }
@@ -411,6 +436,9 @@ impl fmt::Display for LoadError {
                 write!(f, "{part}: {points} points, must be 2 to 16777216")
             }
             Self::Period { part } => write!(f, "{part}: the period must be finite"),
+            Self::PeriodMismatch { part } => {
+                write!(f, "{part}: the period must divide that of the axis")
+            }
             Self::DirectionOfAuxiliary { bank } => {
                 write!(f, "bank {bank}: an auxiliary input has no direction")
             }

@@ -4,8 +4,8 @@ use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
 use crate::inputs::Inputs;
 
-/// Most periods of a modulo table that an input may be away from 0: beyond, f32 has no sense of
-/// the position within the turn.
+/// Most periods, of an endless axis or of a modulo table, that an input may be away from 0: beyond,
+/// f32 has no sense of the position within the turn.
 pub const MOST_PERIODS: f32 = 8192.0;
 
 /// Limits of the inputs, and which matter.
@@ -13,8 +13,6 @@ pub const MOST_PERIODS: f32 = 8192.0;
 pub(crate) struct Reach<const AXES: usize> {
     pub axes: [f32; AXES],
     auxiliaries: [f32; AUXILIARIES],
-    /// Longest period of the modulo tables of each axis; 0 without.
-    pub periods: [f32; AXES],
     /// All axes, bit 0 is the first.
     pub all_axes: u16,
     /// Axes that feed an active term or a grid, bit 0 is the first.
@@ -27,7 +25,6 @@ impl<const AXES: usize> Reach<AXES> {
     pub(crate) const EMPTY: Self = Self {
         axes: [f32::MAX; AXES],
         auxiliaries: [f32::MAX; AUXILIARIES],
-        periods: [0.0; AXES],
         all_axes: 0,
         used_axes: 0,
         used_auxiliaries: 0,
@@ -56,6 +53,13 @@ impl<const AXES: usize> Reach<AXES> {
 impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
     Compensation<'_, AXES, TABLES, TERMS, GRIDS>
 {
+    /// How far from 0 axis `axis` may be, mm or degrees: [`MOST_PERIODS`] of its own period and of
+    /// every modulo table and grid on it; `f32::MAX` without. Beyond, its position is a bad input.
+    #[must_use]
+    pub fn farthest(&self, axis: usize) -> Option<f32> {
+        self.reach.axes[..self.axes.len()].get(axis).copied()
+    }
+
     /// Whether these inputs can be evaluated with sense.
     pub(crate) fn usable(&self, inputs: &Inputs<AXES>) -> bool {
         self.reach.holds(inputs, self.axes.len())
@@ -68,6 +72,11 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         reach.all_axes = ((1_u32 << axes) - 1) as u16;
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
+        for (limit, axis) in reach.axes.iter_mut().zip(&self.axes) {
+            if axis.period > 0.0 {
+                *limit = MOST_PERIODS * axis.period;
+            }
+        }
         let banks = self
             .banks
             .iter()
@@ -79,10 +88,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             let input = usize::from(input);
             let limit = match input.checked_sub(axes) {
                 Some(auxiliary) => &mut reach.auxiliaries[auxiliary],
-                None => {
-                    reach.periods[input] = reach.periods[input].max(period);
-                    &mut reach.axes[input]
-                }
+                None => &mut reach.axes[input],
             };
             *limit = limit.min(MOST_PERIODS * period);
         }

@@ -43,7 +43,7 @@ pub const PATIENCE: f32 = 0.01;
 pub enum Refused {
     /// The change before it is not finished: try again when [`Servo::is_swapping`] is false.
     Busy,
-    /// It has other axes (number, order, letters or travel).
+    /// It has other axes (number, order, letters, travel or period).
     Axes,
     /// An auxiliary input has another kind or name.
     Auxiliaries,
@@ -53,7 +53,7 @@ impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Busy => "the previous change of compensation is not finished",
-            Self::Axes => "the axes differ in number, order, letter or travel",
+            Self::Axes => "the axes differ in number, order, letter, travel or period",
             Self::Auxiliaries => "an auxiliary input differs in kind or name",
         })
     }
@@ -200,7 +200,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             return Err(Refused::Busy);
         }
         let (old, new) = (self.current.axes(), to.axes());
-        let same = |(a, b): (&crate::Axis, &crate::Axis)| a.name == b.name && a.travel == b.travel;
+        let same = |(a, b): (&crate::Axis, &crate::Axis)| {
+            a.name == b.name && a.travel == b.travel && a.period == b.period
+        };
         if old.len() != new.len() || !old.iter().zip(new).all(same) {
             return Err(Refused::Axes);
         }
@@ -276,7 +278,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     ///
     /// # Timing
     /// While nothing but positions changes and all axes are well within travel and bounds, far
-    /// less than otherwise: see `servo/steady.rs`. Without divisions, but for a modulo
+    /// less than otherwise: see `servo/steady.rs`. Without divisions, but for an endless
     /// axis whose position was reduced by a turn, and for a change of compensation in the call
     /// that starts it.
     #[inline]
@@ -365,17 +367,17 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Directions of travel and last finite positions. An axis that is not referenced may be given
     /// another position: its direction starts anew.
     fn follow(&mut self, inputs: &Inputs<AXES>, referenced: u16) {
-        let axes = self.current.axes().iter().zip(&self.current.reach.periods);
+        let axes = self.current.axes();
         let positions = self.positions.iter_mut().zip(&inputs.axes);
         let all = self.lanes.iter_mut().zip(axes).zip(positions);
-        for (k, ((lane, (axis, &period)), (position, &q))) in all.enumerate() {
+        for (k, ((lane, axis), (position, &q))) in all.enumerate() {
             if q.is_finite() {
                 *position = q;
             }
             if referenced & (1 << k) == 0 {
                 lane.reversal = Reversal::new();
             } else if q.is_finite() {
-                lane.reversal.update(q, axis.hysteresis, period);
+                lane.reversal.update(q, axis.hysteresis, axis.period);
             }
         }
     }

@@ -11,6 +11,7 @@ pub fn axis(name: u8) -> Axis {
     Axis {
         name,
         travel: [-1000.0, 1000.0],
+        period: 0.0,
         value_bound: 1.0,
         rate_bound: 10.0,
         hysteresis: 0.01,
@@ -62,6 +63,7 @@ pub fn bare() -> Draft {
 pub fn everything() -> Draft {
     let mut draft = bare();
     draft.axes[2].travel = [-f32::MAX, f32::MAX];
+    draft.axes[2].period = 360.0;
     draft.auxiliaries.push(Auxiliary {
         kind: AuxiliaryKind::ToolLength,
         name: "tool".try_into().unwrap(),

@@ -8,7 +8,7 @@ use core::ops::{BitOr, BitOrAssign};
 pub struct Conditions(pub u16);
 
 impl Conditions {
-    /// An input is not a number, infinite, or beyond 2¹³ periods of a modulo table.
+    /// An input is not a number, infinite, or beyond 2¹³ periods of an endless axis or a modulo table.
     pub const BAD_INPUT: Self = Self(1);
     /// The period is not a number from above 0 to [`LONGEST_PERIOD`](crate::LONGEST_PERIOD).
     pub const BAD_PERIOD: Self = Self(1 << 1);

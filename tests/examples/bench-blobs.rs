@@ -12,6 +12,7 @@ fn axis(name: u8, travel: [f32; 2]) -> Axis {
     Axis {
         name,
         travel,
+        period: 0.0,
         value_bound: 1.0,
         rate_bound: 1.0,
         hysteresis: 0.001,

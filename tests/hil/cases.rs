@@ -72,10 +72,12 @@ pub fn compile(setup: &Setup, name: &str) -> Result<Case, Failure> {
     );
     let mut words = vec!["compile", &machine, &errors, "-o", text(&path)?];
     words.extend(further);
+    // The published coefficients of some do not allow the tolerance.
+    words.push("--best-effort");
     // What an earlier run has left must not stand in.
     let _ = std::fs::remove_file(&path);
     let output = setup.trueaxis(&words)?;
-    // 1: written, but a tolerance that the published coefficients do not allow is not met.
+    // 1: written, but the tolerance is not met.
     if !matches!(output.status.code(), Some(0 | 1)) {
         return Err(String::from_utf8_lossy(&output.stderr).into());
     }

@@ -10,6 +10,7 @@ fn axis(name: u8, travel: f32) -> Axis {
     Axis {
         name,
         travel: [-travel, travel],
+        period: 0.0,
         value_bound: 0.75,
         rate_bound: 20.0,
         hysteresis: 0.0078125,
@@ -64,7 +65,10 @@ pub fn everything() -> Draft {
             axis(b'X', 400.0),
             axis(b'Y', 250.0),
             axis(b'Z', 300.0),
-            axis(b'C', f32::MAX),
+            Axis {
+                period: 360.0,
+                ..axis(b'C', f32::MAX)
+            },
         ],
         auxiliaries: vec![
             Auxiliary {

@@ -4,6 +4,9 @@
 #[cfg(feature = "desktop")]
 mod examples;
 pub mod golden;
+pub mod measured;
+#[cfg(feature = "desktop")]
+pub mod random_machines;
 
 #[cfg(feature = "desktop")]
 pub use examples::{errors, machine, read};

@@ -21,6 +21,7 @@ fn compare<const N: usize>(counts: [usize; N], seed: u64) {
     let axis = |name| Axis {
         name,
         travel: [-1e4, 1e4],
+        period: 0.0,
         value_bound: 1.0,
         rate_bound: 1.0,
         hysteresis: 0.0,

@@ -1,26 +1,13 @@
-//! What the readme and the manual show is what the command says today.
+//! The figures of the manual that no command prints as they stand there. What commands print is
+//! compared in `host/tests/command/shown.rs`.
 
 use trueaxis_host::compile::{self, Options};
 use trueaxis_host::errors::{Situation, Switches};
 use trueaxis_host::kinematics::Kinematics;
+use trueaxis_host::schemes::Scheme;
 use trueaxis_host::schemes::exact::Minimize;
 use trueaxis_host::validate::{Region, Runtime, random_commands, verify};
 use trueaxis_tests::{errors, machine, read};
-
-/// The line of the command that counts tables, terms and bytes.
-fn counts(machine_file: &str, minimize: Minimize) -> String {
-    let machine = machine(&format!("examples/huron-k2x8/{machine_file}"));
-    let errors = errors("examples/huron-k2x8/errors-13.toml", &machine);
-    let mut options = Options::default();
-    options.scheme.minimize = minimize;
-    let size = compile::build(&machine, &errors, &options, &())
-        .unwrap()
-        .size;
-    format!(
-        "{} tables in {} banks, {} terms, {} samples, {} bytes",
-        size.tables, size.banks, size.terms, size.samples, size.bytes
-    )
-}
 
 #[track_caller]
 fn shows(file: &str, line: &str) {
@@ -28,21 +15,6 @@ fn shows(file: &str, line: &str) {
     assert!(
         text.lines().any(|l| l == line),
         "{file} does not show `{line}`: run the commands it shows again"
-    );
-}
-
-#[test]
-fn the_readme_and_the_tutorial_show_what_compile_prints() {
-    let line = counts("machine.toml", Minimize::Cost);
-    shows("README.md", &line);
-    shows("docs/src/first-compensation.md", &line);
-    shows(
-        "docs/src/first-compensation.md",
-        &counts("machine.toml", Minimize::Tables),
-    );
-    shows(
-        "docs/src/first-compensation.md",
-        &counts("machine-tool-length.toml", Minimize::Cost),
     );
 }
 
@@ -78,8 +50,10 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
         let machine = machine(&format!("examples/{machine_file}.toml"));
         let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
         let [by_cost, by_tables] = [Minimize::Cost, Minimize::Tables].map(|minimize| {
-            let mut options = Options::default();
-            options.scheme.minimize = minimize;
+            let options = Options {
+                scheme: Scheme::Exact { minimize },
+                ..Options::default()
+            };
             let built = compile::build(&machine, &errors, &options, &()).unwrap();
             let runtime = Runtime::load(&built.blob).unwrap();
             let commands = random_commands(&machine, &errors, Region::Travel, 2000, 7).unwrap();
@@ -143,6 +117,7 @@ fn none_of_the_twelve_coefficients_of_the_kolibri_is_within_the_tolerance() {
         smallest = largest.into_iter().fold(smallest, f64::min);
     }
     assert!(smallest > 0.05e-3);
+    // 0.06179 µm: no last bit of a mathematical library changes the third decimal.
     let shown = format!("{:.3} µm", 1e3 * smallest);
     assert!(read("docs/src/reproduction.md").contains(&shown), "{shown}");
 }

@@ -26,6 +26,7 @@ fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
     let axis = |&name: &u8| Axis {
         name,
         travel: [-1000.0, 1000.0],
+        period: 0.0,
         value_bound: 0.5,
         rate_bound: 10.0,
         hysteresis: 0.01,

@@ -21,6 +21,7 @@ fn blob(machine: &str, scale: f32) -> &'static [u8] {
         axes: vec![Axis {
             name: b'X',
             travel: [-100.0, 100.0],
+            period: 0.0,
             value_bound: 100.0,
             rate_bound: 1e4,
             hysteresis: 0.01,

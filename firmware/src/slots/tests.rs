@@ -24,6 +24,7 @@ fn draft(machine: &str) -> Draft {
     let axis = |name| Axis {
         name,
         travel: [-100.0, 100.0],
+        period: 0.0,
         value_bound: 1.0,
         rate_bound: 10.0,
         hysteresis: 0.01,

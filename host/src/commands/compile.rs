@@ -1,27 +1,34 @@
 //! `trueaxis compile`
 
+mod answer;
+
+use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
-use super::{Outcome, screen};
+use super::target;
+use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
-use trueaxis_host::compile::{self, AxisBounds, Proof, Size, Warning, over_bounds};
+use trueaxis_host::compile::{self, CompileError, Refusal};
 use trueaxis_host::machine::Machine;
-use trueaxis_host::schemes::exact;
+use trueaxis_host::schemes::{self, exact};
+use trueaxis_host::target::Target;
 use trueaxis_host::validate::Runtime;
 
 /// Turn a machine and its errors into a compensation, and prove what it does
 ///
-/// Writes FILE.trax, reads it back, evaluates it with the runtime at random positions over the
-/// whole travel with random directions of travel, and compares with the exact kinematic model.
-/// Exits with 1 if the tolerance is not met inside the calibrated range; the file is written all
-/// the same.
+/// Evaluates the bytes of FILE.trax with the runtime at random positions over the whole travel,
+/// with random directions of travel, and compares with the exact kinematic model; then writes them
+/// and reads them back.
+///
+/// Exits with 1 and writes nothing if the tolerance is not met inside the calibrated range, unless
+/// --best-effort is given, or if the target holds too little; then it says at which tolerance the
+/// compensation would fit. An older file of the same name stays as it was.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax"
+    after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -45,9 +52,16 @@ pub struct Arguments {
     /// axes left out are at 0
     #[arg(long, value_name = "X=0,Y=0,…")]
     zero_at: Option<String>,
-    /// How samples are stored
-    #[arg(long, value_enum, default_value = "f32")]
-    samples: Samples,
+    /// The controller it is for: stm32f405 (the reference board), desktop (as much as a blob can
+    /// hold), or a file as `trueaxis flash --dry-run` prints it
+    #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
+    target: String,
+    /// How samples are stored (default: as the target prefers)
+    #[arg(long, value_enum)]
+    samples: Option<Samples>,
+    /// Write it even if the tolerance is not met
+    #[arg(long)]
+    best_effort: bool,
     /// Accept corrections whose bound exceeds 1 mm or 1°
     #[arg(long)]
     allow_large: bool,
@@ -155,30 +169,6 @@ pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput
     Ok(position)
 }
 
-/// The answer for programs.
-#[derive(Serialize)]
-struct Answer<'a> {
-    file: &'a Path,
-    machine: &'a str,
-    scheme: &'static str,
-    tolerance_um: f64,
-    tolerance_urad: f64,
-    meets_tolerance: bool,
-    #[serde(flatten)]
-    size: Size,
-    axes: &'a [AxisBounds],
-    #[serde(flatten)]
-    proof: &'a Proof,
-    warnings: Vec<Message<'a>>,
-}
-
-#[derive(Serialize)]
-struct Message<'a> {
-    message: String,
-    #[serde(flatten)]
-    warning: &'a Warning,
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
@@ -187,42 +177,51 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         tolerance,
         ..
     } = arguments;
-    files::refuse_overwriting(output, &[&files.machine, &files.errors])?;
+    let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
+    let target_file = Path::new(&arguments.target);
+    if target_file.exists() {
+        inputs.push(target_file);
+    }
+    files::prepare(output, &inputs)?;
+    let target = target::read(&arguments.target)?;
     let (machine, errors) = files.read()?;
-    let zero_at = arguments
-        .zero_at
-        .as_deref()
-        .map(|text| zero_position(text, &machine))
-        .transpose()?;
-    let Scheme::Exact = arguments.scheme;
-    let options = compile::Options {
-        scheme: exact::Options {
-            tolerance: tolerance * 1e-3,
-            minimize: match arguments.minimize {
-                Minimize::Cost => exact::Minimize::Cost,
-                Minimize::Tables => exact::Minimize::Tables,
-            },
-            points: arguments.points.map(|n| n as usize),
-            format: match arguments.samples {
-                Samples::F32 => SampleFormat::F32,
-                Samples::I16 => SampleFormat::I16,
-            },
-            zero_at,
-            ..exact::Options::default()
-        },
-        allow_large: arguments.allow_large,
-        random: arguments.random.random as usize,
-        seed: arguments.random.seed,
-    };
+    let options = arguments.options(&machine, target)?;
     let bar = Bar::new();
-    let built = compile::build(&machine, &errors, &options, &bar)?;
-    files::write(output, &built.blob)?;
-
-    // Prove what lies on the disk, not what was meant to be written.
-    let blob = files::read_blob(output)?;
-    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, output))?;
-    let zero = compile::zero(&machine, &errors, options.scheme.zero_at.as_deref())
-        .map_err(compile::CompileError::from)?;
+    let answer = Answer {
+        file: output,
+        machine: &machine.name,
+        scheme: options.scheme.name(),
+        target: &options.tables.target,
+        tolerance_um: *tolerance,
+        tolerance_urad: *tolerance,
+        meets_tolerance: false,
+        written: false,
+        proven: None,
+        refusals: &[],
+        shortages: &[],
+        fits: None,
+    };
+    let built = match compile::build(&machine, &errors, &options, &bar) {
+        Ok(built) => built,
+        Err(CompileError::NoRoom { shortages, .. }) => {
+            let fits = compile::coarser(&machine, &errors, &options, &bar)?;
+            drop(bar);
+            let answer = Answer {
+                shortages: &shortages,
+                fits,
+                ..answer
+            };
+            answer.print(arguments.json)?;
+            return Ok(Outcome::CheckFailed);
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let zero = options
+        .tables
+        .zero(&machine, &errors)
+        .map_err(CompileError::from)?;
+    // The bytes are proven before they are written; writing reads them back and compares.
+    let runtime = Runtime::load(&built.blob).map_err(CompileError::from)?;
     let proof = compile::prove(
         &machine,
         &errors,
@@ -232,52 +231,67 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         options.seed,
         &bar,
     )?;
+    let refusals = proof.refusals(*tolerance);
+    let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
+    let written = refusals.iter().all(accepted);
+    let (mut shortages, mut fits) = (Vec::new(), None);
+    if !written {
+        shortages = compile::lacking(&machine, &errors, &options, &bar)?;
+        if !shortages.is_empty() {
+            fits = compile::coarser(&machine, &errors, &options, &bar)?;
+        }
+    }
     drop(bar);
-
-    let meets = proof.meets(*tolerance);
-    let mut warnings = built.warnings.clone();
-    warnings.extend(over_bounds(&built.bounds, &proof.travel.largest));
-    if arguments.json {
-        files::print_json(&Answer {
-            file: output,
-            machine: &machine.name,
-            scheme: "exact",
-            tolerance_um: *tolerance,
-            tolerance_urad: *tolerance,
-            meets_tolerance: meets,
-            size: built.size,
-            axes: &built.bounds,
-            proof: &proof,
-            warnings: warnings
-                .iter()
-                .map(|warning| Message {
-                    message: warning.to_string(),
-                    warning,
-                })
-                .collect(),
-        })?;
+    if written {
+        files::write(output, &built.blob)?;
+    }
+    let answer = Answer {
+        meets_tolerance: proof.meets(*tolerance),
+        written,
+        proven: Some(Proven::new(&built, &proof)),
+        refusals: &refusals,
+        shortages: &shortages,
+        fits,
+        ..answer
+    };
+    answer.print(arguments.json)?;
+    Ok(if refusals.is_empty() {
+        Outcome::Done
     } else {
-        let mut text = format!("{}: {}\n", output.display(), machine.name);
-        text += &screen::size(&built.size);
-        text.push('\n');
-        text += &screen::quality(&proof);
-        text.push('\n');
-        text += &screen::bounds(&built.bounds, &proof.travel.largest);
-        text += &screen::tool_length(&proof);
-        files::print(&text)?;
+        Outcome::CheckFailed
+    })
+}
+
+impl Arguments {
+    /// What the library is asked.
+    fn options(&self, machine: &Machine, target: Target) -> Result<compile::Options, BadInput> {
+        let zero_at = self
+            .zero_at
+            .as_deref()
+            .map(|text| zero_position(text, machine))
+            .transpose()?;
+        let minimize = match self.minimize {
+            Minimize::Cost => exact::Minimize::Cost,
+            Minimize::Tables => exact::Minimize::Tables,
+        };
+        Ok(compile::Options {
+            scheme: match self.scheme {
+                Scheme::Exact => schemes::Scheme::Exact { minimize },
+            },
+            tables: schemes::Options {
+                tolerance: self.tolerance * 1e-3,
+                points: self.points.map(|n| n as usize),
+                format: match self.samples {
+                    None => target.samples,
+                    Some(Samples::F32) => SampleFormat::F32,
+                    Some(Samples::I16) => SampleFormat::I16,
+                },
+                zero_at,
+                target,
+            },
+            allow_large: self.allow_large,
+            random: self.random.random as usize,
+            seed: self.random.seed,
+        })
     }
-    for warning in &warnings {
-        eprintln!("warning: {warning}");
-    }
-    if meets {
-        return Ok(Outcome::Done);
-    }
-    let inside = proof.inside();
-    eprintln!(
-        "the tolerance of {tolerance} µm and µrad is not met: {} µm and {} µrad were achieved; {} was written all the same",
-        screen::number(inside.difference_um),
-        screen::number(inside.difference_urad),
-        output.display()
-    );
-    Ok(Outcome::CheckFailed)
 }

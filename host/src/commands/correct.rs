@@ -11,7 +11,8 @@ use trueaxis_host::motion;
 /// Compute the exact kinematic correction at positions, without tables
 ///
 /// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
-/// machine file. Corrections are dX,dY,… in the order of the machine's axes.
+/// machine file. Corrections are dX,dY,… in the order of the machine's axes. An axis outside its travel
+/// gets a warning.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis correct machine.toml errors.toml --positions path.csv -o corrections.csv\n\n\
@@ -39,6 +40,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "check that the position is within the travel, and the units of the error parameters (mm and rad)",
         )
     })?;
+    let corrections: Vec<Vec<f64>> = corrections
+        .iter()
+        .map(|row| row.iter().copied().map(rounded).collect())
+        .collect();
     let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
-    along.write(&letters, &corrections)
+    let outside = motion::outside_machine(&machine, &rows);
+    along.write(&letters, &corrections, &outside)
+}
+
+/// A correction to 1e-10 mm or deg: finer than the kinematic correction is iterated, and coarse
+/// enough for the same digits on every system, whose mathematical libraries differ by 1e-13.
+fn rounded(correction: f64) -> f64 {
+    // Adding 0 makes -0 to 0.
+    (correction * 1e10).round() / 1e10 + 0.0
 }

@@ -8,13 +8,14 @@ use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use trueaxis_host::formats::positions::{self, Input};
-use trueaxis_host::motion;
+use trueaxis_host::motion::{self, Outside};
 use trueaxis_host::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
 ///
 /// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
-/// blob. Corrections are those before the guard rails, dX,dY,… in the order of the blob's axes.
+/// blob. Corrections are those before the guard rails, dX,dY,… in the order of the blob's axes. An axis
+/// outside its travel gets a warning; tables hold their end values there.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis eval machine.trax --positions path.csv -o corrections.csv\n\n\
@@ -47,35 +48,42 @@ pub struct Along {
 #[derive(Serialize)]
 struct Corrections<'a, T> {
     axes: &'a [char],
+    outside: &'a [Outside<T>],
     corrections: &'a [Vec<T>],
 }
 
 #[derive(Serialize)]
-struct Written<'a> {
+struct Written<'a, T> {
     file: &'a Path,
     rows: usize,
+    outside: &'a [Outside<T>],
 }
 
 impl Along {
     /// Reads the positions, each row in the order of `inputs`; `others` are further input files.
     pub fn read(&self, inputs: &[Input], others: &[&Path]) -> Result<Vec<Vec<f64>>, BadInput> {
         if let Some(output) = &self.output {
-            files::refuse_overwriting(output, others)?;
-            files::refuse_overwriting(output, &[&self.positions])?;
+            files::prepare(output, others)?;
+            files::prepare(output, &[&self.positions])?;
         }
         let text = Text::read(&self.positions)?;
         positions::read(&text.text, inputs).map_err(|e| text.bad(e))
     }
 
-    /// Writes the corrections where they are wanted.
+    /// Writes the corrections where they are wanted, and warns of axes outside their travel.
     pub fn write<T: Display + Serialize>(
         &self,
         letters: &[char],
         corrections: &[Vec<T>],
+        outside: &[Outside<T>],
     ) -> Result<Outcome, BadInput> {
+        for outside in outside {
+            eprintln!("warning: {}: {outside}", self.positions.display());
+        }
         match &self.output {
             None if self.json => files::print_json(&Corrections {
                 axes: letters,
+                outside,
                 corrections,
             })?,
             None => files::print(&positions::write(letters, corrections))?,
@@ -83,7 +91,11 @@ impl Along {
                 files::write(path, positions::write(letters, corrections).as_bytes())?;
                 let rows = corrections.len();
                 if self.json {
-                    files::print_json(&Written { file: path, rows })?;
+                    files::print_json(&Written {
+                        file: path,
+                        rows,
+                        outside,
+                    })?;
                 } else {
                     files::print(&format!(
                         "{}: corrections of {rows} positions\n",
@@ -115,5 +127,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .iter()
         .map(|a| char::from(a.name))
         .collect();
-    along.write(&letters, &corrections)
+    let outside = motion::outside_compensation(compensation, &rows);
+    along.write(&letters, &corrections, &outside)
 }

@@ -1,6 +1,7 @@
 //! Reading files, and writing them so that nobody ever sees half of one.
 
 use super::bad_input::BadInput;
+use super::replace;
 use clap::Args;
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
@@ -83,8 +84,9 @@ impl MachineFiles {
     }
 }
 
-/// Refuses to write over a file that is read.
-pub fn refuse_overwriting(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
+/// Before the work begins: refuses to write over a file that is read, and removes what an earlier
+/// run has left of the output that was ended in the middle of writing.
+pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
     let real = |path: &Path| path.canonicalize().ok();
     let written = real(output);
     match inputs
@@ -99,49 +101,22 @@ pub fn refuse_overwriting(output: &Path, inputs: &[&Path]) -> Result<(), BadInpu
             ),
             "give -o another name",
         )),
-        None => Ok(()),
+        None => {
+            replace::tidy(output);
+            Ok(())
+        }
     }
 }
 
-/// Writes a file as a whole: into a temporary file beside it, which then takes its place. If
-/// anything fails or the program is interrupted, the old file stays as it was.
+/// Writes a file as a whole, see [`replace`]: if anything fails or the program is interrupted, the
+/// old file stays as it was.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
-    write_beside(path, bytes).map_err(|error| {
+    replace::replace(path, bytes).map_err(|error| {
         BadInput::new(
             format!("{}: cannot be written: {error}", path.display()),
             "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
         )
     })
-}
-
-fn write_beside(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let old = std::fs::metadata(path);
-    match &old {
-        Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
-        // A device or a pipe cannot be replaced, and has no old content to lose.
-        Ok(found) if !found.is_file() => return std::fs::write(path, bytes),
-        _ => {}
-    }
-    // Through a symbolic link the file that it names is replaced, not the link.
-    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".trueaxis-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As the old file, or as any new one; the umask takes its share.
-        let new = std::fs::Permissions::from_mode(0o666);
-        builder.permissions(old.map_or(new, |found| found.permissions()));
-    }
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(&path)?;
-    Ok(())
 }
 
 /// Writes to standard output; a reader that has gone away is no error.

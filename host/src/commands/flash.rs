@@ -8,24 +8,35 @@ use super::progress::Bar;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use trueaxis::AlignedBlob;
 use trueaxis_host::link::{self, Activated};
+use trueaxis_host::target::Target;
+use trueaxis_host::validate::Runtime;
 
 /// Upload a compensation into a controller
 ///
 /// It goes into the table slot that is not in use and is the newest from then on: at the next
 /// start, or at once with --activate. An upload that was interrupted goes on where it was. What is
 /// in use stays so until the new one is complete and checked.
+///
+/// With --dry-run nothing is uploaded: it prints what the controller holds, as `compile --target`
+/// reads it, and checks a compensation, if one is given, as an upload would.
 #[derive(Args)]
-#[command(after_help = "Example:\n  trueaxis flash machine.trax --port /dev/ttyUSB0 --activate")]
+#[command(
+    after_help = "Example:\n  trueaxis flash machine.trax --port /dev/ttyUSB0 --activate\n\nWhat the controller holds:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
+)]
 pub struct Arguments {
     /// The compensation
-    #[arg(value_name = "FILE.trax")]
-    blob: PathBuf,
+    #[arg(value_name = "FILE.trax", required_unless_present = "dry_run")]
+    blob: Option<PathBuf>,
     #[command(flatten)]
     port: PortArguments,
     /// Change over to it now
     #[arg(long)]
     activate: bool,
+    /// Upload nothing: check it, and print what the controller holds
+    #[arg(long, conflicts_with = "activate")]
+    dry_run: bool,
     /// Also if the controller has a compensation of another machine (name or axes)
     #[arg(long)]
     force: bool,
@@ -48,17 +59,63 @@ struct Flashed<'a> {
     fading: bool,
 }
 
+#[derive(Serialize)]
+struct Checked<'a> {
+    file: Option<&'a Path>,
+    firmware: &'a str,
+    board: &'a str,
+    target: &'a Target,
+}
+
+/// Reads a compensation and checks that it is one.
+fn read(path: &Path) -> Result<AlignedBlob, BadInput> {
+    let blob = files::read_blob(path)?;
+    Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    Ok(blob)
+}
+
+/// Says what the controller holds, in the words of `compile --target`, and uploads nothing.
+fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let port = &arguments.port;
+    let path = arguments.blob.as_deref();
+    let blob = path.map(read).transpose()?;
+    let (_, controller) = port.connect()?;
+    if let Some(blob) = &blob {
+        link::check(&controller, blob, arguments.force).map_err(|error| port.bad_flash(&error))?;
+    }
+    let target = Target::of(&controller);
+    let (firmware, board) = (&controller.firmware, &controller.board);
+    if arguments.json {
+        files::print_json(&Checked {
+            file: path,
+            firmware,
+            board,
+            target: &target,
+        })?;
+        return Ok(Outcome::Done);
+    }
+    let mut text = format!("# {}: {firmware} on {board}\n", port.port);
+    if let Some(path) = path {
+        text += &format!("# {} fits\n", path.display());
+    }
+    files::print(&(text + &target.to_toml()))?;
+    Ok(Outcome::Done)
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
-        blob: path,
+        blob: Some(path),
         port,
         activate,
+        dry_run: false,
         force,
         json,
-    } = arguments;
-    let blob = files::read_blob(path)?;
-    trueaxis_host::validate::Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    } = arguments
+    else {
+        return dry_run(arguments);
+    };
+    let blob = read(path)?;
     let (mut client, controller) = port.connect()?;
     let bar = Bar::new();
     let outcome = link::flash(&mut client, &controller, &blob, *force, *activate, &bar)

@@ -42,6 +42,8 @@ struct AxisEntry {
     unit: &'static str,
     /// `None`: turns without end.
     travel: Option<[f32; 2]>,
+    /// `None`: positions do not repeat.
+    period: Option<f32>,
     value_bound: f32,
     rate_bound: f32,
     ramp_rate: f32,
@@ -137,6 +139,7 @@ fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
             name: *name,
             unit: unit(*name),
             travel: (axis.travel != [-f32::MAX, f32::MAX]).then_some(axis.travel),
+            period: (axis.period > 0.0).then_some(axis.period),
             value_bound: axis.value_bound,
             rate_bound: axis.rate_bound,
             ramp_rate: axis.ramp_rate,
@@ -227,9 +230,10 @@ fn listing(contents: &Contents<'_>) -> String {
     text += &screen::size(&contents.size);
     let _ = writeln!(text, "rotary corrections by {}\n\naxes", contents.policy);
     for a in &contents.axes {
-        let travel = match a.travel {
-            Some([low, high]) => format!("{low} to {high} {}", a.unit),
-            None => "without end".to_owned(),
+        let travel = match (a.travel, a.period) {
+            (_, Some(period)) => format!("endless ({period} {})", a.unit),
+            (Some([low, high]), None) => format!("{low} to {high} {}", a.unit),
+            (None, None) => "without end".to_owned(),
         };
         let _ = writeln!(
             text,

@@ -10,7 +10,9 @@ mod inspect;
 mod monitor;
 mod port;
 mod progress;
+mod replace;
 mod screen;
+mod target;
 mod verify;
 
 use bad_input::BadInput;

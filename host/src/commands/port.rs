@@ -47,8 +47,8 @@ impl PortArguments {
             FlashError::OtherMachine { .. } => {
                 "check that this is the right file and the right port; --force if it is meant so"
             }
-            FlashError::TooLarge { .. } => {
-                "compile it with a larger --tolerance or --samples i16, or build the firmware with larger capacities"
+            FlashError::TooLarge(_) => {
+                "compile it with the --target that `trueaxis flash --dry-run` prints, or build the firmware with larger capacities"
             }
             FlashError::Link(error) => remedy(error),
             FlashError::NotReady(_) => "see `trueaxis monitor` for what it waits for",

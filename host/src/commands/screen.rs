@@ -91,6 +91,7 @@ pub fn size(size: &Size) -> String {
         grids,
         samples,
         bytes,
+        ..
     } = size;
     let grids = match grids {
         0 => String::new(),

@@ -9,6 +9,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_host::compile::{self, CompileError, Proof, Size};
+use trueaxis_host::schemes;
 use trueaxis_host::validate::Runtime;
 
 /// Compare a compensation with the exact model at random positions
@@ -70,7 +71,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_deref()
         .map(|text| zero_position(text, &machine))
         .transpose()?;
-    let zero = compile::zero(&machine, &errors, zero_at.as_deref()).map_err(CompileError::from)?;
+    let subtracted = schemes::Options {
+        zero_at,
+        ..schemes::Options::default()
+    };
+    let zero = subtracted
+        .zero(&machine, &errors)
+        .map_err(CompileError::from)?;
     let bar = Bar::new();
     let Random { random, seed } = arguments.random;
     let proof = compile::prove(

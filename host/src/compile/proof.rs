@@ -122,7 +122,7 @@ pub fn belongs(
 }
 
 /// Compares a blob with the exact model at `random` positions of each region; `zero` (mm, rad) is
-/// what was subtracted from its tables ([`super::zero`]).
+/// what was subtracted from its tables ([`Options::zero`](crate::schemes::Options::zero)).
 ///
 /// # Errors
 /// [`CompileError`] where the kinematic correction fails or next to nothing is calibrated.

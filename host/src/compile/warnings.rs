@@ -10,9 +10,6 @@ use serde::Serialize;
 
 /// Corrections above these are unusual on a machine tool: mm, deg.
 const LARGE: [f64; 2] = [1.0, 0.1];
-/// What the default target holds.
-const TABLES: usize = 96;
-const TERMS: usize = 256;
 
 /// The error that causes most of a correction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -69,18 +66,6 @@ pub enum Warning {
         from: f32,
         /// Last point (mm, deg).
         to: f32,
-    },
-    /// More than the default target holds.
-    #[error(
-        "{needed} {what}: the default target holds {held}, so raise its capacity, or --tolerance"
-    )]
-    Capacity {
-        /// `tables` or `terms`.
-        what: &'static str,
-        /// As many as there are.
-        needed: usize,
-        /// As many as it holds.
-        held: usize,
     },
 }
 
@@ -231,17 +216,4 @@ pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
         }
     }
     warnings
-}
-
-/// More tables or terms than the default target holds.
-pub fn capacity(runtime: &Runtime<'_>) -> Vec<Warning> {
-    let compensation = runtime.compensation();
-    [
-        ("tables", compensation.tables(), TABLES),
-        ("terms", compensation.terms().len(), TERMS),
-    ]
-    .into_iter()
-    .filter(|(_, needed, held)| needed > held)
-    .map(|(what, needed, held)| Warning::Capacity { what, needed, held })
-    .collect()
 }

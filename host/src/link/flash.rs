@@ -2,7 +2,8 @@
 
 use super::client::{Client, Controller, LinkError};
 use super::port::Port;
-use crate::compile::Progress;
+use crate::compile::{Progress, Size};
+use crate::target::{Shortage, Target};
 use crate::validate::Runtime;
 use std::time::Duration;
 use trueaxis::link::{
@@ -40,15 +41,8 @@ pub enum FlashError {
         axes: String,
     },
     /// The controller holds less than it needs.
-    #[error("the compensation has {needed} {what}, the controller holds {held}")]
-    TooLarge {
-        /// Of what.
-        what: &'static str,
-        /// As the blob has.
-        needed: usize,
-        /// As the controller holds.
-        held: usize,
-    },
+    #[error("the compensation has {} {}, the controller holds {}", .0.needed, .0.what, .0.held)]
+    TooLarge(Shortage),
     /// The controller does not take it, or the link fails.
     #[error("{0}")]
     Link(#[from] LinkError),
@@ -110,17 +104,9 @@ pub fn check(controller: &Controller, blob: &[u8], force: bool) -> Result<(), Fl
             axes: controller.axes.clone(),
         });
     }
-    let room = &controller.capacities;
-    for (what, needed, held) in [
-        ("axes", new.axes().len(), usize::from(room.axes)),
-        ("tables", new.tables(), usize::from(room.tables)),
-        ("terms", new.terms().len(), usize::from(room.terms)),
-        ("grids", new.grids().len(), usize::from(room.grids)),
-        ("bytes", blob.len(), room.slot as usize),
-    ] {
-        if needed > held {
-            return Err(FlashError::TooLarge { what, needed, held });
-        }
+    let shortages = Target::of(controller).shortages(&Size::of(&runtime));
+    if let Some(shortage) = shortages.first() {
+        return Err(FlashError::TooLarge(*shortage));
     }
     Ok(())
 }

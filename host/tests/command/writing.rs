@@ -1,6 +1,6 @@
 //! Files are written as a whole or not at all.
 
-use crate::program::{Folder, blob, example, plain, refused};
+use crate::program::{Folder, answer, blob, example, plain, refused};
 use std::process::{Command, Output};
 
 /// `eval` of many positions into `old.csv`, which exists, under a limit of 1 block per file.
@@ -32,6 +32,66 @@ fn a_write_that_is_interrupted_leaves_the_old_file() {
     let output = limited(&folder, "ulimit -c 0;");
     assert_eq!(output.status.code(), None, "{}", plain(&output.stderr));
     assert_eq!(std::fs::read(folder.at("old.csv")).unwrap(), b"old");
+    // What it has left behind goes with the next run, even with one that writes nothing.
+    let partial = ".old.csv.trueaxis-partial";
+    assert_eq!(folder.names(), [partial, "old.csv", "p.csv"]);
+    let (old, bad) = (folder.at("old.csv"), folder.file("bad.csv", "Y,A\n1,2\n"));
+    refused(
+        &["eval", &blob("kolibri"), "--positions", &bad, "-o", &old],
+        &["bad.csv"],
+    );
+    assert_eq!(folder.names(), ["bad.csv", "old.csv", "p.csv"]);
+    assert_eq!(std::fs::read(folder.at("old.csv")).unwrap(), b"old");
+}
+
+#[test]
+fn a_file_left_behind_is_gone_after_the_next_run() {
+    let folder = Folder::new();
+    let positions = folder.file("p.csv", "Y,A,C,X,Z\n1,2,3,4,5\n");
+    folder.file(".out.csv.trueaxis-partial", "half of it");
+    let out = folder.at("out.csv");
+    answer(
+        0,
+        &[
+            "eval",
+            &blob("kolibri"),
+            "--positions",
+            &positions,
+            "-o",
+            &out,
+        ],
+    );
+    assert_eq!(folder.names(), ["out.csv", "p.csv"]);
+}
+
+#[test]
+fn runs_at_the_same_time_leave_one_whole_file() {
+    let folder = Folder::new();
+    let blob = blob("kolibri");
+    let out = folder.at("out.csv");
+    let mut wholes = Vec::new();
+    let mut runs = Vec::new();
+    for number in 1..=6 {
+        let rows = format!("{number},10,20,30,40\n").repeat(200 * number);
+        let positions = folder.file(&format!("p{number}.csv"), format!("Y,A,C,X,Z\n{rows}"));
+        wholes.push(answer(0, &["eval", &blob, "--positions", &positions]));
+        runs.push(positions);
+    }
+    let mut running: Vec<std::process::Child> = runs
+        .iter()
+        .map(|positions| {
+            Command::new(env!("CARGO_BIN_EXE_trueaxis"))
+                .args(["eval", &blob, "--positions", positions, "-o", &out])
+                .stdout(std::process::Stdio::null())
+                .spawn()
+                .unwrap()
+        })
+        .collect();
+    for run in &mut running {
+        assert!(run.wait().unwrap().success());
+    }
+    assert!(wholes.contains(&std::fs::read_to_string(&out).unwrap()));
+    assert!(folder.names().iter().all(|name| !name.starts_with('.')));
 }
 
 #[test]
@@ -111,7 +171,7 @@ fn a_new_file_can_be_read_by_others() {
     let folder = Folder::new();
     let positions = folder.file("p.csv", "Y,A,C,X,Z\n1,2,3,4,5\n");
     let out = folder.at("out.csv");
-    crate::program::answer(
+    answer(
         0,
         &[
             "eval",

@@ -9,6 +9,7 @@ use trueaxis_firmware::desktop::Desktop;
 use trueaxis_firmware::mock_flash::MockFlash;
 use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_host::link::{Client, Tcp};
+use trueaxis_host::target::Target;
 
 const PERIOD: f32 = 0.001;
 
@@ -134,6 +135,50 @@ fn what_does_not_fit_is_refused_before_anything_is_erased() {
     let files = Files::new();
     let served = Served::tcp(desktop(WhileBusy::DualBank));
     let text = says(2, &["flash", &files.at("large"), "--port", &served.port]);
+    assert!(text.contains("bytes, the controller holds 24448"), "{text}");
+    let mut flash = served.take().stop();
+    assert!(flash.image().iter().all(|byte| *byte == 0xFF));
+}
+
+#[test]
+fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
+    let files = Files::new();
+    let served = Served::tcp(desktop(WhileBusy::DualBank));
+    let arguments = ["flash", "--dry-run", "--port", &served.port];
+    let output = trueaxis(&arguments);
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let target = Target::from_toml(&text).unwrap();
+    let expected = Target {
+        name: "desktop".into(),
+        bytes: Some(24_448),
+        ..Target::stm32f405()
+    };
+    assert_eq!(target, expected, "{text}");
+    let json = says(0, &[&arguments[..], &["--json"]].concat());
+    let answer: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(answer["target"], serde_json::to_value(&expected).unwrap());
+    // Saved, it is what `compile` is given; there the slot is the limit.
+    let example = |name| format!("{}/../examples/kolibri/{name}", env!("CARGO_MANIFEST_DIR"));
+    let (machine, errors) = (example("machine.toml"), example("errors-12.toml"));
+    std::fs::write(files.at("board.toml"), text.replace("24448", "2000")).unwrap();
+    let (board, out) = (files.at("board.toml"), files.at("k.trax"));
+    let compile = [
+        "compile", &machine, &errors, "-o", &out, "--target", &board, "--random", "200",
+    ];
+    let text = says(1, &compile);
+    assert!(
+        text.contains("the target desktop holds too little:"),
+        "{text}"
+    );
+    assert!(text.contains("bytes are needed, 2000 are held"), "{text}");
+    assert!(!std::fs::exists(&out).unwrap());
+    std::fs::write(&board, target.to_toml()).unwrap();
+    says(0, &compile);
+    // A compensation is checked as an upload would check it.
+    let text = says(0, &[&arguments[..], &[&files.at("first")]].concat());
+    assert!(text.contains("first fits"), "{text}");
+    let text = says(2, &[&arguments[..], &[&files.at("large")]].concat());
     assert!(text.contains("bytes, the controller holds 24448"), "{text}");
     let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));

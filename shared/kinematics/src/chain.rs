@@ -37,7 +37,13 @@ impl<'a, P> Kinematics<'a, P> {
             errors,
             nominal,
             located,
-            carried: core::array::from_fn(|index| errors.carried(index)),
+            carried: core::array::from_fn(|index| {
+                let linear = machine
+                    .axes
+                    .get(index)
+                    .is_some_and(|a| !a.letter.is_rotary());
+                errors.carried(index, linear)
+            }),
         }
     }
 
@@ -79,8 +85,7 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
                         * Htm::from_xyz_abc(self.errors.inter_at(index, &situation.kelvin))
                 };
                 let moved = link.moved(frame * located, q[index]);
-                let full = switches.0[index] || link.rotary;
-                let carried = self.carried[index];
+                let (carried, full) = (self.carried[index], switches.0[index]);
                 match self.errors.intra(carried, index, q[index], situation, full) {
                     Some(error) => moved * Htm::from_xyz_abc(error),
                     None => moved,

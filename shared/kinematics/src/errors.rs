@@ -31,10 +31,11 @@ impl Default for Situation {
     }
 }
 
-/// Which error motions of linear axes count in full.
+/// Which axes' error motions count in full.
 ///
 /// A linear axis that is switched off keeps what is affine in its position (constants and
-/// scales): with all of them off, the exact correction is affine in every linear position.
+/// scales), a rotary one what is constant: with all of them off, the exact correction is affine in
+/// every linear position and depends on rotary positions through their sines and cosines only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Switches(pub [bool; MAX_AXES]);
 
@@ -73,11 +74,13 @@ pub struct ErrorModel<P = &'static [f64]> {
     pub calibrated: [[f64; 2]; MAX_AXES],
 }
 
-/// Bit sets of the error motions of one axis: which there are, and which of them hold.
+/// Bit sets of the error motions of one axis: which there are, which of them hold, and which count in
+/// full although the axis is switched off.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried {
     there: u8,
     holds: u8,
+    stays: u8,
 }
 
 impl ErrorModel<&[f64]> {
@@ -199,11 +202,14 @@ impl<P> ErrorModel<P> {
     }
 
     /// Which error motions an axis has.
-    pub(crate) fn carried(&self, index: usize) -> Carried {
+    pub(crate) fn carried(&self, index: usize, linear: bool) -> Carried {
         let mut carried = Carried::default();
         for (component, motion) in self.motions[index].iter().enumerate() {
             carried.there |= u8::from(!motion.is_zero()) << component;
             carried.holds |= u8::from(motion.holds()) << component;
+            // What is affine: constants and scales of length.
+            let stays = linear && component < 3 && !motion.holds();
+            carried.stays |= u8::from(stays) << component;
         }
         carried
     }
@@ -238,11 +244,13 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
         situation: &Situation,
         switches: &Switches,
     ) -> Option<[f64; 6]> {
-        let full = switches.0[index] || machine.axes[index].letter.is_rotary();
-        self.intra(self.carried(index), index, q, situation, full)
+        let linear = !machine.axes[index].letter.is_rotary();
+        let full = switches.0[index];
+        self.intra(self.carried(index, linear), index, q, situation, full)
     }
 
-    /// The same, where it is known which motions the axis has; not `full`: only what is affine.
+    /// The same, where it is known which motions the axis has; not `full`: only what stays when it is
+    /// switched off.
     pub(crate) fn intra(
         &self,
         carried: Carried,
@@ -266,12 +274,12 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
         let sign = situation.sign[index];
         let mut error = [0.0; 6];
         for (component, (e, motion)) in error.iter_mut().zip(&self.motions[index]).enumerate() {
-            if carried.there >> component & 1 == 0 {
+            let is = |set: u8| set >> component & 1 == 1;
+            if !is(carried.there) {
                 continue;
             }
-            let holds = carried.holds >> component & 1 == 1;
-            *e = if full || (component < 3 && !holds) {
-                let at = if holds { held } else { q };
+            *e = if full || is(carried.stays) {
+                let at = if is(carried.holds) { held } else { q };
                 motion.value(at, sign, &situation.kelvin)
             } else {
                 motion.constant(&situation.kelvin) + motion.backlash * sign

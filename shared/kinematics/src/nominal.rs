@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 pub(crate) struct Link {
     pub index: usize,
     pub relative: Htm,
-    pub rotary: bool,
+    rotary: bool,
     /// The axis of its frame along or about which it moves.
     component: usize,
     /// −1 if a positive command moves the carriage the negative way.

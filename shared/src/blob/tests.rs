@@ -84,8 +84,8 @@ macro_rules! variants {
 variants! {
     NoHeader BadMagic UnknownVersion ReservedNotZero WrongLength BadChecksum Misaligned Truncated
     Malformed UnknownVariant TooSmall TooManyTables TooManyAuxiliaries TooManyAdjustable NoAxes
-    AxisName DuplicateAxis Travel ValueBound RateBound Hysteresis RampRate Reference Input Start
-    Step Points Period DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
+    AxisName DuplicateAxis Travel AxisPeriod EndlessTravel ValueBound RateBound Hysteresis RampRate Reference Input Start
+    Step Points Period PeriodMismatch DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
     SamplesOutside UnusedSamples TableSample GridSample TableMagnitude TermOutput Weight Limits
     WeightOutsideLimits TooManyFactors Factor TermMagnitude OutputMagnitude GridInputs GridOutputs
     PaddingNotZero SectionLength
@@ -286,6 +286,18 @@ fn axis_damages() -> Vec<(LoadError, LoadError)> {
             LoadError::Travel { axis: 1 },
         ));
     }
+    for bad in [-360.0, 1e-10, 1e10, f32::NAN, f32::INFINITY, -f32::INFINITY] {
+        list.push((
+            drafted(|d| d.axes[2].period = bad),
+            LoadError::AxisPeriod { axis: 2 },
+        ));
+    }
+    for travel in [[-f32::MAX, 360.0], [0.0, f32::MAX], [0.0, 360.0]] {
+        list.push((
+            drafted(|d| d.axes[2].travel = travel),
+            LoadError::EndlessTravel { axis: 2 },
+        ));
+    }
     for bad in [0.0, -1.0, 1e-10, 1e10, f32::NAN, f32::INFINITY] {
         list.extend([
             (
@@ -355,6 +367,19 @@ fn span_damages() -> Vec<(LoadError, LoadError)> {
     }
     let far = |d: &mut Draft| (d.banks[1].start, d.banks[1].step) = (3e38, 2e37);
     list.push((drafted(far), LoadError::Start { part: b }));
+    // Half a turn too long, twice as long, longer by a thousandth, by two units of the last place.
+    for step in [135.0, 180.0, 90.09, 90.00003] {
+        list.push((
+            drafted(|d| d.banks[2].step = step),
+            LoadError::PeriodMismatch {
+                part: Part::Bank(2),
+            },
+        ));
+        list.push((
+            drafted(|d| d.grids[0].axes[2].step = 2.0 * step),
+            LoadError::PeriodMismatch { part: g },
+        ));
+    }
     let turn = |d: &mut Draft| (d.banks[2].start, d.banks[2].step) = (-3e38, 1e38);
     list.push((
         drafted(turn),
@@ -424,7 +449,11 @@ fn sample_damages() -> Vec<(LoadError, LoadError)> {
             // The product of the counts is beyond 2⁶⁴ / 3.
             wired(
                 |_| (),
-                |w| w.grids[0].axes.iter_mut().for_each(|a| a.points = 1 << 24),
+                |w| {
+                    for a in &mut w.grids[0].axes {
+                        (a.points, a.step) = (1 << 24, 360.0 / 16_777_216.0);
+                    }
+                },
             ),
             LoadError::SamplesOutside {
                 part: Part::Grid(0),
@@ -712,6 +741,7 @@ fn the_smallest_blob_is_written_as_specified() {
         vec![1, b'm', 0, 2, 0, 1, b'X'],
         float(-1000.0),
         float(1000.0),
+        float(0.0),
         float(1.0),
         float(10.0),
         float(0.01),
@@ -752,4 +782,21 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn a_modulo_table_fits_a_turn_of_its_axis_a_whole_number_of_times() {
+    // Whatever the number of points: steps and their multiples are rounded.
+    for times in 1..=12_u16 {
+        for points in 2..200_u16 {
+            let mut draft = everything();
+            draft.banks[2].step = 360.0 / f32::from(times) / f32::from(points);
+            draft.banks[2].columns = vec![vec![0.01; usize::from(points)]];
+            draft.encode().unwrap();
+        }
+    }
+    // An axis that has ends may repeat what it likes: the pitch of its screw.
+    let mut draft = everything();
+    draft.banks[1].modulo = true;
+    draft.encode().unwrap();
 }

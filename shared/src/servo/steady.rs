@@ -44,7 +44,7 @@ impl Lane {
     }
 
     /// Takes the guard rails from an axis whose tables take positions up to `reach`.
-    fn settle(&mut self, axis: &Axis, reach: f32, period: f32) {
+    fn settle(&mut self, axis: &Axis, reach: f32) {
         // Generous, so that no rounding here or in the comparison matters.
         const MARGIN: f32 = 1e-6;
         let [low, high] = axis.travel;
@@ -55,7 +55,7 @@ impl Lane {
         self.inside = [low + margin, high - margin];
         self.value_bound = axis.value_bound;
         self.rate_bound = axis.rate_bound;
-        self.watch(period);
+        self.watch(axis.period);
     }
 
     /// Takes direction and extreme from the reversal, if the axis is well inside its travel.
@@ -104,14 +104,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         let plain = in_full && !self.current.reach.uses_auxiliaries();
         if self.enabled && !self.dry_run && !held && !moving && plain {
             let reach = &self.current.reach;
-            let axes = self
-                .current
-                .axes()
-                .iter()
-                .zip(&reach.axes)
-                .zip(&reach.periods);
-            for (lane, ((axis, &reach), &period)) in self.lanes.iter_mut().zip(axes) {
-                lane.settle(axis, reach, period);
+            let axes = self.current.axes().iter().zip(&reach.axes);
+            for (lane, (axis, &reach)) in self.lanes.iter_mut().zip(axes) {
+                lane.settle(axis, reach);
             }
             self.keep_pace(self.period);
         }
@@ -183,13 +178,13 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         if all.any(|(k, (lane, &q))| turns(k) && !(q >= lane.inside[0] && q <= lane.inside[1])) {
             return false;
         }
-        let axes = self.current.axes().iter().zip(&self.current.reach.periods);
+        let axes = self.current.axes();
         let travelling = self.travelling.0.iter_mut().zip(&inputs.axes);
         let lanes = self.lanes.iter_mut().zip(axes).zip(travelling).enumerate();
-        for (_, ((lane, (axis, &period)), (travel, &q))) in lanes.filter(|(k, _)| turns(*k)) {
+        for (_, ((lane, axis), (travel, &q))) in lanes.filter(|(k, _)| turns(*k)) {
             lane.unwatch();
-            *travel = lane.reversal.update(q, axis.hysteresis, period);
-            lane.watch(period);
+            *travel = lane.reversal.update(q, axis.hysteresis, axis.period);
+            lane.watch(axis.period);
         }
         true
     }

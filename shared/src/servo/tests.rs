@@ -27,6 +27,7 @@ fn draft(scale: f32) -> Draft {
         axis.rate_bound = 2.0;
         axis.ramp_rate = 0.4;
     }
+    draft.axes[2].period = 360.0;
     draft.banks = vec![
         bank(
             0,
@@ -333,6 +334,9 @@ fn a_compensation_of_another_machine_is_refused() {
     let mut other = draft(1.0);
     other.axes[1].travel[1] = 60.0;
     assert_eq!(servo.swap(leak(&other)), Err(Refused::Axes));
+    let mut other = draft(1.0);
+    other.axes[2].period = 720.0;
+    assert_eq!(servo.swap(leak(&other)), Err(Refused::Axes));
     servo.swap(*B).unwrap();
     servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
     let mut other = draft(1.0);
@@ -373,6 +377,59 @@ fn a_backlash_step_is_spread_by_the_rate_bound() {
         settle(&mut servo, &at(20.25, 10.0, 45.0)).status,
         Status::default()
     );
+}
+
+#[test]
+fn an_endless_axis_keeps_its_direction_over_the_turn_whatever_its_tables() {
+    let backlash = DraftBank {
+        direction: Direction::Signed,
+        ..bank(2, 0.0, 360.0, vec![vec![0.02, 0.02]])
+    };
+    let mut alone = bare();
+    (alone.axes[2].travel, alone.axes[2].period) = ([-f32::MAX, f32::MAX], 360.0);
+    alone.banks = vec![backlash];
+    alone.terms = vec![term(2, 1.0, &[0])];
+    let mut with_a_plain_table = alone.clone();
+    let plain = bank(2, 0.0, 180.0, vec![vec![0.0, 0.01, 0.0]]);
+    with_a_plain_table.banks.push(plain);
+    with_a_plain_table.terms.push(term(0, 1.0, &[1]));
+    let mut with_a_third_of_a_turn = alone.clone();
+    with_a_third_of_a_turn.banks.push(DraftBank {
+        modulo: true,
+        ..bank(2, 0.0, 60.0, vec![vec![0.0, 0.01]])
+    });
+    with_a_third_of_a_turn.terms.push(term(0, 1.0, &[1]));
+    for draft in [alone, with_a_plain_table, with_a_third_of_a_turn] {
+        let c = leak(&draft);
+        for (step, travel, dq) in [
+            (1_i16, Travel::Positive, 0.02),
+            (-1, Travel::Negative, -0.02),
+        ] {
+            let mut servo = S::new(c);
+            servo.enable();
+            let mut tenths = 0_i16;
+            for update in 0..8000 {
+                tenths = (tenths + step).rem_euclid(3600);
+                let correction = servo.update(&at(0.0, 0.0, f32::from(tenths) * 0.1), ALL, DT);
+                if update > 0 {
+                    assert_eq!(servo.travelling().0[2], travel, "at {tenths}");
+                }
+                if update > 4000 {
+                    assert_eq!(correction.dq[2], dq, "at {tenths}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_endless_axis_without_modulo_tables_has_8192_turns_too() {
+    let mut draft = bare();
+    (draft.axes[2].travel, draft.axes[2].period) = ([-f32::MAX, f32::MAX], 360.0);
+    let c = leak(&draft);
+    assert_eq!(c.farthest(0), Some(f32::MAX));
+    assert_eq!(c.farthest(2), Some(MOST_PERIODS * 360.0));
+    assert_eq!(c.farthest(3), None);
 }
 
 #[test]

@@ -71,6 +71,7 @@ impl Cube {
         let axis = |name| Axis {
             name,
             travel: [0.0, 480.0],
+            period: 0.0,
             value_bound: 1.0,
             rate_bound: 1.0,
             hysteresis: 0.0,
@@ -241,7 +242,7 @@ fn compiling() {
             allow_large: true,
             ..Options::default()
         };
-        options.scheme.zero_at = zero_at;
+        options.tables.zero_at = zero_at;
         let run = || {
             let start = Instant::now();
             let compiled = compile::compile(&machine, &errors, &options, &()).map(|c| c.built.size);

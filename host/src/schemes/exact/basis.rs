@@ -1,92 +1,37 @@
 //! For each variable, the functions that the correction is made of.
 
+use super::along::{Along, Column, Shows};
+use super::generators::{Generator, products};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable, positions};
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
-
-/// A generator: a table from which functions are made as products.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Generator {
-    /// ξ = x / scale.
-    Coordinate,
-    /// sin x.
-    Sine,
-    /// cos x.
-    Cosine,
-}
-
-impl Generator {
-    fn value(self, x: f64, scale: f64) -> f64 {
-        match self {
-            Self::Coordinate => x / scale,
-            Self::Sine => x.sin(),
-            Self::Cosine => x.cos(),
-        }
-    }
-}
 
 /// The functions of one variable: number 0 is the constant 1, then products of generators, then
-/// functions found numerically.
+/// functions found numerically: those that show with the axis' own motions off, those of its
+/// motions, those of its motions together with another's.
 #[derive(Clone, Debug)]
 pub struct Basis {
     /// Products of generators; the first is empty: the constant.
     pub products: Vec<Vec<Generator>>,
-    /// Number of numerical functions.
-    pub numeric: usize,
-    /// Samples from which numerical functions are computed anywhere.
-    columns: Vec<Column>,
-    /// Columns × products: their part in the samples.
-    known: DMatrix<f64>,
-    /// Pseudo-inverse: columns × numeric.
-    unfold: DMatrix<f64>,
+    /// Functions found numerically.
+    numeric: Vec<Numeric>,
     /// Largest magnitude of each function in the calibrated range.
     pub peaks: Vec<f64>,
 }
 
-/// One output of one component at fixed values of all other variables.
+/// Functions found numerically in one kind of samples: what the functions before them leave.
 #[derive(Clone, Debug)]
-struct Column {
-    component: usize,
-    monomial: usize,
-    node: usize,
-    output: usize,
-}
-
-/// Samples along one variable at one set of nodes: node fastest, one run for each column.
-#[derive(Default)]
-struct Along {
+struct Numeric {
+    shows: Shows,
+    /// Samples from which the functions are computed anywhere.
     columns: Vec<Column>,
-    samples: Vec<f64>,
-    /// One of the components is what no more than one switch adds.
-    defines: bool,
-}
-
-impl Along {
-    /// Takes in component `c` along its `k`-th rich variable, in units of the tolerances.
-    fn take(&mut self, c: usize, component: &Component, k: usize, tolerance: &[f64]) {
-        self.defines |= component.on.count_ones() <= 1;
-        let (stride, rich) = (component.stride(k), component.nodes());
-        let count = component.rich[k].1.len();
-        for monomial in 0..component.monomials.len() {
-            for node in (0..rich).filter(|n| n / stride % count == 0) {
-                let base = monomial * rich + node;
-                for (output, unit) in tolerance.iter().enumerate() {
-                    let value = |i: usize| component.values[base + i * stride][output] / unit;
-                    self.samples.extend((0..count).map(value));
-                    self.columns.push(Column {
-                        component: c,
-                        monomial,
-                        node,
-                        output,
-                    });
-                }
-            }
-        }
-    }
+    /// Columns × functions before: their part in the samples.
+    known: DMatrix<f64>,
+    /// Pseudo-inverse: columns × functions.
+    unfold: DMatrix<f64>,
 }
 
 /// How a basis is chosen.
@@ -98,31 +43,39 @@ pub struct Choice {
     pub leave: f64,
 }
 
+/// Singular values below this part of the largest are rounding: samples are good to 1e-10 of what
+/// they show.
+const ROUNDING: f64 = 1e-12;
+
 impl Basis {
-    fn lever() -> Self {
+    fn of_products(products: Vec<Vec<Generator>>) -> Self {
         Self {
-            products: (0..=2).map(|d| vec![Generator::Coordinate; d]).collect(),
-            numeric: 0,
-            columns: Vec::new(),
-            known: DMatrix::zeros(0, 3),
-            unfold: DMatrix::zeros(0, 0),
-            peaks: vec![1.0; 3],
+            peaks: vec![1.0; products.len()],
+            products,
+            numeric: Vec::new(),
         }
     }
 
     /// The basis of a lever with its peaks in the calibrated range.
     pub fn of_lever(variable: &Variable) -> Self {
-        let [low, high] = variable.calibrated;
-        let peak = low.abs().max(high.abs()) / variable.scale();
+        let ends = variable.calibrated.map(|x| variable.coordinate(x).abs());
+        let peak = ends[0].max(ends[1]);
+        let products = (0..=2).map(|d| vec![Generator::Coordinate; d]).collect();
         Self {
             peaks: vec![1.0, peak, peak * peak],
-            ..Self::lever()
+            ..Self::of_products(products)
         }
     }
 
     /// Number of functions.
     pub fn len(&self) -> usize {
-        self.products.len() + self.numeric
+        self.products.len() + self.numeric.iter().map(|n| n.unfold.ncols()).sum::<usize>()
+    }
+
+    /// Number of functions that samples of a kind may show, the first ones.
+    pub fn len_of(&self, shows: Shows) -> usize {
+        let numeric = self.numeric.iter().filter(|n| n.shows <= shows);
+        self.products.len() + numeric.map(|n| n.unfold.ncols()).sum::<usize>()
     }
 
     /// Values of the products at positions: positions × products.
@@ -130,7 +83,7 @@ impl Basis {
         DMatrix::from_fn(at.len(), self.products.len(), |i, k| {
             self.products[k]
                 .iter()
-                .map(|g| g.value(at[i], variable.scale()))
+                .map(|g| g.value(variable, at[i]))
                 .product()
         })
     }
@@ -147,113 +100,43 @@ impl Basis {
     ) -> Result<Self, NotConverged> {
         let variable = &sampler.variables[v];
         let outputs = sampler.kinematics.machine.axes.len();
-        let mut along: BTreeMap<usize, Along> = BTreeMap::new();
-        for (c, component) in components.iter().enumerate() {
-            let Some(k) = component.rich.iter().position(|(w, _)| *w == v) else {
-                continue;
-            };
-            let group = along.entry(component.rich[k].1.len()).or_default();
-            group.take(c, component, k, &tolerance[..outputs]);
+        let groups = Along::all(v, components, &tolerance[..outputs]);
+        let of = |shows: Shows| groups.iter().filter(move |g| g.shows == shows);
+        let alone: Vec<&Along> = groups.iter().filter(|g| g.shows != Shows::Joint).collect();
+        let turning: Vec<&Along> = of(Shows::Turning).collect();
+        // Products for all there is; if that fails, for sines and cosines; if that fails too, those
+        // that first order calls for. Numerical functions do the rest.
+        let found = Self::fitting(variable, &alone, choice)
+            .or_else(|| Self::fitting(variable, &turning, choice));
+        let mut basis = found.unwrap_or_else(|| Self::of_products(products(&variable.kind, 2)));
+        // Of each kind, the samples with most nodes tell.
+        let tell = [Shows::Turning, Shows::Moving, Shows::Joint].map(|shows| of(shows).last());
+        for group in tell.into_iter().flatten() {
+            let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
+            basis.numeric.extend(numeric(group, &values, choice.leave));
         }
-        // What several motions add together is seen at few nodes: too few to tell functions by.
-        along.retain(|_, group| group.defines);
-        let mut basis = Self {
-            products: vec![vec![]],
-            ..Self::lever()
-        };
-        // The group with most nodes is the last; where there is none, nothing depends on this.
-        let Some((full, last)) = along.pop_last() else {
-            return Ok(basis.with_peaks(variable, sampler, components, tolerance));
-        };
-        let nodes = variable.positions(full);
-        let samples = DMatrix::from_vec(full, last.columns.len(), last.samples);
-        let few: Vec<(Vec<f64>, DMatrix<f64>)> = along
-            .into_iter()
-            .map(|(count, group)| {
-                let samples = DMatrix::from_vec(count, group.columns.len(), group.samples);
-                (variable.positions(count), samples)
-            })
-            .collect();
-        let largest = |m: &DMatrix<f64>| if m.is_empty() { 0.0 } else { m.amax() };
+        basis.with_peaks(v, sampler, components, tolerance)
+    }
+
+    /// The products of the lowest degree that leave no more than `choice.leave` in any sample.
+    fn fitting(variable: &Variable, groups: &[&Along], choice: Choice) -> Option<Self> {
         let lowest = if matches!(variable.kind, Kind::Rotary(_)) {
             0
         } else {
             2
         };
-        let mut holds = false;
-        for degree in lowest..=choice.degree {
-            basis.products = products(&variable.kind, degree);
-            let left = |nodes: &[f64], samples: &DMatrix<f64>| {
-                let values = basis.product_values(variable, nodes);
-                let pinv = values.clone().pseudo_inverse(1e-10).ok()?;
-                Some(largest(&(samples - &values * (pinv * samples))))
-            };
-            // Each group at its own nodes; a product too many for them tells nothing.
-            let fits = |(nodes, samples): (&[f64], &DMatrix<f64>)| {
-                left(nodes, samples).is_some_and(|left| left < choice.leave)
-            };
-            holds = fits((&nodes, &samples)) && few.iter().all(|(n, s)| fits((n, s)));
-            if holds {
-                break;
-            }
-        }
-        // If the products do not do it, the lowest degree that first order calls for and
-        // numerical functions for the rest.
-        if !holds {
-            let degree = 2;
-            basis.products = products(&variable.kind, degree);
-            let values = basis.product_values(variable, &nodes);
-            let pinv = values
-                .clone()
-                .pseudo_inverse(1e-10)
-                .unwrap_or_else(|_| DMatrix::zeros(values.ncols(), values.nrows()));
-            let residual = &samples - &values * (pinv * &samples);
-            let (functions, numeric) = leading(&residual, choice.leave);
-            basis.numeric = numeric;
-            let mut all = values.clone().insert_columns(values.ncols(), numeric, 0.0);
-            all.columns_mut(values.ncols(), numeric)
-                .copy_from(&functions);
-            let Ok(pinv) = all.clone().pseudo_inverse(1e-12) else {
-                basis.numeric = 0;
-                return Ok(basis.with_peaks(variable, sampler, components, tolerance));
-            };
-            let weights = pinv * &samples; // functions × columns
-            basis.choose_columns(&weights, last.columns);
-        }
-        Ok(basis.with_peaks(variable, sampler, components, tolerance))
-    }
-
-    /// Keeps the columns from which the numerical functions can be computed best: those that a
-    /// pivoted factorisation of their weights picks, twice over.
-    fn choose_columns(&mut self, weights: &DMatrix<f64>, all: Vec<Column>) {
-        let p = self.products.len();
-        let numeric = weights.rows(p, self.numeric).into_owned();
-        let mut chosen: Vec<usize> = Vec::new();
-        for _ in 0..2 {
-            let mut rest = numeric.clone();
-            for _ in 0..self.numeric {
-                let best = (0..rest.ncols())
-                    .filter(|c| !chosen.contains(c))
-                    .map(|c| (c, rest.column(c).norm_squared()))
-                    .max_by(|a, b| a.1.total_cmp(&b.1));
-                let Some((pivot, norm)) = best else { break };
-                if norm <= 0.0 {
-                    break;
-                }
-                chosen.push(pivot);
-                let direction: DVector<f64> = rest.column(pivot) / norm.sqrt();
-                let along = direction.transpose() * &rest;
-                rest -= &direction * along;
-            }
-        }
-        let part = DMatrix::from_fn(self.numeric, chosen.len(), |k, c| numeric[(k, chosen[c])]);
-        self.known = DMatrix::from_fn(chosen.len(), p, |c, k| weights[(k, chosen[c])]);
-        self.unfold = part
-            .transpose()
-            .pseudo_inverse(1e-12)
-            .map(|m| m.transpose())
-            .unwrap_or_else(|_| DMatrix::zeros(chosen.len(), self.numeric));
-        self.columns = chosen.into_iter().map(|c| all[c].clone()).collect();
+        (lowest..=choice.degree)
+            .map(|degree| Self::of_products(products(&variable.kind, degree)))
+            .find(|basis| {
+                // Each group at its own nodes, with no more products than these tell apart.
+                groups.iter().all(|group| {
+                    let mut values = basis.product_values(variable, &group.nodes);
+                    let told = values.ncols().min(group.nodes.len() - 1);
+                    values = values.columns(0, told).into_owned();
+                    residual(&group.samples, &values)
+                        .is_some_and(|(rest, _)| largest(&rest) < choice.leave)
+                })
+            })
     }
 
     /// Values of all functions at positions: positions × functions.
@@ -265,91 +148,132 @@ impl Basis {
         tolerance: &PerAxis,
         at: &[f64],
     ) -> Result<DMatrix<f64>, NotConverged> {
-        let products = self.product_values(&sampler.variables[v], at);
-        if self.numeric == 0 {
-            return Ok(products);
+        let mut values = self.product_values(&sampler.variables[v], at);
+        for numeric in &self.numeric {
+            let samples = sampled(&numeric.columns, v, sampler, components, tolerance, at)?;
+            let rest = samples - &values * numeric.known.transpose();
+            let new = rest * &numeric.unfold;
+            let before = values.ncols();
+            values = values.insert_columns(before, new.ncols(), 0.0);
+            values.columns_mut(before, new.ncols()).copy_from(&new);
         }
-        // Columns that differ in the output only share their exact corrections.
-        let mut shared: Vec<(usize, usize, usize)> = self
-            .columns
-            .iter()
-            .map(|c| (c.component, c.monomial, c.node))
-            .collect();
-        shared.sort_unstable();
-        shared.dedup();
-        let rows: Result<Vec<Vec<f64>>, NotConverged> = at
-            .par_iter()
-            .map(|x| {
-                let mut found = Vec::with_capacity(shared.len());
-                for &(c, monomial, node) in &shared {
-                    let component = &components[c];
-                    let mut place = component.place(node);
-                    place[v] = *x;
-                    found.push(sampler.coefficient(component, monomial, &place)?);
-                }
-                Ok(self
-                    .columns
-                    .iter()
-                    .map(|c| {
-                        let key = (c.component, c.monomial, c.node);
-                        let k = shared.binary_search(&key).unwrap_or(0);
-                        found[k][c.output] / tolerance[c.output]
-                    })
-                    .collect())
-            })
-            .collect();
-        let rows = rows?;
-        let samples = DMatrix::from_fn(at.len(), self.columns.len(), |i, c| rows[i][c]);
-        let rest = samples - &products * self.known.transpose();
-        let numeric = rest * &self.unfold;
-        let mut values = products
-            .clone()
-            .insert_columns(products.ncols(), self.numeric, 0.0);
-        values
-            .columns_mut(products.ncols(), self.numeric)
-            .copy_from(&numeric);
         Ok(values)
     }
 
     fn with_peaks(
         mut self,
-        variable: &Variable,
+        v: usize,
         sampler: &Sampler<'_>,
         components: &[Component],
         tolerance: &PerAxis,
-    ) -> Self {
-        let v = sampler
-            .variables
-            .iter()
-            .position(|w| w == variable)
-            .unwrap_or(0);
-        let at = positions(variable.calibrated, variable.nodes);
-        if let Ok(values) = self.values(v, sampler, components, tolerance, &at) {
-            self.peaks = values.column_iter().map(|c| c.amax()).collect();
-        } else {
-            self.peaks = vec![1.0; self.len()];
-        }
-        self
+    ) -> Result<Self, NotConverged> {
+        let variable = &sampler.variables[v];
+        let at = positions(
+            variable.calibrated,
+            variable.nodes.max(variable.turning.base),
+        );
+        let values = self.values(v, sampler, components, tolerance, &at)?;
+        self.peaks = values.column_iter().map(|c| c.amax()).collect();
+        Ok(self)
     }
 }
 
-/// The products of generators up to a degree: sin at most once, for sin² = 1 − cos².
-fn products(kind: &Kind, degree: usize) -> Vec<Vec<Generator>> {
-    match kind {
-        Kind::Rotary(_) => {
-            let mut all = vec![vec![]];
-            for d in 1..=degree {
-                all.push(vec![Generator::Cosine; d]);
-                let mut with_sine = vec![Generator::Sine];
-                with_sine.extend(vec![Generator::Cosine; d - 1]);
-                all.push(with_sine);
-            }
-            all
-        }
-        _ => (0..=degree)
-            .map(|d| vec![Generator::Coordinate; d])
-            .collect(),
+fn largest(m: &DMatrix<f64>) -> f64 {
+    if m.is_empty() { 0.0 } else { m.amax() }
+}
+
+/// What functions (nodes × functions) leave of samples (nodes × columns) at best, and their
+/// pseudo-inverse.
+fn residual(samples: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    let inverse = values.clone().pseudo_inverse(ROUNDING).ok()?;
+    Some((samples - values * (&inverse * samples), inverse))
+}
+
+/// The functions that explain what those before (`values`, nodes × functions) leave of the samples,
+/// and where to compute them from; none, if nothing of size is left.
+fn numeric(group: &Along, values: &DMatrix<f64>, leave: f64) -> Option<Numeric> {
+    let (rest, _) = residual(&group.samples, values)?;
+    let (functions, count) = leading(&rest, leave);
+    if count == 0 {
+        return None;
     }
+    let before = values.ncols();
+    let mut all = values.clone().insert_columns(before, count, 0.0);
+    all.columns_mut(before, count).copy_from(&functions);
+    let weights = all.pseudo_inverse(ROUNDING).ok()? * &group.samples; // functions × columns
+    let chosen = columns(&weights.rows(before, count).into_owned());
+    let part = DMatrix::from_fn(count, chosen.len(), |k, c| weights[(before + k, chosen[c])]);
+    Some(Numeric {
+        shows: group.shows,
+        known: DMatrix::from_fn(chosen.len(), before, |c, k| weights[(k, chosen[c])]),
+        unfold: part.transpose().pseudo_inverse(ROUNDING).ok()?.transpose(),
+        columns: chosen
+            .into_iter()
+            .map(|c| group.columns[c].clone())
+            .collect(),
+    })
+}
+
+/// The columns from which functions can be computed best, given their weights (functions ×
+/// columns): those that a pivoted factorisation picks, twice over.
+fn columns(weights: &DMatrix<f64>) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::new();
+    for _ in 0..2 {
+        let mut rest = weights.clone();
+        for _ in 0..weights.nrows() {
+            let best = (0..rest.ncols())
+                .filter(|c| !chosen.contains(c))
+                .map(|c| (c, rest.column(c).norm_squared()))
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((pivot, norm)) = best else { break };
+            if norm <= 0.0 {
+                break;
+            }
+            chosen.push(pivot);
+            let direction: DVector<f64> = rest.column(pivot) / norm.sqrt();
+            let along = direction.transpose() * &rest;
+            rest -= &direction * along;
+        }
+    }
+    chosen
+}
+
+/// Samples of columns at positions along variable `v`, in units of the tolerances: positions ×
+/// columns.
+fn sampled(
+    columns: &[Column],
+    v: usize,
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    tolerance: &PerAxis,
+    at: &[f64],
+) -> Result<DMatrix<f64>, NotConverged> {
+    // Columns that differ in the output only share their exact corrections.
+    let key = |c: &Column| (c.component, c.monomial, c.node);
+    let mut shared: Vec<(usize, usize, usize)> = columns.iter().map(key).collect();
+    shared.sort_unstable();
+    shared.dedup();
+    let rows: Result<Vec<Vec<f64>>, NotConverged> = at
+        .par_iter()
+        .map(|x| {
+            let mut found = Vec::with_capacity(shared.len());
+            for &(c, monomial, node) in &shared {
+                let component = &components[c];
+                let mut place = component.place(node);
+                place[v] = *x;
+                found.push(sampler.coefficient(component, monomial, &place)?);
+            }
+            Ok(columns
+                .iter()
+                .map(|c| {
+                    let k = shared.partition_point(|s| *s < key(c));
+                    found[k][c.output] / tolerance[c.output]
+                })
+                .collect())
+        })
+        .collect();
+    let rows = rows?;
+    Ok(DMatrix::from_fn(at.len(), columns.len(), |i, c| rows[i][c]))
 }
 
 /// The leading left singular functions of the residual (nodes × columns), as many as leave no

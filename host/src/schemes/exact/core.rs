@@ -1,5 +1,6 @@
 //! Coefficients of products of basis functions.
 
+use super::along::Shows;
 use super::basis::Basis;
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, MAX_VARIABLES};
@@ -40,7 +41,7 @@ pub fn entries(
     let n = sampler.kinematics.machine.axes.len();
     let noise = NOISE * left_out.max(1.0);
     let mut sums: HashMap<(usize, Key), f64> = HashMap::new();
-    let mut inverses: HashMap<(usize, usize), DMatrix<f64>> = HashMap::new();
+    let mut inverses: HashMap<(usize, Shows, usize), DMatrix<f64>> = HashMap::new();
     for component in components {
         let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
         let monomials = component.monomials.len();
@@ -49,16 +50,19 @@ pub fn entries(
             .collect();
         // values: output, monomial, rich nodes; one rich variable after the other becomes functions.
         for (k, (v, positions)) in component.rich.iter().enumerate() {
-            let key = (*v, positions.len());
+            let shows = Shows::of(component, k);
+            let key = (*v, shows, positions.len());
             if let std::collections::hash_map::Entry::Vacant(slot) = inverses.entry(key) {
                 let all = bases[*v].values(*v, sampler, components, tolerance, positions)?;
-                // Fewer nodes than functions: the leading functions only, with some to spare.
-                let full = positions.len() == sampler.variables[*v].nodes;
-                let kept = if full {
-                    all.ncols()
-                } else {
-                    all.ncols().min(positions.len() * 3 / 4)
+                // With few nodes the leading functions only, and some nodes to spare.
+                let variable = &sampler.variables[*v];
+                let most = match shows {
+                    Shows::Moving if positions.len() == variable.nodes => positions.len(),
+                    Shows::Turning if !variable.is_uneven() => positions.len() - 1,
+                    Shows::Turning if positions.len() == variable.turning.base => positions.len(),
+                    _ => positions.len() * 3 / 4,
                 };
+                let kept = bases[*v].len_of(shows).min(most);
                 let part = all.columns(0, kept).into_owned();
                 slot.insert(
                     part.pseudo_inverse(1e-12)

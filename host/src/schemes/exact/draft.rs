@@ -123,6 +123,7 @@ pub fn draft(
                 } else {
                     axis.travel.map(|t| t as f32)
                 },
+                period: if axis.modulo { 360.0 } else { 0.0 },
                 // Bounds are set from what the tables really do, once that is known.
                 value_bound: 1.0,
                 rate_bound: 1.0,

@@ -8,17 +8,22 @@
 //! become one table. The tables' values are sampled from the exact correction, so that second
 //! order comes in wherever the structure holds it.
 
+mod along;
 mod basis;
 mod core;
 mod cover;
 mod draft;
+mod generators;
 mod sampling;
 mod tables;
+mod turning;
 mod variables;
 
-use crate::errors::ErrorModel;
+use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{Machine, PerAxis};
+use crate::schemes::{self, Options, SchemeError};
+use crate::target::Target;
 use basis::{Basis, Choice};
 pub use cover::Minimize;
 use cover::{Cover, Function, Structure};
@@ -27,75 +32,7 @@ use rand_pcg::Pcg64Mcg;
 use sampling::{Component, Sampler};
 use std::collections::BTreeMap;
 use tables::{Found, Sampled};
-use trueaxis::{Draft, SampleFormat};
-use variables::{MAX_VARIABLES, Place, Variable};
-
-/// What to make of the errors.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// How far table corrections may be from the kinematic correction: mm for linear axes, the
-    /// same number in milliradians for rotary ones (0.05 µm and 0.05 µrad: 5e-5).
-    pub tolerance: f64,
-    /// What is to be least.
-    pub minimize: Minimize,
-    /// Points of every table that is not a straight line; found from the tolerance if not given.
-    pub points: Option<usize>,
-    /// How samples are stored.
-    pub format: SampleFormat,
-    /// Position (mm, deg, one per axis) whose correction is subtracted everywhere.
-    pub zero_at: Option<Vec<f64>>,
-    /// Largest numbers of tables and terms the target holds.
-    pub capacity: (usize, usize),
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            tolerance: 5e-5,
-            minimize: Minimize::Cost,
-            points: None,
-            format: SampleFormat::F32,
-            zero_at: None,
-            capacity: (96, 256),
-        }
-    }
-}
-
-/// What was found.
-#[derive(Clone, Debug)]
-pub struct Exact {
-    /// The compensation, ready to be encoded.
-    pub draft: Draft,
-    /// Largest difference to the kinematic correction at random places before interpolation, in
-    /// units of the tolerance.
-    pub structure_error: f64,
-    /// Pairs of motions whose joint second order was needed.
-    pub pairs: usize,
-}
-
-/// Why there is no compensation.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum ExactError {
-    /// The kinematic correction itself fails somewhere.
-    #[error(transparent)]
-    NotConverged(#[from] NotConverged),
-    /// More tables than a blob can number.
-    #[error(
-        "{tables} tables are needed, a blob holds at most 255: raise --tolerance, or use --minimize cost"
-    )]
-    TooManyTables {
-        /// How many.
-        tables: usize,
-    },
-    /// The zero position has another number of values than the machine has axes.
-    #[error("the zero position has {given} values, the machine has {axes} axes")]
-    ZeroPosition {
-        /// Values given.
-        given: usize,
-        /// Axes.
-        axes: usize,
-    },
-}
+use variables::{Kind, MAX_VARIABLES, Place, Variable};
 
 /// The share of the tolerance that the structure may take; interpolation and rounding have the rest.
 const STRUCTURE_SHARE: f64 = 0.4;
@@ -103,8 +40,11 @@ const STRUCTURE_SHARE: f64 = 0.4;
 const TRIALS: usize = 160;
 /// Joint effects of two motions below this (in units of the tolerance) are left out.
 const PAIR_SHOWS: f64 = 0.15;
-/// Nodes of a component beyond which rotary variables get fewer.
+/// Nodes of a component beyond which variables get fewer, and the fewest.
 const MOST_NODES: usize = 30_000;
+const LEAST_NODES: usize = 7;
+/// Nodes of each axis whose motions are on together with another's.
+const JOINT_NODES: usize = 13;
 
 /// Finds tables and terms that reproduce the kinematic correction within the tolerance.
 ///
@@ -112,36 +52,24 @@ const MOST_NODES: usize = 30_000;
 /// verification of the blob has the last word.
 ///
 /// # Errors
-/// [`ExactError`].
+/// [`SchemeError`].
 pub fn compile(
     machine: &Machine,
     errors: &ErrorModel,
+    minimize: Minimize,
     options: &Options,
-) -> Result<Exact, ExactError> {
+) -> Result<schemes::Found, SchemeError> {
     let kinematics = Kinematics::new(machine, errors);
-    let variables = variables::variables(machine, errors);
     let tolerance: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
         Some(axis) if axis.letter.is_rotary() => options.tolerance * 1e-3,
         _ => options.tolerance,
     });
-    let mut sampler = Sampler {
+    let variables = variables::variables(&kinematics, relative(&kinematics, &tolerance)?);
+    let sampler = Sampler {
         kinematics: &kinematics,
         variables: &variables,
-        zero: PerAxis::default(),
+        zero: options.zero(machine, errors)?,
     };
-    if let Some(zero) = &options.zero_at {
-        if zero.len() != machine.axes.len() {
-            return Err(ExactError::ZeroPosition {
-                given: zero.len(),
-                axes: machine.axes.len(),
-            });
-        }
-        let q = machine.to_kinematic(zero);
-        let all = crate::errors::Switches::ALL;
-        sampler.zero = kinematics
-            .correction(&q, &crate::errors::Situation::default(), &all)?
-            .dq;
-    }
     let mut components = vec![component(&sampler, 0)?];
     for v in (0..variables.len()).filter(|v| variables[*v].is_switch()) {
         components.push(component(&sampler, 1 << v)?);
@@ -154,7 +82,14 @@ pub fn compile(
     let mut share = 0.25;
     let mut left_out = 0.0;
     for _ in 0..6 {
-        let attempt = attempt(&sampler, &components, &tolerance, options, share, left_out)?;
+        let attempt = attempt(
+            &sampler,
+            &components,
+            &tolerance,
+            (minimize, &options.target),
+            share,
+            left_out,
+        )?;
         left_out = attempt.left_out;
         let error = trials.error(&attempt.found(&sampler, &components, &tolerance))?;
         let attempt_is_full = attempt.is_full;
@@ -185,23 +120,57 @@ pub fn compile(
         Some(best) => best,
         None => (
             f64::INFINITY,
-            attempt(&sampler, &components, &tolerance, options, share, left_out)?,
+            attempt(
+                &sampler,
+                &components,
+                &tolerance,
+                (minimize, &options.target),
+                share,
+                left_out,
+            )?,
         ),
     };
     let tables = attempt.structure.count();
     if tables > 255 {
-        return Err(ExactError::TooManyTables { tables });
+        return Err(SchemeError::TooManyTables { tables });
     }
     let found = attempt.found(&sampler, &components, &tolerance);
     // Points finer than what the structure leaves would be wasted.
     let share = (0.9 - structure_error).max(0.5).max(0.3 * structure_error);
     let intervals = intervals(&found, options, share)?;
     let draft = draft::draft(machine, errors, &found, &intervals, options)?;
-    Ok(Exact {
+    Ok(schemes::Found {
         draft,
-        structure_error,
-        pairs: joint,
+        structure_error: Some(structure_error),
+        notes: match joint {
+            0 => Vec::new(),
+            n => vec![format!(
+                "pairs of motions whose joint second order is taken in: {n}"
+            )],
+        },
     })
+}
+
+/// The part of a correction that does not count: a little of the tolerance, seen from the largest
+/// correction.
+fn relative(kinematics: &Kinematics<'_>, tolerance: &PerAxis) -> Result<f64, NotConverged> {
+    let machine = kinematics.machine;
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let mut largest = 1.0_f64;
+    for _ in 0..TRIALS {
+        let q: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
+            Some(axis) => {
+                let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+                low + (high - low) * random.random::<f64>()
+            }
+            None => 0.0,
+        });
+        let correction = kinematics.correction(&q, &Situation::default(), &Switches::ALL)?;
+        for (d, t) in correction.dq.iter().zip(tolerance) {
+            largest = largest.max(d.abs() / t);
+        }
+    }
+    Ok(0.02 / largest)
 }
 
 /// Bases and terms for one choice of what may be left out.
@@ -237,16 +206,12 @@ fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
     tolerance: &PerAxis,
-    options: &Options,
+    (minimize, target): (Minimize, &Target),
     share: f64,
     before: f64,
 ) -> Result<Attempt, NotConverged> {
     let choice = Choice {
-        degree: if options.minimize == Minimize::Tables {
-            5
-        } else {
-            4
-        },
+        degree: if minimize == Minimize::Tables { 5 } else { 4 },
         leave: 0.1 * share,
     };
     let mut bases = Vec::new();
@@ -258,11 +223,10 @@ fn attempt(
         });
     }
     let entries = core::entries(sampler, components, &bases, tolerance, before)?;
-    let cover = Cover::new(&entries, sampler.variables, &bases, options.minimize);
+    let cover = Cover::new(&entries, sampler.variables, &bases, minimize);
     let choose = |share: f64| {
-        let structure = cover.choose(share, options.capacity.0 * 2 / 3);
-        let fits =
-            structure.terms.len() <= options.capacity.1 && structure.count() <= options.capacity.0;
+        let structure = cover.choose(share, target.tables * 2 / 3);
+        let fits = structure.terms.len() <= target.terms && structure.count() <= target.tables;
         (structure, fits)
     };
     let (mut structure, fits) = choose(share);
@@ -295,34 +259,31 @@ fn attempt(
 /// Samples what the switches in `on` add together.
 fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> {
     let variables = sampler.variables;
-    let mut counts: Vec<usize> = variables.iter().map(|v| v.nodes).collect();
-    let rich =
-        |v: &usize| variables[*v].is_rich() && (!variables[*v].is_switch() || on >> v & 1 == 1);
-    // What several motions add together is small: there, rotary axes show the functions of first
-    // order only; and with one bending motion, which is one more dimension, those and a few.
-    let least = 7;
-    let bends = (0..variables.len()).any(|v| on >> v & 1 == 1 && variables[v].is_rich());
-    let most = match (on.count_ones(), bends) {
-        (0, _) | (1, false) => usize::MAX,
-        (1, true) => 17,
-        _ => least,
+    let active = |v: usize| on >> v & 1 == 1;
+    let moving = (0..variables.len())
+        .filter(|v| active(*v) && variables[*v].moves)
+        .count();
+    let mut counts: Vec<usize> = (0..variables.len())
+        .map(|v| match (active(v), moving) {
+            (false, 0) => variables[v].turning.base,
+            (false, _) => variables[v].turning.others,
+            (true, 1) => variables[v].nodes,
+            // What several motions add together is small.
+            (true, _) => variables[v].nodes.min(JOINT_NODES),
+        })
+        .collect();
+    let rich = |v: &usize| {
+        active(*v) && variables[*v].moves || matches!(variables[*v].kind, Kind::Rotary(_))
     };
-    for (count, variable) in counts.iter_mut().zip(variables) {
-        if !variable.is_switch() {
-            *count = (*count).min(most);
-        }
-    }
     loop {
         let size: usize = (0..counts.len()).filter(rich).map(|v| counts[v]).product();
-        let widest = (0..counts.len())
-            .filter(|v| rich(v) && !variables[*v].is_switch())
-            .max_by_key(|v| counts[*v]);
+        let widest = (0..counts.len()).filter(rich).max_by_key(|v| counts[*v]);
         match widest {
-            Some(v) if size > MOST_NODES && counts[v] > least => counts[v] -= 2,
+            Some(v) if size > MOST_NODES && counts[v] > LEAST_NODES => counts[v] -= 2,
             _ => break,
         }
     }
-    let mut component = sampler.component(on, |v| counts[v]);
+    let mut component = sampler.component(on, &counts);
     sampler.fill(&mut component)?;
     Ok(component)
 }
@@ -360,7 +321,7 @@ fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
     for (x, variable) in place.iter_mut().zip(variables) {
         let [low, high] = variable.calibrated;
         *x = match variable.kind {
-            variables::Kind::Sign(_) => {
+            Kind::Sign(_) => {
                 if random.random::<bool>() {
                     1.0
                 } else {

@@ -26,6 +26,8 @@ pub struct Component {
     pub on: u32,
     /// The rich variables, and their node positions here.
     pub rich: Vec<(usize, Vec<f64>)>,
+    /// Which of the rich variables have their motions on.
+    pub moving: Vec<bool>,
     /// Products of the other positions (and tool length) it is made of: none, one, and two where
     /// a motion bends. There an angular motion, shifted by its own axis' correction, which depends
     /// on the levers, acts on the levers once more.
@@ -45,10 +47,10 @@ impl Sampler<'_> {
         for (v, variable) in self.variables.iter().enumerate() {
             let active = on >> v & 1 == 1;
             match variable.kind {
-                Kind::Affine(i) | Kind::Rotary(i) => q[i] = place[v],
-                Kind::Bending(i) => {
+                Kind::Affine(i) => q[i] = place[v],
+                Kind::Bending(i) | Kind::Rotary(i) => {
                     q[i] = place[v];
-                    switches.0[i] = active;
+                    switches.0[i] = active || !variable.moves;
                 }
                 Kind::Length => situation.length = Some(place[v]),
                 Kind::Kelvin(k) if active => situation.kelvin[k] = place[v],
@@ -103,10 +105,11 @@ impl Sampler<'_> {
     }
 
     /// An empty component: `nodes` says how many nodes each rich variable gets.
-    pub fn component(&self, on: u32, nodes: impl Fn(usize) -> usize) -> Component {
+    pub fn component(&self, on: u32, nodes: &[usize]) -> Component {
         let mut component = Component {
             on,
             rich: Vec::new(),
+            moving: Vec::new(),
             monomials: vec![vec![]],
             odd: Vec::new(),
             values: Vec::new(),
@@ -116,9 +119,20 @@ impl Sampler<'_> {
         for (v, variable) in self.variables.iter().enumerate() {
             let active = on >> v & 1 == 1;
             match variable.kind {
-                Kind::Rotary(_) => component.rich.push((v, variable.positions(nodes(v)))),
+                Kind::Rotary(_) => {
+                    component.rich.push((
+                        v,
+                        if active || variable.is_uneven() {
+                            variable.positions(nodes[v])
+                        } else {
+                            variable.turning_positions(nodes[v])
+                        },
+                    ));
+                    component.moving.push(active);
+                }
                 Kind::Bending(_) if active => {
-                    component.rich.push((v, variable.positions(nodes(v))));
+                    component.rich.push((v, variable.positions(nodes[v])));
+                    component.moving.push(true);
                     bends += 1;
                 }
                 Kind::Affine(_) | Kind::Bending(_) | Kind::Length => levers.push(v),
@@ -148,10 +162,10 @@ impl Sampler<'_> {
     ) -> Result<PerAxis, NotConverged> {
         let mut place = *place;
         for &v in component.monomials.iter().flatten() {
-            place[v] = 0.0;
+            place[v] = self.variables[v].at_coordinate(0.0);
         }
         for &(v, xi) in levers {
-            place[v] = xi * self.variables[v].scale();
+            place[v] = self.variables[v].at_coordinate(xi);
         }
         let mut sum = PerAxis::default();
         // Both ends of every odd variable, with the sign of their product.
@@ -159,7 +173,7 @@ impl Sampler<'_> {
             let mut weight = 1.0;
             for (k, &v) in component.odd.iter().enumerate() {
                 let end = if corner >> k & 1 == 1 { 1.0 } else { -1.0 };
-                place[v] = end * self.variables[v].scale();
+                place[v] = self.variables[v].at_coordinate(end);
                 weight *= 0.5 * end;
             }
             let value = self.added(&place, component.on)?;

@@ -1,7 +1,8 @@
 //! From a structure to tables with points.
 
-use super::basis::{Basis, Generator};
+use super::basis::Basis;
 use super::cover::{Function, Structure};
+use super::generators::Generator;
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable};
 use crate::kinematics::NotConverged;
@@ -45,9 +46,7 @@ impl Found<'_> {
             basis.values(v, self.sampler, self.components, self.tolerance, at)?
         };
         let value = |i: usize, function: &Function| match function {
-            Function::Generator(Generator::Coordinate) => at[i] / variable.scale(),
-            Function::Generator(Generator::Sine) => at[i].sin(),
-            Function::Generator(Generator::Cosine) => at[i].cos(),
+            Function::Generator(generator) => generator.value(variable, at[i]),
             Function::Numeric(k) => all[(i, *k)],
             Function::Merged(id) => {
                 let coefficients = &self.structure.merged[*id].coefficients;

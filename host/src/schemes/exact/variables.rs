@@ -1,7 +1,9 @@
 //! What a correction depends on: axis positions, directions, tool length, temperatures.
 
-use crate::errors::{ErrorModel, MAX_SENSORS, Motion};
-use crate::machine::{MAX_AXES, Machine};
+use super::turning::{self, Turning};
+use crate::errors::{MAX_SENSORS, Motion};
+use crate::kinematics::Kinematics;
+use crate::machine::MAX_AXES;
 
 /// The most variables: axes, directions, tool length, temperatures.
 pub const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
@@ -41,8 +43,13 @@ pub struct Variable {
     /// the *corrected* position passes an end, so near them, within the correction itself, the
     /// exact correction is no sum of products.
     pub ends: Vec<f64>,
-    /// How many nodes see all of its functions.
+    /// True if the axis has error motions that vary along it. They can be switched off; what is
+    /// left along a rotary axis are its sines and cosines, along a linear one its coordinate.
+    pub moves: bool,
+    /// How many nodes see all of its functions with its motions on.
     pub nodes: usize,
+    /// How many nodes of a rotary axis see all of its functions with its motions off.
+    pub turning: Turning,
 }
 
 impl Variable {
@@ -54,23 +61,87 @@ impl Variable {
     /// True for variables that can be switched off: the correction is split into what is there
     /// without them and what each, and each pair, adds.
     pub fn is_switch(&self) -> bool {
-        matches!(
-            self.kind,
-            Kind::Bending(_) | Kind::Kelvin(_) | Kind::Sign(_)
-        )
+        self.moves || matches!(self.kind, Kind::Kelvin(_) | Kind::Sign(_))
     }
 
-    /// The larger end of the range: the scale of the coordinate ξ = x / scale.
-    pub fn scale(&self) -> f64 {
-        self.range[0].abs().max(self.range[1].abs())
+    /// Middle and half of the range.
+    fn middle(&self) -> [f64; 2] {
+        let [low, high] = self.range;
+        [0.5 * (low + high), 0.5 * (high - low)]
     }
 
-    /// The node positions: Chebyshev points with both ends, which keep polynomials and
-    /// trigonometric functions well apart.
+    /// The position at which the coordinate ξ is 0, and the largest distance from it.
+    ///
+    /// Powers of ξ must stay apart, so along a motion that bends ξ is counted from the middle of
+    /// a range on one side of 0. Elsewhere nothing is of a degree above two, and a coordinate from
+    /// 0 has fewer terms.
+    fn origin(&self) -> [f64; 2] {
+        let [middle, half] = self.middle();
+        if matches!(self.kind, Kind::Bending(_)) && middle.abs() > 0.5 * half {
+            return [middle, half];
+        }
+        [0.0, self.range[0].abs().max(self.range[1].abs())]
+    }
+
+    /// The coordinate ξ of a position: −1…1.
+    pub fn coordinate(&self, x: f64) -> f64 {
+        let [zero, scale] = self.origin();
+        (x - zero) / scale
+    }
+
+    /// The position of a coordinate ξ.
+    pub fn at_coordinate(&self, xi: f64) -> f64 {
+        let [zero, scale] = self.origin();
+        zero + xi * scale
+    }
+
+    /// True for rotary axes so narrow that 1, sine, cosine and their products are nearly
+    /// dependent.
+    fn is_narrow(&self) -> bool {
+        self.middle()[1] < NARROW
+    }
+
+    /// The sine of a rotary position, the odd generator: on a narrow range, from its middle and in
+    /// units of its largest value.
+    pub fn sine(&self, x: f64) -> f64 {
+        if !self.is_narrow() {
+            return x.sin();
+        }
+        let [middle, half] = self.middle();
+        (x - middle).sin() / half.sin()
+    }
+
+    /// The cosine of a rotary position, the even generator: on a narrow range, from its middle and
+    /// stretched so that it takes −1…1 like the second Chebyshev polynomial.
+    pub fn cosine(&self, x: f64) -> f64 {
+        if !self.is_narrow() {
+            return x.cos();
+        }
+        let [middle, half] = self.middle();
+        2.0 * ((0.5 * (x - middle)).sin() / (0.5 * half).sin()).powi(2) - 1.0
+    }
+
+    /// True for a rotary axis whose motions are never off.
+    pub fn is_uneven(&self) -> bool {
+        self.turning == Turning::UNEVEN
+    }
+
+    /// The node positions with its motions on: Chebyshev points with both ends, which keep
+    /// polynomials and trigonometric functions well apart.
     pub fn positions(&self, count: usize) -> Vec<f64> {
         positions(self.range, count)
     }
+
+    /// The node positions of a rotary axis with its motions off, where everything repeats after a
+    /// turn: evenly over one, if the range is not smaller.
+    pub fn turning_positions(&self, count: usize) -> Vec<f64> {
+        turning::positions(self.range, count)
+    }
 }
+
+/// Rotary axes with less than this to either side of their middle (80°) count as narrow: beyond,
+/// the nine products of sine and cosine up to degree four have a condition number below 1e4.
+const NARROW: f64 = 1.4;
 
 /// Chebyshev points of a range, with both ends.
 pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
@@ -83,13 +154,29 @@ pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The variables of a machine with its errors.
-pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
+/// True if motions of rotary axes are better switched than sampled together: where a grid of all
+/// of them is too large.
+fn separates(kinematics: &Kinematics<'_>) -> bool {
+    let rotary = kinematics.machine.axes.iter().enumerate();
+    let uneven: Vec<usize> = rotary
+        .filter(|(_, axis)| axis.letter.is_rotary())
+        .map(|(index, _)| index)
+        .collect();
+    uneven.len() > 2
+        || uneven.iter().any(|i| {
+            let mut motions = kinematics.errors.motions[*i].iter();
+            motions.any(|m| m.table.is_some())
+        })
+}
+
+/// The variables of a machine with its errors; `relative` is the part of a correction that does not
+/// count.
+pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let separates = separates(kinematics);
     let mut variables = Vec::new();
-    let rotary = machine.axes.iter().filter(|a| a.letter.is_rotary()).count();
     for (index, axis) in machine.axes.iter().enumerate() {
         let range = axis.travel.map(|t| axis.to_kinematic(t));
-        let moving = errors.motions[index].iter().any(|m| !m.is_zero());
         let bends = errors.bends(machine, index);
         let kind = match (axis.letter.is_rotary(), bends) {
             (true, _) => Kind::Rotary(index),
@@ -115,14 +202,22 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
         }
         kinks.sort_by(f64::total_cmp);
         kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-        let nodes = match (&kind, moving) {
-            // Trigonometric polynomials of degree 4 (second order of the errors) have 9 functions.
-            (Kind::Rotary(_), false) => 13,
-            // Motions multiply them: up to three or so motions times five functions.
-            (Kind::Rotary(_), true) if rotary < 3 => 33,
-            (Kind::Rotary(_), true) => 17,
-            // Six motions and their levers.
-            _ => 15,
+        let varies = errors.motions[index].iter().any(Motion::varies);
+        let uneven = axis.letter.is_rotary() && varies;
+        let moves = bends || (uneven && separates);
+        let tabulated = errors.motions[index].iter().any(|m| m.table.is_some());
+        let degree = errors.motions[index]
+            .iter()
+            .map(|m| m.coefficients.len().saturating_sub(1))
+            .max()
+            .unwrap_or(0);
+        let nodes = match (axis.letter.is_rotary(), tabulated) {
+            // Six motions, each times five products of sine and cosine, and their second order.
+            (true, true) => 45,
+            (true, false) => 33,
+            (false, true) => 21,
+            // Polynomials: their products with the coordinate and their second order.
+            (false, false) => (2 * degree + 5).clamp(15, 21),
         };
         variables.push(Variable {
             kind,
@@ -130,7 +225,15 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
             calibrated,
             kinks,
             ends,
+            moves,
             nodes,
+            turning: if uneven && !separates {
+                Turning::UNEVEN
+            } else if axis.letter.is_rotary() {
+                Turning::of(kinematics, index, relative)
+            } else {
+                Turning::NONE
+            },
         });
     }
     let plain = |kind, range| Variable {
@@ -139,7 +242,9 @@ pub fn variables(machine: &Machine, errors: &ErrorModel) -> Vec<Variable> {
         calibrated: range,
         kinks: Vec::new(),
         ends: Vec::new(),
+        moves: false,
         nodes: 2,
+        turning: Turning::NONE,
     };
     if let Some(range) = machine.length_range {
         variables.push(plain(Kind::Length, range));

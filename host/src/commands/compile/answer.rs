@@ -1,0 +1,141 @@
+//! What `trueaxis compile` says.
+
+use crate::commands::bad_input::BadInput;
+use crate::commands::{files, screen};
+use serde::Serialize;
+use std::path::Path;
+use trueaxis_host::compile::{AxisBounds, Built, Fit, Proof, Refusal, Size, Warning, over_bounds};
+use trueaxis_host::target::{Shortage, Target};
+
+/// All that there is to say.
+#[derive(Serialize)]
+pub struct Answer<'a> {
+    pub file: &'a Path,
+    pub machine: &'a str,
+    pub scheme: &'static str,
+    pub target: &'a Target,
+    pub tolerance_um: f64,
+    pub tolerance_urad: f64,
+    pub meets_tolerance: bool,
+    /// Whether the file is there now.
+    pub written: bool,
+    /// What was proven, if it fits into the target.
+    #[serde(flatten)]
+    pub proven: Option<Proven<'a>>,
+    /// Why it is not written, or not as it should be.
+    pub refusals: &'a [Refusal],
+    /// What the target lacks.
+    pub shortages: &'a [Shortage],
+    /// What would fit into it.
+    pub fits: Option<Fit>,
+}
+
+/// A compensation and what it does.
+#[derive(Serialize)]
+pub struct Proven<'a> {
+    #[serde(flatten)]
+    size: Size,
+    axes: &'a [AxisBounds],
+    #[serde(flatten)]
+    proof: &'a Proof,
+    notes: &'a [String],
+    warnings: Vec<Message>,
+}
+
+#[derive(Serialize)]
+struct Message {
+    message: String,
+    #[serde(flatten)]
+    warning: Warning,
+}
+
+impl<'a> Proven<'a> {
+    pub fn new(built: &'a Built, proof: &'a Proof) -> Self {
+        let mut warnings = built.warnings.clone();
+        warnings.extend(over_bounds(&built.bounds, &proof.travel.largest));
+        let told = |warning: Warning| Message {
+            message: warning.to_string(),
+            warning,
+        };
+        Self {
+            size: built.size,
+            axes: &built.bounds,
+            proof,
+            notes: &built.notes,
+            warnings: warnings.into_iter().map(told).collect(),
+        }
+    }
+}
+
+impl Answer<'_> {
+    /// Prints it: results on standard output, what is wrong on standard error.
+    pub fn print(&self, json: bool) -> Result<(), BadInput> {
+        if json {
+            files::print_json(self)?;
+        } else if let Some(proven) = &self.proven {
+            let mut text = format!("{}: {}\n", self.file.display(), self.machine);
+            text += &screen::size(&proven.size);
+            text.push('\n');
+            text += &screen::quality(proven.proof);
+            text.push('\n');
+            text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
+            text += &screen::tool_length(proven.proof);
+            files::print(&text)?;
+        }
+        if let Some(proven) = &self.proven {
+            for note in proven.notes {
+                eprintln!("note: {note}");
+            }
+            for warning in &proven.warnings {
+                eprintln!("warning: {}", warning.message);
+            }
+        }
+        for refusal in self.refusals {
+            eprintln!("{refusal}");
+        }
+        self.print_room();
+        self.print_fate();
+        Ok(())
+    }
+
+    fn print_room(&self) {
+        let name = &self.target.name;
+        for shortage in self.shortages {
+            eprintln!("the target {name} holds too little: {shortage}");
+        }
+        if self.shortages.is_empty() {
+            return;
+        }
+        match &self.fits {
+            Some(fit) => eprint!(
+                "with --tolerance {} it fits: {}",
+                fit.tolerance_um,
+                screen::size(&fit.size)
+            ),
+            None => eprintln!("it does not fit with any tolerance up to 1000 µm"),
+        }
+    }
+
+    fn print_fate(&self) {
+        let file = self.file.display();
+        if self.refusals.is_empty() && self.shortages.is_empty() {
+            return;
+        }
+        if self.written {
+            eprintln!("{file} is written all the same, as --best-effort asks for");
+            return;
+        }
+        let fate = if self.file.exists() {
+            "stays as it was"
+        } else {
+            "is not written"
+        };
+        let yields = self.refusals.iter().all(Refusal::yields_to_best_effort);
+        let remedy = if self.proven.is_some() && yields {
+            "; --best-effort would write it"
+        } else {
+            ""
+        };
+        eprintln!("{file} {fate}{remedy}");
+    }
+}

@@ -1,0 +1,78 @@
+//! Positions outside of the travel: they are answered, but mean little.
+
+use crate::machine::{Letter, Machine};
+use serde::Serialize;
+use trueaxis::Largest;
+
+/// An axis that a motion takes outside of its travel; positions in the number type of the limits.
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[error(
+    "{axis} is outside its travel of {} to {} {unit} at position {first} ({value} {unit}){}",
+    limits[0],
+    limits[1],
+    others(*count)
+)]
+pub struct Outside<T> {
+    /// The axis.
+    pub axis: char,
+    /// `mm` or `deg`.
+    pub unit: &'static str,
+    /// Lowest and highest position of its travel.
+    pub limits: [T; 2],
+    /// The first position outside, counted from 1 below the header.
+    pub first: usize,
+    /// Where the axis is there.
+    pub value: T,
+    /// How many positions are outside.
+    pub count: usize,
+}
+
+fn others(count: usize) -> String {
+    match count {
+        1 => String::new(),
+        2 => " and at one more".to_owned(),
+        _ => format!(" and at {} more", count - 1),
+    }
+}
+
+/// Each axis, one per column, that leaves its limits (`None`: it has none) in any row.
+fn outside<T: Copy + PartialOrd>(
+    axes: impl Iterator<Item = (char, Option<[T; 2]>)>,
+    rows: &[Vec<f64>],
+    as_limits: impl Fn(f64) -> T,
+) -> Vec<Outside<T>> {
+    let limited = axes.enumerate().filter_map(|(i, (axis, limits))| {
+        let limits = limits?;
+        let column = rows.iter().map(|row| as_limits(row[i])).enumerate();
+        let mut beyond = column.filter(|(_, q)| *q < limits[0] || *q > limits[1]);
+        let (row, value) = beyond.next()?;
+        let rotary = Letter::new(axis).is_some_and(Letter::is_rotary);
+        Some(Outside {
+            axis,
+            unit: if rotary { "deg" } else { "mm" },
+            limits,
+            first: row + 1,
+            value,
+            count: 1 + beyond.count(),
+        })
+    });
+    limited.collect()
+}
+
+/// The axes (mm, deg) that leave the travel that a compensation knows; the rows are those of
+/// [`evaluate`](super::evaluate). Beyond it tables hold their end values.
+#[must_use]
+pub fn outside_compensation(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Vec<Outside<f32>> {
+    let axes = compensation.axes().iter();
+    let limits = axes.map(|a| (char::from(a.name), Some(a.travel)));
+    outside(limits, rows, |q| q as f32)
+}
+
+/// The axes (mm, deg) that leave the travel of a machine; the rows are those of
+/// [`correct`](super::correct). An endless axis does not.
+#[must_use]
+pub fn outside_machine(machine: &Machine, rows: &[Vec<f64>]) -> Vec<Outside<f64>> {
+    let axes = machine.axes.iter();
+    let limits = axes.map(|a| (a.letter.char(), (!a.modulo).then_some(a.travel)));
+    outside(limits, rows, |q| q)
+}

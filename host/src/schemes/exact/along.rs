@@ -1,0 +1,105 @@
+//! Samples of all components along one variable.
+
+use super::sampling::Component;
+use nalgebra::DMatrix;
+use std::collections::BTreeMap;
+
+/// One output of one component at fixed values of all other variables.
+#[derive(Clone, Debug)]
+pub struct Column {
+    pub component: usize,
+    pub monomial: usize,
+    pub node: usize,
+    pub output: usize,
+}
+
+/// What samples along a variable show of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Shows {
+    /// A rotary axis whose own motions are off, or are none: its sines and cosines.
+    Turning,
+    /// Its own motions.
+    Moving,
+    /// Its own motions together with those of another axis.
+    Joint,
+}
+
+impl Shows {
+    /// Of the `k`-th rich variable of a component.
+    pub fn of(component: &Component, k: usize) -> Self {
+        match (
+            component.moving[k],
+            component.moving.iter().filter(|m| **m).count(),
+        ) {
+            (false, _) => Self::Turning,
+            (true, 1) => Self::Moving,
+            (true, _) => Self::Joint,
+        }
+    }
+}
+
+/// Samples along one variable at one set of nodes, in units of the tolerances.
+pub struct Along {
+    pub shows: Shows,
+    /// The node positions.
+    pub nodes: Vec<f64>,
+    /// Where each column of the samples comes from.
+    pub columns: Vec<Column>,
+    /// Nodes × columns.
+    pub samples: DMatrix<f64>,
+}
+
+impl Along {
+    /// Everything sampled along variable `v`, by what it shows; for each, sets of more nodes last.
+    pub fn all(v: usize, components: &[Component], tolerance: &[f64]) -> Vec<Self> {
+        let mut groups: BTreeMap<(Shows, usize), (Vec<f64>, Vec<Column>, Vec<f64>)> =
+            BTreeMap::new();
+        for (c, component) in components.iter().enumerate() {
+            let Some(k) = component.rich.iter().position(|(w, _)| *w == v) else {
+                continue;
+            };
+            let nodes = &component.rich[k].1;
+            let (_, columns, samples) = groups
+                .entry((Shows::of(component, k), nodes.len()))
+                .or_insert_with(|| (nodes.clone(), Vec::new(), Vec::new()));
+            take(c, component, k, tolerance, columns, samples);
+        }
+        groups
+            .into_iter()
+            .map(|((shows, count), (nodes, columns, samples))| Self {
+                shows,
+                nodes,
+                samples: DMatrix::from_vec(count, columns.len(), samples),
+                columns,
+            })
+            .collect()
+    }
+}
+
+/// Takes in component `c` along its `k`-th rich variable.
+fn take(
+    c: usize,
+    component: &Component,
+    k: usize,
+    tolerance: &[f64],
+    columns: &mut Vec<Column>,
+    samples: &mut Vec<f64>,
+) {
+    let (stride, rich) = (component.stride(k), component.nodes());
+    let count = component.rich[k].1.len();
+    for monomial in 0..component.monomials.len() {
+        for node in (0..rich).filter(|n| n / stride % count == 0) {
+            let base = monomial * rich + node;
+            for (output, unit) in tolerance.iter().enumerate() {
+                let value = |i: usize| component.values[base + i * stride][output] / unit;
+                samples.extend((0..count).map(value));
+                columns.push(Column {
+                    component: c,
+                    monomial,
+                    node,
+                    output,
+                });
+            }
+        }
+    }
+}

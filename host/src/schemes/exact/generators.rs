@@ -1,0 +1,44 @@
+//! Generators: few tables of a variable from which most of its functions are products.
+
+use super::variables::{Kind, Variable};
+
+/// A generator: a table from which functions are made as products.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Generator {
+    /// [`Variable::coordinate`].
+    Coordinate,
+    /// [`Variable::sine`].
+    Sine,
+    /// [`Variable::cosine`].
+    Cosine,
+}
+
+impl Generator {
+    /// Its value at a position of a variable.
+    pub fn value(self, variable: &Variable, x: f64) -> f64 {
+        match self {
+            Self::Coordinate => variable.coordinate(x),
+            Self::Sine => variable.sine(x),
+            Self::Cosine => variable.cosine(x),
+        }
+    }
+}
+
+/// The products of generators up to a degree: sin at most once, for sin² = 1 − cos².
+pub fn products(kind: &Kind, degree: usize) -> Vec<Vec<Generator>> {
+    match kind {
+        Kind::Rotary(_) => {
+            let mut all = vec![vec![]];
+            for d in 1..=degree {
+                all.push(vec![Generator::Cosine; d]);
+                let mut with_sine = vec![Generator::Sine];
+                with_sine.extend(vec![Generator::Cosine; d - 1]);
+                all.push(with_sine);
+            }
+            all
+        }
+        _ => (0..=degree)
+            .map(|d| vec![Generator::Coordinate; d])
+            .collect(),
+    }
+}

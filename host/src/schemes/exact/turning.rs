@@ -1,0 +1,141 @@
+//! What rotary positions do to small errors on their way to the corrections: sines and cosines, and
+//! what is divided by them.
+
+use super::variables;
+use crate::errors::{Parameter, ParameterKind, Situation};
+use crate::kinematics::{Kinematics, Linearised};
+use crate::machine::PerAxis;
+use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::f64::consts::TAU;
+
+/// How many nodes see what a rotary axis does with its motions off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turning {
+    /// Where nothing bends: constant errors, to second order.
+    pub base: usize,
+    /// Where motions of other axes are on: first order.
+    pub others: usize,
+}
+
+/// Nodes at which functions are counted: more than any axis has had.
+const SEEN: usize = 17;
+/// The second order of constant errors has nine functions: products of sine and cosine.
+const BASE: usize = 13;
+/// Random positions of the other axes at which they are.
+const PLACES: usize = 6;
+/// More nodes than functions.
+const SPARE: usize = 2;
+/// An angle (rad) counts like a displacement (mm) on a lever of this length.
+const LEVER: f64 = 300.0;
+
+/// Positions along a rotary axis whose motions are off, where everything repeats after a turn:
+/// evenly over one, if the range is not smaller.
+pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+    if high - low < TAU {
+        return variables::positions([low, high], count);
+    }
+    (0..count)
+        .map(|k| low + TAU * (k as f64 + 0.5) / count as f64)
+        .collect()
+}
+
+impl Turning {
+    /// Of what is no rotary axis.
+    pub const NONE: Self = Self { base: 1, others: 1 };
+    /// Of a rotary axis whose motions are never off: up to three or so times five functions, and
+    /// the first of them.
+    pub const UNEVEN: Self = Self {
+        base: 33,
+        others: 17,
+    };
+
+    /// Of a rotary axis; functions smaller than `relative` of the largest do not count.
+    pub fn of(kinematics: &Kinematics<'_>, index: usize, relative: f64) -> Self {
+        let machine = kinematics.machine;
+        let range = machine.axes[index].travel.map(f64::to_radians);
+        let at = positions(range, SEEN);
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        let mut columns = Vec::new();
+        for _ in 0..PLACES {
+            let start: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
+                Some(axis) => {
+                    let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+                    low + (high - low) * random.random::<f64>()
+                }
+                None => 0.0,
+            });
+            let rows: Vec<Vec<f64>> = at
+                .iter()
+                .map(|x| {
+                    let mut q = start;
+                    q[index] = *x;
+                    responses(kinematics, &q)
+                })
+                .collect();
+            for column in 0..rows[0].len() {
+                columns.extend(rows.iter().map(|row| row[column]));
+            }
+        }
+        let samples = DMatrix::from_vec(SEEN, columns.len() / SEEN, columns);
+        // Eigenvalues are squares.
+        let values = (&samples * samples.transpose()).symmetric_eigenvalues();
+        let least = relative.powi(2) * values.amax();
+        let count = values.iter().filter(|v| **v > least).count() + SPARE;
+        // Products of sine and cosine up to degree two, unless the solution divides by them.
+        let first_order = DMatrix::from_fn(SEEN, 5, |i, k| {
+            let (s, c) = at[i].sin_cos();
+            [1.0, c, s, c * c, s * c][k]
+        });
+        let q = first_order.qr().q();
+        let rest = &samples - &q * (q.transpose() * &samples);
+        if rest.norm_squared() > least {
+            let all = (count + SPARE).min(BASE);
+            return Self {
+                base: all,
+                others: all,
+            };
+        }
+        Self {
+            base: BASE,
+            others: count,
+        }
+    }
+}
+
+/// The corrections (mm, rad times a lever) of every small location and motion error of every axis,
+/// linearised at a position.
+fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
+    let machine = kinematics.machine;
+    let linearised = Linearised::new(kinematics, q, &Situation::default());
+    let Some(solver) = kinematics.jacobian(q, None).solver() else {
+        return Vec::new();
+    };
+    let mut all = Vec::new();
+    for axis in machine.axes.iter().map(|a| a.letter.char()) {
+        for kind in [ParameterKind::Inter, ParameterKind::Degree(0)] {
+            for component in 0..6 {
+                let parameter = Parameter {
+                    component,
+                    axis,
+                    kind,
+                };
+                let Some(twist) = linearised.column(parameter) else {
+                    continue;
+                };
+                let unit = if component < 3 { 1.0 } else { LEVER.recip() };
+                let correction = solver.correct(&twist);
+                all.extend(machine.axes.iter().zip(correction).map(|(output, c)| {
+                    let lever = if output.letter.is_rotary() {
+                        LEVER
+                    } else {
+                        1.0
+                    };
+                    c * unit * lever
+                }));
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,184 @@
+//! What the target cannot hold, and what misses its tolerance, is not written.
+
+use crate::program::{Folder, answer, blob, example, plain, refused, trueaxis};
+use serde_json::Value;
+use trueaxis_host::target::Target;
+
+/// Compiles an example with twelve errors into `k.trax` with further arguments, which must end with
+/// `code`: what it says on standard output and on standard error.
+#[track_caller]
+fn compile(folder: &Folder, code: i32, more: &[&str]) -> (String, String) {
+    let (machine, errors, out) = (
+        example("kolibri/machine.toml"),
+        example("kolibri/errors-12.toml"),
+        folder.at("k.trax"),
+    );
+    let first = ["compile", &machine, &errors, "-o", &out, "--random", "300"];
+    let output = trueaxis(&[&first[..], more].concat());
+    let said = plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    (String::from_utf8(output.stdout).unwrap(), said)
+}
+
+/// A target with the capacities of the reference board but for what `change` does.
+fn target(folder: &Folder, change: impl FnOnce(&mut Target)) -> String {
+    let mut target = Target::stm32f405();
+    target.name = "small".to_owned();
+    change(&mut target);
+    folder.file("small.toml", target.to_toml())
+}
+
+/// What is left in the folder beside the target, with the content of the file.
+#[track_caller]
+fn only_old(folder: &Folder) {
+    assert_eq!(folder.names(), ["k.trax", "small.toml"]);
+    assert_eq!(std::fs::read(folder.at("k.trax")).unwrap(), b"old");
+}
+
+#[test]
+fn too_many_bytes_are_told_before_writing_with_a_tolerance_that_fits() {
+    let folder = Folder::new();
+    folder.file("k.trax", "old");
+    let needed = std::fs::metadata(blob("kolibri")).unwrap().len();
+    let held = needed as usize - 500;
+    let small = target(&folder, |t| t.bytes = Some(held));
+    let (shown, said) = compile(&folder, 1, &["--target", &small]);
+    assert_eq!(shown, "");
+    let bytes = format!("small holds too little: {needed} bytes are needed, {held} are held");
+    assert!(said.contains(&bytes), "{said}");
+    assert!(said.contains("k.trax stays as it was"), "{said}");
+    only_old(&folder);
+    // Not even as best as can be: it could not be used.
+    let more = ["--target", &small, "--best-effort", "--json"];
+    let (shown, _) = compile(&folder, 1, &more);
+    only_old(&folder);
+    let answer: Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(answer["written"], false);
+    assert_eq!(answer["target"]["name"], "small");
+    assert_eq!(answer["shortages"][0]["what"], "bytes");
+    assert_eq!(answer["shortages"][0]["needed"], needed);
+    assert_eq!(answer["shortages"][0]["held"], held);
+    // What it says would fit does.
+    let fits = &answer["fits"]["tolerance_um"];
+    assert!(answer["fits"]["bytes"].as_u64().unwrap() <= held as u64);
+    let tolerance = format!("--tolerance {fits} it fits: ");
+    assert!(said.contains(&tolerance), "{said}");
+    compile(
+        &folder,
+        0,
+        &["--target", &small, "--tolerance", &fits.to_string()],
+    );
+}
+
+#[test]
+fn too_few_tables_are_the_reason_told_where_the_scheme_has_left_out_what_has_no_room() {
+    let folder = Folder::new();
+    folder.file("k.trax", "old");
+    let small = target(&folder, |t| (t.tables, t.terms) = (9, 12));
+    let (shown, said) = compile(&folder, 1, &["--target", &small, "--json"]);
+    let answer: Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(answer["written"], false);
+    assert_eq!(answer["meets_tolerance"], false);
+    assert_eq!(answer["shortages"][0]["what"], "tables");
+    assert_eq!(answer["shortages"][0]["held"], 9);
+    assert_eq!(answer["refusals"][0]["kind"], "tolerance");
+    assert!(said.contains("tables are needed, 9 are held"), "{said}");
+    assert!(said.contains("k.trax stays as it was; --best-effort would write it"));
+    only_old(&folder);
+}
+
+#[test]
+fn no_room_at_any_tolerance_is_told() {
+    let folder = Folder::new();
+    let small = target(&folder, |t| t.bytes = Some(100));
+    let (_, said) = compile(&folder, 1, &["--target", &small]);
+    assert!(
+        said.contains("does not fit with any tolerance up to 1000 µm"),
+        "{said}"
+    );
+    assert!(said.contains("k.trax is not written"), "{said}");
+    assert_eq!(folder.names(), ["small.toml"]);
+}
+
+#[test]
+fn a_missed_tolerance_writes_nothing_unless_the_best_effort_is_asked_for() {
+    let folder = Folder::new();
+    folder.file("small.toml", "");
+    folder.file("k.trax", "old");
+    // Three points cannot hold a sine.
+    let coarse = ["--points", "3"];
+    let (shown, said) = compile(&folder, 1, &coarse);
+    assert!(shown.contains("tables differ from the kinematic correction"));
+    assert!(
+        said.contains("the tolerance of 0.05 µm and µrad is not met"),
+        "{said}"
+    );
+    assert!(said.contains("were reached"), "{said}");
+    assert!(
+        said.contains("k.trax stays as it was; --best-effort would write it"),
+        "{said}"
+    );
+    only_old(&folder);
+    let (shown, _) = compile(&folder, 1, &["--points", "3", "--json"]);
+    only_old(&folder);
+    let answer: Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(answer["written"], false);
+    assert_eq!(answer["meets_tolerance"], false);
+    assert_eq!(answer["shortages"].as_array().unwrap().len(), 0);
+    let (shown, said) = compile(&folder, 1, &["--points", "3", "--json", "--best-effort"]);
+    let answer: Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(answer["written"], true);
+    assert_eq!(answer["meets_tolerance"], false);
+    assert!(said.contains("is written all the same"), "{said}");
+    let written = std::fs::metadata(folder.at("k.trax")).unwrap().len();
+    assert_eq!(answer["bytes"], written);
+}
+
+#[test]
+fn a_target_that_prefers_short_samples_gets_them_unless_told_otherwise() {
+    let folder = Folder::new();
+    let small = target(&folder, |t| t.samples = trueaxis::SampleFormat::I16);
+    let formats = |more: &[&str]| {
+        let all = ["--target", &small, "--best-effort", "--tolerance", "1"];
+        compile(&folder, 0, &[&all[..], more].concat());
+        answer(0, &["inspect", &folder.at("k.trax")])
+    };
+    assert!(formats(&[]).contains("i16"));
+    assert!(!formats(&["--samples", "f32"]).contains("i16"));
+}
+
+#[test]
+fn a_target_that_is_none_is_refused() {
+    let folder = Folder::new();
+    let out = folder.at("k.trax");
+    let (machine, errors) = (
+        example("kolibri/machine.toml"),
+        example("kolibri/errors-12.toml"),
+    );
+    let small = folder.file("small.toml", "name = \"small\"\naxes = 5\ntable = 9\n");
+    let with = |target: &str, parts: &[&str]| {
+        refused(
+            &["compile", &machine, &errors, "-o", &out, "--target", target],
+            parts,
+        );
+    };
+    with(
+        "stm32f4",
+        &[
+            "--target: `stm32f4` is no target and no file",
+            "stm32f405, desktop",
+        ],
+    );
+    with(
+        &small,
+        &["small.toml, line 3: unknown field `table`", "--dry-run"],
+    );
+    assert_eq!(folder.names(), ["small.toml"]);
+    // The file of the target is an input.
+    refused(
+        &[
+            "compile", &machine, &errors, "-o", &small, "--target", &small,
+        ],
+        &["is the input"],
+    );
+}
