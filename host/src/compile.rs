@@ -10,13 +10,13 @@ mod room;
 mod verdict;
 mod warnings;
 
-use crate::errors::{ErrorModel, Motion};
+use crate::errors::ErrorModel;
 use crate::kinematics::NotConverged;
 use crate::machine::Machine;
 use crate::schemes::{self, Scheme, SchemeError};
 pub use crate::size::Size;
 use crate::target::Shortage;
-use crate::validate::{Runtime, calibrated};
+use crate::validate::{DrawError, Runtime};
 pub use bounds::AxisBounds;
 pub use proof::{Mismatch, Proof, belongs, prove};
 pub use room::{Fit, coarser, lacking};
@@ -126,14 +126,18 @@ pub enum CompileError {
         /// `mm` or `deg`.
         unit: &'static str,
     },
-    /// A calibrated range and the travel have next to nothing in common.
-    #[error("the calibrated range of axis {axis} covers less than 0.1 {unit} of its travel")]
-    NothingCalibrated {
-        /// The axis.
-        axis: char,
-        /// `mm` or `deg`.
-        unit: &'static str,
-    },
+    /// Hardly a position is inside the calibrated ranges, so nothing could be proven there.
+    #[error("{0}")]
+    Draw(DrawError),
+}
+
+impl From<DrawError> for CompileError {
+    fn from(error: DrawError) -> Self {
+        match error {
+            DrawError::NotConverged(error) => Self::NotConverged(error),
+            rare @ DrawError::Rare { .. } => Self::Draw(rare),
+        }
+    }
 }
 
 fn list(shortages: &[Shortage]) -> String {
@@ -157,27 +161,11 @@ impl CompileError {
             Self::TooLarge { .. } => {
                 "check this parameter and its unit (mm and rad), say under [calibrated] where it is known, subtract a constant with --zero-at, or use --allow-large if the machine really is so far off"
             }
-            Self::NothingCalibrated { .. } => {
-                "correct [calibrated] in the error file: mm or degrees of the command"
+            Self::Draw(_) => {
+                "widen [calibrated] in the error file: it is hardly wider than the corrections are large"
             }
         }
     }
-}
-
-/// Random positions inside a calibrated range are found by drawing: there must be some.
-fn check_calibrated(machine: &Machine, errors: &ErrorModel) -> Result<(), CompileError> {
-    for (i, axis) in machine.axes.iter().enumerate() {
-        let [low, high] = calibrated(machine, errors, i);
-        let common = high.min(axis.travel[1]) - low.max(axis.travel[0]);
-        let least = 0.1_f64.min(0.5 * (axis.travel[1] - axis.travel[0]));
-        if errors.motions[i].iter().any(Motion::holds) && common < least {
-            return Err(CompileError::NothingCalibrated {
-                axis: axis.letter.char(),
-                unit: axis.unit(),
-            });
-        }
-    }
-    Ok(())
 }
 
 /// Runs the scheme, sets the bounds, writes the blob and loads it once.
@@ -190,7 +178,6 @@ pub fn build(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Built, CompileError> {
-    check_calibrated(machine, errors)?;
     progress.stage("finding tables and terms", 0);
     let schemes::Found {
         mut draft,

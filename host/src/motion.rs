@@ -6,7 +6,7 @@ use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::Machine;
 pub use outside::{Outside, outside_compensation, outside_machine};
-use trueaxis::{AUXILIARIES, Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
+use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
 /// The most axes a blob may have.
 const MOST_AXES: usize = 16;
@@ -92,7 +92,10 @@ pub fn correct(
         for (kelvin, value) in situation.kelvin.iter_mut().zip(&values[n + with_length..]) {
             *kelvin = *value;
         }
-        let q = machine.to_kinematic(&within_a_turn(machine, &values[..n]));
+        // Where the error motions of endless axes are described.
+        let axes = machine.axes.iter().zip(&values[..n]);
+        let position: Vec<f64> = axes.map(|(axis, q)| axis.within_turn(*q)).collect();
+        let q = machine.to_kinematic(&position);
         let dq = kinematics
             .correction(&q, &situation, &Switches::ALL)
             .map_err(|error| (row + 1, error))?
@@ -101,22 +104,3 @@ pub fn correct(
     }
     Ok(corrections)
 }
-
-/// Positions of modulo axes reduced into their travel, where their error motions are described.
-fn within_a_turn(machine: &Machine, position: &[f64]) -> Vec<f64> {
-    let axes = machine.axes.iter().zip(position);
-    axes.map(|(axis, &q)| {
-        let [low, high] = axis.travel;
-        if axis.modulo {
-            low + (q - low).rem_euclid(high - low)
-        } else {
-            q
-        }
-    })
-    .collect()
-}
-
-const _: () = assert!(
-    AUXILIARIES > crate::errors::MAX_SENSORS,
-    "a tool length and all sensors fit"
-);

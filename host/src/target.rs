@@ -2,8 +2,8 @@
 
 mod file;
 
-use crate::size::Size;
 use crate::link::Controller;
+use crate::size::Size;
 use serde::{Serialize, Serializer};
 use trueaxis::SampleFormat;
 

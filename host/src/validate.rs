@@ -216,24 +216,70 @@ pub fn is_partly_calibrated(machine: &Machine, errors: &ErrorModel) -> bool {
     })
 }
 
+/// Why random commands cannot be drawn.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DrawError {
+    /// The correction that decides between inside and outside fails.
+    #[error(transparent)]
+    NotConverged(#[from] NotConverged),
+    /// Hardly a position lies in the region.
+    #[error(
+        "of {draws} random positions only {found} are {}", .region.of_positions()
+    )]
+    Rare {
+        /// Where they should be.
+        region: Region,
+        /// Positions tried.
+        draws: usize,
+        /// Positions found there.
+        found: usize,
+    },
+}
+
+impl Region {
+    fn of_positions(self) -> &'static str {
+        match self {
+            Self::Travel => "in the travel",
+            Self::Inside => "inside the calibrated ranges, both as commanded and as corrected",
+            Self::Outside => "outside the calibrated ranges",
+        }
+    }
+}
+
+/// Drawing ends if fewer than one position in so many is in the region, after so many draws: a
+/// calibrated range is much wider than the corrections, so most of what is drawn inside stays.
+const RARE: usize = 50;
+const DRAWS: usize = 10_000;
+
 /// Random commands: positions, directions of travel, tool lengths and temperatures.
 ///
 /// # Errors
-/// [`NotConverged`] where the correction that decides between inside and outside fails.
+/// [`DrawError`] where the correction that decides between inside and outside fails, or hardly a
+/// position is in the region.
 pub fn random_commands(
     machine: &Machine,
     errors: &ErrorModel,
     region: Region,
     count: usize,
     seed: u64,
-) -> Result<Vec<Command>, NotConverged> {
+) -> Result<Vec<Command>, DrawError> {
     let kinematics = Kinematics::new(machine, errors);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::with_capacity(count);
     if region == Region::Outside && !holds_anywhere(machine, errors) {
         return Ok(commands);
     }
+    let mut draws = 0;
     while commands.len() < count {
+        let found = commands.len();
+        if draws >= DRAWS + RARE * found {
+            return Err(DrawError::Rare {
+                region,
+                draws,
+                found,
+            });
+        }
+        draws += 1;
         let mut command = Command::at(machine, &[]);
         for (i, axis) in machine.axes.iter().enumerate() {
             let [mut low, mut high] = axis.travel;
@@ -373,4 +419,33 @@ pub fn verify(
             })
             .collect(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::errors::Parameter;
+
+    #[test]
+    fn drawing_where_hardly_a_position_is_comes_to_an_end() {
+        let text = include_str!("../../examples/kolibri/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, value) in [("EXX0", 0.5), ("EXX2", 1e-9)] {
+            assert!(errors.set(&machine, Parameter::parse(name).unwrap(), value));
+        }
+        let x = machine.index('X').unwrap();
+        for range in [[10.0, 10.2], [500.0, 600.0]] {
+            errors.calibrated[x] = range;
+            let drawn = random_commands(&machine, &errors, Region::Inside, 1000, 1);
+            assert!(
+                matches!(drawn, Err(DrawError::Rare { found: 0, .. })),
+                "{drawn:?}"
+            );
+        }
+        // Half of it: the correction leads out of the other.
+        errors.calibrated[x] = [10.0, 11.0];
+        let drawn = random_commands(&machine, &errors, Region::Inside, 1000, 1).unwrap();
+        assert_eq!(drawn.len(), 1000);
+    }
 }

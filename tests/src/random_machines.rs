@@ -91,9 +91,8 @@ fn machine(random: &mut Fixed) -> String {
         } else {
             "workpiece"
         };
-        let mut three = |size: f64| -> [f64; 3] {
-            std::array::from_fn(|_| random.within(-size, size))
-        };
+        let mut three =
+            |size: f64| -> [f64; 3] { std::array::from_fn(|_| random.within(-size, size)) };
         let (origin, tilt) = (three(100.0), three(50.0));
         let tilt = if tilted && rotary { tilt } else { [0.0; 3] };
         let reversed = random.chance(0.5);
@@ -148,10 +147,7 @@ fn errors(machine: &Machine, random: &mut Fixed) -> ErrorModel {
                     (_, None) => continue,
                     (k, Some(reach)) if k <= DEGREE + 1 => {
                         let degree = k - 1;
-                        (
-                            ParameterKind::Degree(degree),
-                            reach.powi(i32::from(degree)),
-                        )
+                        (ParameterKind::Degree(degree), reach.powi(i32::from(degree)))
                     }
                     _ => (ParameterKind::Backlash, 5.0),
                 };

@@ -34,7 +34,8 @@ fn all_six_motions_of_every_axis_are_measured_over_the_whole_travel() {
             let index = machine.index(letter).unwrap();
             let axis = &machine.axes[index];
             for motion in &errors.motions[index] {
-                let (at, value) = motion.table.as_ref().unwrap();
+                let table = motion.table.as_ref().unwrap();
+                let (at, value) = (&table.at, &table.positive);
                 assert_eq!(at.len(), points);
                 assert_eq!(at[0], axis.to_kinematic(axis.travel[0]));
                 assert_eq!(at[points - 1], axis.to_kinematic(axis.travel[1]));

@@ -83,7 +83,7 @@ fn errors(machine: &Machine, random: &mut Pcg64Mcg) -> ErrorModel {
                 let scale = match kind {
                     ParameterKind::Degree(k) => reach.powi(i32::from(k)),
                     ParameterKind::Backlash => 5.0,
-                    ParameterKind::Inter => 1.0,
+                    _ => 1.0,
                 };
                 assert!(errors.set(
                     machine,

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
-const CALLS: [(&str, &str, u64); 10] = [
+const CALLS: [(&str, &str, u64); 11] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
     (
         "evaluate_huron13_5_axes",
@@ -37,6 +37,11 @@ const CALLS: [(&str, &str, u64); 10] = [
     ("document_40_tables", "evaluate: layout of 40 tables", 700),
     ("rival_closed_form_libm", "instead: closed form, libm", 0),
     ("rival_htm_nalgebra", "instead: matrices, nalgebra f32", 0),
+    (
+        "rival_exact_correction",
+        "instead: exact correction, f64, libm",
+        0,
+    ),
 ];
 /// What the rivals are instead of.
 const OURS: &str = "evaluate_huron13";

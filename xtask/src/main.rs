@@ -1,5 +1,6 @@
 //! `cargo xtask …`: the one place for developer and CI commands.
 
+mod bare;
 mod bench;
 mod bench_target;
 mod cross;
@@ -17,6 +18,7 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   test                           everything that must hold: format, lints, tests, docs, bit identity
+  bare                           the kinematics for the Cortex-M4F: no `std`, no heap
   bench                          run times beside their rivals; instruction counts with valgrind
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let result = match words[..] {
         ["test"] => test::run(),
+        ["bare"] => bare::execute(),
         ["bench"] => bench::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),

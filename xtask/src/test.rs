@@ -41,6 +41,15 @@ fn steps() -> Vec<Step> {
             "runtime that encodes",
             "test -q -p trueaxis --features encode",
         ),
+        step(
+            "kinematics with the sine of libm",
+            "test -q -p trueaxis-kinematics",
+        ),
+        step(
+            "kinematics with the sine of the platform",
+            "test -q -p trueaxis-kinematics --features std",
+        ),
+        step("kinematics on the target", "xtask bare"),
         step("all tests", "test -q --workspace --no-fail-fast"),
         step("bit identity, debug", identical),
         step("bit identity, release", &format!("{identical} --release")),

@@ -2,9 +2,8 @@
 
 use super::Progress;
 use crate::errors::ErrorModel;
-use crate::kinematics::NotConverged;
 use crate::machine::{MAX_AXES, Machine};
-use crate::validate::{Command, Region, Runtime, random_commands};
+use crate::validate::{Command, DrawError, Region, Runtime, random_commands};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -70,7 +69,7 @@ impl<'a> Survey<'a> {
         runtime: &Runtime<'_>,
         seed: u64,
         progress: &dyn Progress,
-    ) -> Result<Self, NotConverged> {
+    ) -> Result<Self, DrawError> {
         let mut commands =
             random_commands(machine, errors, Region::Travel, POSITIONS, seed ^ 0x5eed)?;
         let mut corners = commands.clone();

@@ -1,12 +1,12 @@
 //! What a blob does to the volumetric error, on fresh random positions.
 
-use super::{CompileError, Progress, check_calibrated};
+use super::{CompileError, Progress};
 use crate::errors::{ErrorModel, Switches};
-use crate::kinematics::{Kinematics, NotConverged};
+use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
 use crate::validate::{
-    Command, Region, Runtime, Verification, is_calibrated, is_partly_calibrated, random_commands,
-    verify,
+    Command, DrawError, Region, Runtime, Verification, is_calibrated, is_partly_calibrated,
+    random_commands, verify,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -125,7 +125,7 @@ pub fn belongs(
 /// what was subtracted from its tables ([`Options::zero`](crate::schemes::Options::zero)).
 ///
 /// # Errors
-/// [`CompileError`] where the kinematic correction fails or nothing is calibrated.
+/// [`CompileError`] where the kinematic correction fails or next to nothing is calibrated.
 pub fn prove(
     machine: &Machine,
     errors: &ErrorModel,
@@ -135,7 +135,6 @@ pub fn prove(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Proof, CompileError> {
-    check_calibrated(machine, errors)?;
     let over = |commands: &[Command]| {
         progress.stage("verifying", commands.len());
         verify(machine, errors, runtime, zero, commands, || progress.step())
@@ -179,7 +178,7 @@ fn length_sensitivity(
     runtime: &Runtime<'_>,
     zero: &PerAxis,
     seed: u64,
-) -> Result<f64, NotConverged> {
+) -> Result<f64, DrawError> {
     let kinematics = Kinematics::new(machine, errors);
     let own = machine.tool_length();
     let shorter = (own - LENGTH_CHANGE).max(0.0);

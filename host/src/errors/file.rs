@@ -1,13 +1,19 @@
 //! `errors.toml`.
 
-use super::model::{ErrorModel, MAX_SENSORS, Motion, Situation, Switches, Thermal};
-use super::parameter::{MAX_DEGREE, Parameter, ParameterKind};
+mod calibrated;
+mod seam;
+mod size;
+mod tabulated;
+mod thermal;
+
+use super::{ErrorModel, Parameter, ParameterKind};
 use crate::machine::Machine;
 use crate::source::FileError;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
+use trueaxis_kinematics::{MAX_DEGREE, MAX_HARMONIC};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -38,14 +44,16 @@ struct ThermalEntry {
 #[serde(deny_unknown_fields)]
 struct TabulatedEntry {
     at: Spanned<Vec<f64>>,
-    value: Spanned<Vec<f64>>,
+    value: Option<Spanned<Vec<f64>>>,
+    positive: Option<Spanned<Vec<f64>>>,
+    negative: Option<Spanned<Vec<f64>>>,
 }
 
 /// Largest error that can be physical: beyond it the small-error model means nothing.
 const MAX_ANGLE: f64 = 0.1;
 const MAX_LENGTH: f64 = 100.0;
-/// Temperature difference covered unless the file says otherwise (K).
-const RANGE_KELVIN: [f64; 2] = [-20.0, 20.0];
+/// Positions are mm and degrees; no travel is longer.
+const MAX_POSITION: f64 = 1e5;
 
 impl ErrorModel {
     /// Reads and checks an error file against its machine.
@@ -53,7 +61,9 @@ impl ErrorModel {
     /// # Errors
     /// [`FileError`] with place, cause and remedy: syntax, unknown keys and names, another
     /// machine's name, an error of an axis that the machine does not have, a value that cannot
-    /// be physical, a table that does not increase.
+    /// be physical anywhere in the travel at any temperature, a table that does not increase, a
+    /// calibrated range with next to nothing of the travel, an error motion of an endless axis that
+    /// does not close over the turn.
     pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
         let file: ErrorsFile = toml::from_str(text)?;
         if *file.machine.get_ref() != machine.name {
@@ -69,30 +79,34 @@ impl ErrorModel {
             ));
         }
         let mut model = ErrorModel::perfect(machine);
-        let mut places: BTreeMap<Parameter, Range<usize>> = BTreeMap::new();
+        model.read_parameters(&file, machine)?;
+        model.read_thermal(&file, machine)?;
+        model.read_tabulated(&file, machine)?;
+        model.read_calibrated(&file, machine)?;
+        model.check_size(&file, machine)?;
+        model.check_seams(&file, machine)?;
+        Ok(model)
+    }
+
+    fn read_parameters(&mut self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
         for (name, value) in &file.parameters {
             let parameter = known(name, machine)?;
-            let limit = if parameter.is_angular() {
-                MAX_ANGLE
-            } else {
-                MAX_LENGTH
-            };
+            let limit = limit(parameter.component);
             let v = *value.get_ref();
             let alone = !matches!(parameter.kind, ParameterKind::Degree(k) if k > 0);
             if !v.is_finite() || (alone && v.abs() > limit) {
                 return Err(unphysical(
                     value.span(),
-                    &parameter.to_string(),
-                    limit,
-                    parameter.is_angular(),
+                    name.get_ref(),
+                    parameter.component,
                 ));
             }
-            model.set(machine, parameter, v);
-            places.insert(parameter, value.span());
+            self.set(machine, parameter, v);
         }
         for (name, value) in &file.standard_uncertainty {
             let parameter = known(name, machine)?;
-            if !value.get_ref().is_finite() || *value.get_ref() < 0.0 {
+            let v = *value.get_ref();
+            if !v.is_finite() || v < 0.0 {
                 return Err(FileError::at(
                     value.span(),
                     format!("the standard uncertainty of {parameter} is negative or not a number"),
@@ -100,259 +114,13 @@ impl ErrorModel {
                     "write a value of 0 or more, in the parameter's unit",
                 ));
             }
-            model
-                .standard_uncertainty
-                .insert(parameter, *value.get_ref());
-        }
-        model.read_calibrated(&file, machine)?;
-        model.read_thermal(&file, machine)?;
-        model.read_tabulated(&file, machine)?;
-        model.refresh();
-        model.check_size(machine, &places, &file)?;
-        Ok(model)
-    }
-
-    fn read_calibrated(&mut self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
-        for (name, range) in &file.calibrated {
-            let index = axis(name, machine)?;
-            let axis = &machine.axes[index];
-            let [low, high] = *range.get_ref();
-            if !(low.is_finite() && high.is_finite() && low < high) {
-                return Err(FileError::at(
-                    range.span(),
-                    format!("the calibrated range of axis {} is empty", axis.letter),
-                    "lower limit not below upper limit",
-                    format!("write [lower, upper] in {}", axis.unit()),
-                ));
-            }
-            self.calibrated[index] = [axis.to_kinematic(low), axis.to_kinematic(high)];
-        }
-        Ok(())
-    }
-
-    fn read_thermal(&mut self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
-        for (name, spanned) in &file.thermal {
-            let parameter = known(name, machine)?;
-            let entry = spanned.get_ref();
-            let range = entry.range_kelvin.unwrap_or(RANGE_KELVIN);
-            let numbers = [
-                entry.per_kelvin,
-                entry.reference_celsius,
-                range[0],
-                range[1],
-            ];
-            if numbers.iter().any(|v| !v.is_finite())
-                || range[0] >= range[1]
-                || range[0] > 0.0
-                || range[1] < 0.0
-            {
-                return Err(FileError::at(
-                    spanned.span(),
-                    format!(
-                        "the thermal entry of {parameter} has a value that is not finite, or a range without 0"
-                    ),
-                    "here",
-                    "write finite numbers, and range_kelvin = [below, above] around 0",
-                ));
-            }
-            let sensor = match self.sensors.iter().position(|s| s.sensor == entry.sensor) {
-                Some(index) => {
-                    let known = &mut self.sensors[index];
-                    if known.reference_celsius != entry.reference_celsius {
-                        return Err(FileError::at(
-                            spanned.span(),
-                            format!(
-                                "sensor `{}` has two different reference temperatures",
-                                entry.sensor
-                            ),
-                            "here the second",
-                            "give one reference per sensor",
-                        ));
-                    }
-                    known.range_kelvin = [
-                        known.range_kelvin[0].min(range[0]),
-                        known.range_kelvin[1].max(range[1]),
-                    ];
-                    index
-                }
-                None => {
-                    if self.sensors.len() == MAX_SENSORS
-                        || entry.sensor.is_empty()
-                        || entry.sensor.len() > 16
-                    {
-                        return Err(FileError::at(
-                            spanned.span(),
-                            format!("sensor `{}` cannot be used", entry.sensor),
-                            "here",
-                            format!(
-                                "use at most {MAX_SENSORS} sensors with names of 1 to 16 bytes"
-                            ),
-                        ));
-                    }
-                    self.sensors.push(Thermal {
-                        sensor: entry.sensor.clone(),
-                        reference_celsius: entry.reference_celsius,
-                        range_kelvin: range,
-                    });
-                    self.sensors.len() - 1
-                }
-            };
-            let index = match parameter.axis {
-                'S' => machine.axes.len(),
-                letter => machine.index(letter).unwrap_or(machine.axes.len()),
-            };
-            match parameter.kind {
-                ParameterKind::Inter => {
-                    self.inter_thermal
-                        .push((index, parameter.component, sensor, entry.per_kelvin));
-                }
-                ParameterKind::Degree(k) => self.motions[index][parameter.component]
-                    .thermal
-                    .push((usize::from(k), sensor, entry.per_kelvin)),
-                ParameterKind::Backlash => {
-                    return Err(FileError::at(
-                        name.span(),
-                        "backlash cannot depend on temperature",
-                        "here",
-                        "give the thermal change of an axis location or of a coefficient",
-                    ));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn read_tabulated(&mut self, file: &ErrorsFile, machine: &Machine) -> Result<(), FileError> {
-        for (name, spanned) in &file.tabulated {
-            let Some((component, letter)) = Parameter::parse_motion(name.get_ref()) else {
-                return Err(FileError::at(
-                    name.span(),
-                    format!("`{}` is no error motion", name.get_ref()),
-                    "unknown name",
-                    "write E, the direction (X Y Z A B C) and the axis, as in [tabulated.EXX]",
-                ));
-            };
-            let Some(index) = machine.index(letter) else {
-                return Err(no_such_axis(name.span(), letter, machine));
-            };
-            let motion = &mut self.motions[index][component];
-            if !motion.coefficients.is_empty() || !motion.thermal.is_empty() {
-                return Err(FileError::at(
-                    name.span(),
-                    format!(
-                        "{} is given both as a table and as coefficients",
-                        name.get_ref()
-                    ),
-                    "the table",
-                    "keep one of the two",
-                ));
-            }
-            let TabulatedEntry { at, value } = spanned.get_ref();
-            let (a, v) = (at.get_ref(), value.get_ref());
-            if a.len() != v.len() || a.len() < 2 {
-                return Err(FileError::at(
-                    value.span(),
-                    format!(
-                        "{} has {} positions and {} values",
-                        name.get_ref(),
-                        a.len(),
-                        v.len()
-                    ),
-                    "here",
-                    "write as many values as positions, at least two",
-                ));
-            }
-            if let Some(k) = a
-                .windows(2)
-                .position(|w| w[0].is_nan() || w[1].is_nan() || w[0] >= w[1])
-            {
-                return Err(FileError::at(
-                    at.span(),
-                    format!(
-                        "the positions of {} do not increase at entry {}",
-                        name.get_ref(),
-                        k + 2
-                    ),
-                    "here",
-                    "sort the positions and give each only once",
-                ));
-            }
-            let (limit, angular) = if component >= 3 {
-                (MAX_ANGLE, true)
-            } else {
-                (MAX_LENGTH, false)
-            };
-            if v.iter().any(|v| !v.is_finite() || v.abs() > limit) {
-                return Err(unphysical(value.span(), name.get_ref(), limit, angular));
-            }
-            let axis = &machine.axes[index];
-            let at = a.iter().map(|a| axis.to_kinematic(*a)).collect();
-            *motion = Motion {
-                table: Some((at, v.clone())),
-                backlash: motion.backlash,
-                ..Motion::default()
-            };
-        }
-        Ok(())
-    }
-
-    /// Refuses motions that leave the small-error range anywhere in the travel.
-    fn check_size(
-        &self,
-        machine: &Machine,
-        places: &BTreeMap<Parameter, Range<usize>>,
-        file: &ErrorsFile,
-    ) -> Result<(), FileError> {
-        let cold = Situation::default();
-        for (index, axis) in machine.axes.iter().enumerate() {
-            let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
-            for step in 0..=100 {
-                let q = low + (high - low) * f64::from(step) / 100.0;
-                let Some(error) = self.intra_at(machine, index, q, &cold, &Switches::ALL) else {
-                    break;
-                };
-                for (component, e) in error.iter().enumerate() {
-                    let (limit, angular) = if component >= 3 {
-                        (MAX_ANGLE, true)
-                    } else {
-                        (MAX_LENGTH, false)
-                    };
-                    if e.abs() <= limit {
-                        continue;
-                    }
-                    // Point to the coefficient that contributes most at this place.
-                    let degree_of = |p: &Parameter| match p.kind {
-                        ParameterKind::Degree(k) => Some(i32::from(k)),
-                        _ => None,
-                    };
-                    let worst = places
-                        .iter()
-                        .filter(|(p, _)| p.component == component && p.axis == axis.letter.char())
-                        .filter_map(|(p, span)| {
-                            let share = (self.parameters[p] * q.powi(degree_of(p)?)).abs();
-                            Some((share, p, span))
-                        })
-                        .max_by(|a, b| a.0.total_cmp(&b.0));
-                    let (span, name) = match worst {
-                        Some((_, p, span)) => (span.clone(), p.to_string()),
-                        None => (file.machine.span(), format!("an error of {}", axis.letter)),
-                    };
-                    let mut error = unphysical(span, &name, limit, angular);
-                    error.label = format!(
-                        "at {} = {:.1} {}",
-                        axis.letter,
-                        axis.to_command(q),
-                        axis.unit()
-                    );
-                    error.remedy.push_str("; if it is a polynomial known in a part of the travel only, say where under [calibrated]");
-                    return Err(error);
-                }
-            }
+            self.standard_uncertainty.insert(parameter, v);
         }
         Ok(())
     }
 }
 
+/// Reads the name of a parameter that the machine can have.
 fn known(name: &Spanned<String>, machine: &Machine) -> Result<Parameter, FileError> {
     let Some(parameter) = Parameter::parse(name.get_ref()) else {
         return Err(FileError::at(
@@ -360,16 +128,36 @@ fn known(name: &Spanned<String>, machine: &Machine) -> Result<Parameter, FileErr
             format!("`{}` is no error parameter", name.get_ref()),
             "unknown name",
             format!(
-                "write EB0A (inter-axis), EXY2 (coefficient, degree 0 to {MAX_DEGREE}) or EAAb (backlash)"
+                "write EB0A (inter-axis), EXY2 (coefficient, degree 0 to {MAX_DEGREE}), EXCc1 or EXCs1 (cosine, sine of 1 to {MAX_HARMONIC} times the angle of a rotary axis) or EAAb (backlash)"
             ),
         ));
     };
-    if parameter.axis != 'S' && machine.index(parameter.axis).is_none() {
+    if parameter.axis == 'S' {
+        return Ok(parameter);
+    }
+    let Some(index) = machine.index(parameter.axis) else {
         return Err(no_such_axis(name.span(), parameter.axis, machine));
+    };
+    let harmonic = matches!(
+        parameter.kind,
+        ParameterKind::Cosine(_) | ParameterKind::Sine(_)
+    );
+    if harmonic && !machine.axes[index].letter.is_rotary() {
+        let whole = &name.get_ref()[..3];
+        return Err(FileError::at(
+            name.span(),
+            format!(
+                "axis {} is linear: harmonics are error motions of rotary axes",
+                parameter.axis
+            ),
+            "cosine or sine of a length",
+            format!("write coefficients ({whole}1, {whole}2 …) or a table ([tabulated.{whole}])"),
+        ));
     }
     Ok(parameter)
 }
 
+/// Reads the name of an axis of the machine.
 fn axis(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> {
     let mut letters = name.get_ref().chars();
     match (letters.next(), letters.next()) {
@@ -399,8 +187,22 @@ fn no_such_axis(span: Range<usize>, letter: char, machine: &Machine) -> FileErro
     )
 }
 
-fn unphysical(span: Range<usize>, name: &str, limit: f64, angular: bool) -> FileError {
-    let unit = if angular { "rad" } else { "mm" };
+/// The largest error of a component that can be physical (mm or rad).
+fn limit(component: usize) -> f64 {
+    if component >= 3 {
+        MAX_ANGLE
+    } else {
+        MAX_LENGTH
+    }
+}
+
+/// `mm` or `rad`.
+fn unit(component: usize) -> &'static str {
+    if component >= 3 { "rad" } else { "mm" }
+}
+
+fn unphysical(span: Range<usize>, name: &str, component: usize) -> FileError {
+    let (limit, unit) = (limit(component), unit(component));
     FileError::at(
         span,
         format!("{name} cannot be physical: not a finite number, or over {limit} {unit}"),
@@ -408,3 +210,86 @@ fn unphysical(span: Range<usize>, name: &str, limit: f64, angular: bool) -> File
         "parameters are in mm and rad (1 mrad = 1e-3), coefficients per mm or rad to their degree",
     )
 }
+
+/// A part of an error motion, as it is written in the file.
+struct Part<'f> {
+    /// Its name.
+    name: String,
+    /// Where it stands.
+    span: Range<usize>,
+    /// What it adds (mm or rad).
+    kind: PartKind<'f>,
+}
+
+enum PartKind<'f> {
+    /// A coefficient.
+    Coefficient(ParameterKind, f64),
+    /// A coefficient's change with a sensor over its range of temperatures.
+    Change(ParameterKind, f64),
+    /// A table.
+    Table(&'f super::Table),
+}
+
+impl PartKind<'_> {
+    /// What it adds (mm or rad) at a position (mm or rad): at the end of the range of temperatures,
+    /// after positive travel.
+    fn value(&self, q: f64) -> f64 {
+        match self {
+            Self::Coefficient(kind, value) | Self::Change(kind, value) => value * kind.basis(q),
+            Self::Table(table) => table.value(q, 1.0),
+        }
+    }
+}
+
+impl ErrorModel {
+    /// The parts of one error motion.
+    fn parts(
+        &self,
+        file: &ErrorsFile,
+        machine: &Machine,
+        index: usize,
+        component: usize,
+    ) -> Vec<Part<'_>> {
+        let letter = machine.axes[index].letter.char();
+        let of = |name: &Spanned<String>| {
+            Parameter::parse(name.get_ref()).filter(|p| {
+                p.component == component && p.axis == letter && p.kind != ParameterKind::Inter
+            })
+        };
+        let mut parts = Vec::new();
+        for (name, value) in &file.parameters {
+            if let Some(p) = of(name) {
+                parts.push(Part {
+                    name: p.to_string(),
+                    span: value.span(),
+                    kind: PartKind::Coefficient(p.kind, *value.get_ref()),
+                });
+            }
+        }
+        for (name, entry) in &file.thermal {
+            if let Some(p) = of(name) {
+                let kelvin = self.largest_kelvin(&entry.get_ref().sensor);
+                parts.push(Part {
+                    name: format!("the thermal change of {p}"),
+                    span: entry.span(),
+                    kind: PartKind::Change(p.kind, entry.get_ref().per_kelvin * kelvin),
+                });
+            }
+        }
+        if let Some(table) = &self.motions[index][component].table {
+            for (name, entry) in &file.tabulated {
+                if Parameter::parse_motion(name.get_ref()) == Some((component, letter)) {
+                    parts.push(Part {
+                        name: name.get_ref().clone(),
+                        span: entry.get_ref().at.span(),
+                        kind: PartKind::Table(table),
+                    });
+                }
+            }
+        }
+        parts
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,7 @@
-//! Geometric errors of the axes: ISO 230-1 parameters and what they do along the travel.
+//! Geometric errors of the axes: ISO 230-1 parameters and the file they are written in.
 
 mod file;
 mod model;
-mod parameter;
 
-pub use model::{ErrorModel, MAX_SENSORS, Motion, Situation, Switches, Thermal};
-pub use parameter::{Parameter, ParameterKind};
+pub use model::{ErrorModel, Motion, Table, Thermal};
+pub use trueaxis_kinematics::{MAX_SENSORS, Parameter, ParameterKind, Situation, Switches};

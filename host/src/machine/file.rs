@@ -57,19 +57,14 @@ struct ToolEntry {
     length_range_mm: Option<Spanned<[f64; 2]>>,
 }
 
-/// Default top speeds, from which the rate bound follows: 30 m/min and 30 rpm.
-const SPEED_LINEAR: f64 = 500.0;
-const SPEED_ROTARY: f64 = 180.0;
-/// Default direction hysteresis: above the ripple of a standing command, below any real move.
-const HYSTERESIS: f64 = 0.001;
-
 impl Machine {
     /// Reads and checks a machine description.
     ///
     /// # Errors
     /// [`FileError`] with place, cause and remedy: syntax, unknown keys and letters, an axis
     /// named twice, a topology that does not match the axes, an empty travel, a value that is
-    /// not finite, a missing tool axis, and all that [`Machine::check`] refuses.
+    /// not finite, a missing tool axis, and all that
+    /// [`check`](trueaxis_kinematics::Machine::check) refuses.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: MachineFile = toml::from_str(text)?;
         let mut axes: Vec<Axis> = Vec::new();
@@ -160,12 +155,14 @@ impl Machine {
         };
         let machine = Machine {
             name: file.name.get_ref().clone(),
-            axes,
-            spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
-            tool_axis: component,
-            tip,
             length_range,
-            workpiece: frame(&file.workpiece.origin_mm, &file.workpiece.orientation_deg)?,
+            machine: trueaxis_kinematics::Machine {
+                axes: axes.into_iter().collect(),
+                spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
+                tool_axis: component,
+                tip,
+                workpiece: frame(&file.workpiece.origin_mm, &file.workpiece.orientation_deg)?,
+            },
         };
         // 64 bytes of name fit every blob and every hello message.
         if machine.name.is_empty() || machine.name.len() > 64 {
@@ -274,20 +271,14 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
         }
         _ => false,
     };
-    let default_speed = if letter.is_rotary() {
-        SPEED_ROTARY
-    } else {
-        SPEED_LINEAR
-    };
+    let default = Axis::new(letter, branch, travel);
     Ok(Axis {
-        letter,
-        branch,
         frame: frame(&entry.origin_mm, &entry.orientation_deg)?,
-        travel,
         modulo,
         reversed: entry.reversed,
-        max_speed: positive(&entry.max_speed, default_speed)?,
-        hysteresis: positive(&entry.hysteresis, HYSTERESIS)?,
+        max_speed: positive(&entry.max_speed, default.max_speed)?,
+        hysteresis: positive(&entry.hysteresis, default.hysteresis)?,
+        ..default
     })
 }
 

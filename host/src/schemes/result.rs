@@ -1,6 +1,7 @@
 //! What every scheme returns.
 
 use crate::kinematics::NotConverged;
+use crate::validate::DrawError;
 use trueaxis::Draft;
 
 /// Tables and terms, with what the scheme knows about them.
@@ -21,6 +22,9 @@ pub enum SchemeError {
     /// The kinematic correction itself fails somewhere.
     #[error(transparent)]
     NotConverged(#[from] NotConverged),
+    /// Positions to measure at cannot be drawn.
+    #[error(transparent)]
+    Draw(DrawError),
     /// More tables than a blob can number.
     #[error("{tables} tables are needed, a blob holds at most 255")]
     TooManyTables {
@@ -37,6 +41,15 @@ pub enum SchemeError {
     },
 }
 
+impl From<DrawError> for SchemeError {
+    fn from(error: DrawError) -> Self {
+        match error {
+            DrawError::NotConverged(error) => Self::NotConverged(error),
+            rare @ DrawError::Rare { .. } => Self::Draw(rare),
+        }
+    }
+}
+
 impl SchemeError {
     /// What to do about it.
     #[must_use]
@@ -45,6 +58,7 @@ impl SchemeError {
             Self::NotConverged(_) => {
                 "check the units of the error parameters (mm and rad), and where they are known under [calibrated]"
             }
+            Self::Draw(_) => "widen [calibrated] in the error file: it is in mm or degrees of the command",
             Self::TooManyTables { .. } => {
                 "raise --tolerance, or --minimize cost where another was chosen"
             }

@@ -99,19 +99,220 @@ fn errors_of_another_machine_are_refused() {
 
 #[test]
 fn a_calibrated_range_beside_the_travel_is_refused() {
+    refuses(
+        "[parameters]\nEXX2 = 1e-8\n[calibrated]\nX = [500.0, 600.0]",
+        5,
+        "the calibrated range of axis X has nothing of its travel",
+        "correct [calibrated]",
+    );
+}
+
+#[test]
+fn a_calibrated_range_that_is_hardly_wider_than_corrections_is_refused() {
+    refuses(
+        "[parameters]\nEXX2 = 1e-8\n[calibrated]\nX = [10.0, 10.3]",
+        5,
+        "the calibrated range of axis X has 0.300 mm of its travel, less than 1 mm",
+        "write [lower, upper] in mm",
+    );
+    refuses(
+        "[calibrated]\nA = [119.5, 300.0]",
+        3,
+        "the calibrated range of axis A has 0.500 deg of its travel, less than 1 deg",
+        "write [lower, upper] in deg",
+    );
+    refuses(
+        "[calibrated]\nX = [-1e308, 1e308]",
+        3,
+        "larger than any travel",
+        "in mm of the command",
+    );
+}
+
+#[test]
+fn tables_that_have_nothing_of_the_travel_in_common_are_refused() {
+    refuses(
+        "[tabulated.EXX]\nat = [-100.0, 0.0]\nvalue = [0.0, 0.001]\n[tabulated.EYX]\nat = [0.5, 100.0]\nvalue = [0.0, 0.001]",
+        6,
+        "the tables of axis X have nothing of its travel in common",
+        "give positions in mm",
+    );
+}
+
+#[test]
+fn harmonics_of_a_linear_axis_are_refused() {
+    refuses(
+        "[parameters]\nEXXc1 = 1e-3",
+        3,
+        "axis X is linear: harmonics are error motions of rotary axes",
+        "write coefficients (EXX1, EXX2 …) or a table",
+    );
+    refuses(
+        "[parameters]\nEXAs9 = 1e-3",
+        3,
+        "`EXAs9` is no error parameter",
+        "EXCc1 or EXCs1 (cosine, sine of 1 to 8 times the angle",
+    );
+}
+
+#[test]
+fn absurd_temperatures_are_refused() {
+    let entry =
+        |rest: &str| format!("[thermal]\nEXX1 = {{ per_kelvin = 1e-5, sensor = \"bed\", {rest} }}");
+    refuses(
+        &entry("reference_celsius = 20.0, range_kelvin = [-10, 1e308]"),
+        3,
+        "the temperature range of EXX1 goes beyond 200 K",
+        "within ±200 K",
+    );
+    refuses(
+        &entry("reference_celsius = 20.0, range_kelvin = [5, 10]"),
+        3,
+        "the temperature range of EXX1 is empty or does not contain 0",
+        "around 0",
+    );
+    refuses(
+        &entry("reference_celsius = 1e300"),
+        3,
+        "the reference temperature of EXX1",
+        "reference_celsius = 20.0",
+    );
+}
+
+#[test]
+fn thermal_changes_that_cannot_be_physical_are_refused() {
+    let entry = |name: &str, per_kelvin: &str| {
+        format!(
+            "[thermal]\n{name} = {{ per_kelvin = {per_kelvin}, sensor = \"bed\", reference_celsius = 20.0 }}"
+        )
+    };
+    for (name, per_kelvin, place) in [
+        ("EXX1", "1e300", "at X = -130.0 mm"),
+        ("EXX3", "1e-4", "at X = -130.0 mm"),
+        ("EB0Z", "0.006", "at 20 K from the reference"),
+        ("EXAs2", "7.0", "at A ="),
+    ] {
+        let cause = format!("the thermal change of {name} cannot be physical");
+        refuses(&entry(name, per_kelvin), 3, &cause, place);
+    }
+    refuses(
+        &entry("EACc1", "nan"),
+        3,
+        "the change of EACc1 per kelvin is not a finite number",
+        "in the parameter's unit per kelvin",
+    );
+}
+
+#[test]
+fn a_motion_that_is_too_large_with_its_backlash_is_refused() {
+    refuses(
+        "[parameters]\nEAX0 = 0.06\nEAXb = -0.05",
+        3,
+        "EAX0 cannot be physical",
+        "1 mrad = 1e-3",
+    );
+}
+
+#[test]
+fn a_table_of_absurd_size_is_refused() {
+    let at: Vec<String> = (0..10_001)
+        .map(|i| format!("{}", f64::from(i) * 0.01))
+        .collect();
+    refuses(
+        &format!("[tabulated.EXX]\nat = [{}]\nvalue = [0.0]", at.join(", ")),
+        3,
+        "EXX has 10001 positions",
+        "leave out positions",
+    );
+    refuses(
+        "[tabulated.EXX]\nat = [0.0, inf]\nvalue = [0.0, 0.001]",
+        3,
+        "a position of EXX is not a finite number",
+        "mm and degrees",
+    );
+}
+
+#[test]
+fn a_table_without_the_values_of_a_direction_is_refused() {
+    for (values, line, cause) in [
+        ("positive = [0.0, 0.001]", 4, "one direction of travel only"),
+        ("negative = [0.0, 0.001]", 4, "one direction of travel only"),
+        (
+            "value = [0.0, 0.001]\nnegative = [0.0, 0.001]",
+            5,
+            "for both directions and for one",
+        ),
+        ("", 3, "positions without values"),
+    ] {
+        refuses(
+            &format!("[tabulated.EXX]\nat = [0.0, 100.0]\n{values}"),
+            line,
+            cause,
+            "positive = […] and negative = […]",
+        );
+    }
+    refuses(
+        "[tabulated.EXX]\nat = [0.0, 100.0]\npositive = [0.0, 0.001]\nnegative = [0.0]",
+        5,
+        "EXX has 2 positions and 1 values",
+        "as many values as positions",
+    );
+}
+
+/// `body` is refused at `line` for the table-head machine, whose C axis turns without end.
+fn refuses_endless(body: &str, line: usize, cause: &str, remedy: &str) {
     let folder = Folder::new();
-    let text =
-        "machine = \"Kolibri\"\n[parameters]\nEXX2 = 1e-8\n[calibrated]\nX = [500.0, 600.0]\n";
+    let text = format!("machine = \"Table and head\"\n{body}\n");
     let errors = folder.file("errors.toml", text);
+    let machine = example("table-head/machine.toml");
+    let place = format!("errors.toml, line {line}:");
     refused(
-        &[
-            "compile",
-            &example("kolibri/machine.toml"),
-            &errors,
-            "-o",
-            &folder.at("x.trax"),
-        ],
-        &["the calibrated range of axis X", "correct [calibrated]"],
+        &["compile", &machine, &errors, "-o", &folder.at("x.trax")],
+        &[&place, cause, remedy],
+    );
+}
+
+#[test]
+fn an_error_motion_that_does_not_close_over_the_turn_is_refused() {
+    refuses_endless(
+        "[parameters]\nEXC0 = 1e-3\nEXC1 = 2.5e-3",
+        4,
+        "EXC1 does not close over the turn of axis C, which is endless",
+        "use harmonics (EXCc1, EXCs1 …)",
+    );
+    refuses_endless(
+        "[thermal]\nEXC1 = { per_kelvin = 1e-4, sensor = \"bed\", reference_celsius = 20.0 }",
+        3,
+        "the thermal change of EXC1 does not close",
+        "use harmonics",
+    );
+    refuses_endless(
+        "[parameters]\nEXC2 = 1e-3\n[calibrated]\nC = [20.0, 300.0]",
+        3,
+        "EXC2 does not close",
+        "a table whose first and last value are equal",
+    );
+}
+
+#[test]
+fn a_table_that_does_not_close_over_the_turn_is_refused() {
+    refuses_endless(
+        "[tabulated.EXC]\nat = [0.0, 360.0]\nvalue = [0.0, 0.001]",
+        3,
+        "EXC does not close over the turn",
+        "make the first and the last value equal",
+    );
+    refuses_endless(
+        "[tabulated.EXC]\nat = [0.0, 360.0]\npositive = [0.0, 0.0]\nnegative = [0.0, 0.001]",
+        3,
+        "EXC does not close over the turn",
+        "in each direction of travel",
+    );
+    refuses_endless(
+        "[tabulated.EXC]\nat = [0.0, 100.0]\nvalue = [0.0, 0.0]",
+        3,
+        "EXC does not cover the turn of axis C",
+        "equal at both ends",
     );
 }
 

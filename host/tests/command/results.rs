@@ -266,6 +266,64 @@ fn inside_and_outside_the_calibrated_range_are_told_apart() {
 }
 
 #[test]
+fn a_table_on_a_part_of_the_travel_is_calibrated_there() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let text = "machine = \"Kolibri\"\n[tabulated.EXX]\nat = [-65.0, 0.0, 65.0]\nvalue = [0.0, 0.003, 0.001]\n";
+    let errors = folder.file("errors.toml", text);
+    let path = folder.at("k.trax");
+    let answer = json(
+        0,
+        &[
+            "compile", &machine, &errors, "-o", &path, "--random", "500", "--json",
+        ],
+    );
+    assert_eq!(answer["inside"]["positions"], 500);
+    let outside = answer["outside"]["positions"].as_u64().unwrap();
+    assert!((200..300).contains(&outside), "{outside}");
+}
+
+#[test]
+fn a_table_for_each_direction_of_travel_is_corrected_in_each() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let text = "machine = \"Kolibri\"\n[tabulated.EXX]\nat = [-130.0, 0.0, 130.0]\npositive = [0.001, 0.003, 0.003]\nnegative = [-0.001, 0.003, -0.005]\n";
+    let errors = folder.file("errors.toml", text);
+    let path = folder.at("k.trax");
+    answer(
+        0,
+        &["compile", &machine, &errors, "-o", &path, "--random", "500"],
+    );
+    let positions = folder.file(
+        "p.csv",
+        "Y,A,C,X,Z\n0,0,0,-120,0\n0,0,0,-65,0\n0,0,0,65,0\n0,0,0,125,0\n0,0,0,65,0\n0,0,0,-65,0\n",
+    );
+    let (_, values) = rows::<f64>(&answer(0, &["eval", &path, "--positions", &positions]));
+    // First the mean, for the direction is not known yet.
+    let expected = [-0.000_231, -0.002, -0.003, -0.003, 0.001, -0.001];
+    for (row, expected) in values.iter().zip(expected) {
+        assert!((row[3] - expected).abs() < 5e-5, "{} {expected}", row[3]);
+    }
+}
+
+#[test]
+fn harmonics_of_an_endless_axis_are_corrected_around_the_seam() {
+    let folder = Folder::new();
+    let machine = example("table-head/machine.toml");
+    let text = "machine = \"Table and head\"\n[parameters]\nEXCc1 = 2e-3\nEYCs3 = 1e-3\nEACc8 = 5e-6\n[calibrated]\nC = [90.0, 180.0]\n";
+    let errors = folder.file("errors.toml", text);
+    let path = folder.at("t.trax");
+    let answer = json(
+        0,
+        &[
+            "compile", &machine, &errors, "-o", &path, "--random", "500", "--json",
+        ],
+    );
+    assert_eq!(answer["inside"], serde_json::Value::Null);
+    assert!(answer["difference_um"].as_f64().unwrap() < 0.05);
+}
+
+#[test]
 fn inspect_lists_what_there_is() {
     let found = json(0, &["inspect", &blob("length"), "--json"]);
     let count = |key: &str| found[key].as_u64().unwrap_or_else(|| panic!("{key}")) as usize;

@@ -27,7 +27,10 @@ pub enum Shows {
 impl Shows {
     /// Of the `k`-th rich variable of a component.
     pub fn of(component: &Component, k: usize) -> Self {
-        match (component.moving[k], component.moving.iter().filter(|m| **m).count()) {
+        match (
+            component.moving[k],
+            component.moving.iter().filter(|m| **m).count(),
+        ) {
             (false, _) => Self::Turning,
             (true, 1) => Self::Moving,
             (true, _) => Self::Joint,

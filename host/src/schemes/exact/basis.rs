@@ -165,7 +165,10 @@ impl Basis {
         tolerance: &PerAxis,
     ) -> Result<Self, NotConverged> {
         let variable = &sampler.variables[v];
-        let at = positions(variable.calibrated, variable.nodes.max(variable.turning.base));
+        let at = positions(
+            variable.calibrated,
+            variable.nodes.max(variable.turning.base),
+        );
         let values = self.values(v, sampler, components, tolerance, &at)?;
         Ok(self.seen_as(values))
     }
@@ -217,7 +220,10 @@ fn numeric(group: &Along, values: &DMatrix<f64>, leave: f64) -> Option<Numeric> 
         shows: group.shows,
         known: DMatrix::from_fn(chosen.len(), before, |c, k| weights[(k, chosen[c])]),
         unfold: part.transpose().pseudo_inverse(ROUNDING).ok()?.transpose(),
-        columns: chosen.into_iter().map(|c| group.columns[c].clone()).collect(),
+        columns: chosen
+            .into_iter()
+            .map(|c| group.columns[c].clone())
+            .collect(),
     })
 }
 

@@ -45,8 +45,9 @@ fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> 
             (true, _) => variables[v].nodes.min(JOINT_NODES),
         })
         .collect();
-    let rich =
-        |v: &usize| active(*v) && variables[*v].moves || matches!(variables[*v].kind, Kind::Rotary(_));
+    let rich = |v: &usize| {
+        active(*v) && variables[*v].moves || matches!(variables[*v].kind, Kind::Rotary(_))
+    };
     loop {
         let size: usize = (0..counts.len()).filter(rich).map(|v| counts[v]).product();
         let widest = (0..counts.len()).filter(rich).max_by_key(|v| counts[*v]);
@@ -86,4 +87,3 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     Ok(found.into_iter().map(|(_, on)| on).collect())
 }
-

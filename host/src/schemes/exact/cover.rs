@@ -1,8 +1,8 @@
 //! From products of basis functions to terms: which sums become one table.
 
 use super::basis::Basis;
-use super::generators::Generator;
 use super::core::{Entry, Key, merges};
+use super::generators::Generator;
 use super::variables::{Kind, Variable};
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
 

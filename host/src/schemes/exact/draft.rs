@@ -77,7 +77,8 @@ pub fn draft(
                 columns: (0..functions.len())
                     .map(|k| {
                         let scale = scale(v, functions[k]);
-                        let mut column: Vec<f64> = sampled.values.column(k).iter().copied().collect();
+                        let mut column: Vec<f64> =
+                            sampled.values.column(k).iter().copied().collect();
                         within.extend(&mut column);
                         column.iter().map(|x| (scale * x) as f32).collect()
                     })

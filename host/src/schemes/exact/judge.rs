@@ -4,6 +4,7 @@ use super::limits::JUDGED;
 use crate::errors::Switches;
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{MAX_AXES, PerAxis};
+use crate::schemes::SchemeError;
 use crate::size::Size;
 use crate::target::Target;
 use crate::validate::{Command, Region, Runtime, holds, random_commands};
@@ -50,7 +51,7 @@ impl<'a> Judge<'a> {
         kinematics: &'a Kinematics<'a>,
         tolerance: PerAxis,
         zero: PerAxis,
-    ) -> Result<Self, NotConverged> {
+    ) -> Result<Self, SchemeError> {
         let (machine, errors) = (kinematics.machine, kinematics.errors);
         let mut random = Pcg64Mcg::seed_from_u64(SEED);
         let mut commands = Vec::new();
@@ -168,6 +169,9 @@ fn to_ends(
         end(&mut command.auxiliaries[0], range);
     }
     for (k, sensor) in errors.sensors.iter().enumerate() {
-        end(&mut command.auxiliaries[with_length + k], sensor.range_kelvin);
+        end(
+            &mut command.auxiliaries[with_length + k],
+            sensor.range_kelvin,
+        );
     }
 }

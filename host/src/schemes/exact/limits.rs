@@ -60,3 +60,5 @@ pub const LEAST_INTERVALS: usize = 4;
 pub const MOST_INTERVALS: usize = 8192;
 /// How many grids are tried for a variable.
 pub const SEARCHES: usize = 7;
+/// A finer grid that leaves more than this part of the error is not worth its points.
+pub const STUCK: f64 = 0.8;

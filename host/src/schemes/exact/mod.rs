@@ -32,7 +32,9 @@ use crate::schemes::{self, Options, SchemeError};
 use attempt::{Attempt, attempt};
 pub use cover::Minimize;
 use judge::{Judge, Verdict};
-use limits::{ATTEMPTS, COARSER, FIRST_SHARE, GOOD, HARMLESS, LEAST_POINT_SHARE, REFINEMENTS, STRUCTURE_SHARE};
+use limits::{
+    ATTEMPTS, COARSER, FIRST_SHARE, GOOD, HARMLESS, LEAST_POINT_SHARE, REFINEMENTS, STRUCTURE_SHARE,
+};
 use sampling::{Component, Sampler};
 use trials::Trials;
 use trueaxis::Draft;
@@ -78,7 +80,10 @@ pub fn compile(
     // coarser one: less is left out there. From what was reached on to finer ones, as far as they
     // are met.
     if !search.run(&tolerance)? {
-        let reached = search.best.as_ref().map_or(f64::INFINITY, |b| b.verdict.error);
+        let reached = search
+            .best
+            .as_ref()
+            .map_or(f64::INFINITY, |b| b.verdict.error);
         for factor in COARSER.into_iter().rev().filter(|f| *f <= reached) {
             let met = search.run(&tolerance.map(|t| t * factor))?;
             if !met && search.best.is_some() {
@@ -146,10 +151,18 @@ impl Search<'_> {
                 left_out,
             )?;
             left_out = attempt.left_out;
-            let error = self
-                .trials
-                .error(&attempt.found(&self.sampler, &self.components, tolerance))?;
-            if std::env::var("TRACE").is_ok() { eprintln!("share {share}: error {error:.3}, {} tables {} terms, left out {:.3}, full {}", attempt.structure.count(), attempt.structure.terms.len(), attempt.left_out, attempt.is_full); }
+            let error =
+                self.trials
+                    .error(&attempt.found(&self.sampler, &self.components, tolerance))?;
+            if std::env::var("TRACE").is_ok() {
+                eprintln!(
+                    "share {share}: error {error:.3}, {} tables {} terms, left out {:.3}, full {}",
+                    attempt.structure.count(),
+                    attempt.structure.terms.len(),
+                    attempt.left_out,
+                    attempt.is_full
+                );
+            }
             if error <= STRUCTURE_SHARE && self.finish(tolerance, &attempt, error)? {
                 return Ok(true);
             }
@@ -209,7 +222,16 @@ impl Search<'_> {
                 // More than the target holds.
                 return Ok(false);
             };
-            if std::env::var("TRACE").is_ok() { eprintln!("  factor {factor} structure {structure_error:.3} share {share:.3}: {verdict:?} {} samples", draft.banks.iter().map(|b| b.columns.iter().map(Vec::len).sum::<usize>()).sum::<usize>()); }
+            if std::env::var("TRACE").is_ok() {
+                eprintln!(
+                    "  factor {factor} structure {structure_error:.3} share {share:.3}: {verdict:?} {} samples",
+                    draft
+                        .banks
+                        .iter()
+                        .map(|b| b.columns.iter().map(Vec::len).sum::<usize>())
+                        .sum::<usize>()
+                );
+            }
             let good = verdict.error <= GOOD * factor;
             let better = match &self.best {
                 Some(best) => verdict.error < best.verdict.error,

@@ -1,7 +1,7 @@
 //! How many points each variable's tables need, and where they lie.
 
 use super::cover::Function;
-use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, SEARCHES};
+use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, SEARCHES, STUCK};
 use super::tables::{Found, Sampled};
 use super::variables::Variable;
 use crate::kinematics::NotConverged;
@@ -35,11 +35,7 @@ impl Grid {
         let [low, high] = variable.range;
         let first = *variable.kinks.first()?;
         // Where the positions repeat, its ends are one point.
-        let ends = if variable.wraps {
-            vec![high]
-        } else {
-            vec![]
-        };
+        let ends = if variable.wraps { vec![high] } else { vec![] };
         let all: Vec<f64> = variable.kinks.iter().copied().chain(ends).collect();
         let gap = all
             .windows(2)
@@ -52,14 +48,17 @@ impl Grid {
                     let steps = (x - first) / step;
                     (steps - steps.round()).abs() < GRID_SLACK
                 };
-                all.iter().all(on_point)
-                    && (!variable.wraps || on_point(&low))
+                all.iter().all(on_point) && (!variable.wraps || on_point(&low))
             })
             .map(|step| {
                 // Steps measured over the longest way: rounding of short ones adds up.
                 let last = all[all.len() - 1];
                 let steps = ((last - first) / step).round();
-                let step = if steps > 0.0 { (last - first) / steps } else { step };
+                let step = if steps > 0.0 {
+                    (last - first) / steps
+                } else {
+                    step
+                };
                 let before = ((first - low) / step - GRID_SLACK).ceil().max(0.0);
                 let start = first - before * step;
                 let intervals = ((high - start) / step - GRID_SLACK).ceil() as usize;
@@ -70,6 +69,15 @@ impl Grid {
                 }
             })
             .filter(|grid| grid.intervals <= MOST_INTERVALS)
+    }
+
+    /// Each interval in so many parts.
+    fn divided(self, parts: usize) -> Self {
+        Self {
+            step: self.step / parts as f64,
+            intervals: self.intervals * parts,
+            ..self
+        }
     }
 
     /// The points, in order.
@@ -121,7 +129,7 @@ fn coarsest(
                 (true, true) => grid.intervals < g.intervals,
                 (true, false) => true,
                 (false, true) => false,
-                (false, false) => error < *e,
+                (false, false) => error < STUCK * *e,
             },
         };
         if better {
@@ -129,18 +137,31 @@ fn coarsest(
         }
         Ok(error)
     };
-    let through = Grid::through_kinks(variable);
     let mut count = 48;
     let mut enough = MOST_INTERVALS + 1;
-    if let Some(grid) = through {
-        let error = consider(grid)?;
-        if error <= most {
-            enough = grid.intervals;
+    if let Some(grid) = Grid::through_kinks(variable) {
+        let mut error = consider(grid)?;
+        if error > most {
+            // What is left between measured points is curved, or it is what motions do to the
+            // arguments of others: a step at each of them, which no points take away.
+            for parts in 2.. {
+                let finer = grid.divided(parts);
+                if finer.intervals > MOST_INTERVALS {
+                    break;
+                }
+                let less = consider(finer)?;
+                if less <= most || less > STUCK * error {
+                    break;
+                }
+                error = less;
+            }
+            return Ok(best.map_or(grid, |(_, grid)| grid));
         }
         // Coarser than what was measured only where that is much finer than the tolerance.
-        if error > 0.1 * most && error <= most {
+        if error > 0.1 * most {
             return Ok(grid);
         }
+        enough = grid.intervals;
         count = (grid.intervals / 2).max(LEAST_INTERVALS);
     }
     let mut too_few = 0;
@@ -258,9 +279,7 @@ impl Found<'_> {
     fn peak(&self, v: usize, function: &Function) -> f64 {
         match function {
             Function::Numeric(k) => self.bases[v].peaks[*k],
-            Function::Merged(id) => {
-                self.bases[v].peak_of(&self.structure.merged[*id].coefficients)
-            }
+            Function::Merged(id) => self.bases[v].peak_of(&self.structure.merged[*id].coefficients),
             _ => 1.0,
         }
     }

@@ -1,8 +1,8 @@
 //! From a structure to tables with points.
 
 use super::basis::Basis;
-use super::generators::Generator;
 use super::cover::{Function, Structure};
+use super::generators::Generator;
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable};
 use crate::kinematics::NotConverged;

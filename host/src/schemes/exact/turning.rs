@@ -127,7 +127,11 @@ fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
                 let unit = if component < 3 { 1.0 } else { LEVER.recip() };
                 let correction = solver.correct(&twist);
                 all.extend(machine.axes.iter().zip(correction).map(|(output, c)| {
-                    let lever = if output.letter.is_rotary() { LEVER } else { 1.0 };
+                    let lever = if output.letter.is_rotary() {
+                        LEVER
+                    } else {
+                        1.0
+                    };
                     c * unit * lever
                 }));
             }

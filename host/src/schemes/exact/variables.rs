@@ -167,7 +167,7 @@ fn separates(kinematics: &Kinematics<'_>) -> bool {
     uneven.len() > 2
         || uneven.iter().any(|i| {
             let mut motions = kinematics.errors.motions[*i].iter();
-            motions.any(|m| m.table.is_some())
+            motions.any(|m| m.table.is_some() || !m.harmonics.is_empty())
         })
 }
 
@@ -198,8 +198,8 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
         }
         let mut kinks = ends.clone();
         for motion in &errors.motions[index] {
-            if let Some((at, _)) = &motion.table {
-                kinks.extend(at.iter().copied().filter(inside));
+            if let Some(table) = &motion.table {
+                kinks.extend(table.at.iter().copied().filter(inside));
             }
         }
         kinks.sort_by(f64::total_cmp);

@@ -3,6 +3,7 @@
 //! Positions and corrections are in the order of the blob, Y A C X Z, mm and degrees.
 
 pub mod closed_form;
+pub mod exact;
 pub mod htm;
 
 /// Degrees of one radian.

@@ -1,8 +1,7 @@
 //! The kinematic correction: what to add to the command so that the block equations hold.
 
-use super::Kinematics;
-use crate::errors::{Situation, Switches};
-use crate::machine::PerAxis;
+use crate::{Kinematics, PerAxis, Situation, Switches};
+use core::fmt;
 
 /// A kinematic correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,16 +13,25 @@ pub struct Correction {
 }
 
 /// The iteration did not converge: the errors are far too large for this position.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "the kinematic correction does not converge here: a step of {step:.1e} mm or rad remains after {iterations} iterations"
-)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NotConverged {
     /// The last step (mm or rad).
     pub step: f64,
     /// Iterations made.
     pub iterations: u32,
 }
+
+impl fmt::Display for NotConverged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the kinematic correction does not converge here: a step of {:.1e} mm or rad remains after {} iterations",
+            self.step, self.iterations
+        )
+    }
+}
+
+impl core::error::Error for NotConverged {}
 
 /// The iteration ends when no axis moves more than this (mm or rad): three orders below the
 /// 1e-9 mm asked for, three above the rounding of positions of 1 m in f64 (1e-13 mm).
@@ -32,7 +40,7 @@ const STEP: f64 = 1e-12;
 /// nearly dependent.
 const ITERATIONS: u32 = 50;
 
-impl Kinematics<'_> {
+impl<P: AsRef<[f64]>> Kinematics<'_, P> {
     /// The kinematic correction at a command `q` (mm, rad), with the error motions that
     /// `switches` let through: the twist of nominal(q)⁻¹ · actual(q + Δq) has no translation,
     /// and the least possible rotation about the rotary axes, with the control Jacobian at `q`.
@@ -50,7 +58,10 @@ impl Kinematics<'_> {
 
     /// The same, ended when no axis moves more than `limit` (mm or rad) any more; what remains is
     /// smaller than that by the relative size of the errors.
-    pub(crate) fn correction_within(
+    ///
+    /// # Errors
+    /// [`NotConverged`] if the errors are so large that the iteration fails.
+    pub fn correction_within(
         &self,
         q: &PerAxis,
         situation: &Situation,
@@ -66,7 +77,7 @@ impl Kinematics<'_> {
         let mut dq = PerAxis::default();
         let mut last = f64::INFINITY;
         for iteration in 1..=ITERATIONS {
-            let corrected = std::array::from_fn(|i| q[i] + dq[i]);
+            let corrected = core::array::from_fn(|i| q[i] + dq[i]);
             let error = (to_nominal * self.actual(&corrected, situation, switches)).twist();
             let step = solver.correct(&error);
             let mut size = 0.0_f64;

@@ -1,8 +1,9 @@
 //! The linearised model: transport matrices from every error to the tool.
 
-use super::{Htm, Kinematics, Twist};
-use crate::errors::{Parameter, ParameterKind, Situation};
-use crate::machine::{Branch, Machine, PerAxis};
+use crate::nominal::Frames;
+use crate::{
+    Branch, ErrorModel, Kinematics, Machine, Parameter, ParameterKind, PerAxis, Situation, Twist,
+};
 use nalgebra::Vector3;
 
 /// Where errors act, at one position: the pose of every error frame, seen from the tool.
@@ -11,32 +12,26 @@ use nalgebra::Vector3;
 /// tip as (R·t + p × (R·r), R·r): the transport matrix. Errors of the workpiece branch show
 /// with the opposite sign.
 #[derive(Clone, Debug)]
-pub struct Linearised<'a> {
+pub struct Linearised<'a, P = &'static [f64]> {
     machine: &'a Machine,
+    errors: &'a ErrorModel<P>,
     q: PerAxis,
     sign: PerAxis,
-    calibrated: Vec<[f64; 2]>,
-    holds: Vec<[bool; 6]>,
     /// Frames of each axis before its motion (then of the spindle), and after it, in the tool frame.
-    before: Vec<Htm>,
-    after: Vec<Htm>,
+    before: Frames,
+    after: Frames,
 }
 
-impl<'a> Linearised<'a> {
+impl<'a, P> Linearised<'a, P> {
     /// The linearised model at a command `q` (mm, rad).
     #[must_use]
-    pub fn new(kinematics: &Kinematics<'a>, q: &PerAxis, situation: &Situation) -> Self {
-        let machine = kinematics.machine;
-        let n = machine.axes.len();
+    pub fn new(kinematics: &Kinematics<'a, P>, q: &PerAxis, situation: &Situation) -> Self {
         let (before, after) = kinematics.error_frames(q, situation.length);
         Self {
-            machine,
+            machine: kinematics.machine,
+            errors: kinematics.errors,
             q: *q,
             sign: situation.sign,
-            calibrated: kinematics.errors.calibrated.clone(),
-            holds: (0..n)
-                .map(|i| std::array::from_fn(|c| kinematics.errors.motions[i][c].holds()))
-                .collect(),
             before,
             after,
         }
@@ -56,17 +51,17 @@ impl<'a> Linearised<'a> {
             index == self.machine.axes.len() || self.machine.axes[index].branch == Branch::Tool;
         let factor = match parameter.kind {
             ParameterKind::Inter => 1.0,
-            ParameterKind::Degree(k) => {
-                let [low, high] = self.calibrated[index];
-                let held = self.q[index].max(low).min(high);
-                let at = if self.holds[index][parameter.component] {
-                    held
+            ParameterKind::Backlash => self.sign[index],
+            kind => {
+                let motion = self.errors.motions.get(index)?;
+                let at = if motion[parameter.component].holds() {
+                    let [low, high] = self.errors.calibrated[index];
+                    self.q[index].max(low).min(high)
                 } else {
                     self.q[index]
                 };
-                at.powi(i32::from(k))
+                kind.basis(at)
             }
-            ParameterKind::Backlash => self.sign[index],
         };
         let frame = if parameter.kind == ParameterKind::Inter {
             &self.before[index]

@@ -1,8 +1,7 @@
 //! The control Jacobian and its block solution.
 
-use super::Twist;
-use crate::machine::{MAX_AXES, PerAxis};
-use nalgebra::{Matrix3, Vector3};
+use crate::{MAX_AXES, PerAxis, Twist};
+use nalgebra::{ComplexField, Matrix3, Vector3};
 
 /// Columns of the control Jacobian: the twist of the tool per mm or rad of each axis.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +23,7 @@ pub struct BlockSolver {
 }
 
 impl Jacobian {
-    pub(super) fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         Self {
             count,
             rotary: [false; MAX_AXES],
@@ -33,7 +32,7 @@ impl Jacobian {
         }
     }
 
-    pub(super) fn set(&mut self, index: usize, rotary: bool, t: Vector3<f64>, r: Vector3<f64>) {
+    pub(crate) fn set(&mut self, index: usize, rotary: bool, t: Vector3<f64>, r: Vector3<f64>) {
         self.rotary[index] = rotary;
         self.t[index] = t;
         self.r[index] = r;
@@ -61,21 +60,20 @@ impl Jacobian {
     /// 0 if a direction of space has no motion.
     #[must_use]
     pub fn linear_volume(&self) -> f64 {
-        self.linear_square().determinant().max(0.0).sqrt()
+        ComplexField::sqrt(self.linear_square().determinant().max(0.0))
     }
 
     /// How independent the rotary directions are: √det(Jrᵀ·Jr), 1 if orthogonal or fewer than two.
     #[must_use]
     pub fn rotary_volume(&self) -> f64 {
-        self.gram().determinant().max(0.0).sqrt()
+        ComplexField::sqrt(self.gram().determinant().max(0.0))
     }
 
     /// Two rotary axes whose directions differ by less than about `limit` rad.
     #[must_use]
     pub fn parallel_rotary_axes(&self, limit: f64) -> Option<(usize, usize)> {
-        let axes: Vec<usize> = self.rotary_axes().collect();
-        for (k, &i) in axes.iter().enumerate() {
-            for &j in &axes[k + 1..] {
+        for i in self.rotary_axes() {
+            for j in self.rotary_axes().filter(|j| *j > i) {
                 if self.r[i].cross(&self.r[j]).norm() < limit {
                     return Some((i, j));
                 }
@@ -104,7 +102,7 @@ impl Jacobian {
     /// then linear axes so that the translation rows are exact (minimum norm if there are more
     /// than three). It equals the six-row pseudo-inverse whenever linear axes span space.
     ///
-    /// `None` if the axes are dependent here ([`crate::machine::Machine::check`] refuses such).
+    /// `None` if the axes are dependent here ([`crate::Machine::check`] refuses such).
     #[must_use]
     pub fn solver(&self) -> Option<BlockSolver> {
         Some(BlockSolver {

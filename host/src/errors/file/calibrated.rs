@@ -1,0 +1,107 @@
+//! `[calibrated]`, and what it is without an entry.
+
+use super::{ErrorsFile, MAX_POSITION, axis};
+use crate::errors::ErrorModel;
+use crate::machine::{Axis, Machine};
+use crate::source::FileError;
+
+/// Least part of the travel (mm or deg) in which error motions are known, unless all of the travel
+/// is less. Corrections of that size are refused, so that a corrected position can be inside, too.
+const LEAST: f64 = 1.0;
+
+impl ErrorModel {
+    /// Where error motions are known: as written, or else where all tables of the axis have points.
+    pub(super) fn read_calibrated(
+        &mut self,
+        file: &ErrorsFile,
+        machine: &Machine,
+    ) -> Result<(), FileError> {
+        for index in 0..machine.axes.len() {
+            let [mut low, mut high] = self.calibrated[index];
+            for table in self.motions[index].iter().filter_map(|m| m.table.as_ref()) {
+                if let (Some(first), Some(last)) = (table.at.first(), table.at.last()) {
+                    (low, high) = (low.max(*first), high.min(*last));
+                }
+            }
+            self.calibrated[index] = [low, high];
+        }
+        let mut written = [false; trueaxis_kinematics::MAX_AXES];
+        for (name, range) in &file.calibrated {
+            let index = axis(name, machine)?;
+            let axis = &machine.axes[index];
+            let [low, high] = *range.get_ref();
+            let refuse = |cause: &str, label: &str| {
+                Err(FileError::at(
+                    range.span(),
+                    format!("the calibrated range of axis {} {cause}", axis.letter),
+                    label,
+                    format!(
+                        "correct [calibrated]: write [lower, upper] in {} of the command",
+                        axis.unit()
+                    ),
+                ))
+            };
+            if low >= high || low.is_nan() || high.is_nan() {
+                return refuse("is empty", "lower limit not below upper limit");
+            }
+            if low.abs() > MAX_POSITION || high.abs() > MAX_POSITION {
+                return refuse("is larger than any travel", "too large");
+            }
+            if let Some((least, found)) = too_narrow(axis, [low, high]) {
+                let [from, to] = axis.travel;
+                let (cause, label) = (
+                    format!(
+                        "has {found} of its travel, less than {least} {}",
+                        axis.unit()
+                    ),
+                    format!("the travel is {from} to {to}"),
+                );
+                return refuse(&cause, &label);
+            }
+            self.calibrated[index] = [axis.to_kinematic(low), axis.to_kinematic(high)];
+            written[index] = true;
+        }
+        // An entry may also say that a table holds its end values where it has no points.
+        for (index, axis) in machine
+            .axes
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| !written[*i])
+        {
+            let range = self.calibrated[index].map(|c| axis.to_command(c));
+            if let Some((least, found)) = too_narrow(axis, range) {
+                let tables = file.tabulated.iter();
+                let table = tables
+                    .rev()
+                    .find(|(name, _)| name.get_ref().ends_with(axis.letter.char()));
+                let span = table.map_or(file.machine.span(), |(_, t)| t.get_ref().at.span());
+                let (letter, unit) = (axis.letter, axis.unit());
+                return Err(FileError::at(
+                    span,
+                    format!(
+                        "the tables of axis {letter} have {found} of its travel in common, less than {least} {unit}"
+                    ),
+                    format!("the travel is {} to {}", axis.travel[0], axis.travel[1]),
+                    format!("give positions in {unit} of the command, over the travel"),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What must be inside (mm or deg) and what is, if that is less.
+fn too_narrow(axis: &Axis, [low, high]: [f64; 2]) -> Option<(f64, String)> {
+    let [from, to] = axis.travel;
+    let common = high.min(to) - low.max(from);
+    let least = LEAST.min(to - from);
+    // Not by the rounding of degrees to radians and back.
+    (common < least * (1.0 - 1e-9)).then(|| {
+        let found = if common <= 0.0 {
+            "nothing".to_owned()
+        } else {
+            format!("{common:.3} {}", axis.unit())
+        };
+        (least, found)
+    })
+}

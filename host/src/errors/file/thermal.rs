@@ -1,0 +1,126 @@
+//! `[thermal]`.
+
+use super::{ErrorsFile, known};
+use crate::errors::{ErrorModel, MAX_SENSORS, ParameterKind, Thermal};
+use crate::machine::Machine;
+use crate::source::FileError;
+use trueaxis_kinematics::MAX_CHANGES;
+
+/// Temperature difference covered unless the file says otherwise (K).
+const RANGE_KELVIN: [f64; 2] = [-20.0, 20.0];
+/// The largest temperature difference that a machine tool can see (K), and the largest reference
+/// temperature (°C) on either side of zero.
+const MAX_KELVIN: f64 = 200.0;
+
+impl ErrorModel {
+    pub(super) fn read_thermal(
+        &mut self,
+        file: &ErrorsFile,
+        machine: &Machine,
+    ) -> Result<(), FileError> {
+        for (name, spanned) in &file.thermal {
+            let parameter = known(name, machine)?;
+            let entry = spanned.get_ref();
+            let refuse = |message: String, remedy: String| {
+                Err(FileError::at(spanned.span(), message, "here", remedy))
+            };
+            let range = entry.range_kelvin.unwrap_or(RANGE_KELVIN);
+            if !entry.per_kelvin.is_finite() {
+                return refuse(
+                    format!("the change of {parameter} per kelvin is not a finite number"),
+                    "write per_kelvin in the parameter's unit per kelvin".to_owned(),
+                );
+            }
+            if !within(entry.reference_celsius) {
+                return refuse(
+                    format!("the reference temperature of {parameter} is not a finite number, or over {MAX_KELVIN} °C"),
+                    "write reference_celsius = 20.0: the temperature of the sensor at which the parameters hold as written".to_owned(),
+                );
+            }
+            if range[0] >= range[1] || !(range[0] <= 0.0 && range[1] >= 0.0) {
+                return refuse(
+                    format!("the temperature range of {parameter} is empty or does not contain 0"),
+                    "write range_kelvin = [below, above] around 0, as differences to the reference"
+                        .to_owned(),
+                );
+            }
+            if !range.into_iter().all(within) {
+                return refuse(
+                    format!("the temperature range of {parameter} goes beyond {MAX_KELVIN} K"),
+                    format!(
+                        "write range_kelvin = [below, above] within ±{MAX_KELVIN} K: the differences to the reference that the machine sees"
+                    ),
+                );
+            }
+            if parameter.kind == ParameterKind::Backlash {
+                return Err(FileError::at(
+                    name.span(),
+                    "backlash cannot depend on temperature",
+                    "here",
+                    "give the thermal change of an axis location or of a coefficient",
+                ));
+            }
+            let known = self.sensors.iter().position(|s| s.sensor == entry.sensor);
+            let sensor = known.unwrap_or(self.sensors.len());
+            if let Some(known) = self.sensors.get_mut(sensor) {
+                if known.reference_celsius != entry.reference_celsius {
+                    return Err(FileError::at(
+                        spanned.span(),
+                        format!(
+                            "sensor `{}` has two different reference temperatures",
+                            entry.sensor
+                        ),
+                        "here the second",
+                        "give one reference per sensor",
+                    ));
+                }
+                known.range_kelvin = [
+                    known.range_kelvin[0].min(range[0]),
+                    known.range_kelvin[1].max(range[1]),
+                ];
+            } else {
+                let length = entry.sensor.len();
+                if sensor == MAX_SENSORS || !(1..=16).contains(&length) {
+                    return refuse(
+                        format!("sensor `{}` cannot be used", entry.sensor),
+                        format!("use at most {MAX_SENSORS} sensors with names of 1 to 16 bytes"),
+                    );
+                }
+                self.sensors.push(Thermal {
+                    sensor: entry.sensor.clone(),
+                    reference_celsius: entry.reference_celsius,
+                    range_kelvin: range,
+                });
+            }
+            if !self.set_per_kelvin(machine, parameter, sensor, entry.per_kelvin) {
+                return Err(FileError::at(
+                    name.span(),
+                    format!(
+                        "more than {MAX_CHANGES} coefficients of this error motion change with temperature"
+                    ),
+                    "one too many",
+                    "leave out those that change least",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// The largest difference (K) of a sensor to its reference.
+    pub(super) fn largest_kelvin(&self, sensor: &str) -> f64 {
+        let sensor = self.sensors.iter().find(|s| s.sensor == sensor);
+        sensor.map_or(0.0, Thermal::largest_kelvin)
+    }
+}
+
+impl Thermal {
+    /// The largest difference (K) to the reference that a compensation must cover.
+    #[must_use]
+    pub fn largest_kelvin(&self) -> f64 {
+        self.range_kelvin[1].max(-self.range_kelvin[0])
+    }
+}
+
+fn within(value: f64) -> bool {
+    value.abs() <= MAX_KELVIN
+}

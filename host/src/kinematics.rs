@@ -1,0 +1,41 @@
+//! Rigid-body kinematics: exact pose, volumetric error, control Jacobian, correction; mm and rad.
+//!
+//! The crate `trueaxis-kinematics`, with machines and errors as they were read.
+
+use crate::errors::ErrorModel;
+use crate::machine::Machine;
+use std::ops::Deref;
+pub use trueaxis_kinematics::{Correction, Htm, Jacobian, NotConverged, Twist};
+
+/// The kinematics of one machine with one set of errors: those of [`trueaxis_kinematics`] that it
+/// derefs to, with what the files say beyond them.
+#[derive(Clone, Debug)]
+pub struct Kinematics<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// Its errors.
+    pub errors: &'a ErrorModel,
+    kinematics: trueaxis_kinematics::Kinematics<'a, Vec<f64>>,
+}
+
+impl<'a> Kinematics<'a> {
+    /// Lays out the two branches.
+    #[must_use]
+    pub fn new(machine: &'a Machine, errors: &'a ErrorModel) -> Self {
+        Self {
+            machine,
+            errors,
+            kinematics: trueaxis_kinematics::Kinematics::new(machine, errors),
+        }
+    }
+}
+
+impl<'a> Deref for Kinematics<'a> {
+    type Target = trueaxis_kinematics::Kinematics<'a, Vec<f64>>;
+    fn deref(&self) -> &Self::Target {
+        &self.kinematics
+    }
+}
+
+/// The linearised model of one machine with one set of errors, at one position.
+pub type Linearised<'a> = trueaxis_kinematics::Linearised<'a, Vec<f64>>;

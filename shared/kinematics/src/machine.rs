@@ -1,0 +1,95 @@
+//! The machine: two branches of axes, a spindle, a tool and a workpiece.
+
+use crate::{Axis, Htm, MAX_AXES, MachineError, MachineProblem, PerAxis};
+use heapless::Vec;
+
+/// A serial machine tool of three to six axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// The axes: each branch from the foundation outwards.
+    pub axes: Vec<Axis, MAX_AXES>,
+    /// The spindle frame in the foundation frame, all axes at zero.
+    pub spindle: Htm,
+    /// The tool axis in the spindle frame: 0, 1, 2 for x, y, z.
+    pub tool_axis: usize,
+    /// The tool tip in the spindle frame (mm).
+    pub tip: [f64; 3],
+    /// The workpiece frame in the foundation frame, all axes at zero.
+    pub workpiece: Htm,
+}
+
+impl Machine {
+    /// A machine whose spindle and workpiece frames are that of the foundation, with the tool along
+    /// z and its tip in the spindle's origin; the fields say the rest, and [`Self::check`] whether
+    /// it can be corrected.
+    ///
+    /// # Errors
+    /// [`MachineError`] if there are fewer than three or more than six axes, or two of one letter.
+    pub fn new(axes: &[Axis]) -> Result<Self, MachineError> {
+        let count = MachineError {
+            axis: None,
+            problem: MachineProblem::NumberOfAxes { axes: axes.len() },
+        };
+        if axes.len() < 3 {
+            return Err(count);
+        }
+        for (i, axis) in axes.iter().enumerate() {
+            if axes[..i].iter().any(|a| a.letter == axis.letter) {
+                return Err(MachineError {
+                    axis: Some(i),
+                    problem: MachineProblem::RepeatedAxis {
+                        letter: axis.letter.char(),
+                    },
+                });
+            }
+        }
+        Ok(Self {
+            axes: Vec::from_slice(axes).map_err(|_| count)?,
+            spindle: Htm::identity(),
+            tool_axis: 2,
+            tip: [0.0; 3],
+            workpiece: Htm::identity(),
+        })
+    }
+
+    /// The index of an axis by its letter.
+    #[must_use]
+    pub fn index(&self, letter: char) -> Option<usize> {
+        self.axes.iter().position(|a| a.letter.char() == letter)
+    }
+
+    /// The nominal tool length (mm): the tip's distance along the tool axis.
+    #[must_use]
+    pub fn tool_length(&self) -> f64 {
+        self.tip[self.tool_axis].abs()
+    }
+
+    /// The tip (mm, spindle frame) of a tool of another length: same side, same offsets.
+    #[must_use]
+    pub fn tip_at(&self, length: f64) -> [f64; 3] {
+        let mut tip = self.tip;
+        // A negative length is no tool, but keeps the position affine in the length.
+        tip[self.tool_axis] = length * self.tip[self.tool_axis].signum();
+        tip
+    }
+
+    /// A position in command units (mm, deg) in kinematic units (mm, rad).
+    #[must_use]
+    pub fn to_kinematic(&self, position: &[f64]) -> PerAxis {
+        let mut q = PerAxis::default();
+        for ((q, axis), p) in q.iter_mut().zip(&self.axes).zip(position) {
+            *q = axis.to_kinematic(*p);
+        }
+        q
+    }
+
+    /// Kinematic units (mm, rad) in command units (mm, deg).
+    #[must_use]
+    pub fn to_command(&self, q: &PerAxis) -> PerAxis {
+        let mut p = PerAxis::default();
+        for ((p, axis), q) in p.iter_mut().zip(&self.axes).zip(q) {
+            *p = axis.to_command(*q);
+        }
+        p
+    }
+}

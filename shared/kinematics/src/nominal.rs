@@ -1,0 +1,155 @@
+//! The machine without its errors: poses and the control Jacobian.
+
+use crate::{Branch, Htm, Jacobian, MAX_AXES, Machine, PerAxis};
+use heapless::Vec;
+use nalgebra::Vector3;
+
+/// One axis of a branch: its index in the machine and its frame seen from the frame before it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Link {
+    pub index: usize,
+    pub relative: Htm,
+    rotary: bool,
+    /// The axis of its frame along or about which it moves.
+    component: usize,
+    /// −1 if a positive command moves the carriage the negative way.
+    sense: f64,
+}
+
+impl Link {
+    /// The frame moved by a command (mm or rad).
+    #[inline]
+    pub fn moved(&self, frame: Htm, q: f64) -> Htm {
+        let motion = self.sense * q;
+        if self.rotary {
+            frame.rotated_about(self.component, motion)
+        } else {
+            frame.translated_along(self.component, motion)
+        }
+    }
+}
+
+/// The axes of a branch, foundation outwards.
+pub(crate) type Links = Vec<Link, MAX_AXES>;
+
+/// Poses of the frame of every axis, then of the spindle.
+pub(crate) type Frames = [Htm; MAX_AXES + 1];
+
+/// The kinematics of a machine without errors.
+#[derive(Clone, Debug)]
+pub struct Nominal<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    pub(crate) workpiece: Links,
+    pub(crate) tool: Links,
+    /// From the last workpiece axis to the workpiece frame.
+    pub(crate) to_workpiece: Htm,
+    /// From the last tool axis to the spindle frame.
+    pub(crate) to_spindle: Htm,
+}
+
+impl<'a> Nominal<'a> {
+    /// Lays out the two branches.
+    #[must_use]
+    pub fn new(machine: &'a Machine) -> Self {
+        let (workpiece, to_workpiece) = links(machine, Branch::Workpiece, machine.workpiece);
+        let (tool, to_spindle) = links(machine, Branch::Tool, machine.spindle);
+        Self {
+            machine,
+            workpiece,
+            tool,
+            to_workpiece,
+            to_spindle,
+        }
+    }
+
+    /// The tool tip in the spindle frame (mm), with the machine's own tool unless a length (mm) is
+    /// given.
+    pub(crate) fn tip(&self, length: Option<f64>) -> Vector3<f64> {
+        Vector3::from(length.map_or(self.machine.tip, |l| self.machine.tip_at(l)))
+    }
+
+    /// Pose of the tool (spindle orientation, origin at the tip) in the workpiece frame at a
+    /// position (mm, rad), with the machine's own tool unless a length (mm) is given.
+    #[must_use]
+    pub fn pose(&self, q: &PerAxis, length: Option<f64>) -> Htm {
+        let branch = |links: &[Link]| {
+            links.iter().fold(Htm::identity(), |frame, link| {
+                link.moved(frame * link.relative, q[link.index])
+            })
+        };
+        let workpiece = branch(&self.workpiece) * self.to_workpiece;
+        let tool = branch(&self.tool) * self.to_spindle * Htm::translation(self.tip(length));
+        workpiece.inverse() * tool
+    }
+
+    /// Frames in the foundation frame: of every axis before its motion (and of the spindle, last),
+    /// and of every axis after its motion.
+    pub(crate) fn frames(&self, q: &PerAxis) -> (Frames, Frames) {
+        let mut before = [Htm::identity(); MAX_AXES + 1];
+        let mut after = [Htm::identity(); MAX_AXES + 1];
+        let mut last = Htm::identity();
+        for links in [&self.workpiece, &self.tool] {
+            last = links.iter().fold(Htm::identity(), |frame, link| {
+                before[link.index] = frame * link.relative;
+                after[link.index] = link.moved(before[link.index], q[link.index]);
+                after[link.index]
+            });
+        }
+        before[self.machine.axes.len()] = last * self.to_spindle;
+        (before, after)
+    }
+
+    /// The control Jacobian at a position (mm, rad): the twist of the tool (tool frame, at the tip)
+    /// per mm or rad of each axis.
+    #[must_use]
+    pub fn jacobian(&self, q: &PerAxis, length: Option<f64>) -> Jacobian {
+        let n = self.machine.axes.len();
+        let (before, frames) = self.frames(q);
+        let spindle = before[n];
+        let tip = spindle.r * self.tip(length) + spindle.t;
+        let to_tool = spindle.r.transpose();
+        let mut jacobian = Jacobian::new(n);
+        // A workpiece-branch axis moves the tool the other way relative to the workpiece.
+        for (links, way) in [(&self.workpiece, -1.0), (&self.tool, 1.0)] {
+            for link in links {
+                let frame = &frames[link.index];
+                let direction = frame.r.column(link.component).into_owned();
+                let (t, r) = if link.rotary {
+                    (direction.cross(&(tip - frame.t)), direction)
+                } else {
+                    (direction, Vector3::zeros())
+                };
+                let sign = way * link.sense;
+                jacobian.set(
+                    link.index,
+                    link.rotary,
+                    to_tool * t * sign,
+                    to_tool * r * sign,
+                );
+            }
+        }
+        jacobian
+    }
+}
+
+/// The axes of a branch, and the way from the last of them to the frame at its end.
+fn links(machine: &Machine, branch: Branch, end: Htm) -> (Links, Htm) {
+    let mut before = Htm::identity();
+    let axes = machine.axes.iter().enumerate();
+    let links = axes
+        .filter(|(_, axis)| axis.branch == branch)
+        .map(|(index, axis)| {
+            let relative = before.inverse() * axis.frame;
+            before = axis.frame;
+            Link {
+                index,
+                relative,
+                rotary: axis.letter.is_rotary(),
+                component: axis.letter.component(),
+                sense: if axis.reversed { -1.0 } else { 1.0 },
+            }
+        })
+        .collect();
+    (links, before.inverse() * end)
+}
