@@ -85,8 +85,8 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
                         * Htm::from_xyz_abc(self.errors.inter_at(index, &situation.kelvin))
                 };
                 let moved = link.moved(frame * located, q[index]);
-                let (carried, full) = (self.carried[index], switches.0[index]);
-                match self.errors.intra(carried, index, q[index], situation, full) {
+                let (carried, instead) = (self.carried[index], switches.instead_of(index));
+                match self.errors.intra(carried, index, q[index], situation, instead) {
                     Some(error) => moved * Htm::from_xyz_abc(error),
                     None => moved,
                 }

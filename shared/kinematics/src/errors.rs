@@ -15,8 +15,9 @@ pub struct Situation {
     /// Temperature of each sensor from its reference (K).
     pub kelvin: [f64; MAX_SENSORS],
     /// Positions (mm, rad) that decide, instead of those at which the errors are evaluated,
-    /// whether a motion is outside its calibrated range and holds its end value.
-    pub hold_by: Option<PerAxis>,
+    /// whether a motion is outside its calibrated range and holds its end value, and between which
+    /// measured points the straight line is that counts.
+    pub pieces_by: Option<PerAxis>,
 }
 
 impl Default for Situation {
@@ -26,7 +27,7 @@ impl Default for Situation {
             sign: [0.0; MAX_AXES],
             length: None,
             kelvin: [0.0; MAX_SENSORS],
-            hold_by: None,
+            pieces_by: None,
         }
     }
 }
@@ -37,11 +38,30 @@ impl Default for Situation {
 /// scales), a rotary one what is constant: with all of them off, the exact correction is affine in
 /// every linear position and depends on rotary positions through their sines and cosines only.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Switches(pub [bool; MAX_AXES]);
+pub struct Switches {
+    /// Which axes are on.
+    pub on: [bool; MAX_AXES],
+    /// What takes the place of what an axis loses when it is off (`[x y z a b c]`, mm, rad):
+    /// constants, so that what is left out is small.
+    pub instead: [[f64; 6]; MAX_AXES],
+}
 
 impl Switches {
     /// Everything counts.
-    pub const ALL: Self = Self([true; MAX_AXES]);
+    pub const ALL: Self = Self {
+        on: [true; MAX_AXES],
+        instead: [[0.0; 6]; MAX_AXES],
+    };
+    /// Nothing does that can be left out.
+    pub const NONE: Self = Self {
+        on: [false; MAX_AXES],
+        ..Self::ALL
+    };
+
+    /// For an axis that is off, what takes the place of what it loses.
+    pub(crate) fn instead_of(&self, index: usize) -> Option<&[f64; 6]> {
+        (!self.on[index]).then_some(&self.instead[index])
+    }
 }
 
 /// A change with temperature of an inter-axis error.
@@ -245,30 +265,31 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
         switches: &Switches,
     ) -> Option<[f64; 6]> {
         let linear = !machine.axes[index].letter.is_rotary();
-        let full = switches.0[index];
-        self.intra(self.carried(index, linear), index, q, situation, full)
+        let instead = switches.instead_of(index);
+        self.intra(self.carried(index, linear), index, q, situation, instead)
     }
 
-    /// The same, where it is known which motions the axis has; not `full`: only what stays when it is
-    /// switched off.
+    /// The same, where it is known which motions the axis has; with `instead` only what stays when it
+    /// is switched off, and that.
     pub(crate) fn intra(
         &self,
         carried: Carried,
         index: usize,
         q: f64,
         situation: &Situation,
-        full: bool,
+        instead: Option<&[f64; 6]>,
     ) -> Option<[f64; 6]> {
         if carried.there == 0 {
             return None;
         }
         let [low, high] = self.calibrated[index];
-        let held = match situation.hold_by {
+        let by = situation.pieces_by.map(|by| by[index]);
+        let held = match by {
             None if q < low => low,
             None if q > high => high,
             // Points of tables are f32: an end that is meant may come out a little outside.
-            Some(by) if by[index] < low - 1e-6 * (high - low) => low,
-            Some(by) if by[index] > high + 1e-6 * (high - low) => high,
+            Some(by) if by < low - 1e-6 * (high - low) => low,
+            Some(by) if by > high + 1e-6 * (high - low) => high,
             _ => q,
         };
         let sign = situation.sign[index];
@@ -278,11 +299,15 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
             if !is(carried.there) {
                 continue;
             }
-            *e = if full || is(carried.stays) {
-                let at = if is(carried.holds) { held } else { q };
-                motion.value(at, sign, &situation.kelvin)
-            } else {
-                motion.constant(&situation.kelvin) + motion.backlash * sign
+            *e = match instead {
+                Some(instead) if !is(carried.stays) => {
+                    motion.constant(&situation.kelvin) + motion.backlash * sign + instead[component]
+                }
+                _ => {
+                    let at = if is(carried.holds) { held } else { q };
+                    let piece = if at == q { by.unwrap_or(q) } else { at };
+                    motion.value_by(at, piece, sign, &situation.kelvin)
+                }
             };
         }
         Some(error)
@@ -364,7 +389,7 @@ mod tests {
         assert!(errors.bends(&machine, 0) && !errors.bends(&machine, 1));
         errors.calibrated[0] = [-100.0, 100.0];
         let mut off = Switches::ALL;
-        off.0[0] = false;
+        off.on[0] = false;
         let at = |situation: &Situation, switches: &Switches| {
             let error = errors.intra_at(&machine, 0, 150.0, situation, switches);
             error.map(|e| [e[0], e[1]]).unwrap()
@@ -373,7 +398,9 @@ mod tests {
         // The scale goes on, the parabola keeps its value at 100 mm.
         assert_eq!(at(&situation, &Switches::ALL), [1.15, 3.0]);
         assert_eq!(at(&situation, &off), [1.15, 2.0]);
-        situation.hold_by = Some([50.0; 6]);
+        off.instead[0][1] = 0.5;
+        assert_eq!(at(&situation, &off), [1.15, 2.5]);
+        situation.pieces_by = Some([50.0; 6]);
         assert_eq!(at(&situation, &Switches::ALL), [1.15, 4.25]);
     }
 

@@ -36,12 +36,17 @@ impl<P: AsRef<[f64]>> Table<P> {
     /// directions; so those of each direction for +1 and −1, and their mean for 0 (unknown).
     #[must_use]
     pub fn value(&self, q: f64, sign: f64) -> f64 {
+        self.value_by(q, q, sign)
+    }
+
+    /// The same on the straight line between the points around `by`, continued to `q`.
+    fn value_by(&self, q: f64, by: f64, sign: f64) -> f64 {
         let at = self.at.as_ref();
-        let positive = interpolate(at, self.positive.as_ref(), q);
+        let positive = interpolate(at, self.positive.as_ref(), q, by);
         let Some(negative) = &self.negative else {
             return positive;
         };
-        let negative = interpolate(at, negative.as_ref(), q);
+        let negative = interpolate(at, negative.as_ref(), q, by);
         0.5 * (positive + negative) + sign * (0.5 * (positive - negative))
     }
 }
@@ -162,6 +167,17 @@ impl<P: AsRef<[f64]>> Motion<P> {
     /// `sign` (+1, −1, or 0 if unknown), at `kelvin` from the sensors' references.
     #[must_use]
     pub fn value(&self, q: f64, sign: f64, kelvin: &[f64; MAX_SENSORS]) -> f64 {
+        self.value_by(q, q, sign, kelvin)
+    }
+
+    /// The same with the piece of a table that counts at `by`, continued to `q`.
+    pub(crate) fn value_by(
+        &self,
+        q: f64,
+        by: f64,
+        sign: f64,
+        kelvin: &[f64; MAX_SENSORS],
+    ) -> f64 {
         let mut value = self
             .coefficients
             .iter()
@@ -174,7 +190,7 @@ impl<P: AsRef<[f64]>> Motion<P> {
             value += harmonics(&self.harmonics, q);
         }
         if let Some(table) = &self.table {
-            value += table.value(q, sign);
+            value += table.value_by(q, by, sign);
         }
         value + self.backlash * sign
     }
@@ -223,14 +239,15 @@ fn power(mut q: f64, mut k: u8) -> f64 {
 }
 
 /// Linear between the points, the end value outside.
-fn interpolate(at: &[f64], values: &[f64], q: f64) -> f64 {
-    let above = at.partition_point(|a| *a <= q);
-    if above == 0 {
+fn interpolate(at: &[f64], values: &[f64], q: f64, by: f64) -> f64 {
+    let last = at.len() - 1;
+    if by < at[0] {
         return values[0];
     }
-    if above == at.len() {
-        return values[at.len() - 1];
+    if by > at[last] {
+        return values[last];
     }
+    let above = at.partition_point(|a| *a <= by).clamp(1, last);
     let t = (q - at[above - 1]) / (at[above] - at[above - 1]);
     values[above - 1] + (values[above] - values[above - 1]) * t
 }

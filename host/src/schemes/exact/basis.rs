@@ -269,12 +269,20 @@ fn sampled(
     let rows: Result<Vec<Vec<f64>>, NotConverged> = at
         .par_iter()
         .map(|x| {
+            let sides = sampler.variables[v].sides(*x);
             let mut found = Vec::with_capacity(shared.len());
             for &(c, monomial, node) in &shared {
                 let component = &components[c];
                 let mut place = component.place(node);
-                place[v] = *x;
-                found.push(sampler.coefficient(component, monomial, &place)?);
+                let mut mean = PerAxis::default();
+                for side in &sides {
+                    place[v] = *side;
+                    let value = sampler.coefficient(component, monomial, &place)?;
+                    for (m, x) in mean.iter_mut().zip(value) {
+                        *m += x / sides.len() as f64;
+                    }
+                }
+                found.push(mean);
             }
             Ok(columns
                 .iter()

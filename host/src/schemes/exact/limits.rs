@@ -3,16 +3,14 @@
 //! None of them decides whether a result is right: that is measured, with the tables as the runtime
 //! evaluates them. They decide how soon a good one is found.
 
-/// The share of the tolerance that a structure may leave to be worth points at all; interpolation
-/// and the rounding of f32 need the rest.
-pub const STRUCTURE_SHARE: f64 = 0.75;
 /// What may be left out at first, as a share of the tolerance in each output (root of the sum of
 /// squares, twice: peaks rarely meet).
 pub const FIRST_SHARE: f64 = 0.25;
 /// What is left out of a basis, as a part of that: every function meets many others.
 pub const BASIS_SHARE: f64 = 0.1;
-/// A structure is tried with less left out this many times.
-pub const ATTEMPTS: usize = 6;
+/// What may be left out then, with joint effects of motions taken in: these cost many tables, so
+/// no more of them than needed.
+pub const SHARES: [f64; 7] = [1.5, 1.0, 0.7, 0.4, 0.25, 0.12, 0.06];
 /// Random places at which a structure is tried; a tenth of a percent of them decides little.
 pub const TRIALS: usize = 160;
 /// A result is good if the tables, measured at the positions of [`JUDGED`], stay within this share

@@ -32,9 +32,7 @@ use crate::schemes::{self, Options, SchemeError};
 use attempt::{Attempt, attempt};
 pub use cover::Minimize;
 use judge::{Judge, Verdict};
-use limits::{
-    ATTEMPTS, COARSER, FIRST_SHARE, GOOD, HARMLESS, LEAST_POINT_SHARE, REFINEMENTS, STRUCTURE_SHARE,
-};
+use limits::{COARSER, FIRST_SHARE, GOOD, HARMLESS, LEAST_POINT_SHARE, REFINEMENTS, SHARES};
 use sampling::{Component, Sampler};
 use trials::Trials;
 use trueaxis::Draft;
@@ -61,11 +59,7 @@ pub fn compile(
     let zero = options.zero(machine, errors)?;
     let judge = Judge::new(&kinematics, tolerance, zero)?;
     let variables = variables::variables(&kinematics, judge.smallest_part());
-    let sampler = Sampler {
-        kinematics: &kinematics,
-        variables: &variables,
-        zero,
-    };
+    let sampler = Sampler::new(&kinematics, &variables, zero);
     let mut search = Search {
         minimize,
         options,
@@ -110,6 +104,15 @@ pub fn compile(
     })
 }
 
+/// A structure that was tried.
+struct Tried {
+    attempt: Attempt,
+    /// What it leaves at the places of the trial, in units of the tolerance.
+    error: f64,
+    /// With what motions add in pairs.
+    pairs: bool,
+}
+
 /// A draft that does no harm.
 struct Candidate {
     draft: Draft,
@@ -135,78 +138,83 @@ struct Search<'a> {
 impl Search<'_> {
     /// Looks for a draft that meets a tolerance; true if it was found.
     fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
-        // Start generously; where the trial shows that too much was left out, take in what motions
-        // add in pairs, then leave out less.
-        let mut share = FIRST_SHARE;
-        let mut left_out = 0.0;
-        let mut closest: Option<(f64, Attempt)> = None;
-        for _ in 0..ATTEMPTS {
-            let target = (self.minimize, &self.options.target);
-            let attempt = attempt(
-                &self.sampler,
-                &self.components,
-                tolerance,
-                target,
-                share,
-                left_out,
-            )?;
-            left_out = attempt.left_out;
-            let error =
-                self.trials
-                    .error(&attempt.found(&self.sampler, &self.components, tolerance))?;
-            if std::env::var("TRACE").is_ok() {
-                eprintln!(
-                    "share {share}: error {error:.3}, {} tables {} terms, left out {:.3}, full {}",
-                    attempt.structure.count(),
-                    attempt.structure.terms.len(),
-                    attempt.left_out,
-                    attempt.is_full
-                );
-            }
-            if error <= STRUCTURE_SHARE && self.finish(tolerance, &attempt, error)? {
+        // Start generously; where that is not enough, take in what motions add in pairs, then leave
+        // out less and less.
+        let first = self.attempt(tolerance, FIRST_SHARE, false)?;
+        if self.finish(tolerance, &first)? {
+            return Ok(true);
+        }
+        if first.attempt.is_full || self.joint(tolerance)? == 0 {
+            return self.closer(tolerance, false, first.error);
+        }
+        self.closer(tolerance, true, first.error)
+    }
+
+    /// Leaves out less as long as that helps; true if the tolerance is met.
+    fn closer(&mut self, tolerance: &PerAxis, pairs: bool, mut least: f64) -> Result<bool, SchemeError> {
+        let shares: &[f64] = if pairs { &SHARES } else { &SHARES[SHARES.len() - 2..] };
+        for &share in shares {
+            let next = self.attempt(tolerance, share, pairs)?;
+            if self.finish(tolerance, &next)? {
                 return Ok(true);
             }
-            let is_full = attempt.is_full;
-            let better = closest.as_ref().is_none_or(|(e, _)| error < 0.9 * e);
-            if better {
-                closest = Some((error, attempt));
-            }
-            if self.pairs.is_none() {
-                let joint = components::second_order(&self.sampler, tolerance)?;
-                self.pairs = Some(joint.len());
-                if !joint.is_empty() {
-                    // Numbers of functions change with the components: nothing of before can stay.
-                    if let Some((error, attempt)) = closest.take() {
-                        self.finish(tolerance, &attempt, error)?;
-                    }
-                    self.components.extend(joint);
-                    continue;
-                }
-            }
-            if !better || is_full {
+            if next.attempt.is_full {
                 break;
             }
-            share *= 0.5;
+            least = least.min(next.error);
         }
-        match closest {
-            Some((error, attempt)) => self.finish(tolerance, &attempt, error),
-            None => Ok(false),
+        Ok(false)
+    }
+
+    /// How many pairs of motions have a joint effect that shows.
+    fn joint(&mut self, tolerance: &PerAxis) -> Result<usize, SchemeError> {
+        if self.pairs.is_none() {
+            let joint = components::second_order(&self.sampler, tolerance)?;
+            self.pairs = Some(joint.len());
+            self.components.extend(joint);
         }
+        Ok(self.pairs.unwrap_or(0))
+    }
+
+    /// How many of the components count, with or without joint effects.
+    fn count(&self, pairs: bool) -> usize {
+        let joint = if pairs { 0 } else { self.pairs.unwrap_or(0) };
+        self.components.len() - joint
+    }
+
+    /// Tries a structure that leaves out no more than a share of the tolerance, with what pairs of
+    /// motions add or without.
+    fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
+        let components = &self.components[..self.count(pairs)];
+        let target = (self.minimize, &self.options.target);
+        let attempt = attempt(&self.sampler, components, tolerance, target, share, 0.0)?;
+        let error = self.trials.error(&attempt.found(&self.sampler, components, tolerance))?;
+        if std::env::var("TRACE").is_ok() { eprintln!("share {share} pairs {pairs}: error {error:.3}, {} tables {} terms, left out {:.3}, full {}", attempt.structure.count(), attempt.structure.terms.len(), attempt.left_out, attempt.is_full); }
+        Ok(Tried {
+            attempt,
+            error,
+            pairs,
+        })
     }
 
     /// Gives the tables of an attempt points, finer ones until the draft is good; true if it is.
     fn finish(
         &mut self,
         tolerance: &PerAxis,
-        attempt: &Attempt,
-        structure_error: f64,
+        tried: &Tried,
     ) -> Result<bool, SchemeError> {
+        let Tried {
+            attempt,
+            error: structure_error,
+            pairs,
+        } = tried;
+        let structure_error = *structure_error;
         if attempt.structure.count() > usize::from(u8::MAX) {
             return Ok(false);
         }
         let machine = self.sampler.kinematics.machine;
         let errors = self.sampler.kinematics.errors;
-        let found = attempt.found(&self.sampler, &self.components, tolerance);
+        let found = attempt.found(&self.sampler, &self.components[..self.count(*pairs)], tolerance);
         // Tolerances differ by a common factor.
         let factor = tolerance[0] / self.options.tolerance;
         // Points finer than what the structure leaves would be wasted.
@@ -214,9 +222,9 @@ impl Search<'_> {
             .max(LEAST_POINT_SHARE)
             .max(LEAST_POINT_SHARE * structure_error);
         let mut last = f64::INFINITY;
-        for _ in 0..=REFINEMENTS {
+        for refinement in 0..=REFINEMENTS {
             let fixed = self.options.points.map(|points| points.max(2) - 1);
-            let grids = points::grids(&found, fixed, share)?;
+            let grids = points::grids(&found, fixed, share, refinement > 0)?;
             let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
             let Some(verdict) = self.judge.measure(&draft, &self.options.target) else {
                 // More than the target holds.
@@ -242,7 +250,7 @@ impl Search<'_> {
                     draft,
                     verdict,
                     structure_error: structure_error * factor,
-                    pairs: self.pairs.unwrap_or(0),
+                    pairs: if *pairs { self.pairs.unwrap_or(0) } else { 0 },
                 });
             }
             if good {
@@ -252,7 +260,9 @@ impl Search<'_> {
                 break;
             }
             last = verdict.error;
-            share *= 0.5;
+            if refinement > 0 {
+                share *= 0.5;
+            }
         }
         Ok(false)
     }

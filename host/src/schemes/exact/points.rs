@@ -87,11 +87,13 @@ impl Grid {
 }
 
 /// Grids of the bent tables of each variable, so that interpolation of all of them together errs by
-/// no more than `share` of the tolerance; `fixed` intervals instead, if given.
+/// no more than `share` of the tolerance; `fixed` intervals instead, if given. Where motions were
+/// measured, points lie between those positions only if `finer`.
 pub fn grids(
     found: &Found<'_>,
     fixed: Option<usize>,
     share: f64,
+    finer: bool,
 ) -> Result<BTreeMap<usize, Grid>, NotConverged> {
     let bent: Vec<(usize, Vec<Function>)> = found
         .tables()
@@ -104,7 +106,7 @@ pub fn grids(
     for (v, functions) in &bent {
         let grid = match fixed {
             Some(intervals) => Grid::over(found.sampler.variables[*v].range, intervals),
-            None => coarsest(found, *v, functions, each)?,
+            None => coarsest(found, *v, functions, each, finer)?,
         };
         grids.insert(*v, grid);
     }
@@ -118,6 +120,7 @@ fn coarsest(
     v: usize,
     functions: &[Function],
     most: f64,
+    finer: bool,
 ) -> Result<Grid, NotConverged> {
     let variable = &found.sampler.variables[v];
     let mut best: Option<(f64, Grid)> = None;
@@ -144,7 +147,7 @@ fn coarsest(
         if error > most {
             // What is left between measured points is curved, or it is what motions do to the
             // arguments of others: a step at each of them, which no points take away.
-            for parts in 2.. {
+            for parts in 2..if finer { usize::MAX } else { 2 } {
                 let finer = grid.divided(parts);
                 if finer.intervals > MOST_INTERVALS {
                     break;

@@ -16,6 +16,9 @@ pub struct Sampler<'a> {
     pub variables: &'a [Variable],
     /// Subtracted everywhere: the correction at the zero position (mm, rad).
     pub zero: PerAxis,
+    /// What motions that are off leave in their place: their middle values, so that what they do to
+    /// each other, of which some is left out, is least.
+    instead: [[f64; 6]; MAX_AXES],
 }
 
 /// One part of the correction: what the switches in `on` add together, beyond what each proper
@@ -38,19 +41,61 @@ pub struct Component {
     pub values: Vec<PerAxis>,
 }
 
+/// Positions along an axis at which the middle of its motions is looked for: as many as are measured,
+/// or twice.
+const MIDDLES: usize = 200;
+
+impl<'a> Sampler<'a> {
+    /// Finds what motions that are off leave in their place.
+    pub fn new(kinematics: &'a Kinematics<'a>, variables: &'a [Variable], zero: PerAxis) -> Self {
+        let (machine, errors) = (kinematics.machine, kinematics.errors);
+        let situation = Situation::default();
+        let mut instead = [[0.0; 6]; MAX_AXES];
+        for (i, instead) in instead.iter_mut().enumerate().take(machine.axes.len()) {
+            let [low, high] = errors.calibrated[i];
+            let mut ends = [[f64::INFINITY; 6], [f64::NEG_INFINITY; 6]];
+            for step in 0..=MIDDLES {
+                let q = low + (high - low) * step as f64 / MIDDLES as f64;
+                let at = |switches| errors.intra_at(machine, i, q, &situation, switches);
+                let (Some(on), Some(off)) = (at(&Switches::ALL), at(&Switches::NONE)) else {
+                    break;
+                };
+                for component in 0..6 {
+                    let lost = on[component] - off[component];
+                    ends[0][component] = ends[0][component].min(lost);
+                    ends[1][component] = ends[1][component].max(lost);
+                }
+            }
+            for (component, instead) in instead.iter_mut().enumerate() {
+                let middle = 0.5 * (ends[0][component] + ends[1][component]);
+                *instead = if middle.is_finite() { middle } else { 0.0 };
+            }
+        }
+        Self {
+            kinematics,
+            variables,
+            zero,
+            instead,
+        }
+    }
+}
+
 impl Sampler<'_> {
     /// The exact correction with the switches in `on`.
     pub fn exact(&self, place: &Place, on: u32) -> Result<PerAxis, NotConverged> {
         let mut q = PerAxis::default();
         let mut situation = Situation::default();
-        let mut switches = Switches([false; MAX_AXES]);
+        let mut switches = Switches {
+            instead: self.instead,
+            ..Switches::NONE
+        };
         for (v, variable) in self.variables.iter().enumerate() {
             let active = on >> v & 1 == 1;
             match variable.kind {
                 Kind::Affine(i) => q[i] = place[v],
                 Kind::Bending(i) | Kind::Rotary(i) => {
                     q[i] = place[v];
-                    switches.0[i] = active || !variable.moves;
+                    switches.on[i] = active || !variable.moves;
                 }
                 Kind::Length => situation.length = Some(place[v]),
                 Kind::Kelvin(k) if active => situation.kelvin[k] = place[v],
@@ -58,9 +103,10 @@ impl Sampler<'_> {
                 Kind::Kelvin(_) | Kind::Sign(_) => {}
             }
         }
-        // Inside its calibrated range a motion goes on smoothly as far as the correction carries it
-        // across an end, and outside it holds the end value: so tables are smooth up to the ends.
-        situation.hold_by = Some(q);
+        // Inside its calibrated range, and between measured points, a motion goes on smoothly as far
+        // as the correction carries it across an end, and outside it holds the end value: so tables
+        // are smooth up to the ends.
+        situation.pieces_by = Some(q);
         Ok(self
             .kinematics
             .correction_within(&q, &situation, &switches, STEP)?

@@ -123,6 +123,18 @@ impl Variable {
         2.0 * ((0.5 * (x - middle)).sin() / (0.5 * half).sin()).powi(2) - 1.0
     }
 
+    /// Where to sample for a position: on a kink, a little to either side, for what motions do to
+    /// the arguments of others steps there.
+    pub fn sides(&self, x: f64) -> Vec<f64> {
+        let [low, high] = self.range;
+        let near = KINK * (high - low);
+        let next = self.kinks.partition_point(|k| *k < x - near);
+        match self.kinks.get(next) {
+            Some(kink) if *kink <= x + near => vec![kink - 2.0 * near, kink + 2.0 * near],
+            _ => vec![x],
+        }
+    }
+
     /// True for a rotary axis whose motions are never off.
     pub fn is_uneven(&self) -> bool {
         self.turning == Turning::UNEVEN
@@ -144,6 +156,10 @@ impl Variable {
 /// Rotary axes with less than this to either side of their middle (80°) count as narrow: beyond,
 /// the nine products of sine and cosine up to degree four have a condition number below 1e4.
 const NARROW: f64 = 1.4;
+
+/// A position is on a kink if it is nearer than this part of the range: ten times the rounding of
+/// positions to f32.
+const KINK: f64 = 1e-6;
 
 /// Chebyshev points of a range, with both ends.
 pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
