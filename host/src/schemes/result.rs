@@ -58,7 +58,9 @@ impl SchemeError {
             Self::NotConverged(_) => {
                 "check the units of the error parameters (mm and rad), and where they are known under [calibrated]"
             }
-            Self::Draw(_) => "widen [calibrated] in the error file: it is in mm or degrees of the command",
+            Self::Draw(_) => {
+                "widen [calibrated] in the error file: it is in mm or degrees of the command"
+            }
             Self::TooManyTables { .. } => {
                 "raise --tolerance, or --minimize cost where another was chosen"
             }

@@ -86,7 +86,10 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
                 };
                 let moved = link.moved(frame * located, q[index]);
                 let (carried, instead) = (self.carried[index], switches.instead_of(index));
-                match self.errors.intra(carried, index, q[index], situation, instead) {
+                match self
+                    .errors
+                    .intra(carried, index, q[index], situation, instead)
+                {
                     Some(error) => moved * Htm::from_xyz_abc(error),
                     None => moved,
                 }

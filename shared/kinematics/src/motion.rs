@@ -171,13 +171,7 @@ impl<P: AsRef<[f64]>> Motion<P> {
     }
 
     /// The same with the piece of a table that counts at `by`, continued to `q`.
-    pub(crate) fn value_by(
-        &self,
-        q: f64,
-        by: f64,
-        sign: f64,
-        kelvin: &[f64; MAX_SENSORS],
-    ) -> f64 {
+    pub(crate) fn value_by(&self, q: f64, by: f64, sign: f64, kelvin: &[f64; MAX_SENSORS]) -> f64 {
         let mut value = self
             .coefficients
             .iter()

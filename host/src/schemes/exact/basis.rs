@@ -8,7 +8,6 @@ use super::variables::{Kind, Variable, positions};
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// The functions of one variable: number 0 is the constant 1, then products of generators, then
 /// functions found numerically: those that show with the axis' own motions off, those of its
@@ -261,40 +260,11 @@ fn sampled(
     tolerance: &PerAxis,
     at: &[f64],
 ) -> Result<DMatrix<f64>, NotConverged> {
-    // Columns that differ in the output only share their exact corrections.
-    let key = |c: &Column| (c.component, c.monomial, c.node);
-    let mut shared: Vec<(usize, usize, usize)> = columns.iter().map(key).collect();
-    shared.sort_unstable();
-    shared.dedup();
-    let rows: Result<Vec<Vec<f64>>, NotConverged> = at
-        .par_iter()
-        .map(|x| {
-            let sides = sampler.variables[v].sides(*x);
-            let mut found = Vec::with_capacity(shared.len());
-            for &(c, monomial, node) in &shared {
-                let component = &components[c];
-                let mut place = component.place(node);
-                let mut mean = PerAxis::default();
-                for side in &sides {
-                    place[v] = *side;
-                    let value = sampler.coefficient(component, monomial, &place)?;
-                    for (m, x) in mean.iter_mut().zip(value) {
-                        *m += x / sides.len() as f64;
-                    }
-                }
-                found.push(mean);
-            }
-            Ok(columns
-                .iter()
-                .map(|c| {
-                    let k = shared.partition_point(|s| *s < key(c));
-                    found[k][c.output] / tolerance[c.output]
-                })
-                .collect())
-        })
-        .collect();
-    let rows = rows?;
-    Ok(DMatrix::from_fn(at.len(), columns.len(), |i, c| rows[i][c]))
+    let rows = sampler.along(columns, v, components, at)?;
+    Ok(DMatrix::from_fn(at.len(), columns.len(), |i, c| {
+        let output = columns[c].output;
+        rows[i][c][output] / tolerance[output]
+    }))
 }
 
 /// The leading left singular functions of the residual (nodes × columns), as many as leave no

@@ -8,9 +8,14 @@
 pub const FIRST_SHARE: f64 = 0.25;
 /// What is left out of a basis, as a part of that: every function meets many others.
 pub const BASIS_SHARE: f64 = 0.1;
+/// Where more is needed than the target holds, that much is left out the next time, and the room goes
+/// to what counts; so often at most.
+pub const FULL_ATTEMPTS: usize = 3;
+/// An error larger than this many times what was left out has another reason: joint effects.
+pub const CUT: f64 = 2.0;
 /// What may be left out then, with joint effects of motions taken in: these cost many tables, so
 /// no more of them than needed.
-pub const SHARES: [f64; 7] = [1.5, 1.0, 0.7, 0.4, 0.25, 0.12, 0.06];
+pub const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];
 /// Random places at which a structure is tried; a tenth of a percent of them decides little.
 pub const TRIALS: usize = 160;
 /// A result is good if the tables, measured at the positions of [`JUDGED`], stay within this share
@@ -22,7 +27,11 @@ pub const REFINEMENTS: usize = 4;
 
 /// Interpolation may take at least this share of the tolerance, and this part of what the structure
 /// leaves.
-pub const LEAST_POINT_SHARE: f64 = 0.15;
+pub const LEAST_POINT_SHARE: f64 = 0.4;
+/// Interpolation is not to blame if it may do less than this part of what is wrong.
+pub const BLAMELESS: f64 = 0.4;
+/// How often points are halved if the target cannot hold them.
+pub const ROOM_STEPS: usize = 6;
 /// Tables do no harm if they deviate on no axis by more than this part of what is allowed: other
 /// positions may be a little worse.
 pub const HARMLESS: f64 = 0.9;
@@ -56,7 +65,5 @@ pub const GRID_SLACK: f64 = 1e-3;
 /// Intervals of a bent table.
 pub const LEAST_INTERVALS: usize = 4;
 pub const MOST_INTERVALS: usize = 8192;
-/// How many grids are tried for a variable.
-pub const SEARCHES: usize = 7;
 /// A finer grid that leaves more than this part of the error is not worth its points.
 pub const STUCK: f64 = 0.8;

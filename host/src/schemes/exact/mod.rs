@@ -18,6 +18,7 @@ mod draft;
 mod generators;
 mod judge;
 mod limits;
+mod memory;
 mod points;
 mod sampling;
 mod tables;
@@ -32,7 +33,10 @@ use crate::schemes::{self, Options, SchemeError};
 use attempt::{Attempt, attempt};
 pub use cover::Minimize;
 use judge::{Judge, Verdict};
-use limits::{COARSER, FIRST_SHARE, GOOD, HARMLESS, LEAST_POINT_SHARE, REFINEMENTS, SHARES};
+use limits::{
+    BLAMELESS, COARSER, CUT, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, LEAST_POINT_SHARE,
+    REFINEMENTS, ROOM_STEPS, SHARES,
+};
 use sampling::{Component, Sampler};
 use trials::Trials;
 use trueaxis::Draft;
@@ -71,19 +75,9 @@ pub fn compile(
         best: None,
     };
     // What misses the tolerance, for want of room mostly, may be bettered by what is made for a
-    // coarser one: less is left out there. From what was reached on to finer ones, as far as they
-    // are met.
+    // coarser one: less is left out there.
     if !search.run(&tolerance)? {
-        let reached = search
-            .best
-            .as_ref()
-            .map_or(f64::INFINITY, |b| b.verdict.error);
-        for factor in COARSER.into_iter().rev().filter(|f| *f <= reached) {
-            let met = search.run(&tolerance.map(|t| t * factor))?;
-            if !met && search.best.is_some() {
-                break;
-            }
-        }
+        search.coarser(&tolerance)?;
     }
     let Some(best) = search.best else {
         return Ok(schemes::Found {
@@ -144,15 +138,26 @@ impl Search<'_> {
         if self.finish(tolerance, &first)? {
             return Ok(true);
         }
-        if first.attempt.is_full || self.joint(tolerance)? == 0 {
-            return self.closer(tolerance, false, first.error);
+        // Joint effects do not help where most of the error is what there was no room for.
+        let joint = first.error > CUT * first.attempt.left_out && self.joint(tolerance)? > 0;
+        if first.attempt.is_full {
+            if !joint {
+                return Ok(false);
+            }
+            let second = self.attempt(tolerance, FIRST_SHARE, true)?;
+            return self.finish(tolerance, &second);
         }
-        self.closer(tolerance, true, first.error)
+        let pairs = joint;
+        self.closer(tolerance, pairs)
     }
 
     /// Leaves out less as long as that helps; true if the tolerance is met.
-    fn closer(&mut self, tolerance: &PerAxis, pairs: bool, mut least: f64) -> Result<bool, SchemeError> {
-        let shares: &[f64] = if pairs { &SHARES } else { &SHARES[SHARES.len() - 2..] };
+    fn closer(&mut self, tolerance: &PerAxis, pairs: bool) -> Result<bool, SchemeError> {
+        let shares: &[f64] = if pairs {
+            &SHARES
+        } else {
+            &SHARES[SHARES.len() - 2..]
+        };
         for &share in shares {
             let next = self.attempt(tolerance, share, pairs)?;
             if self.finish(tolerance, &next)? {
@@ -161,9 +166,24 @@ impl Search<'_> {
             if next.attempt.is_full {
                 break;
             }
-            least = least.min(next.error);
         }
         Ok(false)
+    }
+
+    /// Looks for the finest tolerance that is met, among multiples of one that is not.
+    fn coarser(&mut self, tolerance: &PerAxis) -> Result<(), SchemeError> {
+        // Coarser than what is reached already, nothing can be won; and where a tolerance is missed,
+        // finer ones are.
+        let reached = self
+            .best
+            .as_ref()
+            .map_or(f64::INFINITY, |b| b.verdict.error);
+        for factor in COARSER.into_iter().rev().filter(|f| *f < reached) {
+            if !self.run(&tolerance.map(|t| t * factor))? && self.best.is_some() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// How many pairs of motions have a joint effect that shows.
@@ -187,9 +207,40 @@ impl Search<'_> {
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
         let target = (self.minimize, &self.options.target);
-        let attempt = attempt(&self.sampler, components, tolerance, target, share, 0.0)?;
-        let error = self.trials.error(&attempt.found(&self.sampler, components, tolerance))?;
-        if std::env::var("TRACE").is_ok() { eprintln!("share {share} pairs {pairs}: error {error:.3}, {} tables {} terms, left out {:.3}, full {}", attempt.structure.count(), attempt.structure.terms.len(), attempt.left_out, attempt.is_full); }
+        let mut left_out = 0.0;
+        let mut best: Option<(f64, Attempt)> = None;
+        for _ in 0..FULL_ATTEMPTS {
+            let next = attempt(
+                &self.sampler,
+                components,
+                tolerance,
+                target,
+                share,
+                left_out,
+            )?;
+            left_out = next.left_out;
+            let is_full = next.is_full;
+            let error = self
+                .trials
+                .error(&next.found(&self.sampler, components, tolerance))?;
+            if best.as_ref().is_some_and(|(least, _)| error > 0.9 * least) {
+                break;
+            }
+            best = Some((error, next));
+            if !is_full {
+                break;
+            }
+        }
+        let (error, attempt) = best.ok_or(SchemeError::TooManyTables { tables: 0 })?;
+        if std::env::var("TRACE").is_ok() {
+            eprintln!(
+                "share {share} pairs {pairs}: error {error:.3}, {} tables {} terms, left out {:.3}, full {}",
+                attempt.structure.count(),
+                attempt.structure.terms.len(),
+                attempt.left_out,
+                attempt.is_full
+            );
+        }
         Ok(Tried {
             attempt,
             error,
@@ -198,11 +249,7 @@ impl Search<'_> {
     }
 
     /// Gives the tables of an attempt points, finer ones until the draft is good; true if it is.
-    fn finish(
-        &mut self,
-        tolerance: &PerAxis,
-        tried: &Tried,
-    ) -> Result<bool, SchemeError> {
+    fn finish(&mut self, tolerance: &PerAxis, tried: &Tried) -> Result<bool, SchemeError> {
         let Tried {
             attempt,
             error: structure_error,
@@ -214,7 +261,11 @@ impl Search<'_> {
         }
         let machine = self.sampler.kinematics.machine;
         let errors = self.sampler.kinematics.errors;
-        let found = attempt.found(&self.sampler, &self.components[..self.count(*pairs)], tolerance);
+        let found = attempt.found(
+            &self.sampler,
+            &self.components[..self.count(*pairs)],
+            tolerance,
+        );
         // Tolerances differ by a common factor.
         let factor = tolerance[0] / self.options.tolerance;
         // Points finer than what the structure leaves would be wasted.
@@ -222,13 +273,20 @@ impl Search<'_> {
             .max(LEAST_POINT_SHARE)
             .max(LEAST_POINT_SHARE * structure_error);
         let mut last = f64::INFINITY;
-        for refinement in 0..=REFINEMENTS {
+        let mut room = ROOM_STEPS;
+        let mut refinement = 0;
+        while refinement <= REFINEMENTS {
             let fixed = self.options.points.map(|points| points.max(2) - 1);
             let grids = points::grids(&found, fixed, share, refinement > 0)?;
             let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
             let Some(verdict) = self.judge.measure(&draft, &self.options.target) else {
-                // More than the target holds.
-                return Ok(false);
+                // More than the target holds: fewer points, unless they were enough before.
+                if last.is_finite() || room == 0 {
+                    return Ok(false);
+                }
+                room -= 1;
+                share *= 2.0;
+                continue;
             };
             if std::env::var("TRACE").is_ok() {
                 eprintln!(
@@ -256,13 +314,15 @@ impl Search<'_> {
             if good {
                 return Ok(verdict.harm <= HARMLESS);
             }
-            if fixed.is_some() || verdict.error > 0.9 * last {
+            let blameless = share * factor < BLAMELESS * verdict.error;
+            if fixed.is_some() || verdict.error > 0.9 * last || blameless {
                 break;
             }
             last = verdict.error;
             if refinement > 0 {
                 share *= 0.5;
             }
+            refinement += 1;
         }
         Ok(false)
     }

@@ -1,7 +1,7 @@
 //! How many points each variable's tables need, and where they lie.
 
 use super::cover::Function;
-use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, SEARCHES, STUCK};
+use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
 use super::tables::{Found, Sampled};
 use super::variables::Variable;
 use crate::kinematics::NotConverged;
@@ -29,11 +29,45 @@ impl Grid {
         }
     }
 
+    /// With at least so many intervals over the range, and the ends of a calibrated range on points.
+    fn even(variable: &Variable, least: usize) -> Self {
+        let [low, high] = variable.range;
+        let (Some(first), Some(last)) = (variable.ends.first(), variable.ends.last()) else {
+            return Self::over(variable.range, least);
+        };
+        if variable.wraps {
+            return Self::over(variable.range, least);
+        }
+        let step = (high - low) / least as f64;
+        let between = ((last - first) / step - GRID_SLACK).ceil();
+        let step = if between > 0.0 {
+            (last - first) / between
+        } else {
+            step
+        };
+        Self::through(*first, step, variable.range)
+    }
+
+    /// With a point at a position, over the range and up to a step beyond it.
+    fn through(point: f64, step: f64, [low, high]: [f64; 2]) -> Self {
+        let before = ((point - low) / step - GRID_SLACK).ceil().max(0.0);
+        let start = point - before * step;
+        let intervals = ((high - start) / step - GRID_SLACK).ceil() as usize;
+        Self {
+            start,
+            step,
+            intervals: intervals.max(1),
+        }
+    }
+
     /// The coarsest grid that has all kinks of a variable on points: those where motions were
-    /// measured, and where they begin to hold. `None` without kinks, or if there is none.
+    /// measured, and where they begin to hold. `None` if nothing was measured, or there is none.
     pub fn through_kinks(variable: &Variable) -> Option<Self> {
         let [low, high] = variable.range;
         let first = *variable.kinks.first()?;
+        if variable.kinks.len() <= variable.ends.len() {
+            return None;
+        }
         // Where the positions repeat, its ends are one point.
         let ends = if variable.wraps { vec![high] } else { vec![] };
         let all: Vec<f64> = variable.kinks.iter().copied().chain(ends).collect();
@@ -59,14 +93,7 @@ impl Grid {
                 } else {
                     step
                 };
-                let before = ((first - low) / step - GRID_SLACK).ceil().max(0.0);
-                let start = first - before * step;
-                let intervals = ((high - start) / step - GRID_SLACK).ceil() as usize;
-                Self {
-                    start,
-                    step,
-                    intervals: intervals.max(1),
-                }
+                Self::through(first, step, variable.range)
             })
             .filter(|grid| grid.intervals <= MOST_INTERVALS)
     }
@@ -126,6 +153,14 @@ fn coarsest(
     let mut best: Option<(f64, Grid)> = None;
     let mut consider = |grid: Grid| -> Result<f64, NotConverged> {
         let error = found.interpolation_error(v, functions, &grid)?;
+        if std::env::var("TRACE").is_ok() {
+            eprintln!(
+                "   grid {v}: {} intervals, error {error:.4} of {most:.4}, {} kinks {} functions",
+                grid.intervals,
+                variable.kinks.len(),
+                functions.len()
+            );
+        }
         let better = match &best {
             None => true,
             Some((e, g)) => match (error <= most, *e <= most) {
@@ -141,7 +176,7 @@ fn coarsest(
         Ok(error)
     };
     let mut count = 48;
-    let mut enough = MOST_INTERVALS + 1;
+    let mut through_is_enough = false;
     if let Some(grid) = Grid::through_kinks(variable) {
         let mut error = consider(grid)?;
         if error > most {
@@ -164,32 +199,20 @@ fn coarsest(
         if error > 0.1 * most {
             return Ok(grid);
         }
-        enough = grid.intervals;
+        through_is_enough = true;
         count = (grid.intervals / 2).max(LEAST_INTERVALS);
     }
-    let mut too_few = 0;
-    for _ in 0..SEARCHES {
-        let error = consider(Grid::over(variable.range, count))?;
-        if error <= most {
-            enough = enough.min(count);
-        } else {
-            too_few = too_few.max(count);
-        }
-        // The error of linear interpolation falls with the square of the interval.
-        let wanted = count as f64 * (error / (0.85 * most)).sqrt();
-        let next = if wanted.is_finite() {
-            (wanted.ceil() as usize).clamp(LEAST_INTERVALS, MOST_INTERVALS)
-        } else {
-            MOST_INTERVALS
-        };
-        // Within a tenth of what is known to be too few it is good enough.
-        let between = next.clamp(too_few + 1, enough.saturating_sub(1).max(too_few + 1));
-        if between >= enough || between == count || (enough - too_few) * 10 <= enough {
-            break;
-        }
-        count = between;
-    }
-    Ok(best.map_or_else(|| Grid::over(variable.range, count), |(_, grid)| grid))
+    // The error of linear interpolation falls with the square of the interval: one look tells, and the
+    // tables are measured anyway.
+    let seen = Grid::even(variable, count);
+    let error = consider(seen)?;
+    let wanted = seen.intervals as f64 * (error / (0.85 * most)).sqrt();
+    let wanted = (wanted.ceil() as usize).clamp(LEAST_INTERVALS, MOST_INTERVALS);
+    let grid = Grid::even(variable, wanted);
+    Ok(match best {
+        Some((_, best)) if best.intervals <= grid.intervals && through_is_enough => best,
+        _ => grid,
+    })
 }
 
 impl Found<'_> {
@@ -225,13 +248,18 @@ impl Found<'_> {
             .chain(looks.iter().map(|(_, x)| *x))
             .collect();
         let sampled = self.sample(v, functions, &at)?;
-        let touches_end = |k: usize| {
-            let inside = |e: &&f64| **e > points[k] + slack && **e < points[k + 1] - slack;
-            variable.ends.iter().any(|e| inside(&e))
+        // An end belongs to the inner side: there the tables go on smoothly up to it, and step to the
+        // held value within the first interval outside.
+        let [first, last] = variable.calibrated;
+        let steps = |k: usize| {
+            let from = (points[k] - last).abs() < slack;
+            let to = (points[k + 1] - first).abs() < slack;
+            let around = |e: &f64| *e > points[k] + slack && *e < points[k + 1] - slack;
+            variable.ends.iter().any(around) || (from || to) && !variable.ends.is_empty()
         };
         let mut worst = 0.0_f64;
         for (row, (k, x)) in looks.iter().enumerate() {
-            if touches_end(*k) {
+            if steps(*k) {
                 continue;
             }
             let share = (x - points[*k]) / (points[*k + 1] - points[*k]);

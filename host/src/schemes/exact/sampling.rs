@@ -1,5 +1,6 @@
 //! Exact corrections on small grids, split into what every source of error adds.
 
+use super::memory::Memory;
 use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
 use crate::errors::{Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
@@ -19,6 +20,8 @@ pub struct Sampler<'a> {
     /// What motions that are off leave in their place: their middle values, so that what they do to
     /// each other, of which some is left out, is least.
     instead: [[f64; 6]; MAX_AXES],
+    /// Samples along variables made so far.
+    pub memory: Memory,
 }
 
 /// One part of the correction: what the switches in `on` add together, beyond what each proper
@@ -76,6 +79,7 @@ impl<'a> Sampler<'a> {
             variables,
             zero,
             instead,
+            memory: Memory::default(),
         }
     }
 }

@@ -130,7 +130,10 @@ impl Variable {
         let near = KINK * (high - low);
         let next = self.kinks.partition_point(|k| *k < x - near);
         match self.kinks.get(next) {
-            Some(kink) if *kink <= x + near => vec![kink - 2.0 * near, kink + 2.0 * near],
+            // At an end of the calibrated range only the inner side counts.
+            Some(kink) if *kink <= x + near && !self.ends.contains(kink) => {
+                vec![kink - 2.0 * near, kink + 2.0 * near]
+            }
             _ => vec![x],
         }
     }
