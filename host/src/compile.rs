@@ -183,6 +183,7 @@ pub fn build(
         mut draft,
         structure_error,
         notes,
+        ..
     } = schemes::find(machine, errors, &options.scheme, &options.tables)?;
     let provisional = draft.encode()?;
     let runtime = Runtime::load(&provisional)?;

@@ -12,6 +12,11 @@ pub struct Found {
     /// Largest difference to the kinematic correction at random places before interpolation, in
     /// units of the tolerance; for schemes that try their structure.
     pub structure_error: Option<f64>,
+    /// The tolerance (mm, as in the options) that the scheme measured its tables to meet: the one
+    /// asked for, a coarser one, or none.
+    pub meets: Option<f64>,
+    /// True if more tables, terms or bytes would be needed than the target holds.
+    pub is_full: bool,
     /// What a user may want to know of how it was found, one sentence each.
     pub notes: Vec<String>,
 }

@@ -72,6 +72,7 @@ pub fn compile(
         pairs: None,
         judge,
         sampler,
+        is_full: false,
         best: None,
     };
     // What misses the tolerance, for want of room mostly, may be bettered by what is made for a
@@ -83,12 +84,16 @@ pub fn compile(
         return Ok(schemes::Found {
             draft: draft::empty(machine, errors, &variables),
             structure_error: None,
+            meets: None,
+            is_full: search.is_full,
             notes: vec!["no tables were found that do no harm".to_owned()],
         });
     };
     Ok(schemes::Found {
         draft: best.draft,
         structure_error: Some(best.structure_error),
+        meets: best.meets.then_some(options.tolerance * best.factor),
+        is_full: search.is_full,
         notes: match best.pairs {
             0 => Vec::new(),
             pairs => vec![format!(
@@ -113,6 +118,9 @@ struct Candidate {
     verdict: Verdict,
     structure_error: f64,
     pairs: usize,
+    /// For which multiple of the tolerance it was made, and if it meets that.
+    factor: f64,
+    meets: bool,
 }
 
 /// The way to the best draft.
@@ -126,6 +134,8 @@ struct Search<'a> {
     components: Vec<Component>,
     /// How many of them are joint effects, once these have been looked for.
     pairs: Option<usize>,
+    /// True if the tolerance asked for needs more than the target holds.
+    is_full: bool,
     best: Option<Candidate>,
 }
 
@@ -135,6 +145,7 @@ impl Search<'_> {
         // Start generously; where that is not enough, take in what motions add in pairs, then leave
         // out less and less.
         let first = self.attempt(tolerance, FIRST_SHARE, false)?;
+        self.is_full |= first.attempt.is_full;
         if self.finish(tolerance, &first)? {
             return Ok(true);
         }
@@ -280,6 +291,7 @@ impl Search<'_> {
             let grids = points::grids(&found, fixed, share, refinement > 0)?;
             let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
             let Some(verdict) = self.judge.measure(&draft, &self.options.target) else {
+                self.is_full = true;
                 // More than the target holds: fewer points, unless they were enough before.
                 if last.is_finite() || room == 0 {
                     return Ok(false);
@@ -309,6 +321,8 @@ impl Search<'_> {
                     verdict,
                     structure_error: structure_error * factor,
                     pairs: if *pairs { self.pairs.unwrap_or(0) } else { 0 },
+                    factor,
+                    meets: good,
                 });
             }
             if good {
