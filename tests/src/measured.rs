@@ -46,7 +46,7 @@ impl Measured {
     fn size(&self, angular: bool) -> [f64; 2] {
         match (self.is_rotary(), angular) {
             (false, false) => [5.0, 15.0],
-            (false, true) => [20.0, 60.0],
+            (false, true) => [10.0, 40.0],
             (true, false) => [3.0, 8.0],
             (true, true) => [10.0, 40.0],
         }
@@ -79,10 +79,11 @@ impl Measured {
         readings
     }
 
-    /// Chebyshev polynomials of degree 1 to 6 over the travel: the higher, the smaller.
+    /// Chebyshev polynomials of degree 1 to 6 over the travel, the higher, the smaller: their slopes at
+    /// the ends grow with the square of the degree.
     fn polynomial(&self, random: &mut Fixed) -> Vec<f64> {
         let coefficients: [f64; 6] =
-            std::array::from_fn(|k| random.within(-1.0, 1.0) / (k + 1) as f64);
+            std::array::from_fn(|k| random.within(-1.0, 1.0) / ((k + 1) * (k + 1)) as f64);
         let last = (self.points - 1) as f64;
         let at = (0..self.points).map(|k| 2.0 * k as f64 / last - 1.0);
         at.map(|x| {

@@ -84,9 +84,6 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
             }
         }
     }
-    if std::env::var("TRACE").is_ok() {
-        eprintln!("pairs {found:?}");
-    }
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     Ok(found.into_iter().map(|(_, on)| on).collect())
 }

@@ -104,30 +104,6 @@ impl<'a> Judge<'a> {
             return None;
         }
         let machine = self.kinematics.machine;
-        if std::env::var("TRACE").is_ok() {
-            let mut all: Vec<_> = self
-                .places
-                .iter()
-                .filter(|p| !p.holds)
-                .map(|place| {
-                    let table = runtime.evaluate(&place.command).map(f64::from);
-                    let table = machine.to_kinematic(&table);
-                    let d: Vec<f64> = (0..machine.axes.len())
-                        .map(|i| (table[i] - place.correction[i]) / self.tolerance[i])
-                        .collect();
-                    (
-                        d.iter().fold(0.0f64, |a, b| a.max(b.abs())),
-                        d,
-                        place.command.axes,
-                    )
-                })
-                .collect();
-            all.sort_by(|a, b| b.0.total_cmp(&a.0));
-            for a in all.iter().take(2) {
-                eprintln!("     {:.2} {:.2?} at {:?}", a.0, a.1, a.2);
-            }
-            eprintln!("     median {:.3}", all[all.len() / 2].0);
-        }
         let worst = self
             .places
             .par_iter()

@@ -20,7 +20,7 @@ pub const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];
 pub const TRIALS: usize = 160;
 /// A result is good if the tables, measured at the positions of [`JUDGED`], stay within this share
 /// of the tolerance: other positions may be a little worse.
-pub const GOOD: f64 = 0.9;
+pub const GOOD: f64 = 0.95;
 /// Random positions at which tables are measured, and how often points are made finer for it.
 pub const JUDGED: usize = 3000;
 pub const REFINEMENTS: usize = 4;

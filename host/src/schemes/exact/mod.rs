@@ -146,7 +146,7 @@ impl Search<'_> {
         // out less and less.
         let first = self.attempt(tolerance, FIRST_SHARE, false)?;
         self.is_full |= first.attempt.is_full;
-        if self.finish(tolerance, &first)? {
+        if self.finish(tolerance, &first, false)? || self.finish(tolerance, &first, true)? {
             return Ok(true);
         }
         // Joint effects do not help where most of the error is what there was no room for.
@@ -156,7 +156,7 @@ impl Search<'_> {
                 return Ok(false);
             }
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
-            return self.finish(tolerance, &second);
+            return self.finish(tolerance, &second, true);
         }
         let pairs = joint;
         self.closer(tolerance, pairs)
@@ -169,16 +169,22 @@ impl Search<'_> {
         } else {
             &SHARES[SHARES.len() - 2..]
         };
+        let mut last = None;
         for &share in shares {
             let next = self.attempt(tolerance, share, pairs)?;
-            if self.finish(tolerance, &next)? {
+            if self.finish(tolerance, &next, false)? {
                 return Ok(true);
             }
-            if next.attempt.is_full {
+            let is_full = next.attempt.is_full;
+            last = Some(next);
+            if is_full {
                 break;
             }
         }
-        Ok(false)
+        match last {
+            Some(last) => self.finish(tolerance, &last, true),
+            None => Ok(false),
+        }
     }
 
     /// Looks for the finest tolerance that is met, among multiples of one that is not.
@@ -259,8 +265,14 @@ impl Search<'_> {
         })
     }
 
-    /// Gives the tables of an attempt points, finer ones until the draft is good; true if it is.
-    fn finish(&mut self, tolerance: &PerAxis, tried: &Tried) -> Result<bool, SchemeError> {
+    /// Gives the tables of an attempt points, more of them until the draft is good; true if it is.
+    /// Between positions where motions were measured only if `finer`.
+    fn finish(
+        &mut self,
+        tolerance: &PerAxis,
+        tried: &Tried,
+        finer: bool,
+    ) -> Result<bool, SchemeError> {
         let Tried {
             attempt,
             error: structure_error,
@@ -288,7 +300,7 @@ impl Search<'_> {
         let mut refinement = 0;
         while refinement <= REFINEMENTS {
             let fixed = self.options.points.map(|points| points.max(2) - 1);
-            let grids = points::grids(&found, fixed, share, refinement > 0)?;
+            let grids = points::grids(&found, fixed, share, finer)?;
             let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
             let Some(verdict) = self.judge.measure(&draft, &self.options.target) else {
                 self.is_full = true;
@@ -333,9 +345,7 @@ impl Search<'_> {
                 break;
             }
             last = verdict.error;
-            if refinement > 0 {
-                share *= 0.5;
-            }
+            share *= 0.5;
             refinement += 1;
         }
         Ok(false)

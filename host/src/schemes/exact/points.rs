@@ -153,14 +153,6 @@ fn coarsest(
     let mut best: Option<(f64, Grid)> = None;
     let mut consider = |grid: Grid| -> Result<f64, NotConverged> {
         let error = found.interpolation_error(v, functions, &grid)?;
-        if std::env::var("TRACE").is_ok() {
-            eprintln!(
-                "   grid {v}: {} intervals, error {error:.4} of {most:.4}, {} kinks {} functions",
-                grid.intervals,
-                variable.kinks.len(),
-                functions.len()
-            );
-        }
         let better = match &best {
             None => true,
             Some((e, g)) => match (error <= most, *e <= most) {
