@@ -39,9 +39,10 @@ fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> 
     let mut counts: Vec<usize> = (0..variables.len())
         .map(|v| match (active(v), moving) {
             (false, 0) => variables[v].turning.base,
-            (false, _) => variables[v].turning.others,
+            (false, 1) => variables[v].turning.others,
             (true, 1) => variables[v].nodes,
-            // What several motions add together is small.
+            // What several motions add together is small: few nodes see enough of it.
+            (false, _) => variables[v].turning.others.min(LEAST_NODES),
             (true, _) => variables[v].nodes.min(JOINT_NODES),
         })
         .collect();

@@ -13,6 +13,8 @@ pub const BASIS_SHARE: f64 = 0.1;
 pub const FULL_ATTEMPTS: usize = 3;
 /// An error larger than this many times what was left out has another reason: joint effects.
 pub const CUT: f64 = 2.0;
+/// A structure worse than this many tolerances is not worth points if joint effects can better it.
+pub const HOPELESS: f64 = 3.0;
 /// What may be left out then, with joint effects of motions taken in: these cost many tables, so
 /// no more of them than needed.
 pub const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];

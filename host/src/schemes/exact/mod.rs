@@ -34,8 +34,8 @@ use attempt::{Attempt, attempt};
 pub use cover::Minimize;
 use judge::{Judge, Verdict};
 use limits::{
-    BLAMELESS, COARSER, CUT, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, LEAST_POINT_SHARE,
-    REFINEMENTS, ROOM_STEPS, SHARES,
+    BLAMELESS, COARSER, CUT, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
+    LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES,
 };
 use sampling::{Component, Sampler};
 use trials::Trials;
@@ -75,9 +75,9 @@ pub fn compile(
         is_full: false,
         best: None,
     };
-    // What misses the tolerance, for want of room mostly, may be bettered by what is made for a
-    // coarser one: less is left out there.
-    if !search.run(&tolerance)? {
+    // What misses the tolerance may be bettered by what is made for a coarser one, unless it is only
+    // for want of room: then the least has been left out.
+    if !search.run(&tolerance)? && !search.lacks_room() {
         search.coarser(&tolerance)?;
     }
     let Some(best) = search.best else {
@@ -121,6 +121,9 @@ struct Candidate {
     /// For which multiple of the tolerance it was made, and if it meets that.
     factor: f64,
     meets: bool,
+    /// If it fills the target, and what was left out, in units of the tolerance asked for.
+    is_full: bool,
+    left_out: f64,
 }
 
 /// The way to the best draft.
@@ -144,21 +147,32 @@ impl Search<'_> {
     fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
         // Start generously; where that is not enough, take in what motions add in pairs, then leave
         // out less and less.
-        let first = self.attempt(tolerance, FIRST_SHARE, false)?;
-        self.is_full |= first.attempt.is_full;
-        if self.finish(tolerance, &first, false)? || self.finish(tolerance, &first, true)? {
-            return Ok(true);
-        }
-        // Joint effects do not help where most of the error is what there was no room for.
-        let joint = first.error > CUT * first.attempt.left_out && self.joint(tolerance)? > 0;
-        if first.attempt.is_full {
-            if !joint {
-                return Ok(false);
-            }
+        if self.is_full && self.pairs.is_some_and(|pairs| pairs > 0) {
+            // It was tried for a finer tolerance, and joint effects were needed.
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
             return self.finish(tolerance, &second, true);
         }
-        let pairs = joint;
+        let first = self.attempt(tolerance, FIRST_SHARE, false)?;
+        self.is_full |= first.attempt.is_full;
+        // Joint effects do not help where most of the error is what there was no room for.
+        let joint = |search: &mut Self| -> Result<bool, SchemeError> {
+            let other = first.error > CUT * first.attempt.left_out;
+            Ok(other && search.joint(tolerance)? > 0)
+        };
+        let hopeless = first.error > HOPELESS;
+        if hopeless && first.attempt.is_full && joint(self)? {
+            let second = self.attempt(tolerance, FIRST_SHARE, true)?;
+            return self.finish(tolerance, &second, true);
+        }
+        if !(hopeless && joint(self)?)
+            && (self.finish(tolerance, &first, false)? || self.finish(tolerance, &first, true)?)
+        {
+            return Ok(true);
+        }
+        if first.attempt.is_full {
+            return Ok(false);
+        }
+        let pairs = joint(self)?;
         self.closer(tolerance, pairs)
     }
 
@@ -185,6 +199,12 @@ impl Search<'_> {
             Some(last) => self.finish(tolerance, &last, true),
             None => Ok(false),
         }
+    }
+
+    /// True if what the best leaves is explained by what there was no room for.
+    fn lacks_room(&self) -> bool {
+        let best = self.best.as_ref();
+        best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
     }
 
     /// Looks for the finest tolerance that is met, among multiples of one that is not.
@@ -335,6 +355,8 @@ impl Search<'_> {
                     pairs: if *pairs { self.pairs.unwrap_or(0) } else { 0 },
                     factor,
                     meets: good,
+                    is_full: attempt.is_full,
+                    left_out: attempt.left_out * factor,
                 });
             }
             if good {

@@ -210,27 +210,7 @@ impl Sampler<'_> {
         levers: &[(usize, f64)],
         place: &Place,
     ) -> Result<PerAxis, NotConverged> {
-        let mut place = *place;
-        for &v in component.monomials.iter().flatten() {
-            place[v] = self.variables[v].at_coordinate(0.0);
-        }
-        for &(v, xi) in levers {
-            place[v] = self.variables[v].at_coordinate(xi);
-        }
-        let mut sum = PerAxis::default();
-        // Both ends of every odd variable, with the sign of their product.
-        for corner in 0..1_u32 << component.odd.len() {
-            let mut weight = 1.0;
-            for (k, &v) in component.odd.iter().enumerate() {
-                let end = if corner >> k & 1 == 1 { 1.0 } else { -1.0 };
-                place[v] = self.variables[v].at_coordinate(end);
-                weight *= 0.5 * end;
-            }
-            let value = self.added(&place, component.on)?;
-            for (s, v) in sum.iter_mut().zip(value) {
-                *s += weight * v;
-            }
-        }
+        let mut sum = self.odd_part(component, levers, place, |at| self.added(at, component.on))?;
         // The zero offset belongs to the part without switches, and to it alone.
         if component.on == 0 {
             for (s, z) in sum.iter_mut().zip(&self.zero) {
@@ -284,21 +264,26 @@ impl Sampler<'_> {
                 points.iter().map(weight).collect()
             })
             .collect();
-        let rows: Result<Vec<Vec<PerAxis>>, NotConverged> = (0..nodes)
-            .into_par_iter()
-            .with_min_len(16)
-            .map(|node| {
-                let place = component.place(node);
-                points
-                    .iter()
-                    .map(|levers| self.at(component, levers, &place))
-                    .collect()
-            })
-            .collect();
-        let rows = rows?;
+        let mut rows = vec![PerAxis::default(); nodes * points.len()];
+        let mut subset = component.on;
+        loop {
+            self.take_in(component, subset, &points, &mut rows)?;
+            if subset == 0 {
+                break;
+            }
+            subset = (subset - 1) & component.on;
+        }
+        // The zero offset belongs to the part without switches, and to it alone.
+        if component.on == 0 {
+            for row in &mut rows {
+                for (value, z) in row.iter_mut().zip(&self.zero) {
+                    *value -= z;
+                }
+            }
+        }
         let mut values = vec![PerAxis::default(); nodes * weights.len()];
         for (weights, values) in weights.iter().zip(values.chunks_mut(nodes)) {
-            for (value, row) in values.iter_mut().zip(&rows) {
+            for (value, row) in values.iter_mut().zip(rows.chunks(weights.len())) {
                 for (weight, at) in weights.iter().zip(row) {
                     for (v, a) in value.iter_mut().zip(at) {
                         *v += weight * a;
@@ -308,6 +293,92 @@ impl Sampler<'_> {
         }
         component.values = values;
         Ok(())
+    }
+}
+
+impl Sampler<'_> {
+    /// Adds what the switches of one subset do to samples of a component (node, then point), with the
+    /// sign it has among what all of them add together.
+    fn take_in(
+        &self,
+        component: &Component,
+        subset: u32,
+        points: &[Levers],
+        rows: &mut [PerAxis],
+    ) -> Result<(), NotConverged> {
+        let has = |v: usize| subset >> v & 1 == 1;
+        if component.odd.iter().any(|v| !has(*v)) {
+            // Without one of them, both its ends are the same and cancel.
+            return Ok(());
+        }
+        let sign = if (component.on.count_ones() - subset.count_ones()).is_multiple_of(2) {
+            1.0
+        } else {
+            -1.0
+        };
+        // A bending motion that is off leaves the correction affine in its axis: its ends will do.
+        let mut few = component.clone();
+        for (v, positions) in &mut few.rich {
+            let bends = matches!(self.variables[*v].kind, Kind::Bending(_));
+            if bends && !has(*v) {
+                *positions = vec![positions[0], positions[positions.len() - 1]];
+            }
+        }
+        let sampled: Result<Vec<Vec<PerAxis>>, NotConverged> = (0..few.nodes())
+            .into_par_iter()
+            .with_min_len(16)
+            .map(|node| {
+                let place = few.place(node);
+                points
+                    .iter()
+                    .map(|levers| self.odd_part(&few, levers, &place, |at| self.exact(at, subset)))
+                    .collect()
+            })
+            .collect();
+        let sampled = sampled?;
+        for (node, row) in rows.chunks_mut(points.len()).enumerate() {
+            for (from, weight) in few.around(component, node) {
+                for (value, sample) in row.iter_mut().zip(&sampled[from]) {
+                    for (v, s) in value.iter_mut().zip(sample) {
+                        *v += sign * weight * s;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The factor of the odd variables' ξ in a function, with the levers at the given ξ (the others at
+    /// 0) and the rich variables at `place`.
+    fn odd_part(
+        &self,
+        component: &Component,
+        levers: &[(usize, f64)],
+        place: &Place,
+        function: impl Fn(&Place) -> Result<PerAxis, NotConverged>,
+    ) -> Result<PerAxis, NotConverged> {
+        let mut place = *place;
+        for &v in component.monomials.iter().flatten() {
+            place[v] = self.variables[v].at_coordinate(0.0);
+        }
+        for &(v, xi) in levers {
+            place[v] = self.variables[v].at_coordinate(xi);
+        }
+        let mut sum = PerAxis::default();
+        // Both ends of every odd variable, with the sign of their product.
+        for corner in 0..1_u32 << component.odd.len() {
+            let mut weight = 1.0;
+            for (k, &v) in component.odd.iter().enumerate() {
+                let end = if corner >> k & 1 == 1 { 1.0 } else { -1.0 };
+                place[v] = self.variables[v].at_coordinate(end);
+                weight *= 0.5 * end;
+            }
+            let value = function(&place)?;
+            for (s, v) in sum.iter_mut().zip(value) {
+                *s += weight * v;
+            }
+        }
+        Ok(sum)
     }
 }
 
@@ -345,6 +416,30 @@ impl Component {
             node /= positions.len();
         }
         place
+    }
+
+    /// The nodes of this grid around a node of another, which differs from it in that it has all
+    /// positions where this has the ends: with their weights in linear interpolation.
+    fn around(&self, fine: &Self, node: usize) -> Vec<(usize, f64)> {
+        let mut around = vec![(0, 1.0)];
+        let mut rest = node;
+        let mut stride = 1;
+        for ((_, few), (_, all)) in self.rich.iter().zip(&fine.rich).rev() {
+            let index = rest % all.len();
+            rest /= all.len();
+            let parts = if few.len() == all.len() {
+                vec![(index, 1.0)]
+            } else {
+                let share = (all[index] - few[0]) / (few[1] - few[0]);
+                vec![(0, 1.0 - share), (1, share)]
+            };
+            around = around
+                .iter()
+                .flat_map(|(n, w)| parts.iter().map(move |(i, p)| (n + i * stride, w * p)))
+                .collect();
+            stride *= few.len();
+        }
+        around
     }
 
     /// Number of rich nodes.
