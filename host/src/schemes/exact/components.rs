@@ -9,14 +9,43 @@ use crate::machine::PerAxis;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-/// What is there with everything switched off, and what each switch adds.
+/// What is there with everything switched off, what each switch adds, and what a motion that was
+/// measured in both directions adds with its axis' direction of travel.
 pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged> {
-    let variables = sampler.variables.iter().enumerate();
-    let switches = variables.filter(|(_, v)| v.is_switch());
-    let alone = switches.map(|(v, _)| 1 << v);
+    let variables = 0..sampler.variables.len();
+    let switches = variables.filter(|v| sampler.variables[*v].is_switch());
+    let alone = switches.map(|v| 1 << v);
     std::iter::once(0)
         .chain(alone)
+        .chain(directed(sampler))
         .map(|on| component(sampler, on))
+        .collect()
+}
+
+/// The switches of every axis whose motions were measured in both directions: those of its motions
+/// and of its direction.
+fn directed(sampler: &Sampler<'_>) -> Vec<u32> {
+    let errors = sampler.kinematics.errors;
+    let of = |wanted: fn(&Kind) -> Option<usize>, axis: usize| {
+        let mut variables = sampler.variables.iter();
+        variables.position(|v| wanted(&v.kind) == Some(axis))
+    };
+    (0..errors.motions.len())
+        .filter(|i| {
+            let tables = errors.motions[*i].iter().filter_map(|m| m.table.as_ref());
+            tables.into_iter().any(|t| t.negative.is_some())
+        })
+        .filter_map(|i| {
+            let position = |kind: &Kind| match kind {
+                Kind::Bending(i) | Kind::Rotary(i) => Some(*i),
+                _ => None,
+            };
+            let direction = |kind: &Kind| match kind {
+                Kind::Sign(i) => Some(*i),
+                _ => None,
+            };
+            Some(1 << of(position, i)? | 1 << of(direction, i)?)
+        })
         .collect()
 }
 
@@ -68,10 +97,14 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
     let switches: Vec<usize> = (0..variables.len())
         .filter(|v| variables[*v].is_switch())
         .collect();
+    let directed = directed(sampler);
     let mut random = Pcg64Mcg::seed_from_u64(2);
     let mut found = Vec::new();
     for (k, &a) in switches.iter().enumerate() {
         for &b in &switches[k + 1..] {
+            if directed.contains(&(1 << a | 1 << b)) {
+                continue;
+            }
             let mut worst = 0.0_f64;
             for _ in 0..PAIR_PLACES {
                 let place = random_place(variables, &mut random);

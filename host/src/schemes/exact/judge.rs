@@ -89,6 +89,11 @@ impl<'a> Judge<'a> {
         })
     }
 
+    /// The tolerance of each axis (mm, rad) in whose units errors are.
+    pub fn tolerance(&self) -> &PerAxis {
+        &self.tolerance
+    }
+
     /// The part of a correction that does not count: a little of the tolerance, seen from the
     /// largest correction.
     pub fn smallest_part(&self) -> f64 {

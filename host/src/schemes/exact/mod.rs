@@ -310,7 +310,7 @@ impl Search<'_> {
             tolerance,
         );
         // Tolerances differ by a common factor.
-        let factor = tolerance[0] / self.options.tolerance;
+        let factor = tolerance[0] / self.judge.tolerance()[0];
         // Points finer than what the structure leaves would be wasted.
         let mut share = (GOOD - structure_error)
             .max(LEAST_POINT_SHARE)
