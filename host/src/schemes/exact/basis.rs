@@ -305,3 +305,72 @@ fn leading(residual: &DMatrix<f64>, leave: f64) -> (DMatrix<f64>, usize) {
     let functions = DMatrix::from_fn(n, count, |i, k| v_t[(order[k], i)]);
     (functions, count)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::components::first_order;
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::variables;
+    use super::*;
+    use crate::kinematics::Kinematics;
+
+    const CHOICE: Choice = Choice {
+        degree: 4,
+        leave: 0.02,
+    };
+    const TOLERANCE: PerAxis = [5e-5, 5e-5, 5e-5, 5e-8, 5e-8, 5e-8];
+
+    #[test]
+    fn as_many_functions_are_leading_as_there_are() {
+        let samples = DMatrix::from_fn(12, 40, |i, k| {
+            let x = i as f64 / 11.0;
+            (k as f64).sin() * x + (k as f64).cos() * x * x * x
+        });
+        let (functions, count) = leading(&samples, 1e-9);
+        assert_eq!(count, 2);
+        let (rest, _) = residual(&samples, &functions).unwrap();
+        assert!(largest(&rest) < 1e-12);
+    }
+
+    #[test]
+    fn numerical_functions_span_the_correction_between_their_nodes() {
+        let machine = with_rotary(&[('C', [-20.0, 35.0])]);
+        let table = "[tabulated.EXC]\nat = [-20.0, -7.0, 3.0, 35.0]\n\
+            value = [1e-3, -2e-3, 4e-3, 0.0]\n[parameters]\nEBC3 = 2e-4\n";
+        let errors = errors(&machine, table);
+        let kinematics = Kinematics::new(&machine, &errors);
+        let variables = variables(&kinematics, 1e-6);
+        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let components = first_order(&sampler).unwrap();
+        let basis = Basis::find(3, &sampler, &components, &TOLERANCE, CHOICE).unwrap();
+        assert!(basis.len() > basis.products.len());
+        // Anywhere along the axis, also between nodes and beside a measured point.
+        let at: Vec<f64> = (0..50).map(|i| -0.349 + 0.0191 * f64::from(i)).collect();
+        let values = basis
+            .values(3, &sampler, &components, &TOLERANCE, &at)
+            .unwrap();
+        let moving = components.iter().position(|c| c.on == 1 << 3).unwrap();
+        let columns: Vec<Column> = (0..4)
+            .map(|output| Column {
+                component: moving,
+                monomial: 1,
+                node: 0,
+                output,
+            })
+            .collect();
+        let samples = sampled(&columns, 3, &sampler, &components, &TOLERANCE, &at).unwrap();
+        let (rest, _) = residual(&samples, &values).unwrap();
+        // As little as the choice leaves out at the nodes; between them as much again.
+        assert!(largest(&rest) < 2.0 * CHOICE.leave, "{}", largest(&rest));
+    }
+
+    #[test]
+    fn a_sum_is_no_larger_than_its_parts() {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, "");
+        let variables = variables(&Kinematics::new(&machine, &errors), 1e-6);
+        let basis = Basis::of_lever(&variables[0]);
+        assert_eq!(basis.peak_of(&[1.0, -0.5, 0.0]), 1.5);
+        assert_eq!(basis.peak_of(&[1.0, 0.0, -1.0]), 0.0);
+    }
+}

@@ -269,3 +269,20 @@ fn numbered(terms: &[cover::Term], numbers: &HashMap<Factor, u8>) -> Vec<Term> {
     });
     terms
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_beyond_the_range_continues_the_line_through_its_end() {
+        let points = [-12.0, -5.0, 2.0, 9.0, 16.0];
+        let within = Within::new(&points, [-10.0, 15.0], 7.0);
+        assert_eq!(within.at, [-10.0, -5.0, 2.0, 9.0, 15.0]);
+        let mut values: Vec<f64> = within.at.iter().map(|x| 3.0 * x + 1.0).collect();
+        within.extend(&mut values);
+        for (value, x) in values.iter().zip(points) {
+            assert!((value - (3.0 * x + 1.0)).abs() < 1e-12);
+        }
+    }
+}

@@ -180,3 +180,50 @@ fn to_ends(
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::draft::empty;
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::variables;
+    use super::*;
+    use trueaxis::Term;
+
+    #[test]
+    fn nothing_does_no_harm_and_the_wrong_sign_does() {
+        let machine = with_rotary(&[('A', [-60.0, 60.0])]);
+        let errors = errors(&machine, "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\n");
+        let kinematics = Kinematics::new(&machine, &errors);
+        let tolerance = [1e-3, 1e-3, 1e-3, 1e-6, 1e-6, 1e-6];
+        let judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
+        let mut draft = empty(&machine, &errors, &variables(&kinematics, 1e-6));
+        let target = Target::default();
+        let nothing = judge.measure(&draft, &target).unwrap();
+        assert_eq!(nothing.harm, 1.0);
+        assert!(nothing.error >= 20.0);
+        // X needs about −20 µm.
+        for (weight, harmless) in [(-0.02, true), (0.02, false)] {
+            draft.terms = vec![Term {
+                output: 0,
+                weight,
+                limits: None,
+                factors: [].into_iter().collect(),
+            }];
+            let verdict = judge.measure(&draft, &target).unwrap();
+            assert_eq!(verdict.harm <= 1.0, harmless, "{verdict:?}");
+        }
+    }
+
+    #[test]
+    fn what_the_target_cannot_hold_is_not_measured() {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, "");
+        let kinematics = Kinematics::new(&machine, &errors);
+        let judge = Judge::new(&kinematics, [1e-3; 6], PerAxis::default()).unwrap();
+        let draft = empty(&machine, &errors, &variables(&kinematics, 1e-6));
+        let mut target = Target::default();
+        assert!(judge.measure(&draft, &target).is_some());
+        target.bytes = Some(16);
+        assert!(judge.measure(&draft, &target).is_none());
+    }
+}

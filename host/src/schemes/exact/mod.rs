@@ -21,6 +21,8 @@ mod limits;
 mod memory;
 mod points;
 mod sampling;
+#[cfg(test)]
+mod specimen;
 mod tables;
 mod trials;
 mod turning;

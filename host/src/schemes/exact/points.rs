@@ -307,3 +307,81 @@ impl Found<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, machine, with_rotary};
+    use super::super::variables::variables;
+    use super::*;
+    use crate::kinematics::Kinematics;
+    use crate::machine::Machine;
+
+    fn first(machine: &Machine, lines: &str) -> Variable {
+        let errors = errors(machine, lines);
+        variables(&Kinematics::new(machine, &errors), 1e-6).remove(0)
+    }
+
+    fn table(name: &str, at: &[f64]) -> String {
+        let values = vec!["0.0"; at.len() - 1].join(", ");
+        format!("[tabulated.{name}]\nat = {at:?}\nvalue = [{values}, 1e-3]\n")
+    }
+
+    fn has(grid: &Grid, x: f64) -> bool {
+        grid.points().any(|p| (p - x).abs() < 1e-9)
+    }
+
+    #[test]
+    fn a_grid_has_all_measured_points_and_no_more_than_they_ask_for() {
+        let machine = with_rotary(&[]);
+        let fine: Vec<f64> = (0..=50).map(|i| -200.0 + 8.0 * f64::from(i)).collect();
+        let coarse: Vec<f64> = (0..=25).map(|i| -200.0 + 16.0 * f64::from(i)).collect();
+        let lines = table("EXX", &fine) + &table("EYX", &coarse);
+        let grid = Grid::through_kinks(&first(&machine, &lines)).unwrap();
+        assert_eq!((grid.start, grid.intervals), (-200.0, 50));
+        // Thirds of the one and halves of the other meet every sixth.
+        let third: Vec<f64> = (0..=75)
+            .map(|i| -200.0 + 400.0 / 75.0 * f64::from(i))
+            .collect();
+        let lines = table("EXX", &fine) + &table("EYX", &third);
+        let grid = Grid::through_kinks(&first(&machine, &lines)).unwrap();
+        assert_eq!(grid.intervals, 150);
+    }
+
+    #[test]
+    fn points_measured_on_a_part_of_the_travel_are_points_and_the_grid_covers_the_rest() {
+        let machine = with_rotary(&[]);
+        let variable = first(&machine, &table("EXX", &[-130.0, -60.0, 10.0, 80.0]));
+        let grid = Grid::through_kinks(&variable).unwrap();
+        assert!([-130.0, -60.0, 10.0, 80.0].iter().all(|x| has(&grid, *x)));
+        let points: Vec<f64> = grid.points().collect();
+        assert!(points[0] <= -200.0 && points[1] > -200.0);
+        assert!(points[points.len() - 1] >= 200.0 && points[points.len() - 2] < 200.0);
+    }
+
+    #[test]
+    fn uneven_points_on_a_common_step_share_a_grid_and_others_have_none() {
+        let machine = machine(&[
+            ('X', [-400.0, 400.0]),
+            ('Y', [-200.0, 200.0]),
+            ('Z', [-200.0, 200.0]),
+        ]);
+        let lines = table("EXX", &[-300.0, -100.0, 0.0, 200.0, 350.0]);
+        let grid = Grid::through_kinks(&first(&machine, &lines)).unwrap();
+        assert_eq!((grid.start, grid.step, grid.intervals), (-400.0, 50.0, 16));
+        let lines = table("EXX", &[-300.0, -101.7, 3.3, 200.0, 350.0]);
+        assert_eq!(Grid::through_kinks(&first(&machine, &lines)), None);
+    }
+
+    #[test]
+    fn the_ends_of_a_calibrated_range_are_points_of_every_grid() {
+        let machine = with_rotary(&[]);
+        let lines = "[parameters]\nEYX2 = 1e-9\n[calibrated]\nX = [-133.0, 71.0]\n";
+        let variable = first(&machine, lines);
+        for least in [4, 7, 48, 1000] {
+            let grid = Grid::even(&variable, least);
+            assert!(has(&grid, -133.0) && has(&grid, 71.0), "{least}");
+            assert!(grid.intervals >= least && grid.intervals < 2 * least + 4);
+        }
+        assert_eq!(Grid::through_kinks(&variable), None);
+    }
+}

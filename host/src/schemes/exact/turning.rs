@@ -139,3 +139,55 @@ fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
     }
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::*;
+    use crate::machine::Machine;
+
+    fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
+        let errors = errors(machine, "");
+        Turning::of(&Kinematics::new(machine, &errors), index, relative)
+    }
+
+    #[test]
+    fn two_rotary_axes_have_the_five_functions_of_first_order() {
+        let machine = with_rotary(&[('A', [-120.0, 120.0]), ('C', [-360.0, 360.0])]);
+        for index in [3, 4] {
+            let turning = of(&machine, index, 1e-8);
+            assert!(turning.others <= 5 + SPARE, "{turning:?}");
+            assert_eq!(turning.base, BASE);
+        }
+    }
+
+    #[test]
+    fn a_narrow_axis_needs_fewer() {
+        let wide = with_rotary(&[('A', [-120.0, 120.0])]);
+        let narrow = with_rotary(&[('A', [-3.0, 3.0])]);
+        let nodes = |machine: &Machine| of(machine, 3, 1e-5).others;
+        assert!(nodes(&narrow) < nodes(&wide));
+    }
+
+    #[test]
+    fn the_solution_divides_by_the_middle_one_of_three() {
+        let machine = with_rotary(&[
+            ('A', [-45.0, 45.0]),
+            ('B', [-45.0, 45.0]),
+            ('C', [-45.0, 45.0]),
+        ]);
+        let middle = of(&machine, 4, 1e-8);
+        assert!(
+            middle.base == middle.others && middle.others > 5 + SPARE,
+            "{middle:?}"
+        );
+    }
+
+    #[test]
+    fn positions_over_more_than_a_turn_are_even_over_one() {
+        let at = positions([-TAU, TAU], 4);
+        for pair in at.windows(2) {
+            assert!((pair[1] - pair[0] - TAU / 4.0).abs() < 1e-15);
+        }
+    }
+}

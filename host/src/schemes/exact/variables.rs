@@ -282,3 +282,77 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
     }
     variables
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::generators::products;
+    use super::super::specimen::{errors, machine, with_rotary};
+    use super::*;
+    use nalgebra::DMatrix;
+
+    fn of(machine: &crate::machine::Machine, lines: &str) -> Vec<Variable> {
+        let errors = errors(machine, lines);
+        variables(&Kinematics::new(machine, &errors), 1e-6)
+    }
+
+    #[test]
+    fn products_stay_apart_on_ranges_of_any_width() {
+        for half in [3.0, 10.0, 30.0, 45.0, 79.0, 81.0, 120.0, 180.0, 360.0] {
+            for middle in [0.0, 0.7 * half] {
+                let machine = with_rotary(&[('C', [middle - half, middle + half])]);
+                let variables = of(&machine, "");
+                let c = &variables[3];
+                let all = products(&c.kind, 4);
+                let at = c.positions(33);
+                let values = DMatrix::from_fn(at.len(), all.len(), |i, k| {
+                    all[k].iter().map(|g| g.value(c, at[i])).product()
+                });
+                let values = values.singular_values();
+                // The plain products have 1e13 on ±3°; the rounding of f64 leaves 1e-12 with 1e4.
+                let condition = values.max() / values.min();
+                assert!(condition < 1e4, "±{half}° around {middle}°: {condition:.0}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_motion_that_bends_is_counted_from_the_middle_of_a_range_on_one_side() {
+        let machine = machine(&[
+            ('X', [300.0, 400.0]),
+            ('Y', [300.0, 400.0]),
+            ('Z', [-200.0, 200.0]),
+        ]);
+        let variables = of(&machine, "[parameters]\nEYX2 = 1e-9\n");
+        assert_eq!(variables[0].kind, Kind::Bending(0));
+        assert_eq!(
+            [300.0, 350.0, 400.0].map(|x| variables[0].coordinate(x)),
+            [-1.0, 0.0, 1.0]
+        );
+        assert_eq!(variables[1].kind, Kind::Affine(1));
+        assert_eq!(variables[1].coordinate(400.0), 1.0);
+        assert_eq!(variables[1].at_coordinate(0.5), 200.0);
+    }
+
+    #[test]
+    fn a_measured_point_is_sampled_on_both_sides_and_an_end_of_the_calibrated_range_is_not() {
+        let machine = with_rotary(&[]);
+        let table = "[tabulated.EXX]\nat = [-100.0, 0.0, 100.0]\nvalue = [0.0, 1e-3, 0.0]\n";
+        let variables = of(&machine, table);
+        assert_eq!(variables[0].kinks, [-100.0, 0.0, 100.0]);
+        assert_eq!(variables[0].ends, [-100.0, 100.0]);
+        assert_eq!(variables[0].calibrated, [-100.0, 100.0]);
+        assert_eq!(variables[0].sides(50.0), [50.0]);
+        assert_eq!(variables[0].sides(100.0), [100.0]);
+        let sides = variables[0].sides(1e-5);
+        assert!(sides.len() == 2 && sides[0] < 0.0 && sides[1] > 0.0);
+    }
+
+    #[test]
+    fn motions_of_two_rotary_axes_are_sampled_together_unless_they_were_measured() {
+        let machine = with_rotary(&[('A', [-90.0, 90.0]), ('C', [-180.0, 180.0])]);
+        let together = of(&machine, "[parameters]\nEXC2 = 1e-3\n");
+        assert!(together[4].is_uneven() && !together[4].is_switch());
+        let apart = of(&machine, "[parameters]\nEXCc2 = 1e-3\n");
+        assert!(!apart[4].is_uneven() && apart[4].is_switch());
+    }
+}
