@@ -131,7 +131,7 @@ pub enum CompileError {
         /// `mm` or `deg`.
         unit: &'static str,
     },
-    /// Hardly a position is inside the calibrated ranges, so nothing could be proven there.
+    /// Hardly a position is where no error motion holds its end value, so nothing could be proven there.
     #[error("{0}")]
     Draw(DrawError),
 }

@@ -76,7 +76,7 @@ impl Answer<'_> {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
             text += &screen::size(&proven.size);
             text.push('\n');
-            text += &screen::quality(proven.proof);
+            text += &screen::quality(proven.proof, self.tolerance_um);
             text.push('\n');
             text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
             text += &screen::tool_length(proven.proof);
