@@ -23,9 +23,10 @@ use trueaxis_host::validate::Runtime;
 /// with random directions of travel, and compares with the exact kinematic model; then writes them
 /// and reads them back.
 ///
-/// Exits with 1 and writes nothing if the tolerance is not met inside the calibrated range, unless
-/// --best-effort is given. If that is because the target holds too little, it says with which
-/// tolerance the compensation fits. An older file of the same name stays as it was.
+/// Exits with 1 and writes nothing if the tolerance is not met where no error motion holds its end
+/// value, unless --best-effort is given. If that is because the target holds too little, it says
+/// with which tolerance the compensation fits. Tables that deviate from the kinematic correction by
+/// more than it is large are never written. An older file of the same name stays as it was.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
@@ -59,7 +60,7 @@ pub struct Arguments {
     /// How samples are stored (default: as the target prefers)
     #[arg(long, value_enum)]
     samples: Option<Samples>,
-    /// Write it even if the tolerance is not met
+    /// Write it even if the tolerance is not met, unless it does harm
     #[arg(long)]
     best_effort: bool,
     /// Accept corrections whose bound exceeds 1 mm or 1°
