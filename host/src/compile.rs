@@ -19,7 +19,7 @@ use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
 pub use bounds::AxisBounds;
 pub use proof::{Mismatch, Proof, belongs, prove};
-pub use room::{Fit, coarser, lacking};
+pub use room::Full;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
 pub use verdict::Refusal;
 pub use warnings::{Culprit, Warning, over_bounds};
@@ -78,6 +78,10 @@ pub struct Built {
     /// Largest difference to the kinematic correction that the structure alone leaves, in units
     /// of the tolerance; if the scheme knows.
     pub structure_error: Option<f64>,
+    /// The tolerance (mm) that the scheme measured its tables to meet, if any.
+    pub meets: Option<f64>,
+    /// True if the tolerance asked for needs more than the target holds, says the scheme.
+    pub is_full: bool,
     /// What the scheme has to say.
     pub notes: Vec<String>,
 }
@@ -106,7 +110,8 @@ pub enum CompileError {
     /// What was written cannot be read.
     #[error("the compensation cannot be read back: {0}")]
     Load(#[from] LoadError),
-    /// The target holds less than is needed.
+    /// The target holds less than is needed, for a scheme that does not keep to it; or not even
+    /// the axes.
     #[error("the target {target} holds too little: {}", list(.shortages))]
     NoRoom {
         /// Name of the target.
@@ -126,7 +131,7 @@ pub enum CompileError {
         /// `mm` or `deg`.
         unit: &'static str,
     },
-    /// Hardly a position is inside the calibrated ranges, so nothing could be proven there.
+    /// Hardly a position is where no error motion holds its end value, so nothing could be proven there.
     #[error("{0}")]
     Draw(DrawError),
 }
@@ -182,8 +187,9 @@ pub fn build(
     let schemes::Found {
         mut draft,
         structure_error,
+        meets,
+        is_full,
         notes,
-        ..
     } = schemes::find(machine, errors, &options.scheme, &options.tables)?;
     let provisional = draft.encode()?;
     let runtime = Runtime::load(&provisional)?;
@@ -228,6 +234,8 @@ pub fn build(
         bounds,
         warnings,
         structure_error,
+        meets,
+        is_full,
         notes,
     })
 }

@@ -47,6 +47,18 @@ pub struct Shortage {
     pub held: usize,
 }
 
+/// How much of a capacity a compensation takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
+#[error("{used} of {held} {what}")]
+pub struct Usage {
+    /// `tables`, `terms` or `bytes`.
+    pub what: &'static str,
+    /// As many as the compensation has.
+    pub used: usize,
+    /// As many as the target holds.
+    pub held: usize,
+}
+
 impl Target {
     /// Names of the targets that need no file.
     pub const NAMES: [&'static str; 2] = ["stm32f405", "desktop"];
@@ -120,6 +132,25 @@ impl Target {
         .filter_map(|(what, needed, held)| Some((what, needed, held?)))
         .filter(|(_, needed, held)| needed > held)
         .map(|(what, needed, held)| Shortage { what, needed, held })
+        .collect()
+    }
+
+    /// How much of the capacities that a finer tolerance needs more of is taken.
+    #[must_use]
+    pub fn usage(&self, size: &Size) -> Vec<Usage> {
+        [
+            ("tables", size.tables, Some(self.tables)),
+            ("terms", size.terms, Some(self.terms)),
+            ("bytes", size.bytes, self.bytes),
+        ]
+        .into_iter()
+        .filter_map(|(what, used, held)| {
+            Some(Usage {
+                what,
+                used,
+                held: held?,
+            })
+        })
         .collect()
     }
 }

@@ -1,13 +1,14 @@
-//! What a compensation does to the volumetric error.
+//! What a compensation does to the volumetric error: where it is looked at, and with what.
+
+mod verification;
 
 use crate::errors::{ErrorModel, Motion, Situation, Switches};
-use crate::kinematics::{Kinematics, NotConverged, Twist};
+use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{MAX_AXES, Machine, PerAxis};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
-use serde::Serialize;
 use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
+pub use verification::{AxisDeviation, Measured, Quality, Statistics, Verification, verify};
 
 /// A position of the machine with everything the runtime is told about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,76 +104,15 @@ impl<'a> Runtime<'a> {
 pub enum Region {
     /// The whole travel.
     Travel,
-    /// Only where every error motion is calibrated, at the command and at the corrected position.
+    /// Only where no error motion holds its end value, neither at the command nor at the corrected
+    /// position.
     Inside,
     /// Everywhere else.
     Outside,
 }
 
-/// Mean, root mean square and maximum.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Statistics {
-    /// Arithmetic mean.
-    pub mean: f64,
-    /// Root mean square.
-    pub rms: f64,
-    /// Largest value.
-    pub max: f64,
-}
-
-impl Statistics {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (mut n, mut sum, mut squares, mut max) = (0.0, 0.0, 0.0, 0.0_f64);
-        for v in values {
-            n += 1.0;
-            sum += v;
-            squares += v * v;
-            max = max.max(v);
-        }
-        if n == 0.0 {
-            return Self::default();
-        }
-        Self {
-            mean: sum / n,
-            rms: (squares / n).sqrt(),
-            max,
-        }
-    }
-}
-
-/// Volumetric error over many positions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Quality {
-    /// Length of the translational volumetric error (µm).
-    pub translation_um: Statistics,
-    /// Tool-direction error: rotation across the tool axis (µrad).
-    pub direction_urad: Statistics,
-}
-
-/// Comparison over one region.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verification {
-    /// Number of positions.
-    pub positions: usize,
-    /// Without correction.
-    pub before: Quality,
-    /// With the tables.
-    pub after: Quality,
-    /// With the exact kinematic correction: what no correction can do better.
-    pub kinematic: Quality,
-    /// Largest difference of table corrections to kinematic corrections of a linear axis (µm).
-    pub difference_um: f64,
-    /// The same of a rotary axis (µrad).
-    pub difference_urad: f64,
-    /// Where the worst difference is (mm, deg): the first of all places where it is hardly less.
-    pub worst_at: Vec<f64>,
-    /// Largest correction of each axis (mm, deg).
-    pub largest: Vec<f64>,
-}
-
 /// True if a command lies where every error motion that holds is calibrated, at `position` (mm, rad).
-#[must_use]
-pub fn is_calibrated(machine: &Machine, errors: &ErrorModel, position: &PerAxis) -> bool {
+fn is_calibrated(machine: &Machine, errors: &ErrorModel, position: &PerAxis) -> bool {
     (0..machine.axes.len()).all(|i| {
         let [low, high] = errors.calibrated[i];
         !errors.motions[i].iter().any(Motion::holds) || (position[i] >= low && position[i] <= high)
@@ -240,8 +180,8 @@ impl Region {
     fn of_positions(self) -> &'static str {
         match self {
             Self::Travel => "in the travel",
-            Self::Inside => "inside the calibrated ranges, both as commanded and as corrected",
-            Self::Outside => "outside the calibrated ranges",
+            Self::Inside => "where no error motion holds its end value",
+            Self::Outside => "where one holds its end value",
         }
     }
 }
@@ -316,109 +256,6 @@ pub fn random_commands(
         commands.push(command);
     }
     Ok(commands)
-}
-
-/// Places whose difference is this part of the largest are as bad: where a table depends on one axis
-/// only, many are, and the last bit of a mathematical library must not decide which one is named.
-const AS_BAD: f64 = 0.99;
-
-struct Sample {
-    before: Twist,
-    after: Twist,
-    kinematic: Twist,
-    difference: [f64; 2],
-    corrections: [f32; MAX_AXES],
-}
-
-/// Compares tables and exact corrections at given commands.
-///
-/// `zero` (mm, rad) was subtracted from the tables; it is added back before comparing. `progress`
-/// is called once per position.
-///
-/// # Errors
-/// [`NotConverged`] where the kinematic correction itself fails.
-pub fn verify(
-    machine: &Machine,
-    errors: &ErrorModel,
-    runtime: &Runtime<'_>,
-    zero: &PerAxis,
-    commands: &[Command],
-    progress: impl Fn() + Sync,
-) -> Result<Verification, NotConverged> {
-    let kinematics = Kinematics::new(machine, errors);
-    let samples: Result<Vec<Sample>, NotConverged> = commands
-        .par_iter()
-        .map(|command| {
-            let (q, situation) = command.kinematic(machine);
-            let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
-            let corrections = runtime.evaluate(command);
-            let table: Vec<f64> = corrections.iter().map(|c| f64::from(*c)).collect();
-            let mut dq = machine.to_kinematic(&table);
-            for (d, z) in dq.iter_mut().zip(zero) {
-                *d += z;
-            }
-            let mut difference = [0.0_f64; 2];
-            for (i, axis) in machine.axes.iter().enumerate() {
-                let kind = usize::from(axis.letter.is_rotary());
-                difference[kind] = difference[kind].max((dq[i] - exact[i]).abs());
-            }
-            progress();
-            Ok(Sample {
-                before: kinematics.volumetric_error(&q, &PerAxis::default(), &situation),
-                after: kinematics.volumetric_error(&q, &dq, &situation),
-                kinematic: kinematics.volumetric_error(&q, &exact, &situation),
-                difference,
-                corrections,
-            })
-        })
-        .collect();
-    let samples = samples?;
-    let quality = |pick: fn(&Sample) -> &Twist| Quality {
-        translation_um: Statistics::of(samples.iter().map(|s| pick(s).t.norm() * 1e3)),
-        direction_urad: Statistics::of(samples.iter().map(|s| {
-            let mut r = pick(s).r;
-            r[machine.tool_axis] = 0.0;
-            r.norm() * 1e6
-        })),
-    };
-    let worst = |kind: usize, scale: f64| {
-        samples
-            .iter()
-            .map(|s| s.difference[kind] * scale)
-            .fold(0.0, f64::max)
-    };
-    let difference = |s: &Sample| (s.difference[0] * 1e3).max(s.difference[1] * 1e6);
-    let largest = samples.iter().map(difference).fold(0.0, f64::max);
-    let worst_at = samples
-        .iter()
-        .zip(commands)
-        .find(|(s, _)| difference(s) >= AS_BAD * largest)
-        .map(|(_, c)| {
-            machine
-                .axes
-                .iter()
-                .zip(c.axes)
-                .map(|(_, q)| f64::from(q))
-                .collect()
-        })
-        .unwrap_or_default();
-    Ok(Verification {
-        positions: samples.len(),
-        before: quality(|s| &s.before),
-        after: quality(|s| &s.after),
-        kinematic: quality(|s| &s.kinematic),
-        difference_um: worst(0, 1e3),
-        difference_urad: worst(1, 1e6),
-        worst_at,
-        largest: (0..machine.axes.len())
-            .map(|i| {
-                samples
-                    .iter()
-                    .map(|s| f64::from(s.corrections[i].abs()))
-                    .fold(0.0, f64::max)
-            })
-            .collect(),
-    })
 }
 
 #[cfg(test)]

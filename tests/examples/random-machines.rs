@@ -5,7 +5,7 @@ use trueaxis_host::kinematics::Kinematics;
 use trueaxis_host::schemes::Options;
 use trueaxis_host::schemes::exact::{Minimize, compile};
 use trueaxis_host::target::Target;
-use trueaxis_host::validate::{Command, Region, Runtime, is_calibrated, random_commands};
+use trueaxis_host::validate::{Command, Region, Runtime, holds, random_commands};
 use trueaxis_tests::random_machines::{Case, case};
 
 struct Outcome {
@@ -89,9 +89,7 @@ fn judge(c: &Case, tolerance: f64) -> Outcome {
             .map(|x| f64::from(*x))
             .collect();
         let t = c.machine.to_kinematic(&t);
-        let corrected = std::array::from_fn(|i| q[i] + dq[i]);
-        let inside = is_calibrated(&c.machine, &c.errors, &q)
-            && is_calibrated(&c.machine, &c.errors, &corrected);
+        let inside = !holds(&c.machine, &c.errors, &q, &dq);
         for i in 0..n {
             let d = (t[i] - dq[i]).abs();
             dev[i] = dev[i].max(d);

@@ -11,7 +11,7 @@ use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
-use trueaxis_host::compile::{self, CompileError, Refusal};
+use trueaxis_host::compile::{self, CompileError, Full, Refusal};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::schemes::{self, exact};
 use trueaxis_host::target::Target;
@@ -23,9 +23,10 @@ use trueaxis_host::validate::Runtime;
 /// with random directions of travel, and compares with the exact kinematic model; then writes them
 /// and reads them back.
 ///
-/// Exits with 1 and writes nothing if the tolerance is not met inside the calibrated range, unless
-/// --best-effort is given, or if the target holds too little; then it says at which tolerance the
-/// compensation would fit. An older file of the same name stays as it was.
+/// Exits with 1 and writes nothing if the tolerance is not met where no error motion holds its end
+/// value, unless --best-effort is given. If that is because the target holds too little, it says
+/// with which tolerance the compensation fits. Tables that deviate from the kinematic correction by
+/// more than it is large are never written. An older file of the same name stays as it was.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
@@ -59,7 +60,7 @@ pub struct Arguments {
     /// How samples are stored (default: as the target prefers)
     #[arg(long, value_enum)]
     samples: Option<Samples>,
-    /// Write it even if the tolerance is not met
+    /// Write it even if the tolerance is not met, unless it does harm
     #[arg(long)]
     best_effort: bool,
     /// Accept corrections whose bound exceeds 1 mm or 1°
@@ -199,16 +200,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         proven: None,
         refusals: &[],
         shortages: &[],
-        fits: None,
+        full: None,
     };
     let built = match compile::build(&machine, &errors, &options, &bar) {
         Ok(built) => built,
         Err(CompileError::NoRoom { shortages, .. }) => {
-            let fits = compile::coarser(&machine, &errors, &options, &bar)?;
             drop(bar);
             let answer = Answer {
                 shortages: &shortages,
-                fits,
                 ..answer
             };
             answer.print(arguments.json)?;
@@ -234,13 +233,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let refusals = proof.refusals(*tolerance);
     let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
     let written = refusals.iter().all(accepted);
-    let (mut shortages, mut fits) = (Vec::new(), None);
-    if !written {
-        shortages = compile::lacking(&machine, &errors, &options, &bar)?;
-        if !shortages.is_empty() {
-            fits = compile::coarser(&machine, &errors, &options, &bar)?;
-        }
-    }
     drop(bar);
     if written {
         files::write(output, &built.blob)?;
@@ -250,8 +242,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         written,
         proven: Some(Proven::new(&built, &proof)),
         refusals: &refusals,
-        shortages: &shortages,
-        fits,
+        full: Full::of(&built, &proof, &options),
         ..answer
     };
     answer.print(arguments.json)?;

@@ -4,8 +4,12 @@ use std::fmt::Write;
 use trueaxis_host::compile::{AxisBounds, Proof, Size};
 use trueaxis_host::validate::{Quality, Statistics, Verification};
 
-/// Volumetric errors before and after, in each region that differs.
-pub fn quality(proof: &Proof) -> String {
+/// Where tables can follow the correction, and where they cannot.
+const INSIDE: &str = "where no error motion holds its end value";
+
+/// Volumetric errors before and after, in each region that differs. Regions that differ by next to
+/// nothing are one; what misses the tolerance only because of that is told in a line.
+pub fn quality(proof: &Proof, tolerance: f64) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
@@ -13,18 +17,20 @@ pub fn quality(proof: &Proof) -> String {
         "translation (µm)", "tool direction (µrad)"
     );
     let _ = writeln!(text, "{:22}{}    {}", "", heads(), heads());
-    match (&proof.inside, &proof.outside) {
-        (None, None) => region(&mut text, "whole travel", &proof.travel),
-        (inside, outside) => {
-            for (name, verification) in [
-                ("inside the calibrated range", inside),
-                ("outside of it", outside),
-            ] {
-                if let Some(verification) = verification {
-                    region(&mut text, name, verification);
-                }
+    if proof.partly_calibrated {
+        for (name, found) in [(INSIDE, &proof.inside), ("elsewhere", &proof.outside)] {
+            if let Some(found) = found {
+                region(&mut text, name, found);
             }
         }
+        return text;
+    }
+    region(&mut text, "whole travel", &proof.travel);
+    if let Some(inside) = &proof.inside
+        && !proof.travel.meets(tolerance)
+        && inside.deviations != proof.travel.deviations
+    {
+        let _ = writeln!(text, "  {INSIDE}, {}", difference(inside));
     }
     text
 }
@@ -42,18 +48,25 @@ fn region(text: &mut String, name: &str, verification: &Verification) {
     ] {
         let _ = writeln!(text, "{:22}{}", format!("  {what}"), row(quality));
     }
+    let _ = writeln!(
+        text,
+        "  tables differ from the kinematic correction {}",
+        difference(verification)
+    );
+}
+
+fn difference(verification: &Verification) -> String {
     let place: Vec<String> = verification
         .worst_at
         .iter()
         .map(|q| format!("{q:.1}"))
         .collect();
-    let _ = writeln!(
-        text,
-        "  tables differ from the kinematic correction by at most {} µm and {} µrad (worst at {})",
+    format!(
+        "by at most {} µm and {} µrad (worst at {})",
         number(verification.difference_um),
         number(verification.difference_urad),
         place.join(", ")
-    );
+    )
 }
 
 fn row(quality: &Quality) -> String {

@@ -1,12 +1,12 @@
 //! What a blob does to the volumetric error, on fresh random positions.
 
 use super::{CompileError, Progress};
-use crate::errors::{ErrorModel, Switches};
+use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
 use crate::validate::{
-    Command, DrawError, Region, Runtime, Verification, is_calibrated, is_partly_calibrated,
-    random_commands, verify,
+    DrawError, Measured, Region, Runtime, Verification, holds_anywhere, is_partly_calibrated,
+    random_commands,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -25,9 +25,14 @@ pub struct Proof {
     /// Over the whole travel.
     #[serde(flatten)]
     pub travel: Verification,
-    /// Inside the calibrated ranges, if they leave out a part of the travel.
+    /// True if calibrated ranges leave out a part of the travel. If not, `outside` is no more than
+    /// where corrections lead past an end of it.
+    pub partly_calibrated: bool,
+    /// Where no error motion holds its end value, neither at the command nor at the corrected
+    /// position; if there are motions that do.
     pub inside: Option<Verification>,
-    /// Outside them.
+    /// The rest of the travel, if a position is in it. Where a motion begins to hold its end value,
+    /// the exact correction has a bend that depends on all axes: tables cannot follow it.
     pub outside: Option<Verification>,
     /// Translational error per mm that the tool is longer or shorter (µm/mm), where the tool
     /// length is not an input.
@@ -35,17 +40,17 @@ pub struct Proof {
 }
 
 impl Proof {
-    /// Where the tolerance must hold: inside the calibrated ranges.
+    /// Where the tolerance must hold: where no error motion holds its end value.
     #[must_use]
     pub fn inside(&self) -> &Verification {
         self.inside.as_ref().unwrap_or(&self.travel)
     }
 
     /// True if the tables differ from the kinematic correction by at most `um` µm and as many
-    /// µrad inside the calibrated ranges.
+    /// µrad where no error motion holds its end value.
     #[must_use]
     pub fn meets(&self, um: f64) -> bool {
-        self.inside().difference_um <= um && self.inside().difference_urad <= um
+        self.inside().meets(um)
     }
 }
 
@@ -135,35 +140,31 @@ pub fn prove(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Proof, CompileError> {
-    let over = |commands: &[Command]| {
+    let measure = |region: Region, seed: u64| {
+        let commands = random_commands(machine, errors, region, random, seed)?;
         progress.stage("verifying", commands.len());
-        verify(machine, errors, runtime, zero, commands, || progress.step())
+        let step = || progress.step();
+        let measured = Measured::new(machine, errors, runtime, zero, commands, step)?;
+        Ok::<_, CompileError>(measured)
     };
-    let commands = random_commands(machine, errors, Region::Travel, random, seed ^ FRESH)?;
-    let travel = over(&commands)?;
+    let travel = measure(Region::Travel, seed ^ FRESH)?;
     let (mut inside, mut outside) = (None, None);
-    if is_partly_calibrated(machine, errors) {
-        let within = random_commands(machine, errors, Region::Inside, random, seed ^ FRESH ^ 1)?;
-        inside = Some(over(&within)?);
-        // Those of the whole travel that are not inside: as many as their share of it.
-        let mut without = Vec::new();
-        let kinematics = Kinematics::new(machine, errors);
-        for command in commands {
-            let (q, situation) = command.kinematic(machine);
-            let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
-            let corrected = std::array::from_fn(|i| q[i] + dq[i]);
-            if !(is_calibrated(machine, errors, &q) && is_calibrated(machine, errors, &corrected)) {
-                without.push(command);
-            }
+    let partly_calibrated = is_partly_calibrated(machine, errors);
+    if holds_anywhere(machine, errors) {
+        // Nearly all of the travel, or else as many again as there are in it.
+        inside = travel.inside().filter(|_| !partly_calibrated);
+        if inside.is_none() {
+            inside = measure(Region::Inside, seed ^ FRESH ^ 1)?.inside();
         }
-        outside = (!without.is_empty()).then(|| over(&without)).transpose()?;
+        outside = travel.outside();
     }
     let um_per_mm_of_tool_length = match machine.length_range {
         Some(_) => None,
         None => Some(length_sensitivity(machine, errors, runtime, zero, seed)?),
     };
     Ok(Proof {
-        travel,
+        travel: travel.everywhere(),
+        partly_calibrated,
         inside,
         outside,
         um_per_mm_of_tool_length,

@@ -1,127 +1,111 @@
-//! Where a target holds less than a compensation needs: what is missing, and what would fit.
+//! A target that holds too little for the tolerance.
 
-use super::{CompileError, Options, Progress, Size, build, prove};
-use crate::errors::ErrorModel;
-use crate::machine::Machine;
-use crate::schemes::{self, SchemeError};
-use crate::target::{Shortage, Target};
-use crate::validate::Runtime;
+use super::{Built, Options, Proof};
+use crate::target::Usage;
 use serde::Serialize;
 
-/// Coarsest tolerance that is tried (µm, µrad): beyond it nobody wants to know.
-const COARSEST: f64 = 1000.0;
-
-/// A tolerance with which the compensation fits.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Fit {
-    /// The tolerance, of linear axes (µm) and of rotary ones (µrad).
+/// A target that is full, before the tolerance is met. How much more would do, nobody knows: a scheme
+/// that keeps to its target makes no tables that do not fit.
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[error(
+    "the target {target} holds too little for {tolerance_um} µm and µrad; the best that fits takes {}; with --tolerance {fits_um} it fits",
+    list(.used)
+)]
+pub struct Full {
+    /// Name of the target.
+    pub target: String,
+    /// What was wanted, of linear axes (µm) and of rotary ones (µrad).
     pub tolerance_um: f64,
-    /// What is needed then.
-    #[serde(flatten)]
-    pub size: Size,
+    /// What was found takes so much of it.
+    pub used: Vec<Usage>,
+    /// The coarser tolerance (µm, µrad) with which it fits.
+    pub fits_um: f64,
 }
 
-/// What the target lacks to meet the tolerance, for a scheme that has left out what the target
-/// cannot hold; nothing if it is missed with the most room, too.
-///
-/// # Errors
-/// [`CompileError`].
-pub fn lacking(
-    machine: &Machine,
-    errors: &ErrorModel,
-    options: &Options,
-    progress: &dyn Progress,
-) -> Result<Vec<Shortage>, CompileError> {
-    progress.stage("looking for what is missing", 0);
-    let mut roomy = options.tables.clone();
-    roomy.target = Target::desktop();
-    let found = match schemes::find(machine, errors, &options.scheme, &roomy) {
-        Ok(found) => found,
-        Err(SchemeError::TooManyTables { tables }) => {
-            return Ok(vec![Shortage {
-                what: "tables",
-                needed: tables,
-                held: options.tables.target.tables,
-            }]);
+impl Full {
+    /// Why the tolerance is not met, if that is because the target is full.
+    #[must_use]
+    pub fn of(built: &Built, proof: &Proof, options: &Options) -> Option<Self> {
+        let tables = &options.tables;
+        let tolerance_um = short(1e3 * tables.tolerance);
+        if proof.meets(tolerance_um) || !built.is_full {
+            return None;
         }
-        Err(error) => return Err(error.into()),
-    };
-    if found.structure_error.is_some_and(|error| error > 1.0) {
-        return Ok(Vec::new());
+        Some(Self {
+            target: tables.target.name.clone(),
+            tolerance_um,
+            used: tables.target.usage(&built.size),
+            fits_um: fits(built.meets, proof),
+        })
     }
-    let blob = found.draft.encode()?;
-    let size = Size::of(&Runtime::load(&blob)?);
-    Ok(options.tables.target.shortages(&size))
 }
 
-/// The first of twice, four times … the tolerance, up to 1000 µm, with which the compensation fits
-/// into the target and meets it.
-///
-/// # Errors
-/// [`CompileError`] other than that there is no room.
-pub fn coarser(
-    machine: &Machine,
-    errors: &ErrorModel,
-    options: &Options,
-    progress: &dyn Progress,
-) -> Result<Option<Fit>, CompileError> {
-    let mut options = options.clone();
-    let doublings = (COARSEST / (1e3 * options.tables.tolerance)).log2();
-    progress.stage("looking for what fits", doublings.max(0.0) as usize);
-    let mut tolerance_um = 1e3 * options.tables.tolerance;
-    loop {
-        tolerance_um = short(2.0 * tolerance_um);
-        if tolerance_um > COARSEST {
-            return Ok(None);
-        }
-        options.tables.tolerance = 1e-3 * tolerance_um;
-        progress.step();
-        let built = match build(machine, errors, &options, &()) {
-            Ok(built) => built,
-            Err(
-                CompileError::NoRoom { .. }
-                | CompileError::Scheme(SchemeError::TooManyTables { .. }),
-            ) => continue,
-            Err(error) => return Err(error),
-        };
-        // What the scheme itself has no hope for need not be proven.
-        if built.structure_error.is_some_and(|error| error > 1.0) {
-            continue;
-        }
-        let proof = prove(
-            machine,
-            errors,
-            &Runtime::load(&built.blob)?,
-            &options.tables.zero(machine, errors)?,
-            options.random,
-            options.seed,
-            &(),
-        )?;
-        if proof.refusals(tolerance_um).is_empty() {
-            return Ok(Some(Fit {
-                tolerance_um,
-                size: built.size,
-            }));
+fn list(used: &[Usage]) -> String {
+    let texts: Vec<String> = used.iter().map(Usage::to_string).collect();
+    texts.join(", ")
+}
+
+/// With so many times what was reached, a scheme finds what fits once more: it halves points where
+/// bytes are short, so that errors double.
+const AGAIN: f64 = 2.0;
+
+/// A tolerance (µm, µrad) that is met: by the scheme's own account, if the proof agrees; or else well
+/// above what was reached.
+fn fits(meets: Option<f64>, proof: &Proof) -> f64 {
+    match meets.map(|mm| short(1e3 * mm)) {
+        Some(um) if proof.meets(um) => um,
+        _ => {
+            let inside = proof.inside();
+            let reached = inside.difference_um.max(inside.difference_urad);
+            above(AGAIN * reached)
         }
     }
 }
 
-/// Rounded to four digits: what is tried is what is printed, and what a user will type.
+/// Rounded to four digits: what was met is what is printed, and what a user will type.
 fn short(tolerance: f64) -> f64 {
     format!("{tolerance:.3e}").parse().unwrap_or(tolerance)
 }
 
+/// The next number with two digits.
+fn above(value: f64) -> f64 {
+    let digit = 10_f64.powf(value.log10().floor() - 1.0);
+    short((value / digit).ceil() * digit)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::short;
+    use super::*;
 
     #[test]
     fn tolerances_to_type_are_short() {
-        let mut tolerance = 0.05;
-        for _ in 0..14 {
-            tolerance = short(2.0 * tolerance);
+        for factor in [1.0, 2.0, 5.0, 1e5] {
+            let tolerance = short(1e3 * (0.05e-3 * factor));
             assert!(tolerance.to_string().len() <= 5, "{tolerance}");
         }
         assert_eq!(short(2.0 * (1.0 / 3.0)), 0.6667);
+        for (value, next) in [
+            (0.075_81, 0.076),
+            (0.99, 0.99),
+            (0.9901, 1.0),
+            (123.4, 130.0),
+        ] {
+            assert_eq!(above(value), next);
+        }
+    }
+
+    #[test]
+    fn what_is_full_is_told_with_what_fits() {
+        let usage = |what, used, held| Usage { what, used, held };
+        let full = Full {
+            target: "small".to_owned(),
+            tolerance_um: 0.05,
+            used: vec![usage("tables", 9, 9), usage("terms", 11, 12)],
+            fits_um: 0.5,
+        };
+        assert_eq!(
+            full.to_string(),
+            "the target small holds too little for 0.05 µm and µrad; the best that fits takes 9 of 9 tables, 11 of 12 terms; with --tolerance 0.5 it fits"
+        );
     }
 }

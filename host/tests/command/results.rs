@@ -261,8 +261,41 @@ fn inside_and_outside_the_calibrated_range_are_told_apart() {
         ],
     );
     assert_eq!(answer["inside"]["positions"], 500);
+    assert_eq!(answer["partly_calibrated"], true);
     let outside = answer["outside"]["positions"].as_u64().unwrap();
     assert!((200..400).contains(&outside), "{outside}");
+}
+
+#[test]
+fn the_verdict_does_not_depend_on_how_many_positions_fall_past_the_ends_of_travel() {
+    let folder = Folder::new();
+    let machine = example("mill-21/machine.toml");
+    // The correction of X leads 0.05 mm past an end, where EYX keeps its value: a bend of 0.1 µm.
+    let text = "machine = \"Mill with 21 errors\"\n[parameters]\nEXX0 = 0.05\nEYX2 = 2e-6\n";
+    let errors = folder.file("errors.toml", text);
+    let path = folder.at("m.trax");
+    let compile = |random: &str| {
+        let words = [
+            "compile", &machine, &errors, "-o", &path, "--random", random,
+        ];
+        let found = json(0, &[&words[..], &["--json"]].concat());
+        assert_eq!(found["meets_tolerance"], true);
+        assert_eq!(found["partly_calibrated"], false);
+        assert!(found["inside"]["difference_um"].as_f64().unwrap() < 0.04);
+        (found["difference_um"].as_f64().unwrap(), answer(0, &words))
+    };
+    for random in ["2000", "20000"] {
+        let (difference, shown) = compile(random);
+        assert!(difference < 0.04);
+        assert!(!shown.contains("holds its end value"), "{shown}");
+    }
+    // One position in ten thousand is there.
+    let (difference, shown) = compile("400000");
+    assert!(difference > 0.08);
+    let line = "  where no error motion holds its end value, by at most 0.03";
+    assert!(shown.contains(line), "{shown}");
+    let verify = ["verify", &machine, &errors, &path, "--random", "400000"];
+    assert!(answer(0, &verify).contains(line));
 }
 
 #[test]

@@ -36,32 +36,32 @@ fn only_old(folder: &Folder) {
 }
 
 #[test]
-fn too_many_bytes_are_told_before_writing_with_a_tolerance_that_fits() {
+fn a_target_that_is_full_is_the_reason_told_with_a_tolerance_that_fits() {
     let folder = Folder::new();
     folder.file("k.trax", "old");
     let needed = std::fs::metadata(blob("kolibri")).unwrap().len();
-    let held = needed as usize - 500;
+    let held = needed as usize - 3000;
     let small = target(&folder, |t| t.bytes = Some(held));
-    let (shown, said) = compile(&folder, 1, &["--target", &small]);
-    assert_eq!(shown, "");
-    let bytes = format!("small holds too little: {needed} bytes are needed, {held} are held");
-    assert!(said.contains(&bytes), "{said}");
-    assert!(said.contains("k.trax stays as it was"), "{said}");
-    only_old(&folder);
-    // Not even as best as can be: it could not be used.
-    let more = ["--target", &small, "--best-effort", "--json"];
-    let (shown, _) = compile(&folder, 1, &more);
+    let (shown, said) = compile(&folder, 1, &["--target", &small, "--json"]);
     only_old(&folder);
     let answer: Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(answer["written"], false);
     assert_eq!(answer["target"]["name"], "small");
-    assert_eq!(answer["shortages"][0]["what"], "bytes");
-    assert_eq!(answer["shortages"][0]["needed"], needed);
-    assert_eq!(answer["shortages"][0]["held"], held);
-    // What it says would fit does.
-    let fits = &answer["fits"]["tolerance_um"];
-    assert!(answer["fits"]["bytes"].as_u64().unwrap() <= held as u64);
-    let tolerance = format!("--tolerance {fits} it fits: ");
+    assert_eq!(answer["refusals"][0]["kind"], "tolerance");
+    assert_eq!(answer["shortages"].as_array().unwrap().len(), 0);
+    let full = &answer["full"];
+    assert_eq!(full["used"][2]["what"], "bytes");
+    assert_eq!(full["used"][2]["held"], held);
+    assert_eq!(full["used"][2]["used"], answer["bytes"]);
+    assert!(
+        said.contains("small holds too little for 0.05 µm"),
+        "{said}"
+    );
+    assert!(said.contains("k.trax stays as it was; --best-effort would write it"));
+    // What it says fits does.
+    let fits = &full["fits_um"];
+    assert!(fits.as_f64().unwrap() > 0.05);
+    let tolerance = format!(" bytes; with --tolerance {fits} it fits");
     assert!(said.contains(&tolerance), "{said}");
     compile(
         &folder,
@@ -71,33 +71,40 @@ fn too_many_bytes_are_told_before_writing_with_a_tolerance_that_fits() {
 }
 
 #[test]
-fn too_few_tables_are_the_reason_told_where_the_scheme_has_left_out_what_has_no_room() {
+fn too_few_tables_are_told_as_what_is_used() {
     let folder = Folder::new();
     folder.file("k.trax", "old");
     let small = target(&folder, |t| (t.tables, t.terms) = (9, 12));
-    let (shown, said) = compile(&folder, 1, &["--target", &small, "--json"]);
-    let answer: Value = serde_json::from_str(&shown).unwrap();
-    assert_eq!(answer["written"], false);
-    assert_eq!(answer["meets_tolerance"], false);
-    assert_eq!(answer["shortages"][0]["what"], "tables");
-    assert_eq!(answer["shortages"][0]["held"], 9);
-    assert_eq!(answer["refusals"][0]["kind"], "tolerance");
-    assert!(said.contains("tables are needed, 9 are held"), "{said}");
-    assert!(said.contains("k.trax stays as it was; --best-effort would write it"));
+    let (shown, said) = compile(&folder, 1, &["--target", &small]);
+    assert!(shown.contains("9 tables"), "{shown}");
+    assert!(
+        said.contains("the best that fits takes 9 of 9 tables, "),
+        "{said}"
+    );
     only_old(&folder);
+    let (_, said) = compile(&folder, 1, &["--target", &small, "--best-effort"]);
+    assert!(said.contains("small holds too little"), "{said}");
+    assert!(said.contains("k.trax is written all the same"), "{said}");
 }
 
 #[test]
-fn no_room_at_any_tolerance_is_told() {
+fn a_target_without_room_for_the_axes_gets_nothing() {
     let folder = Folder::new();
-    let small = target(&folder, |t| t.bytes = Some(100));
-    let (_, said) = compile(&folder, 1, &["--target", &small]);
-    assert!(
-        said.contains("does not fit with any tolerance up to 1000 µm"),
-        "{said}"
-    );
-    assert!(said.contains("k.trax is not written"), "{said}");
-    assert_eq!(folder.names(), ["small.toml"]);
+    folder.file("k.trax", "old");
+    let small = target(&folder, |t| t.axes = 3);
+    // Not even as best as can be: it could not be used.
+    let more = ["--target", &small, "--best-effort"];
+    let (shown, said) = compile(&folder, 1, &more);
+    assert_eq!(shown, "");
+    let axes = "small holds too little: 5 axes are needed, 3 are held";
+    assert!(said.contains(axes), "{said}");
+    assert!(said.ends_with("k.trax stays as it was"), "{said}");
+    let (shown, _) = compile(&folder, 1, &[&more[..], &["--json"]].concat());
+    let answer: Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(answer["written"], false);
+    assert_eq!(answer["shortages"][0]["what"], "axes");
+    assert_eq!(answer["shortages"][0]["needed"], 5);
+    only_old(&folder);
 }
 
 #[test]
@@ -124,7 +131,7 @@ fn a_missed_tolerance_writes_nothing_unless_the_best_effort_is_asked_for() {
     let answer: Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(answer["written"], false);
     assert_eq!(answer["meets_tolerance"], false);
-    assert_eq!(answer["shortages"].as_array().unwrap().len(), 0);
+    assert_eq!(answer["full"], Value::Null);
     let (shown, said) = compile(&folder, 1, &["--points", "3", "--json", "--best-effort"]);
     let answer: Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(answer["written"], true);

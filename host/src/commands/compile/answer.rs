@@ -4,7 +4,7 @@ use crate::commands::bad_input::BadInput;
 use crate::commands::{files, screen};
 use serde::Serialize;
 use std::path::Path;
-use trueaxis_host::compile::{AxisBounds, Built, Fit, Proof, Refusal, Size, Warning, over_bounds};
+use trueaxis_host::compile::{AxisBounds, Built, Full, Proof, Refusal, Size, Warning, over_bounds};
 use trueaxis_host::target::{Shortage, Target};
 
 /// All that there is to say.
@@ -24,10 +24,10 @@ pub struct Answer<'a> {
     pub proven: Option<Proven<'a>>,
     /// Why it is not written, or not as it should be.
     pub refusals: &'a [Refusal],
-    /// What the target lacks.
+    /// What the target lacks, if it does not fit.
     pub shortages: &'a [Shortage],
-    /// What would fit into it.
-    pub fits: Option<Fit>,
+    /// Why the tolerance is not met, if the target is full.
+    pub full: Option<Full>,
 }
 
 /// A compensation and what it does.
@@ -76,7 +76,7 @@ impl Answer<'_> {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
             text += &screen::size(&proven.size);
             text.push('\n');
-            text += &screen::quality(proven.proof);
+            text += &screen::quality(proven.proof, self.tolerance_um);
             text.push('\n');
             text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
             text += &screen::tool_length(proven.proof);
@@ -93,27 +93,17 @@ impl Answer<'_> {
         for refusal in self.refusals {
             eprintln!("{refusal}");
         }
-        self.print_room();
+        for shortage in self.shortages {
+            eprintln!(
+                "the target {} holds too little: {shortage}",
+                self.target.name
+            );
+        }
+        if let Some(full) = &self.full {
+            eprintln!("{full}");
+        }
         self.print_fate();
         Ok(())
-    }
-
-    fn print_room(&self) {
-        let name = &self.target.name;
-        for shortage in self.shortages {
-            eprintln!("the target {name} holds too little: {shortage}");
-        }
-        if self.shortages.is_empty() {
-            return;
-        }
-        match &self.fits {
-            Some(fit) => eprint!(
-                "with --tolerance {} it fits: {}",
-                fit.tolerance_um,
-                screen::size(&fit.size)
-            ),
-            None => eprintln!("it does not fit with any tolerance up to 1000 µm"),
-        }
     }
 
     fn print_fate(&self) {

@@ -1,0 +1,261 @@
+//! Tables beside the exact correction, at many positions.
+
+use super::{Command, Runtime, holds};
+use crate::errors::{ErrorModel, Switches};
+use crate::kinematics::{Kinematics, NotConverged, Twist};
+use crate::machine::{MAX_AXES, Machine, PerAxis};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Mean, root mean square and maximum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl Statistics {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut n, mut sum, mut squares, mut max) = (0.0, 0.0, 0.0, 0.0_f64);
+        for v in values {
+            n += 1.0;
+            sum += v;
+            squares += v * v;
+            max = max.max(v);
+        }
+        if n == 0.0 {
+            return Self::default();
+        }
+        Self {
+            mean: sum / n,
+            rms: (squares / n).sqrt(),
+            max,
+        }
+    }
+}
+
+/// Volumetric error over many positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Quality {
+    /// Length of the translational volumetric error (µm).
+    pub translation_um: Statistics,
+    /// Tool-direction error: rotation across the tool axis (µrad).
+    pub direction_urad: Statistics,
+}
+
+/// How far the tables of one axis are from its kinematic correction, and how large that is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisDeviation {
+    /// Letter of the axis.
+    pub axis: char,
+    /// `µm` or `µrad`.
+    pub unit: &'static str,
+    /// Largest deviation of the tables from the kinematic correction (µm, µrad).
+    pub deviation: f64,
+    /// Largest kinematic correction, less that of the zero position (µm, µrad).
+    pub kinematic: f64,
+}
+
+/// Comparison over one region.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// Number of positions.
+    pub positions: usize,
+    /// Without correction.
+    pub before: Quality,
+    /// With the tables.
+    pub after: Quality,
+    /// With the exact kinematic correction: what no correction can do better.
+    pub kinematic: Quality,
+    /// Largest difference of table corrections to kinematic corrections of a linear axis (µm).
+    pub difference_um: f64,
+    /// The same of a rotary axis (µrad).
+    pub difference_urad: f64,
+    /// The same of each axis, beside its largest kinematic correction.
+    pub deviations: Vec<AxisDeviation>,
+    /// Where the worst difference is (mm, deg): the first of all places where it is hardly less.
+    pub worst_at: Vec<f64>,
+    /// Largest correction of each axis (mm, deg).
+    pub largest: Vec<f64>,
+}
+
+impl Verification {
+    /// True if the tables differ from the kinematic correction by at most `um` µm and as many µrad.
+    #[must_use]
+    pub fn meets(&self, um: f64) -> bool {
+        self.difference_um <= um && self.difference_urad <= um
+    }
+}
+
+/// Places whose difference is this part of the largest are as bad: where a table depends on one axis
+/// only, many are, and the last bit of a mathematical library must not decide which one is named.
+const AS_BAD: f64 = 0.99;
+
+/// One position: before, after, and with the kinematic correction.
+struct Sample {
+    /// Length of the translational error (mm).
+    translation: [f64; 3],
+    /// Rotation across the tool axis (rad).
+    direction: [f64; 3],
+    /// Of the tables from the kinematic correction, without sign (mm, rad).
+    deviation: PerAxis,
+    /// The kinematic correction less that of the zero position, without sign (mm, rad).
+    kinematic: PerAxis,
+    /// Of the tables (mm, deg).
+    corrections: [f32; MAX_AXES],
+    /// True if an error motion holds its end value.
+    holds: bool,
+}
+
+/// What was measured at given commands, to be looked at as a whole or in parts.
+pub struct Measured<'a> {
+    machine: &'a Machine,
+    commands: Vec<Command>,
+    samples: Vec<Sample>,
+}
+
+impl<'a> Measured<'a> {
+    /// Compares tables and exact corrections at given commands.
+    ///
+    /// `zero` (mm, rad) was subtracted from the tables; it is added back before comparing. `progress`
+    /// is called once per position.
+    ///
+    /// # Errors
+    /// [`NotConverged`] where the kinematic correction itself fails.
+    pub fn new(
+        machine: &'a Machine,
+        errors: &ErrorModel,
+        runtime: &Runtime<'_>,
+        zero: &PerAxis,
+        commands: Vec<Command>,
+        progress: impl Fn() + Sync,
+    ) -> Result<Self, NotConverged> {
+        let kinematics = Kinematics::new(machine, errors);
+        let direction = |error: &Twist| {
+            let mut r = error.r;
+            r[machine.tool_axis] = 0.0;
+            r.norm()
+        };
+        let samples: Result<Vec<Sample>, NotConverged> = commands
+            .par_iter()
+            .map(|command| {
+                let (q, situation) = command.kinematic(machine);
+                let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+                let corrections = runtime.evaluate(command);
+                let mut dq = machine.to_kinematic(&corrections.map(f64::from));
+                for (d, z) in dq.iter_mut().zip(zero) {
+                    *d += z;
+                }
+                let errors_left = [PerAxis::default(), dq, exact]
+                    .map(|dq| kinematics.volumetric_error(&q, &dq, &situation));
+                progress();
+                Ok(Sample {
+                    translation: errors_left.each_ref().map(|error| error.t.norm()),
+                    direction: errors_left.each_ref().map(direction),
+                    deviation: std::array::from_fn(|i| (dq[i] - exact[i]).abs()),
+                    kinematic: std::array::from_fn(|i| (exact[i] - zero[i]).abs()),
+                    corrections,
+                    holds: holds(machine, errors, &q, &exact),
+                })
+            })
+            .collect();
+        Ok(Self {
+            machine,
+            commands,
+            samples: samples?,
+        })
+    }
+
+    /// All positions together.
+    #[must_use]
+    pub fn everywhere(&self) -> Verification {
+        self.over(|_| true)
+    }
+
+    /// Those where no error motion holds its end value; `None` if there are none.
+    #[must_use]
+    pub fn inside(&self) -> Option<Verification> {
+        Some(self.over(|sample| !sample.holds)).filter(|found| found.positions > 0)
+    }
+
+    /// The others; `None` if there are none.
+    #[must_use]
+    pub fn outside(&self) -> Option<Verification> {
+        Some(self.over(|sample| sample.holds)).filter(|found| found.positions > 0)
+    }
+
+    fn over(&self, counts: impl Fn(&Sample) -> bool) -> Verification {
+        let places = || {
+            let all = self.samples.iter().zip(&self.commands);
+            all.filter(|(sample, _)| counts(sample))
+        };
+        let samples = || places().map(|(sample, _)| sample);
+        let most = |of: &dyn Fn(&Sample) -> f64| samples().map(of).fold(0.0, f64::max);
+        let quality = |which: usize| Quality {
+            translation_um: Statistics::of(samples().map(|s| s.translation[which] * 1e3)),
+            direction_urad: Statistics::of(samples().map(|s| s.direction[which] * 1e6)),
+        };
+        let machine = self.machine;
+        let scale = |i: usize| match machine.axes[i].letter.is_rotary() {
+            true => 1e6,
+            false => 1e3,
+        };
+        let axes = 0..machine.axes.len();
+        let deviations: Vec<AxisDeviation> = axes
+            .clone()
+            .map(|i| AxisDeviation {
+                axis: machine.axes[i].letter.char(),
+                unit: match machine.axes[i].letter.is_rotary() {
+                    true => "µrad",
+                    false => "µm",
+                },
+                deviation: most(&|s| s.deviation[i]) * scale(i),
+                kinematic: most(&|s| s.kinematic[i]) * scale(i),
+            })
+            .collect();
+        let worst = |rotary: bool| {
+            let same = axes.clone().zip(&deviations);
+            same.filter(|(i, _)| machine.axes[*i].letter.is_rotary() == rotary)
+                .map(|(_, found)| found.deviation)
+                .fold(0.0, f64::max)
+        };
+        let (difference_um, difference_urad) = (worst(false), worst(true));
+        let bad = AS_BAD * difference_um.max(difference_urad);
+        let worst_at = places()
+            .find(|(s, _)| axes.clone().any(|i| s.deviation[i] * scale(i) >= bad))
+            .map(|(_, command)| axes.clone().map(|i| f64::from(command.axes[i])).collect())
+            .unwrap_or_default();
+        Verification {
+            positions: places().count(),
+            before: quality(0),
+            after: quality(1),
+            kinematic: quality(2),
+            difference_um,
+            difference_urad,
+            deviations,
+            worst_at,
+            largest: axes
+                .map(|i| most(&|s| f64::from(s.corrections[i].abs())))
+                .collect(),
+        }
+    }
+}
+
+/// Compares tables and exact corrections at given commands, all together, as [`Measured::new`].
+///
+/// # Errors
+/// [`NotConverged`] where the kinematic correction itself fails.
+pub fn verify(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    commands: &[Command],
+    progress: impl Fn() + Sync,
+) -> Result<Verification, NotConverged> {
+    Ok(Measured::new(machine, errors, runtime, zero, commands.to_vec(), progress)?.everywhere())
+}
