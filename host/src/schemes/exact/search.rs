@@ -1,0 +1,283 @@
+//! The way to the best draft: structures, then points, each measured.
+
+use super::attempt::{Attempt, attempt};
+use super::cover::Minimize;
+use super::judge::{Judge, Verdict};
+use super::limits::{
+    BLAMELESS, COARSER, CUT, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
+    LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES,
+};
+use super::sampling::{Component, Sampler};
+use super::trials::Trials;
+use super::{components, draft, points};
+use crate::machine::PerAxis;
+use crate::schemes::{Options, SchemeError};
+use trueaxis::Draft;
+
+/// A structure that was tried.
+struct Tried {
+    attempt: Attempt,
+    /// What it leaves at the places of the trial, in units of the tolerance.
+    error: f64,
+    /// With what motions add in pairs.
+    pairs: bool,
+}
+
+/// A draft that does no harm.
+pub struct Candidate {
+    pub draft: Draft,
+    verdict: Verdict,
+    /// What its structure leaves before interpolation, in units of the tolerance asked for.
+    pub structure_error: f64,
+    /// How many pairs of motions are in it.
+    pub pairs: usize,
+    /// For which multiple of the tolerance it was made, and if it meets that.
+    pub factor: f64,
+    pub meets: bool,
+    /// If it fills the target, and what was left out, in units of the tolerance asked for.
+    is_full: bool,
+    left_out: f64,
+}
+
+/// The way to the best draft.
+pub struct Search<'a> {
+    minimize: Minimize,
+    options: &'a Options,
+    sampler: Sampler<'a>,
+    trials: Trials,
+    judge: Judge<'a>,
+    /// What the correction is made of.
+    components: Vec<Component>,
+    /// How many of them are joint effects, once these have been looked for.
+    pairs: Option<usize>,
+    /// True if the tolerance asked for needs more than the target holds.
+    pub is_full: bool,
+    /// The best so far.
+    pub best: Option<Candidate>,
+}
+
+impl<'a> Search<'a> {
+    /// Samples what is of first order.
+    pub fn new(
+        minimize: Minimize,
+        options: &'a Options,
+        sampler: Sampler<'a>,
+        judge: Judge<'a>,
+    ) -> Result<Self, SchemeError> {
+        Ok(Self {
+            minimize,
+            options,
+            trials: Trials::new(&sampler)?,
+            components: components::first_order(&sampler)?,
+            pairs: None,
+            judge,
+            sampler,
+            is_full: false,
+            best: None,
+        })
+    }
+
+    /// Looks for a draft that meets a tolerance; true if it was found.
+    pub fn run(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
+        // Start generously; where that is not enough, take in what motions add in pairs, then leave
+        // out less and less.
+        if self.is_full && self.pairs.is_some_and(|pairs| pairs > 0) {
+            // It was tried for a finer tolerance, and joint effects were needed.
+            let second = self.attempt(tolerance, FIRST_SHARE, true)?;
+            return self.finish(tolerance, &second, true);
+        }
+        let first = self.attempt(tolerance, FIRST_SHARE, false)?;
+        self.is_full |= first.attempt.is_full;
+        // Joint effects do not help where most of the error is what there was no room for.
+        let joint = |search: &mut Self| -> Result<bool, SchemeError> {
+            let other = first.error > CUT * first.attempt.left_out;
+            Ok(other && search.joint(tolerance)? > 0)
+        };
+        let hopeless = first.error > HOPELESS;
+        if hopeless && first.attempt.is_full && joint(self)? {
+            let second = self.attempt(tolerance, FIRST_SHARE, true)?;
+            return self.finish(tolerance, &second, true);
+        }
+        if !(hopeless && joint(self)?)
+            && (self.finish(tolerance, &first, false)? || self.finish(tolerance, &first, true)?)
+        {
+            return Ok(true);
+        }
+        if first.attempt.is_full {
+            return Ok(false);
+        }
+        let pairs = joint(self)?;
+        self.closer(tolerance, pairs)
+    }
+
+    /// Leaves out less as long as that helps; true if the tolerance is met.
+    fn closer(&mut self, tolerance: &PerAxis, pairs: bool) -> Result<bool, SchemeError> {
+        let shares: &[f64] = if pairs {
+            &SHARES
+        } else {
+            &SHARES[SHARES.len() - 2..]
+        };
+        let mut last = None;
+        for &share in shares {
+            let next = self.attempt(tolerance, share, pairs)?;
+            if self.finish(tolerance, &next, false)? {
+                return Ok(true);
+            }
+            let is_full = next.attempt.is_full;
+            last = Some(next);
+            if is_full {
+                break;
+            }
+        }
+        match last {
+            Some(last) => self.finish(tolerance, &last, true),
+            None => Ok(false),
+        }
+    }
+
+    /// True if what the best leaves is explained by what there was no room for.
+    pub fn lacks_room(&self) -> bool {
+        let best = self.best.as_ref();
+        best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
+    }
+
+    /// Looks for the finest tolerance that is met, among multiples of one that is not.
+    pub fn coarser(&mut self, tolerance: &PerAxis) -> Result<(), SchemeError> {
+        // Coarser than what is reached already, nothing can be won; and where a tolerance is missed,
+        // finer ones are.
+        let reached = self
+            .best
+            .as_ref()
+            .map_or(f64::INFINITY, |b| b.verdict.error);
+        for factor in COARSER.into_iter().rev().filter(|f| *f < reached) {
+            if !self.run(&tolerance.map(|t| t * factor))? && self.best.is_some() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// How many pairs of motions have a joint effect that shows.
+    fn joint(&mut self, tolerance: &PerAxis) -> Result<usize, SchemeError> {
+        if self.pairs.is_none() {
+            let joint = components::second_order(&self.sampler, tolerance)?;
+            self.pairs = Some(joint.len());
+            self.components.extend(joint);
+        }
+        Ok(self.pairs.unwrap_or(0))
+    }
+
+    /// How many of the components count, with or without joint effects.
+    fn count(&self, pairs: bool) -> usize {
+        let joint = if pairs { 0 } else { self.pairs.unwrap_or(0) };
+        self.components.len() - joint
+    }
+
+    /// Tries a structure that leaves out no more than a share of the tolerance, with what pairs of
+    /// motions add or without.
+    fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
+        let components = &self.components[..self.count(pairs)];
+        let target = (self.minimize, &self.options.target);
+        let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
+            let next = attempt(&self.sampler, components, tolerance, target, share, before)?;
+            let error = self
+                .trials
+                .error(&next.found(&self.sampler, components, tolerance))?;
+            Ok((next, error))
+        };
+        let (mut attempt, mut error) = try_with(0.0)?;
+        for _ in 1..FULL_ATTEMPTS {
+            if !attempt.is_full {
+                break;
+            }
+            let (next, less) = try_with(attempt.left_out)?;
+            if less > 0.9 * error {
+                break;
+            }
+            (attempt, error) = (next, less);
+        }
+        Ok(Tried {
+            attempt,
+            error,
+            pairs,
+        })
+    }
+
+    /// Gives the tables of an attempt points, more of them until the draft is good; true if it is.
+    /// Between positions where motions were measured only if `finer`.
+    fn finish(
+        &mut self,
+        tolerance: &PerAxis,
+        tried: &Tried,
+        finer: bool,
+    ) -> Result<bool, SchemeError> {
+        let Tried {
+            attempt,
+            error: structure_error,
+            pairs,
+        } = tried;
+        let structure_error = *structure_error;
+        if attempt.structure.count() > usize::from(u8::MAX) {
+            return Ok(false);
+        }
+        let machine = self.sampler.kinematics.machine;
+        let errors = self.sampler.kinematics.errors;
+        let found = attempt.found(
+            &self.sampler,
+            &self.components[..self.count(*pairs)],
+            tolerance,
+        );
+        // Tolerances differ by a common factor.
+        let factor = tolerance[0] / self.judge.tolerance()[0];
+        // Points finer than what the structure leaves would be wasted.
+        let mut share = (GOOD - structure_error)
+            .max(LEAST_POINT_SHARE)
+            .max(LEAST_POINT_SHARE * structure_error);
+        let mut last = f64::INFINITY;
+        let mut room = ROOM_STEPS;
+        let mut refinement = 0;
+        while refinement <= REFINEMENTS {
+            let fixed = self.options.points.map(|points| points.max(2) - 1);
+            let grids = points::grids(&found, fixed, share, finer)?;
+            let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
+            let Some(verdict) = self.judge.measure(&draft, &self.options.target) else {
+                self.is_full = true;
+                // More than the target holds: fewer points, unless they were enough before.
+                if last.is_finite() || room == 0 {
+                    return Ok(false);
+                }
+                room -= 1;
+                share *= 2.0;
+                continue;
+            };
+            let good = verdict.error <= GOOD * factor;
+            let better = match &self.best {
+                Some(best) => verdict.error < best.verdict.error,
+                None => true,
+            };
+            if verdict.harm <= HARMLESS && better {
+                self.best = Some(Candidate {
+                    draft,
+                    verdict,
+                    structure_error: structure_error * factor,
+                    pairs: if *pairs { self.pairs.unwrap_or(0) } else { 0 },
+                    factor,
+                    meets: good,
+                    is_full: attempt.is_full,
+                    left_out: attempt.left_out * factor,
+                });
+            }
+            if good {
+                return Ok(verdict.harm <= HARMLESS);
+            }
+            let blameless = share * factor < BLAMELESS * verdict.error;
+            if fixed.is_some() || verdict.error > 0.9 * last || blameless {
+                break;
+            }
+            last = verdict.error;
+            share *= 0.5;
+            refinement += 1;
+        }
+        Ok(false)
+    }
+}
