@@ -25,8 +25,9 @@ use trueaxis_host::validate::Runtime;
 ///
 /// Exits with 1 and writes nothing if the tolerance is not met where no error motion holds its end
 /// value, unless --best-effort is given. If that is because the target holds too little, it says
-/// with which tolerance the compensation fits. Tables that deviate from the kinematic correction by
-/// more than it is large are never written. An older file of the same name stays as it was.
+/// so, and which tolerance fits, if one was found. Tables that deviate from the kinematic
+/// correction by more than it is large are never written. An older file of the same name stays as
+/// it was.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"

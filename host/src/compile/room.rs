@@ -8,8 +8,8 @@ use serde::Serialize;
 /// that keeps to its target makes no tables that do not fit.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
-    "the target {target} holds too little for {tolerance_um} µm and µrad; the best that fits takes {}; with --tolerance {fits_um} it fits",
-    list(.used)
+    "the target {target} holds too little for {tolerance_um} µm and µrad; the best that fits takes {}{}",
+    list(.used), or(.fits_um)
 )]
 pub struct Full {
     /// Name of the target.
@@ -18,8 +18,9 @@ pub struct Full {
     pub tolerance_um: f64,
     /// What was found takes so much of it.
     pub used: Vec<Usage>,
-    /// The coarser tolerance (µm, µrad) with which it fits.
-    pub fits_um: f64,
+    /// A coarser tolerance (µm, µrad) with which it fits, if the scheme has found one. That less was
+    /// reached does not mean that the scheme would reach it again from there.
+    pub fits_um: Option<f64>,
 }
 
 impl Full {
@@ -35,7 +36,11 @@ impl Full {
             target: tables.target.name.clone(),
             tolerance_um,
             used: tables.target.usage(&built.size),
-            fits_um: fits(built.meets, proof),
+            // The scheme has measured at positions of its own: those of the proof decide.
+            fits_um: built
+                .meets
+                .map(|mm| short(1e3 * mm))
+                .filter(|um| proof.meets(*um)),
         })
     }
 }
@@ -45,32 +50,13 @@ fn list(used: &[Usage]) -> String {
     texts.join(", ")
 }
 
-/// With so many times what was reached, a scheme finds what fits once more: it halves points where
-/// bytes are short, so that errors double.
-const AGAIN: f64 = 2.0;
-
-/// A tolerance (µm, µrad) that is met: by the scheme's own account, if the proof agrees; or else well
-/// above what was reached.
-fn fits(meets: Option<f64>, proof: &Proof) -> f64 {
-    match meets.map(|mm| short(1e3 * mm)) {
-        Some(um) if proof.meets(um) => um,
-        _ => {
-            let inside = proof.inside();
-            let reached = inside.difference_um.max(inside.difference_urad);
-            above(AGAIN * reached)
-        }
-    }
+fn or(fits_um: &Option<f64>) -> String {
+    fits_um.map_or_else(String::new, |um| format!("; with --tolerance {um} it fits"))
 }
 
 /// Rounded to four digits: what was met is what is printed, and what a user will type.
 fn short(tolerance: f64) -> f64 {
     format!("{tolerance:.3e}").parse().unwrap_or(tolerance)
-}
-
-/// The next number with two digits.
-fn above(value: f64) -> f64 {
-    let digit = 10_f64.powf(value.log10().floor() - 1.0);
-    short((value / digit).ceil() * digit)
 }
 
 #[cfg(test)]
@@ -84,28 +70,21 @@ mod tests {
             assert!(tolerance.to_string().len() <= 5, "{tolerance}");
         }
         assert_eq!(short(2.0 * (1.0 / 3.0)), 0.6667);
-        for (value, next) in [
-            (0.075_81, 0.076),
-            (0.99, 0.99),
-            (0.9901, 1.0),
-            (123.4, 130.0),
-        ] {
-            assert_eq!(above(value), next);
-        }
     }
 
     #[test]
     fn what_is_full_is_told_with_what_fits() {
         let usage = |what, used, held| Usage { what, used, held };
-        let full = Full {
+        let mut full = Full {
             target: "small".to_owned(),
             tolerance_um: 0.05,
             used: vec![usage("tables", 9, 9), usage("terms", 11, 12)],
-            fits_um: 0.5,
+            fits_um: Some(0.5),
         };
-        assert_eq!(
-            full.to_string(),
-            "the target small holds too little for 0.05 µm and µrad; the best that fits takes 9 of 9 tables, 11 of 12 terms; with --tolerance 0.5 it fits"
-        );
+        let text = "the target small holds too little for 0.05 µm and µrad; the best that fits takes 9 of 9 tables, 11 of 12 terms";
+        let fits = "; with --tolerance 0.5 it fits";
+        assert_eq!(full.to_string(), text.to_owned() + fits);
+        full.fits_um = None;
+        assert_eq!(full.to_string(), text);
     }
 }
