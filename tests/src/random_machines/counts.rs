@@ -1,0 +1,145 @@
+//! What came of many drawings, and what is claimed about it.
+
+use super::judged::NEAR;
+use super::{Judged, Kinds, Outcome, TIMES};
+use std::fmt;
+
+/// The share of drawings that meet the tolerance.
+const MET: f64 = 0.95;
+/// The finest tolerance (µm, µrad) for which that is claimed: finer ones may be missed, and then say so.
+const FINEST: f64 = 1.0;
+
+/// How many drawings there are, and how many of them are of some sort.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// The tolerance (µm, µrad) that was asked for.
+    pub tolerance: f64,
+    /// All of them.
+    pub all: usize,
+    /// What was drawn.
+    pub kinds: Kinds,
+    /// Those that were tried with each of the tolerances of [`TIMES`], and those that meet it.
+    pub met: [[usize; 2]; TIMES.len()],
+    /// Those that come within three times the one asked for.
+    pub near: usize,
+    /// Those with an axis that is worse off than without tables, at any of the tolerances.
+    pub harmed: usize,
+    /// Those for which the scheme says that a tolerance is met, or a coarser one, that is not.
+    pub falsely: usize,
+    /// Those that are worse than a coarser tolerance's, and miss their own.
+    pub worse: usize,
+    /// Those that were tried on the reference board, and those of them that meet the tolerance there.
+    pub board: [usize; 2],
+}
+
+impl Counts {
+    /// Counts.
+    #[must_use]
+    pub fn of(judged: &[Judged], tolerance: f64) -> Self {
+        let count = |is: &dyn Fn(&Judged) -> bool| judged.iter().filter(|j| is(j)).count();
+        let any = |is: fn(&Outcome) -> bool| count(&|j| j.outcomes.iter().any(is));
+        let mut kinds = Kinds::default();
+        for one in judged {
+            kinds += one.kinds;
+        }
+        Self {
+            tolerance,
+            all: judged.len(),
+            kinds,
+            met: std::array::from_fn(|k| {
+                [
+                    count(&|j| j.outcome(k).is_some()),
+                    count(&|j| j.outcome(k).is_some_and(Outcome::is_met)),
+                ]
+            }),
+            near: count(&|j| j.asked().reached() <= NEAR * j.asked().tolerance),
+            harmed: any(Outcome::is_harmed),
+            falsely: any(Outcome::is_false),
+            worse: count(&Judged::is_worse_than_coarser),
+            board: [
+                count(&|j| j.board.is_some()),
+                count(&|j| j.board.as_ref().is_some_and(Outcome::is_met)),
+            ],
+        }
+    }
+
+    /// What is claimed and does not hold.
+    #[must_use]
+    pub fn shortfalls(&self) -> Vec<String> {
+        let claimed = self.tolerance >= FINEST;
+        // Of thirty, one may miss.
+        let most = ((1.0 - MET) * self.all as f64 + 1e-9).floor() as usize;
+        let missed = self.all - self.met[1][1];
+        let claims = [
+            (
+                claimed && missed > most,
+                missed,
+                format!("miss the tolerance, more than {most}"),
+            ),
+            (
+                claimed && self.near < self.all,
+                self.all - self.near,
+                format!("miss it by more than {NEAR} times"),
+            ),
+            (
+                self.harmed > 0,
+                self.harmed,
+                "are worse off on an axis than without tables".to_owned(),
+            ),
+            (
+                self.falsely > 0,
+                self.falsely,
+                "do not meet what the scheme says they meet".to_owned(),
+            ),
+            (
+                self.worse > 0,
+                self.worse,
+                "are worse than with a coarser tolerance".to_owned(),
+            ),
+        ];
+        let broken = claims.into_iter().filter(|(broken, ..)| *broken);
+        broken
+            .map(|(_, count, what)| format!("{count} of {} {what}", self.all))
+            .collect()
+    }
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let all = self.all;
+        writeln!(f, "{all} machines: {}", self.kinds)?;
+        for (times, [tried, met]) in TIMES.iter().zip(self.met) {
+            let tolerance = times * self.tolerance;
+            writeln!(f, "{met:>4} of {tried} meet {tolerance} µm and µrad")?;
+        }
+        writeln!(
+            f,
+            "{:>4} come within {NEAR} times {}",
+            self.near, self.tolerance
+        )?;
+        writeln!(
+            f,
+            "{:>4} are worse off on an axis than without tables",
+            self.harmed
+        )?;
+        writeln!(
+            f,
+            "{:>4} do not meet what the scheme says they meet",
+            self.falsely
+        )?;
+        writeln!(
+            f,
+            "{:>4} are worse than with a coarser tolerance",
+            self.worse
+        )?;
+        if self.board[0] > 0 {
+            let [tried, met] = self.board;
+            writeln!(
+                f,
+                "{met:>4} of {tried} meet {} on the stm32f405",
+                self.tolerance
+            )?;
+        }
+        Ok(())
+    }
+}
