@@ -316,12 +316,14 @@ impl Sampler<'_> {
         } else {
             -1.0
         };
-        // A bending motion that is off leaves the correction affine in its axis: its ends will do.
+        // A bending motion that is off leaves the correction affine in its axis, and quadratic where
+        // it shifts the argument of another motion that is on: two or three positions will do.
         let mut few = component.clone();
         for (v, positions) in &mut few.rich {
             let bends = matches!(self.variables[*v].kind, Kind::Bending(_));
             if bends && !has(*v) {
-                *positions = vec![positions[0], positions[positions.len() - 1]];
+                let count = if subset == 0 { 2 } else { 3 };
+                *positions = super::variables::positions(self.variables[*v].range, count);
             }
         }
         let sampled: Result<Vec<Vec<PerAxis>>, NotConverged> = (0..few.nodes())
@@ -382,6 +384,16 @@ impl Sampler<'_> {
     }
 }
 
+/// The weights of the values at some positions in their interpolating polynomial at `x`.
+fn lagrange(positions: &[f64], x: f64) -> Vec<(usize, f64)> {
+    let weight = |i: usize| {
+        let others = positions.iter().enumerate().filter(|(j, _)| *j != i);
+        let factors = others.map(|(_, p)| (x - p) / (positions[i] - p));
+        factors.product::<f64>()
+    };
+    (0..positions.len()).map(|i| (i, weight(i))).collect()
+}
+
 /// Levers that are not at 0, with their ξ.
 type Levers = Vec<(usize, f64)>;
 
@@ -418,8 +430,8 @@ impl Component {
         place
     }
 
-    /// The nodes of this grid around a node of another, which differs from it in that it has all
-    /// positions where this has the ends: with their weights in linear interpolation.
+    /// The nodes of this grid from which a node of another is interpolated, with their weights: the
+    /// other has more positions along some variables.
     fn around(&self, fine: &Self, node: usize) -> Vec<(usize, f64)> {
         let mut around = vec![(0, 1.0)];
         let mut rest = node;
@@ -430,8 +442,7 @@ impl Component {
             let parts = if few.len() == all.len() {
                 vec![(index, 1.0)]
             } else {
-                let share = (all[index] - few[0]) / (few[1] - few[0]);
-                vec![(0, 1.0 - share), (1, share)]
+                lagrange(few, all[index])
             };
             around = around
                 .iter()

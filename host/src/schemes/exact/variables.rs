@@ -305,7 +305,7 @@ mod tests {
                 let all = products(&c.kind, 4);
                 let at = c.positions(33);
                 let values = DMatrix::from_fn(at.len(), all.len(), |i, k| {
-                    all[k].iter().map(|g| g.value(c, at[i])).product()
+                    all[k].iter().map(|g| g.value(c, at[i])).product::<f64>()
                 });
                 let values = values.singular_values();
                 // The plain products have 1e13 on ±3°; the rounding of f64 leaves 1e-12 with 1e4.
