@@ -52,53 +52,58 @@ pub struct Along {
 impl Along {
     /// Everything sampled along variable `v`, by what it shows; for each, sets of more nodes last.
     pub fn all(v: usize, components: &[Component], tolerance: &[f64]) -> Vec<Self> {
-        let mut groups: BTreeMap<(Shows, usize), (Vec<f64>, Vec<Column>, Vec<f64>)> =
-            BTreeMap::new();
+        let mut groups: BTreeMap<(Shows, usize), Taken> = BTreeMap::new();
         for (c, component) in components.iter().enumerate() {
             let Some(k) = component.rich.iter().position(|(w, _)| *w == v) else {
                 continue;
             };
             let nodes = &component.rich[k].1;
-            let (_, columns, samples) = groups
-                .entry((Shows::of(component, k), nodes.len()))
-                .or_insert_with(|| (nodes.clone(), Vec::new(), Vec::new()));
-            take(c, component, k, tolerance, columns, samples);
+            let group = groups.entry((Shows::of(component, k), nodes.len()));
+            let taken = group.or_insert_with(|| Taken {
+                nodes: nodes.clone(),
+                columns: Vec::new(),
+                samples: Vec::new(),
+            });
+            taken.take(c, component, k, tolerance);
         }
         groups
             .into_iter()
-            .map(|((shows, count), (nodes, columns, samples))| Self {
+            .map(|((shows, count), taken)| Self {
                 shows,
-                nodes,
-                samples: DMatrix::from_vec(count, columns.len(), samples),
-                columns,
+                nodes: taken.nodes,
+                samples: DMatrix::from_vec(count, taken.columns.len(), taken.samples),
+                columns: taken.columns,
             })
             .collect()
     }
 }
 
-/// Takes in component `c` along its `k`-th rich variable.
-fn take(
-    c: usize,
-    component: &Component,
-    k: usize,
-    tolerance: &[f64],
-    columns: &mut Vec<Column>,
-    samples: &mut Vec<f64>,
-) {
-    let (stride, rich) = (component.stride(k), component.nodes());
-    let count = component.rich[k].1.len();
-    for monomial in 0..component.monomials.len() {
-        for node in (0..rich).filter(|n| n / stride % count == 0) {
-            let base = monomial * rich + node;
-            for (output, unit) in tolerance.iter().enumerate() {
-                let value = |i: usize| component.values[base + i * stride][output] / unit;
-                samples.extend((0..count).map(value));
-                columns.push(Column {
-                    component: c,
-                    monomial,
-                    node,
-                    output,
-                });
+/// Samples at one set of nodes, as they come in.
+struct Taken {
+    nodes: Vec<f64>,
+    columns: Vec<Column>,
+    /// Node fastest.
+    samples: Vec<f64>,
+}
+
+impl Taken {
+    /// Takes in component `c` along its `k`-th rich variable.
+    fn take(&mut self, c: usize, component: &Component, k: usize, tolerance: &[f64]) {
+        let (stride, rich) = (component.stride(k), component.nodes());
+        let count = component.rich[k].1.len();
+        for monomial in 0..component.monomials.len() {
+            for node in (0..rich).filter(|n| n / stride % count == 0) {
+                let base = monomial * rich + node;
+                for (output, unit) in tolerance.iter().enumerate() {
+                    let value = |i: usize| component.values[base + i * stride][output] / unit;
+                    self.samples.extend((0..count).map(value));
+                    self.columns.push(Column {
+                        component: c,
+                        monomial,
+                        node,
+                        output,
+                    });
+                }
             }
         }
     }

@@ -106,7 +106,7 @@ impl Basis {
             .or_else(|| Self::fitting(variable, &turning, choice));
         let mut basis = found.unwrap_or_else(|| Self::of_products(products(&variable.kind, 2)));
         // Of each kind, the samples with most nodes tell.
-        let tell = [Shows::Turning, Shows::Moving, Shows::Joint].map(|shows| of(shows).last());
+        let tell = [Shows::Turning, Shows::Moving, Shows::Joint].map(|shows| of(shows).next_back());
         for group in tell.into_iter().flatten() {
             let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
             basis.numeric.extend(numeric(group, &values, choice.leave));

@@ -3,7 +3,7 @@
 use super::limits::JUDGED;
 use crate::errors::Switches;
 use crate::kinematics::{Kinematics, NotConverged};
-use crate::machine::{MAX_AXES, PerAxis};
+use crate::machine::PerAxis;
 use crate::schemes::SchemeError;
 use crate::size::Size;
 use crate::target::Target;
@@ -119,8 +119,11 @@ impl<'a> Judge<'a> {
                     error: 0.0,
                     harm: 0.0,
                 };
-                for i in 0..machine.axes.len().min(MAX_AXES) {
-                    let deviation = (table[i] - place.correction[i]).abs();
+                let deviations = table
+                    .iter()
+                    .zip(&place.correction)
+                    .map(|(t, c)| (t - c).abs());
+                for (i, deviation) in deviations.take(machine.axes.len()).enumerate() {
                     if !place.holds {
                         verdict.error = verdict.error.max(deviation / self.tolerance[i]);
                     }
