@@ -58,8 +58,11 @@ impl<'a> Judge<'a> {
         for (region, count) in [(Region::Travel, JUDGED / 3), (Region::Inside, JUDGED)] {
             let drawn = random_commands(machine, errors, region, count, SEED ^ count as u64)?;
             commands.extend(drawn.into_iter().enumerate().map(|(number, mut command)| {
-                if number % 2 == 0 {
-                    to_ends(kinematics, &mut command, region, &mut random);
+                // Some axes at an end, or every one: corners are where most add up.
+                match number % 4 {
+                    0 => to_ends(kinematics, &mut command, region, &mut random, 4),
+                    1 => to_ends(kinematics, &mut command, region, &mut random, 2),
+                    _ => {}
                 }
                 command
             }));
@@ -146,19 +149,20 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Moves some axes, tool length and temperatures to an end of their range.
+/// Moves two in `of` of the axes, of tool length and of temperatures to an end of their range.
 fn to_ends(
     kinematics: &Kinematics<'_>,
     command: &mut Command,
     region: Region,
     random: &mut Pcg64Mcg,
+    of: u32,
 ) {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
     // Just inside, where motions do not hold yet.
     let inset = if region == Region::Inside { 2e-3 } else { 0.0 };
     let mut end = |x: &mut f32, [low, high]: [f64; 2]| {
         let margin = inset * (high - low);
-        match random.random_range(0..4) {
+        match random.random_range(0..of) {
             0 => *x = (low + margin) as f32,
             1 => *x = (high - margin) as f32,
             _ => {}

@@ -63,9 +63,9 @@ pub fn compile(
     let variables = variables::variables(&kinematics, judge.smallest_part());
     let sampler = Sampler::new(&kinematics, &variables, zero);
     let mut search = Search::new(minimize, options, sampler, judge)?;
-    // What misses the tolerance may be bettered by what is made for a coarser one, unless it is only
-    // for want of room: then the least has been left out.
-    if !search.run(&tolerance)? && !search.lacks_room() {
+    // What misses the tolerance may be bettered by what is made for a finer one, or for a coarser one;
+    // unless it is only for want of room: then the least has been left out.
+    if !search.run(&tolerance)? && !search.lacks_room() && !search.finer(&tolerance)? {
         search.coarser(&tolerance)?;
     }
     let Some(best) = search.best else {
@@ -78,9 +78,9 @@ pub fn compile(
         });
     };
     Ok(schemes::Found {
+        meets: best.meets().map(|factor| options.tolerance * factor),
         draft: best.draft,
         structure_error: Some(best.structure_error),
-        meets: best.meets.then_some(options.tolerance * best.factor),
         is_full: search.is_full,
         notes: match best.pairs {
             0 => Vec::new(),

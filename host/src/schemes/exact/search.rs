@@ -4,7 +4,7 @@ use super::attempt::{Attempt, attempt};
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    BLAMELESS, COARSER, CUT, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
+    BLAMELESS, COARSER, CUT, FINER, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
     LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES,
 };
 use super::sampling::{Component, Sampler};
@@ -31,12 +31,22 @@ pub struct Candidate {
     pub structure_error: f64,
     /// How many pairs of motions are in it.
     pub pairs: usize,
-    /// For which multiple of the tolerance it was made, and if it meets that.
-    pub factor: f64,
-    pub meets: bool,
+    /// For which multiple of the tolerance it was made.
+    factor: f64,
     /// If it fills the target, and what was left out, in units of the tolerance asked for.
     is_full: bool,
     left_out: f64,
+}
+
+impl Candidate {
+    /// The multiple of the tolerance that it was measured to meet: 1, or the coarser one it was made
+    /// for.
+    pub fn meets(&self) -> Option<f64> {
+        let multiples = [1.0, self.factor].into_iter();
+        multiples
+            .filter(|f| *f >= 1.0)
+            .find(|f| self.verdict.error <= GOOD * f)
+    }
 }
 
 /// The way to the best draft.
@@ -139,6 +149,20 @@ impl<'a> Search<'a> {
     pub fn lacks_room(&self) -> bool {
         let best = self.best.as_ref();
         best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
+    }
+
+    /// Looks among what is made for finer tolerances; true if something meets this one.
+    pub fn finer(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
+        for factor in FINER {
+            if self.is_full {
+                break;
+            }
+            self.run(&tolerance.map(|t| t * factor))?;
+            if self.best.as_ref().is_some_and(|b| b.verdict.error <= GOOD) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Looks for the finest tolerance that is met, among multiples of one that is not.
@@ -262,7 +286,6 @@ impl<'a> Search<'a> {
                     structure_error: structure_error * factor,
                     pairs: if *pairs { self.pairs.unwrap_or(0) } else { 0 },
                     factor,
-                    meets: good,
                     is_full: attempt.is_full,
                     left_out: attempt.left_out * factor,
                 });
