@@ -168,10 +168,10 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     ];
     let text = says(1, &compile);
     assert!(
-        text.contains("the target desktop holds too little:"),
+        text.contains("the target desktop holds too little for 0.05"),
         "{text}"
     );
-    assert!(text.contains("bytes are needed, 2000 are held"), "{text}");
+    assert!(text.contains(" of 2000 bytes"), "{text}");
     assert!(!std::fs::exists(&out).unwrap());
     std::fs::write(&board, target.to_toml()).unwrap();
     says(0, &compile);
