@@ -5,7 +5,7 @@ use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
     BLAMELESS, COARSER, CUT, FINER, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
-    LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES,
+    LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES, STUCK,
 };
 use super::sampling::{Component, Sampler};
 use super::trials::Trials;
@@ -153,13 +153,21 @@ impl<'a> Search<'a> {
 
     /// Looks among what is made for finer tolerances; true if something meets this one.
     pub fn finer(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
+        let reached = |search: &Self| {
+            let best = search.best.as_ref();
+            best.map_or(f64::INFINITY, |b| b.verdict.error)
+        };
         for factor in FINER {
+            let before = reached(self);
             if self.is_full {
                 break;
             }
             self.run(&tolerance.map(|t| t * factor))?;
-            if self.best.as_ref().is_some_and(|b| b.verdict.error <= GOOD) {
+            if reached(self) <= GOOD {
                 return Ok(true);
+            }
+            if reached(self) > STUCK * before {
+                break;
             }
         }
         Ok(false)
