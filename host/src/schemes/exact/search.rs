@@ -109,7 +109,8 @@ impl<'a> Search<'a> {
             return self.finish(tolerance, &second, true);
         }
         if !(hopeless && joint(self)?)
-            && (self.finish(tolerance, &first, false)? || self.finish(tolerance, &first, true)?)
+            && (self.finish(tolerance, &first, false)?
+                || self.is_measured() && self.finish(tolerance, &first, true)?)
         {
             return Ok(true);
         }
@@ -118,6 +119,12 @@ impl<'a> Search<'a> {
         }
         let pairs = joint(self)?;
         self.closer(tolerance, pairs)
+    }
+
+    /// True if motions were measured somewhere: elsewhere there are no points to lie between.
+    fn is_measured(&self) -> bool {
+        let mut variables = self.sampler.variables.iter();
+        variables.any(|v| v.kinks.len() > v.ends.len())
     }
 
     /// Leaves out less as long as that helps; true if the tolerance is met.
@@ -140,8 +147,8 @@ impl<'a> Search<'a> {
             }
         }
         match last {
-            Some(last) => self.finish(tolerance, &last, true),
-            None => Ok(false),
+            Some(last) if self.is_measured() => self.finish(tolerance, &last, true),
+            _ => Ok(false),
         }
     }
 
