@@ -165,9 +165,9 @@ mod tests {
 
         #[test]
         fn rate_and_acceleration_stay_within_their_bounds(
-            rate in 0.2_f32..50.0,
-            base in 1e-4_f32..0.01,
-            plan in prop::collection::vec((any::<bool>(), 1_usize..400, 0.3_f32..1.0), 1..12),
+            rate in 0.1875_f32..50.0,
+            base in 1.0 / 16384.0_f32..0.01,
+            plan in prop::collection::vec((any::<bool>(), 1_usize..400, 0.25_f32..1.0), 1..12),
         ) {
             let pace = Pace::new(rate);
             let mut ramp = Ramp::ZERO;

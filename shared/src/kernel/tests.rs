@@ -338,7 +338,7 @@ fn drafts() -> impl Strategy<Value = Draft> {
     let one_bank = (
         0_u8..4,
         -500.0_f32..500.0,
-        0.01_f32..100.0,
+        0.015_625_f32..100.0,
         any::<bool>(),
         0..4_usize,
         any::<bool>(),
@@ -368,7 +368,7 @@ fn drafts() -> impl Strategy<Value = Draft> {
             (
                 0_u8..4,
                 -500.0_f32..500.0,
-                0.01_f32..300.0,
+                0.015_625_f32..300.0,
                 2_u32..4,
                 any::<bool>(),
             ),

@@ -564,8 +564,8 @@ proptest! {
 
     #[test]
     fn whatever_happens_the_guard_rails_hold(
-        base in 0.0002_f32..0.01,
-        plan in prop::collection::vec((event(), 1_usize..60, 0.2_f32..1.0), 20..60),
+        base in 1.0 / 8192.0_f32..0.01,
+        plan in prop::collection::vec((event(), 1_usize..60, 0.1875_f32..1.0), 20..60),
     ) {
         let mut plant = Plant::new();
         let mut dq = [0.0_f32; 3];
