@@ -118,8 +118,8 @@ impl core::error::Error for MachineError {}
 const PARALLEL: f64 = 0.02;
 /// Linear axes with a rotary axis between them, and three rotary axes, become dependent at single
 /// positions. The grid over the travel has steps of 15° at most, so within half a step of such a
-/// position the volume of the directions is below this. Independent axes have 1.
-const DEPENDENT: f64 = 0.13;
+/// position the volume of the directions is below this (sin 7.5° is 0.1305). Independent axes have 1.
+const DEPENDENT: f64 = 0.131;
 /// Positions of each rotary axis in the grid.
 const STEPS: usize = 25;
 
@@ -214,6 +214,19 @@ mod tests {
             parallel.contains("A and C are parallel at A = -90.0°, B = -90.0°, C = -90.0°"),
             "{parallel}"
         );
+    }
+
+    #[test]
+    fn parallel_axes_do_not_hide_a_direction_that_is_lost() {
+        use Letter as L;
+        // C turns Y into the direction of X and U, halfway between two positions of the grid.
+        let mut axes = axes(&[L::C, L::Y, L::U, L::X, L::Z]);
+        axes[0].travel = [-172.5, 187.5];
+        axes[0].branch = Branch::Workpiece;
+        axes[1].branch = Branch::Workpiece;
+        let found = Machine::new(&axes).and_then(|m| m.check()).unwrap_err();
+        let text = found.to_string();
+        assert!(text.contains("do not span space at C = "), "{text}");
     }
 
     #[test]

@@ -56,11 +56,22 @@ impl Jacobian {
         (0..self.count).filter(|i| !self.rotary[*i])
     }
 
-    /// How independent the linear directions are: √det(Jl·Jlᵀ), 1 for three orthogonal axes,
-    /// 0 if a direction of space has no motion.
+    /// How independent the linear directions are: the volume of the best three of them, 1 if these
+    /// are orthogonal, 0 if a direction of space has no motion.
+    ///
+    /// Parallel axes (a quill) make √det(Jl·Jlᵀ) larger, but none of their directions more certain.
     #[must_use]
     pub fn linear_volume(&self) -> f64 {
-        ComplexField::sqrt(self.linear_square().determinant().max(0.0))
+        let mut largest = 0.0_f64;
+        for i in self.linear_axes() {
+            for j in self.linear_axes().filter(|j| *j > i) {
+                let plane = self.t[i].cross(&self.t[j]);
+                for k in self.linear_axes().filter(|k| *k > j) {
+                    largest = largest.max(ComplexField::abs(plane.dot(&self.t[k])));
+                }
+            }
+        }
+        largest
     }
 
     /// How independent the rotary directions are: √det(Jrᵀ·Jr), 1 if orthogonal or fewer than two.

@@ -1,6 +1,6 @@
 //! What tables do, measured as the runtime evaluates them.
 
-use super::limits::JUDGED;
+use super::limits::{CONFIRMED, JUDGED, MOST_MISSED};
 use crate::errors::Switches;
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::PerAxis;
@@ -20,11 +20,16 @@ const SEED: u64 = 0x6a75_6467;
 pub struct Judge<'a> {
     kinematics: &'a Kinematics<'a>,
     tolerance: PerAxis,
+    /// The correction at the zero position (mm, rad).
+    zero: PerAxis,
     places: Vec<Place>,
+    /// Positions that only what is good so far is measured at, once there is any.
+    others: Vec<Place>,
     /// Largest correction of each axis (mm, rad).
     largest: PerAxis,
 }
 
+#[derive(Clone)]
 struct Place {
     command: Command,
     /// The exact correction (mm, rad), less that of the zero position.
@@ -44,6 +49,20 @@ pub struct Verdict {
     pub harm: f64,
 }
 
+impl Verdict {
+    const NOTHING: Self = Self {
+        error: 0.0,
+        harm: 0.0,
+    };
+
+    fn worse(self, other: Self) -> Self {
+        Self {
+            error: self.error.max(other.error),
+            harm: self.harm.max(other.harm),
+        }
+    }
+}
+
 impl<'a> Judge<'a> {
     /// Draws the positions: over the travel, and where no motion holds; half of them with axes at
     /// their ends, where most functions are largest.
@@ -52,34 +71,7 @@ impl<'a> Judge<'a> {
         tolerance: PerAxis,
         zero: PerAxis,
     ) -> Result<Self, SchemeError> {
-        let (machine, errors) = (kinematics.machine, kinematics.errors);
-        let mut random = Pcg64Mcg::seed_from_u64(SEED);
-        let mut commands = Vec::new();
-        for (region, count) in [(Region::Travel, JUDGED / 3), (Region::Inside, JUDGED)] {
-            let drawn = random_commands(machine, errors, region, count, SEED ^ count as u64)?;
-            commands.extend(drawn.into_iter().enumerate().map(|(number, mut command)| {
-                // Some axes at an end, or every one: corners are where most add up.
-                match number % 4 {
-                    0 => to_ends(kinematics, &mut command, region, &mut random, 4),
-                    1 => to_ends(kinematics, &mut command, region, &mut random, 2),
-                    _ => {}
-                }
-                command
-            }));
-        }
-        let places: Result<Vec<Place>, NotConverged> = commands
-            .into_par_iter()
-            .map(|command| {
-                let (q, situation) = command.kinematic(machine);
-                let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
-                Ok(Place {
-                    command,
-                    correction: std::array::from_fn(|i| exact[i] - zero[i]),
-                    holds: holds(machine, errors, &q, &exact),
-                })
-            })
-            .collect();
-        let places = places?;
+        let places = places(kinematics, &zero, JUDGED, SEED)?;
         let largest = std::array::from_fn(|i| {
             let sizes = places.iter().map(|p| p.correction[i].abs());
             sizes.fold(0.0, f64::max)
@@ -87,7 +79,9 @@ impl<'a> Judge<'a> {
         Ok(Self {
             kinematics,
             tolerance,
+            zero,
             places,
+            others: Vec::new(),
             largest,
         })
     }
@@ -111,42 +105,88 @@ impl<'a> Judge<'a> {
         if !target.shortages(&Size::of(&runtime)).is_empty() {
             return None;
         }
-        let machine = self.kinematics.machine;
-        let worst = self
-            .places
-            .par_iter()
-            .map(|place| {
-                let table = runtime.evaluate(&place.command).map(f64::from);
-                let table = machine.to_kinematic(&table);
-                let mut verdict = Verdict {
-                    error: 0.0,
-                    harm: 0.0,
-                };
-                let deviations = table
-                    .iter()
-                    .zip(&place.correction)
-                    .map(|(t, c)| (t - c).abs());
-                for (i, deviation) in deviations.take(machine.axes.len()).enumerate() {
-                    if !place.holds {
-                        verdict.error = verdict.error.max(deviation / self.tolerance[i]);
-                    }
-                    let most = self.tolerance[i].max(self.largest[i]);
-                    verdict.harm = verdict.harm.max(deviation / most);
-                }
-                verdict
-            })
-            .reduce(
-                || Verdict {
-                    error: 0.0,
-                    harm: 0.0,
-                },
-                |a, b| Verdict {
-                    error: a.error.max(b.error),
-                    harm: a.harm.max(b.harm),
-                },
-            );
-        Some(worst)
+        let places = self.places.par_iter();
+        let found = places.map(|place| self.at(place, &runtime));
+        Some(found.reduce(|| Verdict::NOTHING, Verdict::worse))
     }
+
+    /// True if a draft keeps a multiple of the tolerance at many more positions than it was measured
+    /// at. If not, those where it does not are among these from now on.
+    pub fn confirms(&mut self, draft: &Draft, factor: f64) -> Result<bool, SchemeError> {
+        if self.others.is_empty() {
+            self.others = places(self.kinematics, &self.zero, CONFIRMED, !SEED)?;
+        }
+        let blob = draft.encode();
+        let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {
+            return Ok(false);
+        };
+        let errors: Vec<f64> = self
+            .others
+            .par_iter()
+            .map(|place| self.at(place, &runtime).error)
+            .collect();
+        let mut missed: Vec<usize> = (0..errors.len()).filter(|i| errors[*i] > factor).collect();
+        missed.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
+        missed.truncate(MOST_MISSED);
+        let places = missed.iter().map(|i| self.others[*i].clone());
+        self.places.extend(places);
+        Ok(missed.is_empty())
+    }
+
+    /// Measures tables at one position.
+    fn at(&self, place: &Place, runtime: &Runtime<'_>) -> Verdict {
+        let machine = self.kinematics.machine;
+        let table = runtime.evaluate(&place.command).map(f64::from);
+        let table = machine.to_kinematic(&table);
+        let mut verdict = Verdict::NOTHING;
+        for i in 0..machine.axes.len() {
+            let deviation = (table[i] - place.correction[i]).abs();
+            if !place.holds {
+                verdict.error = verdict.error.max(deviation / self.tolerance[i]);
+            }
+            let most = self.tolerance[i].max(self.largest[i]);
+            verdict.harm = verdict.harm.max(deviation / most);
+        }
+        verdict
+    }
+}
+
+/// Draws positions with their exact corrections: a quarter of them over the travel, the others where
+/// no motion holds; half of them with axes at their ends, where most functions are largest.
+fn places(
+    kinematics: &Kinematics<'_>,
+    zero: &PerAxis,
+    count: usize,
+    seed: u64,
+) -> Result<Vec<Place>, SchemeError> {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut commands = Vec::new();
+    for (region, count) in [(Region::Travel, count / 3), (Region::Inside, count)] {
+        let drawn = random_commands(machine, errors, region, count, seed ^ count as u64)?;
+        commands.extend(drawn.into_iter().enumerate().map(|(number, mut command)| {
+            // Some axes at an end, or every one: corners are where most add up.
+            match number % 4 {
+                0 => to_ends(kinematics, &mut command, region, &mut random, 4),
+                1 => to_ends(kinematics, &mut command, region, &mut random, 2),
+                _ => {}
+            }
+            command
+        }));
+    }
+    let places: Result<Vec<Place>, NotConverged> = commands
+        .into_par_iter()
+        .map(|command| {
+            let (q, situation) = command.kinematic(machine);
+            let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+            Ok(Place {
+                command,
+                correction: std::array::from_fn(|i| exact[i] - zero[i]),
+                holds: holds(machine, errors, &q, &exact),
+            })
+        })
+        .collect();
+    Ok(places?)
 }
 
 /// Moves two in `of` of the axes, of tool length and of temperatures to an end of their range.

@@ -26,6 +26,10 @@ pub const GOOD: f64 = 0.95;
 /// Random positions at which tables are measured, and how often points are made finer for it.
 pub const JUDGED: usize = 3000;
 pub const REFINEMENTS: usize = 4;
+/// Random positions at which what is good is confirmed: as many as those of a proof. So many of
+/// those where it is not, the worst, are measured from then on.
+pub const CONFIRMED: usize = 20_000;
+pub const MOST_MISSED: usize = 200;
 
 /// Interpolation may take at least this share of the tolerance, and this part of what the structure
 /// leaves.

@@ -279,7 +279,7 @@ impl<'a> Search<'a> {
             let fixed = self.options.points.map(|points| points.max(2) - 1);
             let grids = points::grids(&found, fixed, share, finer)?;
             let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
-            let Some(verdict) = self.judge.measure(&draft, &self.options.target) else {
+            let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
                 self.is_full = true;
                 // More than the target holds: fewer points, unless they were enough before.
                 if last.is_finite() || room == 0 {
@@ -289,7 +289,17 @@ impl<'a> Search<'a> {
                 share *= 2.0;
                 continue;
             };
-            let good = verdict.error <= GOOD * factor;
+            // What is made for a finer tolerance is to meet the one asked for.
+            let wanted = factor.max(1.0);
+            let mut good = verdict.error <= GOOD * wanted;
+            if good && !self.judge.confirms(&draft, wanted)? {
+                good = false;
+                let measure = |draft: &Draft| self.judge.measure(draft, &self.options.target);
+                verdict = measure(&draft).unwrap_or(verdict);
+                if let Some(best) = &mut self.best {
+                    best.verdict = measure(&best.draft).unwrap_or(best.verdict);
+                }
+            }
             let better = match &self.best {
                 Some(best) => verdict.error < best.verdict.error,
                 None => true,
