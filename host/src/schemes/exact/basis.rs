@@ -2,12 +2,13 @@
 
 use super::along::{Along, Column, Shows};
 use super::generators::{Generator, products};
-use super::limits::ROUNDING;
+use super::limits::{APART, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable, positions};
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 /// The functions of one variable: number 0 is the constant 1, then products of generators, then
 /// functions found numerically: those that show with the axis' own motions off, those of its
@@ -18,6 +19,8 @@ pub struct Basis {
     pub products: Vec<Vec<Generator>>,
     /// Functions found numerically.
     numeric: Vec<Numeric>,
+    /// The functions that samples of a kind at so many nodes are made of.
+    shown: BTreeMap<(Shows, usize), Vec<usize>>,
     /// Values at nodes of the calibrated range: nodes × functions.
     seen: DMatrix<f64>,
     /// Largest magnitude of each function there.
@@ -27,7 +30,6 @@ pub struct Basis {
 /// Functions found numerically in one kind of samples: what the functions before them leave.
 #[derive(Clone, Debug)]
 struct Numeric {
-    shows: Shows,
     /// Samples from which the functions are computed anywhere.
     columns: Vec<Column>,
     /// Columns × functions before: their part in the samples.
@@ -51,6 +53,7 @@ impl Basis {
             peaks: vec![1.0; products.len()],
             products,
             numeric: Vec::new(),
+            shown: BTreeMap::new(),
             seen: DMatrix::zeros(0, 0),
         }
     }
@@ -68,10 +71,9 @@ impl Basis {
         self.products.len() + self.numeric.iter().map(|n| n.unfold.ncols()).sum::<usize>()
     }
 
-    /// Number of functions that samples of a kind may show, the first ones.
-    pub fn len_of(&self, shows: Shows) -> usize {
-        let numeric = self.numeric.iter().filter(|n| n.shows <= shows);
-        self.products.len() + numeric.map(|n| n.unfold.ncols()).sum::<usize>()
+    /// The functions that samples of a kind at so many nodes are made of.
+    pub fn shown(&self, shows: Shows, nodes: usize) -> &[usize] {
+        self.shown.get(&(shows, nodes)).map_or(&[], Vec::as_slice)
     }
 
     /// Values of the products at positions: positions × products.
@@ -105,11 +107,18 @@ impl Basis {
         let found = Self::fitting(variable, &alone, choice)
             .or_else(|| Self::fitting(variable, &turning, choice));
         let mut basis = found.unwrap_or_else(|| Self::of_products(products(&variable.kind, 2)));
-        // Of each kind, the samples with most nodes tell.
-        let tell = [Shows::Turning, Shows::Moving, Shows::Joint].map(|shows| of(shows).next_back());
-        for group in tell.into_iter().flatten() {
-            let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
-            basis.numeric.extend(numeric(group, &values, choice.leave));
+        // Samples of a kind are made of the functions found so far, and of what these leave; those with
+        // most nodes tell first.
+        for shows in [Shows::Turning, Shows::Moving, Shows::Joint] {
+            for group in of(shows).rev() {
+                let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
+                let mut shown = telling(&group.samples, &values, choice.leave);
+                let found = numeric(group, &values, &shown, choice.leave);
+                let new = found.as_ref().map_or(0, |n| n.unfold.ncols());
+                shown.extend(values.ncols()..values.ncols() + new);
+                basis.numeric.extend(found);
+                basis.shown.insert((shows, group.nodes.len()), shown);
+            }
         }
         basis.with_peaks(v, sampler, components, tolerance)
     }
@@ -201,23 +210,61 @@ fn residual(samples: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<(DMatrix<f6
     Some((samples - values * (&inverse * samples), inverse))
 }
 
+/// Which functions (`values`, nodes × functions) samples (nodes × columns) are taken for sums of: all, if
+/// there are nodes to spare; otherwise those that explain most, one after the other.
+fn telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
+    if values.ncols() < values.nrows() {
+        return (0..values.ncols()).collect();
+    }
+    let mut left = samples * samples.transpose();
+    let mut functions = values.clone();
+    let mut chosen = Vec::new();
+    while chosen.len() + 2 < values.nrows() && left.trace() > leave * leave {
+        let explained = (0..functions.ncols())
+            .filter(|k| {
+                // What is nearly a sum of those chosen explains nothing but rounding.
+                functions.column(*k).norm() > APART * values.column(*k).norm()
+            })
+            .map(|k| {
+                let f = functions.column(k).normalize();
+                (k, (f.transpose() * &left * &f)[0])
+            })
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((best, _)) = explained else { break };
+        chosen.push(best);
+        let f = functions.column(best).normalize();
+        let rest = DMatrix::identity(f.len(), f.len()) - &f * f.transpose();
+        functions = &rest * functions;
+        left = &rest * left * &rest;
+    }
+    chosen
+}
+
 /// The functions that explain what those before (`values`, nodes × functions) leave of the samples,
-/// and where to compute them from; none, if nothing of size is left.
-fn numeric(group: &Along, values: &DMatrix<f64>, leave: f64) -> Option<Numeric> {
-    let (rest, _) = residual(&group.samples, values)?;
+/// and where to compute them from; none, if nothing of size is left. Of those before, only `from` are
+/// used.
+fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> Option<Numeric> {
+    let before = values.ncols();
+    let values = values.select_columns(from);
+    let (rest, _) = residual(&group.samples, &values)?;
     let (functions, count) = leading(&rest, leave);
     if count == 0 {
         return None;
     }
-    let before = values.ncols();
-    let mut all = values.clone().insert_columns(before, count, 0.0);
-    all.columns_mut(before, count).copy_from(&functions);
+    let used = values.ncols();
+    let mut all = values.insert_columns(used, count, 0.0);
+    all.columns_mut(used, count).copy_from(&functions);
     let weights = all.pseudo_inverse(ROUNDING).ok()? * &group.samples; // functions × columns
-    let chosen = columns(&weights.rows(before, count).into_owned());
-    let part = DMatrix::from_fn(count, chosen.len(), |k, c| weights[(before + k, chosen[c])]);
+    let chosen = columns(&weights.rows(used, count).into_owned());
+    let part = DMatrix::from_fn(count, chosen.len(), |k, c| weights[(used + k, chosen[c])]);
+    let mut known = DMatrix::zeros(chosen.len(), before);
+    for (k, function) in from.iter().enumerate() {
+        for (c, column) in chosen.iter().enumerate() {
+            known[(c, *function)] = weights[(k, *column)];
+        }
+    }
     Some(Numeric {
-        shows: group.shows,
-        known: DMatrix::from_fn(chosen.len(), before, |c, k| weights[(k, chosen[c])]),
+        known,
         unfold: part.transpose().pseudo_inverse(ROUNDING).ok()?.transpose(),
         columns: chosen
             .into_iter()
@@ -362,6 +409,24 @@ mod tests {
         let (rest, _) = residual(&samples, &values).unwrap();
         // As little as the choice leaves out at the nodes; between them as much again.
         assert!(largest(&rest) < 2.0 * CHOICE.leave, "{}", largest(&rest));
+    }
+
+    #[test]
+    fn few_nodes_tell_the_functions_that_samples_are_made_of() {
+        let at = |i: usize| i as f64 / 4.0 - 1.0;
+        // Nine nodes, twelve powers; samples of the third and the ninth, of the third mostly.
+        let values = DMatrix::from_fn(9, 12, |i, k| at(i).powi(k as i32));
+        let samples = DMatrix::from_fn(9, 20, |i, k| {
+            at(i).powi(3) + 1e-3 * k as f64 * at(i).powi(9)
+        });
+        let told = telling(&samples, &values, 1e-9);
+        assert_eq!(told[0], 3);
+        assert!(told.len() <= 7);
+        let (rest, _) = residual(&samples, &values.select_columns(&told)).unwrap();
+        assert!(largest(&rest) < 1e-4, "{}", largest(&rest));
+        // With nodes to spare every function is used.
+        let few = values.columns(0, 8).into_owned();
+        assert_eq!(telling(&samples, &few, 1e-9).len(), 8);
     }
 
     #[test]

@@ -1,55 +1,58 @@
 //! Which components a correction is split into, and how finely each is sampled.
 
-use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIR_SHOWS};
+use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIRS_SHOW};
 use super::sampling::{Component, Sampler};
-use super::trials::random_place;
-use super::variables::Kind;
+use super::trials::{random_place, to_corner};
+use super::variables::{Kind, Place};
+use crate::errors::ParameterKind;
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 
-/// What is there with everything switched off, what each switch adds, and what a motion that was
-/// measured in both directions adds with its axis' direction of travel.
+/// What is there with everything switched off, and what is of first order.
 pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged> {
-    let variables = 0..sampler.variables.len();
-    let switches = variables.filter(|v| sampler.variables[*v].is_switch());
-    let alone = switches.map(|v| 1 << v);
+    let alone = first(sampler);
     std::iter::once(0)
         .chain(alone)
-        .chain(directed(sampler))
         .map(|on| component(sampler, on))
         .collect()
 }
 
-/// The switches of every axis whose motions were measured in both directions: those of its motions
-/// and of its direction.
-fn directed(sampler: &Sampler<'_>) -> Vec<u32> {
-    let errors = sampler.kinematics.errors;
-    let of = |wanted: fn(&Kind) -> Option<usize>, axis: usize| {
-        let mut variables = sampler.variables.iter();
-        variables.position(|v| wanted(&v.kind) == Some(axis))
-    };
-    (0..errors.motions.len())
-        .filter(|i| {
-            let tables = errors.motions[*i].iter().filter_map(|m| m.table.as_ref());
-            tables.into_iter().any(|t| t.negative.is_some())
-        })
-        .filter_map(|i| {
-            let position = |kind: &Kind| match kind {
-                Kind::Bending(i) | Kind::Rotary(i) => Some(*i),
-                _ => None,
-            };
-            let direction = |kind: &Kind| match kind {
-                Kind::Sign(i) => Some(*i),
-                _ => None,
-            };
-            Some(1 << of(position, i)? | 1 << of(direction, i)?)
-        })
-        .collect()
+/// The sets of switches that add something of first order together: each alone; the motions of an axis
+/// with its direction of travel, if one was measured in both; and with a temperature that changes one.
+fn first(sampler: &Sampler<'_>) -> Vec<u32> {
+    let (variables, errors) = (sampler.variables, sampler.kinematics.errors);
+    let mut sets: Vec<u32> = (0..variables.len())
+        .filter(|v| variables[*v].is_switch())
+        .map(|v| 1 << v)
+        .collect();
+    let of = |kind: Kind| variables.iter().position(|v| v.kind == kind);
+    for (v, variable) in variables.iter().enumerate().filter(|(_, v)| v.moves) {
+        let (Kind::Bending(axis) | Kind::Rotary(axis)) = variable.kind else {
+            continue;
+        };
+        let motions = &errors.motions[axis];
+        let mut tables = motions.iter().filter_map(|m| m.table.as_ref());
+        if tables.any(|t| t.negative.is_some()) {
+            sets.extend(of(Kind::Sign(axis)).map(|sign| 1 << v | 1 << sign));
+        }
+        let changes = motions.iter().flat_map(|m| &m.thermal);
+        let mut sensors: Vec<usize> = changes
+            .filter(|c| c.kind != ParameterKind::Degree(0))
+            .map(|c| c.sensor)
+            .collect();
+        sensors.sort_unstable();
+        sensors.dedup();
+        for sensor in sensors {
+            sets.extend(of(Kind::Kelvin(sensor)).map(|kelvin| 1 << v | 1 << kelvin));
+        }
+    }
+    sets
 }
 
-/// What pairs of switches add, where it shows; the strongest first.
+/// What two of these sets add together, where it shows; the strongest first.
 pub fn second_order(
     sampler: &Sampler<'_>,
     tolerance: &PerAxis,
@@ -91,33 +94,46 @@ fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> 
     Ok(component)
 }
 
-/// The pairs of switches whose joint effect shows, the strongest first.
+/// The unions of two sets of first order whose joint effects show, the strongest first: the weakest are
+/// left out, as many as do not show together.
 fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConverged> {
-    let variables = sampler.variables;
-    let switches: Vec<usize> = (0..variables.len())
-        .filter(|v| variables[*v].is_switch())
-        .collect();
-    let directed = directed(sampler);
-    let mut random = Pcg64Mcg::seed_from_u64(2);
-    let mut found = Vec::new();
-    for (k, &a) in switches.iter().enumerate() {
-        for &b in &switches[k + 1..] {
-            if directed.contains(&(1 << a | 1 << b)) {
-                continue;
-            }
-            let mut worst = 0.0_f64;
-            for _ in 0..PAIR_PLACES {
-                let place = random_place(variables, &mut random);
-                let added = sampler.added(&place, 1 << a | 1 << b)?;
-                for (d, t) in added.iter().zip(tolerance) {
-                    worst = worst.max(d.abs() / t);
-                }
-            }
-            if worst > PAIR_SHOWS {
-                found.push((worst, 1 << a | 1 << b));
-            }
-        }
+    let first = first(sampler);
+    let mut unions: Vec<u32> = Vec::new();
+    for (k, a) in first.iter().enumerate() {
+        let others = first[k + 1..].iter().map(|b| a | b);
+        unions.extend(others.filter(|on| !first.contains(on)));
     }
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Ok(found.into_iter().map(|(_, on)| on).collect())
+    unions.sort_unstable();
+    unions.dedup();
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let places: Vec<Place> = (0..PAIR_PLACES)
+        .map(|number| {
+            let mut place = random_place(sampler.variables, &mut random);
+            if number % 2 == 0 {
+                to_corner(sampler.variables, &mut place);
+            }
+            place
+        })
+        .collect();
+    let sizes: Result<Vec<(f64, u32)>, NotConverged> = unions
+        .into_par_iter()
+        .map(|on| {
+            let mut size = 0.0_f64;
+            for place in &places {
+                let added = sampler.added(place, on)?;
+                let parts = added.iter().zip(tolerance).map(|(d, t)| d.abs() / t);
+                size = parts.fold(size, f64::max);
+            }
+            Ok((size, on))
+        })
+        .collect();
+    let mut sizes = sizes?;
+    sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut left_out = 0.0;
+    let weak = sizes.iter().rev().take_while(|(size, _)| {
+        left_out += size * size;
+        2.0 * f64::sqrt(left_out) < PAIRS_SHOW
+    });
+    sizes.truncate(sizes.len() - weak.count());
+    Ok(sizes.into_iter().map(|(_, on)| on).collect())
 }

@@ -26,6 +26,9 @@ pub struct Entry {
     pub peak: f64,
 }
 
+/// The functions that samples of a kind are made of, and the matrix that takes samples to these.
+type Inverse = (Vec<usize>, DMatrix<f64>);
+
 /// Projects all components onto the bases. Where more than the tolerance will be left out
 /// anyway (`left_out`, in its units), small products are dropped in proportion.
 pub fn entries(
@@ -38,8 +41,9 @@ pub fn entries(
     let n = sampler.kinematics.machine.axes.len();
     let noise = NOISE * left_out.max(1.0);
     let mut sums: HashMap<(usize, Key), f64> = HashMap::new();
-    let mut inverses: HashMap<(usize, Shows, usize), DMatrix<f64>> = HashMap::new();
+    let mut inverses: HashMap<(usize, Shows, usize), Inverse> = HashMap::new();
     for component in components {
+        let mut functions_of: Vec<Vec<usize>> = Vec::new();
         let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
         let monomials = component.monomials.len();
         let mut values: Vec<f64> = (0..n)
@@ -51,22 +55,15 @@ pub fn entries(
             let key = (*v, shows, positions.len());
             if let std::collections::hash_map::Entry::Vacant(slot) = inverses.entry(key) {
                 let all = bases[*v].values(*v, sampler, components, tolerance, positions)?;
-                // With few nodes the leading functions only, and some nodes to spare.
-                let variable = &sampler.variables[*v];
-                let most = match shows {
-                    Shows::Moving if positions.len() == variable.nodes => positions.len(),
-                    Shows::Turning if !variable.is_uneven() => positions.len() - 1,
-                    Shows::Turning if positions.len() == variable.turning.base => positions.len(),
-                    _ => positions.len() * 3 / 4,
-                };
-                let kept = bases[*v].len_of(shows).min(most);
-                let part = all.columns(0, kept).into_owned();
-                slot.insert(
-                    part.pseudo_inverse(ROUNDING)
-                        .unwrap_or_else(|_| DMatrix::zeros(kept, positions.len())),
-                );
+                let shown = bases[*v].shown(shows, positions.len()).to_vec();
+                let part = all.select_columns(&shown);
+                let inverse = part
+                    .pseudo_inverse(ROUNDING)
+                    .unwrap_or_else(|_| DMatrix::zeros(shown.len(), positions.len()));
+                slot.insert((shown, inverse));
             }
-            let inverse = &inverses[&key];
+            let (shown, inverse) = &inverses[&key];
+            functions_of.push(shown.clone());
             let outer: usize = n * monomials * shape[..k].iter().product::<usize>();
             let inner: usize = shape[k + 1..].iter().product();
             let (from, to) = (inverse.ncols(), inverse.nrows());
@@ -94,7 +91,7 @@ pub fn entries(
             let mut key = [0; MAX_VARIABLES];
             let mut rest = index % functions;
             for (k, (v, _)) in component.rich.iter().enumerate().rev() {
-                key[*v] = (rest % shape[k]) as u8;
+                key[*v] = functions_of[k][rest % shape[k]] as u8;
                 rest /= shape[k];
             }
             let block = index / functions;

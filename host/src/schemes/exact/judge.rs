@@ -1,6 +1,7 @@
 //! What tables do, measured as the runtime evaluates them.
 
-use super::limits::{CONFIRMED, JUDGED, MOST_MISSED};
+use super::fit::{Sample, fitted};
+use super::limits::{CLIMB_ROUNDS, CLIMBS, CONFIRMED, JUDGED, MOST_MISSED};
 use crate::errors::Switches;
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::PerAxis;
@@ -11,7 +12,7 @@ use crate::validate::{Command, Region, Runtime, holds, random_commands};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use trueaxis::Draft;
+use trueaxis::{Draft, Travel};
 
 /// Seeds of the positions; those of a proof are others.
 const SEED: u64 = 0x6a75_6467;
@@ -105,7 +106,7 @@ impl<'a> Judge<'a> {
         if !target.shortages(&Size::of(&runtime)).is_empty() {
             return None;
         }
-        let places = self.places.par_iter();
+        let places = self.places.par_iter().chain(&self.others);
         let found = places.map(|place| self.at(place, &runtime));
         Some(found.reduce(|| Verdict::NOTHING, Verdict::worse))
     }
@@ -113,9 +114,7 @@ impl<'a> Judge<'a> {
     /// True if a draft keeps a multiple of the tolerance at many more positions than it was measured
     /// at. If not, those where it does not are among these from now on.
     pub fn confirms(&mut self, draft: &Draft, factor: f64) -> Result<bool, SchemeError> {
-        if self.others.is_empty() {
-            self.others = places(self.kinematics, &self.zero, CONFIRMED, !SEED)?;
-        }
+        self.draw_others()?;
         let blob = draft.encode();
         let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {
             return Ok(false);
@@ -125,12 +124,86 @@ impl<'a> Judge<'a> {
             .par_iter()
             .map(|place| self.at(place, &runtime).error)
             .collect();
-        let mut missed: Vec<usize> = (0..errors.len()).filter(|i| errors[*i] > factor).collect();
-        missed.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
-        missed.truncate(MOST_MISSED);
-        let places = missed.iter().map(|i| self.others[*i].clone());
-        self.places.extend(places);
-        Ok(missed.is_empty())
+        let mut order: Vec<usize> = (0..errors.len()).collect();
+        order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
+        let starts = order
+            .iter()
+            .take(CLIMBS)
+            .map(|i| (errors[*i], self.others[*i].clone()));
+        let starts: Vec<_> = starts.collect();
+        let climbed: Result<Vec<_>, NotConverged> = starts
+            .into_par_iter()
+            .map(|(error, place)| self.climb(error, place, &runtime))
+            .collect();
+        let climbed = climbed?.into_iter().filter(|(error, _)| *error > factor);
+        let missed = order.iter().take_while(|i| errors[**i] > factor);
+        let missed = missed.take(MOST_MISSED).map(|i| self.others[*i].clone());
+        let missed: Vec<Place> = climbed.map(|(_, place)| place).chain(missed).collect();
+        let is_kept = missed.is_empty();
+        self.places.extend(missed);
+        Ok(is_kept)
+    }
+
+    /// Moves one input after the other to an end of its range, as long as the tables become worse
+    /// there: the worst corner is one of thousands, which random positions may miss.
+    fn climb(
+        &self,
+        mut error: f64,
+        mut place: Place,
+        runtime: &Runtime<'_>,
+    ) -> Result<(f64, Place), NotConverged> {
+        let kinematics = self.kinematics;
+        let ways = corner_moves(kinematics);
+        for _ in 0..CLIMB_ROUNDS {
+            let before = error;
+            for way in &ways {
+                let mut command = place.command;
+                way(&mut command);
+                let next = Place::inside(kinematics, &self.zero, command)?;
+                let found = self.at(&next, runtime).error;
+                if found > error {
+                    (error, place) = (found, next);
+                }
+            }
+            if error == before {
+                break;
+            }
+        }
+        Ok((error, place))
+    }
+
+    /// A draft with its weights fitted, at the positions it is measured at and some of those at which
+    /// it is confirmed; the others of these tell if that was right.
+    pub fn fitted(&mut self, draft: &Draft) -> Result<Option<Draft>, SchemeError> {
+        self.draw_others()?;
+        let machine = self.kinematics.machine;
+        let inputs = machine.axes.len() + draft.auxiliaries.len();
+        let places = self.places.iter().chain(self.others.iter().step_by(3));
+        let samples: Vec<Sample> = places
+            .filter(|p| !p.holds)
+            .map(|place| {
+                let Command {
+                    axes,
+                    travel,
+                    auxiliaries,
+                } = &place.command;
+                let all = axes[..machine.axes.len()].iter().chain(auxiliaries);
+                Sample {
+                    inputs: all.take(inputs).map(|x| f64::from(*x)).collect(),
+                    directions: travel.iter().map(direction).collect(),
+                    wanted: machine.to_command(&place.correction).to_vec(),
+                }
+            })
+            .collect();
+        let tolerance = machine.to_command(&self.tolerance);
+        Ok(fitted(draft, &samples, &tolerance[..machine.axes.len()]))
+    }
+
+    fn draw_others(&mut self) -> Result<(), SchemeError> {
+        if self.others.is_empty() {
+            self.others = places(self.kinematics, &self.zero, CONFIRMED, !SEED)?;
+        }
+        Ok(())
     }
 
     /// Measures tables at one position.
@@ -139,8 +212,9 @@ impl<'a> Judge<'a> {
         let table = runtime.evaluate(&place.command).map(f64::from);
         let table = machine.to_kinematic(&table);
         let mut verdict = Verdict::NOTHING;
-        for i in 0..machine.axes.len() {
-            let deviation = (table[i] - place.correction[i]).abs();
+        let pairs = table.iter().zip(&place.correction);
+        let deviations = pairs.map(|(t, c)| (t - c).abs()).take(machine.axes.len());
+        for (i, deviation) in deviations.enumerate() {
             if !place.holds {
                 verdict.error = verdict.error.max(deviation / self.tolerance[i]);
             }
@@ -148,6 +222,15 @@ impl<'a> Judge<'a> {
             verdict.harm = verdict.harm.max(deviation / most);
         }
         verdict
+    }
+}
+
+/// −1, 0 if unknown, 1.
+fn direction(travel: &Travel) -> f64 {
+    match travel {
+        Travel::Negative => -1.0,
+        Travel::Unknown => 0.0,
+        Travel::Positive => 1.0,
     }
 }
 
@@ -171,22 +254,113 @@ fn places(
                 1 => to_ends(kinematics, &mut command, region, &mut random, 2),
                 _ => {}
             }
-            command
+            (region, command)
         }));
     }
     let places: Result<Vec<Place>, NotConverged> = commands
         .into_par_iter()
-        .map(|command| {
-            let (q, situation) = command.kinematic(machine);
-            let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
-            Ok(Place {
-                command,
-                correction: std::array::from_fn(|i| exact[i] - zero[i]),
-                holds: holds(machine, errors, &q, &exact),
-            })
+        .map(|(region, command)| {
+            if region == Region::Inside {
+                Place::inside(kinematics, zero, command)
+            } else {
+                Place::new(kinematics, zero, command)
+            }
         })
         .collect();
     Ok(places?)
+}
+
+impl Place {
+    fn new(
+        kinematics: &Kinematics<'_>,
+        zero: &PerAxis,
+        command: Command,
+    ) -> Result<Self, NotConverged> {
+        let (q, situation) = command.kinematic(kinematics.machine);
+        let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+        Ok(Self {
+            command,
+            correction: std::array::from_fn(|i| exact[i] - zero[i]),
+            holds: holds(kinematics.machine, kinematics.errors, &q, &exact),
+        })
+    }
+
+    /// Where an axis stands at an end its correction leads outside: just before it, if that will do.
+    fn inside(
+        kinematics: &Kinematics<'_>,
+        zero: &PerAxis,
+        mut command: Command,
+    ) -> Result<Self, NotConverged> {
+        let mut place = Self::new(kinematics, zero, command)?;
+        for _ in 0..3 {
+            if !place.holds {
+                break;
+            }
+            draw_in(kinematics, &mut command, &place.correction, zero);
+            place = Self::new(kinematics, zero, command)?;
+        }
+        Ok(place)
+    }
+}
+
+/// The range in which an axis is drawn (mm, deg): where no motion holds, or its travel.
+fn range(kinematics: &Kinematics<'_>, index: usize, region: Region) -> [f64; 2] {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let [low, high] = machine.axes[index].travel;
+    if region == Region::Inside && errors.motions[index].iter().any(|m| m.holds()) {
+        let [from, to] = crate::validate::calibrated(machine, errors, index);
+        return [low.max(from), high.min(to)];
+    }
+    [low, high]
+}
+
+/// Takes one input to an end of its range.
+type Move<'a> = Box<dyn Fn(&mut Command) + Sync + 'a>;
+
+/// All there are of them.
+fn corner_moves<'a>(kinematics: &'a Kinematics<'a>) -> Vec<Move<'a>> {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let mut moves: Vec<Move<'_>> = Vec::new();
+    for i in 0..machine.axes.len() {
+        for end in range(kinematics, i, Region::Inside) {
+            moves.push(Box::new(move |command| command.axes[i] = end as f32));
+        }
+        if errors.reverses(i) {
+            for travel in [Travel::Negative, Travel::Positive] {
+                moves.push(Box::new(move |command| command.travel[i] = travel));
+            }
+        }
+    }
+    let kelvin = errors.sensors.iter().map(|s| s.range_kelvin);
+    for (k, range) in machine.length_range.into_iter().chain(kelvin).enumerate() {
+        for end in range {
+            moves.push(Box::new(move |command| command.auxiliaries[k] = end as f32));
+        }
+    }
+    moves
+}
+
+/// Moves axes off the ends of their ranges by a little more than their corrections.
+fn draw_in(
+    kinematics: &Kinematics<'_>,
+    command: &mut Command,
+    correction: &PerAxis,
+    zero: &PerAxis,
+) {
+    let machine = kinematics.machine;
+    let exact = std::array::from_fn(|i| 1.1 * (correction[i] + zero[i]).abs());
+    let ways = machine.to_command(&exact);
+    for (i, way) in ways.iter().enumerate().take(machine.axes.len()) {
+        let [low, high] = range(kinematics, i, Region::Inside);
+        // Rounding towards the middle.
+        let (low, high) = (
+            ((low + way) as f32).next_up(),
+            ((high - way) as f32).next_down(),
+        );
+        if low < high {
+            command.axes[i] = command.axes[i].clamp(low, high);
+        }
+    }
 }
 
 /// Moves two in `of` of the axes, of tool length and of temperatures to an end of their range.
@@ -198,23 +372,13 @@ fn to_ends(
     of: u32,
 ) {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
-    // Just inside, where motions do not hold yet.
-    let inset = if region == Region::Inside { 2e-3 } else { 0.0 };
-    let mut end = |x: &mut f32, [low, high]: [f64; 2]| {
-        let margin = inset * (high - low);
-        match random.random_range(0..of) {
-            0 => *x = (low + margin) as f32,
-            1 => *x = (high - margin) as f32,
-            _ => {}
-        }
+    let mut end = |x: &mut f32, [low, high]: [f64; 2]| match random.random_range(0..of) {
+        0 => *x = low as f32,
+        1 => *x = high as f32,
+        _ => {}
     };
-    for (i, (q, axis)) in command.axes.iter_mut().zip(&machine.axes).enumerate() {
-        let [mut low, mut high] = axis.travel;
-        if region == Region::Inside && errors.motions[i].iter().any(|m| m.holds()) {
-            let [from, to] = crate::validate::calibrated(machine, errors, i);
-            (low, high) = (low.max(from), high.min(to));
-        }
-        end(q, [low, high]);
+    for (i, q) in command.axes.iter_mut().enumerate().take(machine.axes.len()) {
+        end(q, range(kinematics, i, region));
     }
     let with_length = usize::from(machine.length_range.is_some());
     if let Some(range) = machine.length_range {
@@ -259,6 +423,22 @@ mod tests {
             let verdict = judge.measure(&draft, &target).unwrap();
             assert_eq!(verdict.harm <= 1.0, harmless, "{verdict:?}");
         }
+    }
+
+    #[test]
+    fn the_worst_corner_is_found_and_remembered() {
+        let machine = with_rotary(&[('A', [-60.0, 60.0])]);
+        let errors = errors(&machine, "[parameters]\nEAX1 = 1e-7\nEX0A = 1e-3\n");
+        let kinematics = Kinematics::new(&machine, &errors);
+        let tolerance = [1e-3, 1e-3, 1e-3, 1e-6, 1e-6, 1e-6];
+        let mut judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
+        let draft = empty(&machine, &errors, &variables(&kinematics, 1e-6));
+        let target = Target::default();
+        let found = judge.measure(&draft, &target).unwrap().error;
+        assert!(judge.confirms(&draft, found * 1.01).unwrap());
+        let before = judge.places.len();
+        assert!(!judge.confirms(&draft, found * 0.9).unwrap());
+        assert!(judge.places.len() > before);
     }
 
     #[test]

@@ -26,10 +26,14 @@ pub const GOOD: f64 = 0.95;
 /// Random positions at which tables are measured, and how often points are made finer for it.
 pub const JUDGED: usize = 3000;
 pub const REFINEMENTS: usize = 4;
-/// Random positions at which what is good is confirmed: as many as those of a proof. So many of
+/// Random positions at which what is good is confirmed; so many of
 /// those where it is not, the worst, are measured from then on.
-pub const CONFIRMED: usize = 20_000;
+pub const CONFIRMED: usize = 8000;
 pub const MOST_MISSED: usize = 200;
+/// From so many of the worst of these positions corners are looked for that are worse still, at most
+/// so often around.
+pub const CLIMBS: usize = 16;
+pub const CLIMB_ROUNDS: usize = 4;
 
 /// Interpolation may take at least this share of the tolerance, and this part of what the structure
 /// leaves.
@@ -49,8 +53,9 @@ pub const COARSER: [f64; 16] = [
     2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5,
 ];
 
-/// Joint effects of two motions below this (in units of the tolerance) are left out.
-pub const PAIR_SHOWS: f64 = 0.15;
+/// Joint effects of two motions that stay below this together (in units of the tolerance; root of
+/// the sum of squares, twice: peaks rarely meet) are left out.
+pub const PAIRS_SHOW: f64 = 0.3;
 /// Random places at which joint effects are looked for.
 pub const PAIR_PLACES: usize = 24;
 /// Nodes of each axis whose motions are on together with another's: what several motions add
@@ -64,6 +69,9 @@ pub const LEAST_NODES: usize = 7;
 /// Singular values below this part of the largest are rounding: samples are good to 1e-10 of what
 /// they show.
 pub const ROUNDING: f64 = 1e-12;
+/// Of a function, at least this part must be no sum of others that are used with it: coefficients
+/// grow by its inverse.
+pub const APART: f64 = 1e-4;
 /// Products that contribute less than this (in units of the tolerance) are dropped: a thousand of
 /// them would not add up to a tenth.
 pub const NOISE: f64 = 1e-4;
@@ -76,3 +84,9 @@ pub const LEAST_INTERVALS: usize = 4;
 pub const MOST_INTERVALS: usize = 8192;
 /// A finer grid that leaves more than this part of the error is not worth its points.
 pub const STUCK: f64 = 0.8;
+
+/// Where weights are fitted: how often positions get other weight, the steps of each solution, and what
+/// is added to the squares of the products, which are 1: enough to keep what samples do not tell.
+pub const FIT_ROUNDS: usize = 8;
+pub const FIT_STEPS: usize = 30;
+pub const FIT_RIDGE: f64 = 1e-3;

@@ -16,6 +16,7 @@ mod components;
 mod core;
 mod cover;
 mod draft;
+mod fit;
 mod generators;
 mod judge;
 mod limits;
@@ -65,8 +66,14 @@ pub fn compile(
     let mut search = Search::new(minimize, options, sampler, judge)?;
     // What misses the tolerance may be bettered by what is made for a finer one, or for a coarser one;
     // unless it is only for want of room: then the least has been left out.
-    if !search.run(&tolerance)? && !search.lacks_room() && !search.finer(&tolerance)? {
+    if !search.run(&tolerance)?
+        && !search.fit()?
+        && !search.lacks_room()
+        && !search.finer(&tolerance)?
+        && !search.fit()?
+    {
         search.coarser(&tolerance)?;
+        search.fit()?;
     }
     let Some(best) = search.best else {
         return Ok(schemes::Found {

@@ -191,8 +191,10 @@ impl Sampler<'_> {
             }
         }
         component.monomials.extend(levers.iter().map(|v| vec![*v]));
-        // What two motions do jointly is of second order already.
-        if bends == 1 && on.count_ones() == 1 {
+        // What two motions do jointly is of second order already; what temperature or the direction of
+        // travel adds to one is not.
+        let moving = component.moving.iter().filter(|m| **m).count();
+        if bends == 1 && moving == 1 {
             for (k, &a) in levers.iter().enumerate() {
                 component
                     .monomials

@@ -158,6 +158,32 @@ impl<'a> Search<'a> {
         best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
     }
 
+    /// Fits the weights of the best; true if it meets the tolerance.
+    pub fn fit(&mut self) -> Result<bool, SchemeError> {
+        let Some(best) = &mut self.best else {
+            return Ok(false);
+        };
+        let Some(draft) = self.judge.fitted(&best.draft)? else {
+            return Ok(false);
+        };
+        let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
+            return Ok(false);
+        };
+        let mut good = verdict.error <= GOOD;
+        if good && !self.judge.confirms(&draft, 1.0)? {
+            good = false;
+            verdict = self
+                .judge
+                .measure(&draft, &self.options.target)
+                .unwrap_or(verdict);
+        }
+        if verdict.error < best.verdict.error && verdict.harm <= HARMLESS {
+            best.draft = draft;
+            best.verdict = verdict;
+        }
+        Ok(good && verdict.harm <= HARMLESS)
+    }
+
     /// Looks among what is made for finer tolerances; true if something meets this one.
     pub fn finer(&mut self, tolerance: &PerAxis) -> Result<bool, SchemeError> {
         let reached = |search: &Self| {

@@ -226,19 +226,25 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
         let varies = errors.motions[index].iter().any(Motion::varies);
         let uneven = axis.letter.is_rotary() && varies;
         let moves = bends || (uneven && separates);
-        let tabulated = errors.motions[index].iter().any(|m| m.table.is_some());
+        let motions = errors.motions[index].iter();
+        let tables: Vec<_> = motions.filter_map(|m| m.table.as_ref()).collect();
+        let tabulated = !tables.is_empty();
         let degree = errors.motions[index]
             .iter()
             .map(|m| m.coefficients.len().saturating_sub(1))
             .max()
             .unwrap_or(0);
-        let nodes = match (axis.letter.is_rotary(), tabulated) {
-            // Six motions, each times five products of sine and cosine, and their second order.
-            (true, true) => 45,
-            (true, false) => 33,
-            (false, true) => 21,
+        let directed = tables.iter().any(|t| t.negative.is_some());
+        let nodes = match (axis.letter.is_rotary(), tabulated, directed) {
+            // Six motions, each times five products of sine and cosine, and their second order; as
+            // many again in the other direction.
+            (true, true, true) => 65,
+            (true, true, false) => 45,
+            (true, false, _) => 33,
+            (false, true, true) => 35,
+            (false, true, false) => 21,
             // Polynomials: their products with the coordinate and their second order.
-            (false, false) => (2 * degree + 5).clamp(15, 21),
+            (false, false, _) => (2 * degree + 5).clamp(15, 21),
         };
         variables.push(Variable {
             kind,
