@@ -63,7 +63,7 @@ pub fn attempt(
     let entries = core::entries(sampler, components, &bases, tolerance, before)?;
     let cover = Cover::new(&entries, sampler.variables, &bases, minimize);
     let choose = |share: f64| {
-        let structure = cover.choose(share, target.tables * 2 / 3);
+        let structure = cover.choose(share, target.tables * 2 / 3, target.terms);
         let fits = structure.terms.len() <= target.terms && structure.count() <= target.tables;
         (structure, fits)
     };

@@ -1,6 +1,6 @@
 //! Which components a correction is split into, and how finely each is sampled.
 
-use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIRS_SHOW};
+use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, MOST_WORK, PAIR_PLACES, PAIRS_SHOW};
 use super::sampling::{Component, Sampler};
 use super::trials::{random_place, to_corner};
 use super::variables::{Kind, Place};
@@ -11,12 +11,18 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-/// What is there with everything switched off, and what is of first order.
+/// What is there with everything switched off, and what is of first order; and of temperatures their
+/// squares, which are of second order but large where machines become warm.
 pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged> {
-    let alone = first(sampler);
-    std::iter::once(0)
-        .chain(alone)
-        .map(|on| component(sampler, on))
+    let sets = first(sampler);
+    let with_temperature = |on: &u32| {
+        let mut variables = sampler.variables.iter().enumerate();
+        variables.any(|(v, x)| on >> v & 1 == 1 && matches!(x.kind, Kind::Kelvin(_)))
+    };
+    let squares: Vec<u32> = sets.iter().copied().filter(with_temperature).collect();
+    let all = std::iter::once(0).chain(sets).map(|on| (on, false));
+    all.chain(squares.into_iter().map(|on| (on, true)))
+        .map(|(on, even)| component(sampler, on, even))
         .collect()
 }
 
@@ -52,17 +58,33 @@ fn first(sampler: &Sampler<'_>) -> Vec<u32> {
     sets
 }
 
-/// What two of these sets add together, where it shows; the strongest first.
+/// What two of these sets add together, where it shows, the strongest first; no more than there is time
+/// for.
 pub fn second_order(
     sampler: &Sampler<'_>,
     tolerance: &PerAxis,
 ) -> Result<Vec<Component>, NotConverged> {
-    let pairs = pairs(sampler, tolerance)?;
-    pairs.into_iter().map(|on| component(sampler, on)).collect()
+    let mut work = 0;
+    let pairs = pairs(sampler, tolerance)?.into_iter();
+    let affordable = pairs.take_while(|on| {
+        let nodes = size(sampler, *on, &counts(sampler, *on));
+        work += nodes << on.count_ones();
+        work <= MOST_WORK
+    });
+    let sampled = affordable.map(|on| component(sampler, on, false));
+    sampled.collect()
 }
 
-/// Samples what the switches in `on` add together.
-fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> {
+/// Samples what the switches in `on` add together; or, of the only temperature among them, its square.
+fn component(sampler: &Sampler<'_>, on: u32, even: bool) -> Result<Component, NotConverged> {
+    let mut component = sampler.component(on, &counts(sampler, on));
+    component.even = even;
+    sampler.fill(&mut component)?;
+    Ok(component)
+}
+
+/// How many nodes each variable gets where the switches in `on` are.
+fn counts(sampler: &Sampler<'_>, on: u32) -> Vec<usize> {
     let variables = sampler.variables;
     let active = |v: usize| on >> v & 1 == 1;
     let moving = (0..variables.len())
@@ -78,20 +100,28 @@ fn component(sampler: &Sampler<'_>, on: u32) -> Result<Component, NotConverged> 
             (true, _) => variables[v].nodes.min(JOINT_NODES),
         })
         .collect();
-    let rich = |v: &usize| {
-        active(*v) && variables[*v].moves || matches!(variables[*v].kind, Kind::Rotary(_))
-    };
     loop {
-        let size: usize = (0..counts.len()).filter(rich).map(|v| counts[v]).product();
-        let widest = (0..counts.len()).filter(rich).max_by_key(|v| counts[*v]);
+        let rich = (0..counts.len()).filter(|v| is_rich(sampler, on, *v));
+        let widest = rich.max_by_key(|v| counts[*v]);
         match widest {
-            Some(v) if size > MOST_NODES && counts[v] > LEAST_NODES => counts[v] -= 2,
-            _ => break,
+            Some(v) if size(sampler, on, &counts) > MOST_NODES && counts[v] > LEAST_NODES => {
+                counts[v] -= 2;
+            }
+            _ => return counts,
         }
     }
-    let mut component = sampler.component(on, &counts);
-    sampler.fill(&mut component)?;
-    Ok(component)
+}
+
+/// True if a variable gets nodes where the switches in `on` are.
+fn is_rich(sampler: &Sampler<'_>, on: u32, v: usize) -> bool {
+    let variable = &sampler.variables[v];
+    on >> v & 1 == 1 && variable.moves || matches!(variable.kind, Kind::Rotary(_))
+}
+
+/// How many nodes there are together.
+fn size(sampler: &Sampler<'_>, on: u32, counts: &[usize]) -> usize {
+    let rich = (0..counts.len()).filter(|v| is_rich(sampler, on, *v));
+    rich.map(|v| counts[v]).product()
 }
 
 /// The unions of two sets of first order whose joint effects show, the strongest first: the weakest are

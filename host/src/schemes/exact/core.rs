@@ -2,7 +2,7 @@
 
 use super::along::Shows;
 use super::basis::Basis;
-use super::limits::{NOISE, ROUNDING};
+use super::limits::{MOST_ENTRIES, NOISE, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, MAX_VARIABLES};
 use crate::kinematics::NotConverged;
@@ -99,7 +99,7 @@ pub fn entries(
                 key[v] += 1;
             }
             for &v in &component.odd {
-                key[v] = 1;
+                key[v] = if component.even { 2 } else { 1 };
             }
             *sums.entry((block / monomials, key)).or_insert(0.0) += value;
         }
@@ -121,6 +121,15 @@ pub fn entries(
         })
         .filter(|e| e.peak > noise)
         .collect();
+    // Of so many that no target can hold, the largest.
+    if entries.len() > MOST_ENTRIES {
+        entries.sort_by(|a, b| {
+            b.peak
+                .total_cmp(&a.peak)
+                .then_with(|| (a.output, a.key).cmp(&(b.output, b.key)))
+        });
+        entries.truncate(MOST_ENTRIES);
+    }
     // A fixed order, so that the same input gives the same file.
     entries.sort_by_key(|e| (e.output, e.key));
     Ok(entries)

@@ -206,8 +206,8 @@ impl<'a> Cover<'a> {
     /// A fibre is the sum of all entries that differ in the function of one variable only; it
     /// becomes one term with one merged table. The fibre that holds most entries of weight comes
     /// first; small entries come along for nothing or stay out. `capacity` limits the number of
-    /// merged tables.
-    pub fn choose(&self, share: f64, capacity: usize) -> Structure {
+    /// merged tables. With more than `most` terms it is of no use, and not finished.
+    pub fn choose(&self, share: f64, capacity: usize, most: usize) -> Structure {
         let (entries, variables, bases) = (self.entries, self.variables, self.bases);
         let mut structure = Structure::default();
         let mut left = Left::new(entries, share);
@@ -220,7 +220,7 @@ impl<'a> Cover<'a> {
             .map(|(score, fibre)| (score, std::cmp::Reverse(fibre)))
             .collect();
         while let Some((score, std::cmp::Reverse(fibre))) = heap.pop() {
-            if structure.merged.len() >= capacity {
+            if structure.merged.len() >= capacity || structure.terms.len() > most {
                 break;
             }
             let &((output, v, mut key), ref members) = &self.fibres[fibre];
@@ -260,6 +260,9 @@ impl<'a> Cover<'a> {
         }
         // The rest, the largest first.
         for &i in &self.order {
+            if structure.terms.len() > most {
+                break;
+            }
             if !left.is_little(entries[i].output) && left.take(entries, i) {
                 structure.single(&entries[i], variables, bases);
             }
@@ -284,7 +287,9 @@ impl Structure {
                             .get(usize::from(key[v]))
                             .map_or(0, Vec::len)
                     };
-                    let Some(v) = (0..variables.len()).max_by_key(|v| length(*v)) else {
+                    let long = (0..variables.len()).filter(|v| length(*v) > 1);
+                    // Nothing is left to shorten: it stays out.
+                    let Some(v) = long.max_by_key(|v| length(*v)) else {
                         return;
                     };
                     let mut coefficients = vec![0.0; bases[v].len()];

@@ -58,6 +58,9 @@ pub const COARSER: [f64; 16] = [
 pub const PAIRS_SHOW: f64 = 0.3;
 /// Random places at which joint effects are looked for.
 pub const PAIR_PLACES: usize = 24;
+/// Nodes of joint effects, each as often as there are subsets of its switches: half a minute's work on
+/// one core. Weaker effects are left out.
+pub const MOST_WORK: usize = 600_000;
 /// Nodes of each axis whose motions are on together with another's: what several motions add
 /// together is small.
 pub const JOINT_NODES: usize = 13;
@@ -75,6 +78,10 @@ pub const APART: f64 = 1e-4;
 /// Products that contribute less than this (in units of the tolerance) are dropped: a thousand of
 /// them would not add up to a tenth.
 pub const NOISE: f64 = 1e-4;
+
+/// More of them are not looked at, the largest first: what can be held is a fiftieth, and sums of them
+/// are as many again along each variable.
+pub const MOST_ENTRIES: usize = 200_000;
 
 /// A kink counts as on a point if it is off by less than this part of a step: what is cut off there
 /// is as small a part of what interpolation may do.

@@ -40,6 +40,8 @@ pub struct Component {
     pub monomials: Vec<Vec<usize>>,
     /// Odd variables: it is proportional to each of them.
     pub odd: Vec<usize>,
+    /// True if it is what these leave, proportional to the square of the only one: second order.
+    pub even: bool,
     /// Coefficients, mm and rad per output: monomial slowest, then the rich nodes in order.
     pub values: Vec<PerAxis>,
 }
@@ -162,6 +164,7 @@ impl Sampler<'_> {
             moving: Vec::new(),
             monomials: vec![vec![]],
             odd: Vec::new(),
+            even: false,
             values: Vec::new(),
         };
         let mut levers = Vec::new();
@@ -369,17 +372,26 @@ impl Sampler<'_> {
             place[v] = self.variables[v].at_coordinate(xi);
         }
         let mut sum = PerAxis::default();
-        // Both ends of every odd variable, with the sign of their product.
+        // Both ends of every odd variable, with the sign of their product; for the square both alike,
+        // less the middle.
         for corner in 0..1_u32 << component.odd.len() {
             let mut weight = 1.0;
             for (k, &v) in component.odd.iter().enumerate() {
                 let end = if corner >> k & 1 == 1 { 1.0 } else { -1.0 };
                 place[v] = self.variables[v].at_coordinate(end);
-                weight *= 0.5 * end;
+                weight *= 0.5 * if component.even { 1.0 } else { end };
             }
             let value = function(&place)?;
             for (s, v) in sum.iter_mut().zip(value) {
                 *s += weight * v;
+            }
+        }
+        if component.even {
+            for &v in &component.odd {
+                place[v] = self.variables[v].at_coordinate(0.0);
+            }
+            for (s, v) in sum.iter_mut().zip(function(&place)?) {
+                *s -= v;
             }
         }
         Ok(sum)
