@@ -52,10 +52,7 @@ fn steps() -> Vec<Step> {
         step("kinematics on the target", "xtask bare"),
         step("all tests", "test -q --workspace --no-fail-fast"),
         // Every tenth of three hundred, so that all kinds are among them.
-        step(
-            "random machines",
-            "xtask random-machines 30 --quick",
-        ),
+        step("random machines", "xtask random-machines 30 --quick"),
         step("bit identity, debug", identical),
         step("bit identity, release", &format!("{identical} --release")),
         apart(
