@@ -7,21 +7,18 @@ use std::thread;
 use trueaxis_tests::random_machines::{ALL, Counts, Effort, Judged, case, cases};
 
 const USAGE: &str = "\
-usage: random-machines [COUNT] [--tolerance T] [--quick] [--seed N] [--known N,N…]
+usage: random-machines [COUNT] [--tolerance T] [--quick] [--seed N]
 
   COUNT          how many drawings (300)
   --tolerance T  µm and µrad (1); a finer and a coarser one are tried, too
   --quick        without the finer tolerance and without the stm32f405
-  --seed N       only this drawing, with its files
-  --known N,N…   drawings that are known to miss the tolerance: shown, but only that they do no harm
-                 is claimed of them";
+  --seed N       only this drawing, with its files";
 
 struct Arguments {
     count: usize,
     tolerance: f64,
     quick: bool,
     seed: Option<u64>,
-    known: Vec<u64>,
 }
 
 fn arguments() -> Option<Arguments> {
@@ -30,7 +27,6 @@ fn arguments() -> Option<Arguments> {
         tolerance: 1.0,
         quick: false,
         seed: None,
-        known: Vec::new(),
     };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
@@ -38,11 +34,6 @@ fn arguments() -> Option<Arguments> {
             "--tolerance" => arguments.tolerance = words.next()?.parse().ok()?,
             "--quick" => arguments.quick = true,
             "--seed" => arguments.seed = Some(words.next()?.parse().ok()?),
-            "--known" => {
-                let seeds = words.next()?;
-                let seeds: Result<Vec<u64>, _> = seeds.split(',').map(str::parse).collect();
-                arguments.known = seeds.ok()?;
-            }
             count => arguments.count = count.parse().ok()?,
         }
     }
@@ -98,15 +89,7 @@ fn main() -> ExitCode {
     for wrong in judged.iter().filter(|j| !j.marks().is_empty()) {
         println!("{wrong}");
     }
-    // Of what is known to fall short, no harm is claimed all the same.
-    let (known, others): (Vec<Judged>, Vec<Judged>) = judged
-        .into_iter()
-        .partition(|j| arguments.known.contains(&j.seed));
-    let mut shortfalls = Counts::of(&others, arguments.tolerance).shortfalls();
-    let harmed = Counts::of(&known, arguments.tolerance).harmed;
-    if harmed > 0 {
-        shortfalls.push(format!("{harmed} of those known to miss do harm"));
-    }
+    let shortfalls = counts.shortfalls();
     for shortfall in &shortfalls {
         eprintln!("{shortfall}");
     }

@@ -167,3 +167,61 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
     sizes.truncate(sizes.len() - weak.count());
     Ok(sizes.into_iter().map(|(_, on)| on).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::variables;
+    use super::*;
+    use crate::kinematics::Kinematics;
+
+    /// Which kinds of switches the sets of first order hold, and of which temperatures come squares.
+    fn sets(lines: &str) -> (Vec<Vec<Kind>>, Vec<Vec<Kind>>) {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, lines);
+        let kinematics = Kinematics::new(&machine, &errors);
+        let variables = variables(&kinematics, 1e-6);
+        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let kinds = |on: u32| -> Vec<Kind> {
+            let active = variables.iter().enumerate();
+            let active = active.filter(|(v, _)| on >> v & 1 == 1);
+            active.map(|(_, v)| v.kind).collect()
+        };
+        let components = first_order(&sampler).unwrap();
+        let squares = components.iter().filter(|c| c.even);
+        let squares = squares.map(|c| kinds(c.on));
+        (
+            first(&sampler).into_iter().map(kinds).collect(),
+            squares.collect(),
+        )
+    }
+
+    #[test]
+    fn a_motion_measured_both_ways_goes_with_its_direction() {
+        let table = "[tabulated.EXX]\nat = [-200.0, 0.0, 200.0]\n";
+        let one_way = format!("{table}value = [0.0, 1e-3, 0.0]\n");
+        let both_ways =
+            format!("{table}positive = [0.0, 1e-3, 0.0]\nnegative = [0.0, 2e-3, 1e-3]\n");
+        let motion = Kind::Bending(0);
+        assert_eq!(sets(&one_way).0, [vec![motion]]);
+        let sign = Kind::Sign(0);
+        let expected = [vec![motion], vec![sign], vec![motion, sign]];
+        assert_eq!(sets(&both_ways).0, expected);
+    }
+
+    #[test]
+    fn temperatures_have_squares() {
+        let change = "per_kelvin = 1e-6, sensor = \"bed\", reference_celsius = 20.0";
+        // Of a location nothing varies along an axis; a straightness is a motion that warmth changes.
+        let (first, squares) = sets(&format!("[thermal]\nEC0X = {{ {change} }}\n"));
+        assert_eq!(first, [vec![Kind::Kelvin(0)]]);
+        assert_eq!(squares, first);
+        let (first, squares) = sets(&format!("[thermal]\nEYX2 = {{ {change} }}\n"));
+        let warm = vec![Kind::Bending(0), Kind::Kelvin(0)];
+        assert_eq!(
+            first,
+            [vec![Kind::Bending(0)], vec![Kind::Kelvin(0)], warm.clone()]
+        );
+        assert_eq!(squares, [vec![Kind::Kelvin(0)], warm]);
+    }
+}

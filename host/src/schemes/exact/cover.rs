@@ -400,3 +400,47 @@ impl Structure {
         sums
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::{MAX_VARIABLES, variables};
+    use super::*;
+    use crate::kinematics::Kinematics;
+    use trueaxis::FACTORS;
+
+    /// The structure of one entry over levers: which power of each.
+    fn single(powers: &[u8]) -> Structure {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, "");
+        let lever = variables(&Kinematics::new(&machine, &errors), 1e-6).remove(0);
+        let variables = vec![lever; powers.len()];
+        let bases: Vec<Basis> = variables.iter().map(Basis::of_lever).collect();
+        let mut key = [0; MAX_VARIABLES];
+        key[..powers.len()].copy_from_slice(powers);
+        let entries = [Entry {
+            output: 0,
+            key,
+            value: 3.0,
+            peak: 3.0,
+        }];
+        let cover = Cover::new(&entries, &variables, &bases, Minimize::Tables);
+        cover.choose(0.1, 255, 100)
+    }
+
+    #[test]
+    fn a_product_has_no_more_tables_than_a_term_holds() {
+        assert_eq!(single(&[1; FACTORS]).terms[0].factors.len(), FACTORS);
+        // Two of a lever, and one too many with it: the square is a table of its own.
+        let mut powers = [1; FACTORS];
+        powers[2] = 2;
+        let structure = single(&powers);
+        assert_eq!(structure.terms[0].factors.len(), FACTORS);
+        assert_eq!(structure.merged.len(), 1);
+    }
+
+    #[test]
+    fn a_product_of_more_variables_than_a_term_holds_stays_out() {
+        assert!(single(&[1; FACTORS + 1]).terms.is_empty());
+    }
+}

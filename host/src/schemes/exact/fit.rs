@@ -5,29 +5,27 @@
 //! there, again and again (Lawson), so that the largest deviation falls, not only the mean one.
 
 use super::limits::{FIT_RIDGE, FIT_ROUNDS, FIT_STEPS};
+use crate::machine::PerAxis;
+use crate::validate::{Command, Runtime};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trueaxis::{Direction, Draft, DraftBank};
+use trueaxis::{Draft, DraftBank, Term};
 
 /// A position at which a draft is fitted.
 pub struct Sample {
-    /// Inputs of the compensation (their own units): axes, then auxiliaries.
-    pub inputs: Vec<f64>,
-    /// Direction of travel of each axis: −1, 0, 1.
-    pub directions: Vec<f64>,
-    /// The correction that its tables should give (mm, deg).
-    pub wanted: Vec<f64>,
+    /// The position.
+    pub command: Command,
+    /// The correction that the tables should give (mm, deg).
+    pub wanted: PerAxis,
 }
 
-/// The draft with the weights of its terms fitted; `tolerance` is that of each output (mm, deg). `None` if no output has a term.
-pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &[f64]) -> Option<Draft> {
+/// The draft with the weights of its terms fitted; `tolerance` is that of each output (mm, deg). `None`
+/// if there is nothing to fit.
+pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &PerAxis) -> Option<Draft> {
     if draft.terms.is_empty() || samples.is_empty() || !draft.grids.is_empty() {
         return None;
     }
-    let tables: Vec<Vec<f64>> = samples
-        .par_iter()
-        .map(|sample| tables(draft, sample))
-        .collect();
+    let tables = tables(draft, samples)?;
     let mut draft = draft.clone();
     for (output, unit) in tolerance.iter().enumerate() {
         let terms: Vec<usize> = (0..draft.terms.len())
@@ -36,18 +34,16 @@ pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &[f64]) -> Option<Dr
         if terms.is_empty() {
             continue;
         }
-        let product = |row: usize, term: usize| -> f64 {
+        let products = DMatrix::from_fn(samples.len(), terms.len(), |row, term| {
             let factors = draft.terms[terms[term]].factors.iter();
-            factors.map(|f| tables[row][usize::from(*f)]).product()
-        };
-        let products = DMatrix::from_fn(samples.len(), terms.len(), product);
-        let weights = DVector::from_iterator(
-            terms.len(),
-            terms.iter().map(|t| f64::from(draft.terms[*t].weight)),
-        );
+            let product: f64 = factors.map(|f| tables[usize::from(*f)][row]).product();
+            product / unit
+        });
+        let weights = terms.iter().map(|t| f64::from(draft.terms[*t].weight));
+        let weights = DVector::from_iterator(terms.len(), weights);
         let wanted = samples.iter().map(|s| s.wanted[output] / unit);
-        let left = DVector::from_iterator(samples.len(), wanted) - &products * &weights / *unit;
-        let change = lawson(products / *unit, left);
+        let left = DVector::from_iterator(samples.len(), wanted) - &products * weights;
+        let change = lawson(products, left);
         for (t, change) in terms.iter().zip(change.iter()) {
             draft.terms[*t].weight += *change as f32;
         }
@@ -55,36 +51,40 @@ pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &[f64]) -> Option<Dr
     Some(draft)
 }
 
-/// Values of all tables at a position, as the runtime interpolates them.
-fn tables(draft: &Draft, sample: &Sample) -> Vec<f64> {
-    let mut values = Vec::new();
+/// The values of every table at all positions, from the runtime: as many tables at a time as there are
+/// outputs, each to one of them.
+fn tables(draft: &Draft, samples: &[Sample]) -> Option<Vec<Vec<f64>>> {
+    let bare = Draft {
+        banks: Vec::new(),
+        terms: Vec::new(),
+        ..draft.clone()
+    };
+    let mut tables = Vec::new();
     for bank in &draft.banks {
-        let input = usize::from(bank.input);
-        let travel = sample.directions.get(input).copied().unwrap_or(0.0);
-        let counts = match bank.direction {
-            Direction::Both => 1.0,
-            Direction::Signed => travel,
-            Direction::Positive => f64::from(travel > 0.0),
-            Direction::Negative => f64::from(travel < 0.0),
-        };
-        let value = |column: &Vec<f32>| counts * interpolated(bank, column, sample.inputs[input]);
-        values.extend(bank.columns.iter().map(value));
+        for columns in bank.columns.chunks(draft.axes.len()) {
+            let term = |k: u8| Term {
+                output: k,
+                weight: 1.0,
+                limits: None,
+                factors: [k].into_iter().collect(),
+            };
+            let some = Draft {
+                banks: vec![DraftBank {
+                    columns: columns.to_vec(),
+                    ..bank.clone()
+                }],
+                terms: (0..columns.len() as u8).map(term).collect(),
+                ..bare.clone()
+            };
+            let blob = some.encode().ok()?;
+            let runtime = Runtime::load(&blob).ok()?;
+            let values = samples.par_iter().map(|s| runtime.evaluate(&s.command));
+            let values: Vec<_> = values.collect();
+            let table = |k: usize| values.iter().map(|v| f64::from(v[k])).collect();
+            tables.extend((0..columns.len()).map(table));
+        }
     }
-    values
-}
-
-/// One table at a position: linear between points, the end values outside.
-fn interpolated(bank: &DraftBank, column: &[f32], x: f64) -> f64 {
-    let count = column.len();
-    let mut at = (x - f64::from(bank.start)) / f64::from(bank.step);
-    if bank.modulo {
-        at = at.rem_euclid(count as f64);
-    }
-    let last = if bank.modulo { count } else { count - 1 };
-    let at = at.clamp(0.0, last as f64);
-    let left = (at as usize).min(last.saturating_sub(1));
-    let point = |i: usize| f64::from(column[i % count]);
-    point(left) + (point(left + 1) - point(left)) * (at - left as f64)
+    Some(tables)
 }
 
 /// The change of weights that makes the largest of what is left smallest.
@@ -155,37 +155,7 @@ mod tests {
     use super::super::draft::empty;
     use super::super::specimen::{errors, with_rotary};
     use super::*;
-    use trueaxis::{Interpolation, SampleFormat, Term};
-
-    fn bank(input: u8, modulo: bool, direction: Direction, columns: Vec<Vec<f32>>) -> DraftBank {
-        DraftBank {
-            input,
-            start: -1.0,
-            step: 1.0,
-            modulo,
-            direction,
-            interpolation: Interpolation::Linear,
-            format: SampleFormat::F32,
-            columns,
-        }
-    }
-
-    #[test]
-    fn tables_are_interpolated_as_the_runtime_does() {
-        let plain = bank(0, false, Direction::Both, vec![vec![1.0, 3.0, 2.0]]);
-        let column = &plain.columns[0];
-        let at = |bank: &DraftBank, x: f64| interpolated(bank, column, x);
-        assert_eq!(
-            [-2.0, -1.0, -0.5, 0.25, 1.0, 9.0].map(|x| at(&plain, x)),
-            [1.0, 1.0, 2.0, 2.75, 2.0, 2.0]
-        );
-        let round = bank(0, true, Direction::Both, plain.columns.clone());
-        // From the last point on to the first, which comes again after three steps.
-        assert_eq!(
-            [1.5, 2.0, 5.0, -1.5].map(|x| at(&round, x)),
-            [1.5, 1.0, 1.0, 1.5]
-        );
-    }
+    use trueaxis::{Direction, Interpolation, SampleFormat};
 
     #[test]
     fn weights_of_what_is_there_take_over_what_was_left_out() {
@@ -193,7 +163,16 @@ mod tests {
         let machine = with_rotary(&[]);
         let errors = errors(&machine, "");
         let mut draft = empty(&machine, &errors, &[]);
-        draft.banks = vec![bank(0, false, Direction::Both, vec![vec![-1.0, 0.0, 1.0]])];
+        draft.banks = vec![DraftBank {
+            input: 0,
+            start: -1.0,
+            step: 1.0,
+            modulo: false,
+            direction: Direction::Both,
+            interpolation: Interpolation::Linear,
+            format: SampleFormat::F32,
+            columns: vec![vec![-1.0, 0.0, 1.0]],
+        }];
         draft.terms = vec![Term {
             output: 0,
             weight: 1.0,
@@ -203,15 +182,14 @@ mod tests {
         let samples: Vec<Sample> = (-100..=100)
             .map(|k| f64::from(k) / 100.0)
             .map(|x| Sample {
-                inputs: vec![x],
-                directions: vec![0.0],
-                wanted: vec![x.powi(3)],
+                command: Command::at(&machine, &[x, 0.0, 0.0]),
+                wanted: [x.powi(3), 0.0, 0.0, 0.0, 0.0, 0.0],
             })
             .collect();
-        let found = fitted(&draft, &samples, &[1.0]).unwrap();
+        let found = fitted(&draft, &samples, &[1.0; 6]).unwrap();
         // Least squares would give 0.6, which leaves 0.4; eight rounds come near to the best.
         let weight = found.terms[0].weight;
         assert!((0.7..0.78).contains(&weight), "{weight}");
-        assert!(fitted(&draft, &[], &[1.0]).is_none());
+        assert!(fitted(&draft, &[], &[1.0; 6]).is_none());
     }
 }

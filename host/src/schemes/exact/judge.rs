@@ -152,14 +152,17 @@ impl<'a> Judge<'a> {
         mut place: Place,
         runtime: &Runtime<'_>,
     ) -> Result<(f64, Place), NotConverged> {
-        let kinematics = self.kinematics;
-        let ways = corner_moves(kinematics);
+        let axes = self.kinematics.machine.axes.len();
+        let moves = moves(self.kinematics);
         for _ in 0..CLIMB_ROUNDS {
             let before = error;
-            for way in &ways {
+            for &(input, end) in &moves {
                 let mut command = place.command;
-                way(&mut command);
-                let next = Place::inside(kinematics, &self.zero, command)?;
+                match end {
+                    End::Position(x) => *position(&mut command, axes, input) = x,
+                    End::Travel(travel) => command.travel[input] = travel,
+                }
+                let next = Place::inside(self.kinematics, &self.zero, command)?;
                 let found = self.at(&next, runtime).error;
                 if found > error {
                     (error, place) = (found, next);
@@ -177,28 +180,22 @@ impl<'a> Judge<'a> {
     pub fn fitted(&mut self, draft: &Draft) -> Result<Option<Draft>, SchemeError> {
         self.draw_others()?;
         let machine = self.kinematics.machine;
-        let inputs = machine.axes.len() + draft.auxiliaries.len();
         let places = self.places.iter().chain(self.others.iter().step_by(3));
         let samples: Vec<Sample> = places
-            .filter(|p| !p.holds)
-            .map(|place| {
-                let Command {
-                    axes,
-                    travel,
-                    auxiliaries,
-                } = &place.command;
-                let all = axes[..machine.axes.len()].iter().chain(auxiliaries);
-                Sample {
-                    inputs: all.take(inputs).map(|x| f64::from(*x)).collect(),
-                    directions: travel.iter().map(direction).collect(),
-                    wanted: machine.to_command(&place.correction).to_vec(),
-                }
+            .filter(|place| !place.holds)
+            .map(|place| Sample {
+                command: place.command,
+                wanted: machine.to_command(&place.correction),
             })
             .collect();
-        let tolerance = machine.to_command(&self.tolerance);
-        Ok(fitted(draft, &samples, &tolerance[..machine.axes.len()]))
+        Ok(fitted(
+            draft,
+            &samples,
+            &machine.to_command(&self.tolerance),
+        ))
     }
 
+    /// Draws the positions at which drafts are confirmed, once.
     fn draw_others(&mut self) -> Result<(), SchemeError> {
         if self.others.is_empty() {
             self.others = places(self.kinematics, &self.zero, CONFIRMED, !SEED)?;
@@ -222,15 +219,6 @@ impl<'a> Judge<'a> {
             verdict.harm = verdict.harm.max(deviation / most);
         }
         verdict
-    }
-}
-
-/// −1, 0 if unknown, 1.
-fn direction(travel: &Travel) -> f64 {
-    match travel {
-        Travel::Negative => -1.0,
-        Travel::Unknown => 0.0,
-        Travel::Positive => 1.0,
     }
 }
 
@@ -303,38 +291,47 @@ impl Place {
     }
 }
 
-/// The range in which an axis is drawn (mm, deg): where no motion holds, or its travel.
-fn range(kinematics: &Kinematics<'_>, index: usize, region: Region) -> [f64; 2] {
+/// The ranges in which inputs are drawn: axes (mm, deg) where no motion holds or over their travel,
+/// then tool length and temperatures.
+fn ranges(kinematics: &Kinematics<'_>, region: Region) -> Vec<[f64; 2]> {
     let (machine, errors) = (kinematics.machine, kinematics.errors);
-    let [low, high] = machine.axes[index].travel;
-    if region == Region::Inside && errors.motions[index].iter().any(|m| m.holds()) {
-        let [from, to] = crate::validate::calibrated(machine, errors, index);
-        return [low.max(from), high.min(to)];
-    }
-    [low, high]
+    let axis = |i: usize| {
+        let [low, high] = machine.axes[i].travel;
+        if region == Region::Inside && errors.motions[i].iter().any(|m| m.holds()) {
+            let [from, to] = crate::validate::calibrated(machine, errors, i);
+            return [low.max(from), high.min(to)];
+        }
+        [low, high]
+    };
+    let kelvin = errors.sensors.iter().map(|s| s.range_kelvin);
+    let others = machine.length_range.into_iter().chain(kelvin);
+    (0..machine.axes.len()).map(axis).chain(others).collect()
 }
 
-/// Takes one input to an end of its range.
-type Move<'a> = Box<dyn Fn(&mut Command) + Sync + 'a>;
-
-/// All there are of them.
-fn corner_moves<'a>(kinematics: &'a Kinematics<'a>) -> Vec<Move<'a>> {
-    let (machine, errors) = (kinematics.machine, kinematics.errors);
-    let mut moves: Vec<Move<'_>> = Vec::new();
-    for i in 0..machine.axes.len() {
-        for end in range(kinematics, i, Region::Inside) {
-            moves.push(Box::new(move |command| command.axes[i] = end as f32));
-        }
-        if errors.reverses(i) {
-            for travel in [Travel::Negative, Travel::Positive] {
-                moves.push(Box::new(move |command| command.travel[i] = travel));
-            }
-        }
+/// The value of an input, of a machine of so many axes.
+fn position(command: &mut Command, axes: usize, input: usize) -> &mut f32 {
+    match input.checked_sub(axes) {
+        None => &mut command.axes[input],
+        Some(auxiliary) => &mut command.auxiliaries[auxiliary],
     }
-    let kelvin = errors.sensors.iter().map(|s| s.range_kelvin);
-    for (k, range) in machine.length_range.into_iter().chain(kelvin).enumerate() {
-        for end in range {
-            moves.push(Box::new(move |command| command.auxiliaries[k] = end as f32));
+}
+
+/// Where an input is taken.
+#[derive(Clone, Copy)]
+enum End {
+    Position(f32),
+    Travel(Travel),
+}
+
+/// Every input to each end of its range.
+fn moves(kinematics: &Kinematics<'_>) -> Vec<(usize, End)> {
+    let mut moves = Vec::new();
+    let ranges = ranges(kinematics, Region::Inside);
+    for (input, range) in ranges.into_iter().enumerate() {
+        moves.extend(range.map(|end| (input, End::Position(end as f32))));
+        if input < kinematics.machine.axes.len() && kinematics.errors.reverses(input) {
+            let ways = [Travel::Negative, Travel::Positive];
+            moves.extend(ways.map(|travel| (input, End::Travel(travel))));
         }
     }
     moves
@@ -350,8 +347,9 @@ fn draw_in(
     let machine = kinematics.machine;
     let exact = std::array::from_fn(|i| 1.1 * (correction[i] + zero[i]).abs());
     let ways = machine.to_command(&exact);
+    let ranges = ranges(kinematics, Region::Inside);
     for (i, way) in ways.iter().enumerate().take(machine.axes.len()) {
-        let [low, high] = range(kinematics, i, Region::Inside);
+        let [low, high] = ranges[i];
         // Rounding towards the middle.
         let (low, high) = (
             ((low + way) as f32).next_up(),
@@ -371,24 +369,13 @@ fn to_ends(
     random: &mut Pcg64Mcg,
     of: u32,
 ) {
-    let (machine, errors) = (kinematics.machine, kinematics.errors);
-    let mut end = |x: &mut f32, [low, high]: [f64; 2]| match random.random_range(0..of) {
-        0 => *x = low as f32,
-        1 => *x = high as f32,
-        _ => {}
-    };
-    for (i, q) in command.axes.iter_mut().enumerate().take(machine.axes.len()) {
-        end(q, range(kinematics, i, region));
-    }
-    let with_length = usize::from(machine.length_range.is_some());
-    if let Some(range) = machine.length_range {
-        end(&mut command.auxiliaries[0], range);
-    }
-    for (k, sensor) in errors.sensors.iter().enumerate() {
-        end(
-            &mut command.auxiliaries[with_length + k],
-            sensor.range_kelvin,
-        );
+    let axes = kinematics.machine.axes.len();
+    for (input, [low, high]) in ranges(kinematics, region).into_iter().enumerate() {
+        match random.random_range(0..of) {
+            0 => *position(command, axes, input) = low as f32,
+            1 => *position(command, axes, input) = high as f32,
+            _ => {}
+        }
     }
 }
 
@@ -433,11 +420,27 @@ mod tests {
         let tolerance = [1e-3, 1e-3, 1e-3, 1e-6, 1e-6, 1e-6];
         let mut judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
         let draft = empty(&machine, &errors, &variables(&kinematics, 1e-6));
-        let target = Target::default();
-        let found = judge.measure(&draft, &target).unwrap().error;
-        assert!(judge.confirms(&draft, found * 1.01).unwrap());
+        let blob = draft.encode().unwrap();
+        let runtime = Runtime::load(&blob).unwrap();
+        // The error grows towards the ends of several axes at once.
+        let at = |axes: &[f64]| {
+            let command = Command::at(&machine, axes);
+            let place = Place::inside(&kinematics, &judge.zero, command).unwrap();
+            (judge.at(&place, &runtime).error, place)
+        };
+        let (error, place) = at(&[10.0, 20.0, -30.0, 5.0]);
+        let (worst, corner) = judge.climb(error, place, &runtime).unwrap();
+        let corners = (0..16).map(|bits| {
+            let end = |i: usize, range: f64| if bits >> i & 1 == 1 { range } else { -range };
+            at(&[end(0, 200.0), end(1, 200.0), end(2, 200.0), end(3, 60.0)]).0
+        });
+        let most = corners.fold(0.0, f64::max);
+        assert!(worst > 2.0 * error && worst >= most, "{worst} {most}");
+        assert!(!corner.holds);
+        // Where the tables are worse than they may be is measured from then on.
+        assert!(judge.confirms(&draft, most * 1.01).unwrap());
         let before = judge.places.len();
-        assert!(!judge.confirms(&draft, found * 0.9).unwrap());
+        assert!(!judge.confirms(&draft, most * 0.9).unwrap());
         assert!(judge.places.len() > before);
     }
 

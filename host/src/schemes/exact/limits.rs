@@ -18,7 +18,7 @@ pub const HOPELESS: f64 = 3.0;
 /// What may be left out then, with joint effects of motions taken in: these cost many tables, so
 /// no more of them than needed.
 pub const SHARES: [f64; 8] = [1.5, 1.0, 0.85, 0.7, 0.4, 0.25, 0.12, 0.06];
-/// Random places at which a structure is tried; a tenth of a percent of them decides little.
+/// Places at which a structure is tried, half of them corners: one of them decides little.
 pub const TRIALS: usize = 160;
 /// A result is good if the tables, measured at the positions of [`JUDGED`], stay within this share
 /// of the tolerance: other positions may be a little worse.
@@ -26,8 +26,8 @@ pub const GOOD: f64 = 0.95;
 /// Random positions at which tables are measured, and how often points are made finer for it.
 pub const JUDGED: usize = 3000;
 pub const REFINEMENTS: usize = 4;
-/// Random positions at which what is good is confirmed; so many of
-/// those where it is not, the worst, are measured from then on.
+/// Random positions at which what is good is confirmed; so many of those where it is not, the worst,
+/// are measured from then on.
 pub const CONFIRMED: usize = 8000;
 pub const MOST_MISSED: usize = 200;
 /// From so many of the worst of these positions corners are looked for that are worse still, at most
@@ -79,8 +79,8 @@ pub const APART: f64 = 1e-4;
 /// them would not add up to a tenth.
 pub const NOISE: f64 = 1e-4;
 
-/// More of them are not looked at, the largest first: what can be held is a fiftieth, and sums of them
-/// are as many again along each variable.
+/// Products that are looked at, the largest first: what can be held is a fiftieth of them, and sums
+/// of products are as many again along each variable.
 pub const MOST_ENTRIES: usize = 200_000;
 
 /// A kink counts as on a point if it is off by less than this part of a step: what is cut off there

@@ -169,15 +169,20 @@ impl<'a> Search<'a> {
         let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
             return Ok(false);
         };
+        // What the best was confirmed to meet, the fitted one must meet too.
+        let meets = best.meets();
         let mut good = verdict.error <= GOOD;
-        if good && !self.judge.confirms(&draft, 1.0)? {
-            good = false;
-            verdict = self
-                .judge
-                .measure(&draft, &self.options.target)
-                .unwrap_or(verdict);
+        let confirmed = if good { Some(1.0) } else { meets };
+        let mut keeps = true;
+        if let Some(factor) = confirmed
+            && !self.judge.confirms(&draft, factor)?
+        {
+            (good, keeps) = (false, meets.is_none());
+            let measure = |draft: &Draft| self.judge.measure(draft, &self.options.target);
+            verdict = measure(&draft).unwrap_or(verdict);
+            best.verdict = measure(&best.draft).unwrap_or(best.verdict);
         }
-        if verdict.error < best.verdict.error && verdict.harm <= HARMLESS {
+        if keeps && verdict.error < best.verdict.error && verdict.harm <= HARMLESS {
             best.draft = draft;
             best.verdict = verdict;
         }
@@ -208,13 +213,13 @@ impl<'a> Search<'a> {
 
     /// Looks for the finest tolerance that is met, among multiples of one that is not.
     pub fn coarser(&mut self, tolerance: &PerAxis) -> Result<(), SchemeError> {
-        // Coarser than what is reached already, nothing can be won; and where a tolerance is missed,
-        // finer ones are.
+        // What is made for a tolerance not much coarser than what is reached already may better it;
+        // where a tolerance is missed, finer ones are.
         let reached = self
             .best
             .as_ref()
             .map_or(f64::INFINITY, |b| b.verdict.error);
-        for factor in COARSER.into_iter().rev().filter(|f| *f < reached) {
+        for factor in COARSER.into_iter().rev().filter(|f| *f < 2.0 * reached) {
             if !self.run(&tolerance.map(|t| t * factor))? && self.best.is_some() {
                 break;
             }
