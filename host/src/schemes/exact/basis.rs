@@ -4,7 +4,7 @@ use super::along::{Along, Column, Shows};
 use super::generators::{Generator, products};
 use super::limits::{APART, ROUNDING};
 use super::sampling::{Component, Sampler};
-use super::variables::{Kind, Variable, positions};
+use super::variables::{Kind, Variable};
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::{DMatrix, DVector};
@@ -114,6 +114,14 @@ impl Basis {
                 let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
                 let mut shown = telling(&group.samples, &values, choice.leave);
                 let found = numeric(group, &values, &shown, choice.leave);
+                let found = match found {
+                    // Few nodes may take a sum of functions that they do not tell apart for a new one.
+                    Some(new) if shown.len() < values.ncols() => {
+                        let is_new = basis.is_new(&new, v, sampler, components, tolerance)?;
+                        is_new.then_some(new)
+                    }
+                    found => found,
+                };
                 let new = found.as_ref().map_or(0, |n| n.unfold.ncols());
                 shown.extend(values.ncols()..values.ncols() + new);
                 basis.numeric.extend(found);
@@ -165,6 +173,29 @@ impl Basis {
         Ok(values)
     }
 
+    /// True if functions are no sums of those there are, seen at many nodes.
+    fn is_new(
+        &self,
+        numeric: &Numeric,
+        v: usize,
+        sampler: &Sampler<'_>,
+        components: &[Component],
+        tolerance: &PerAxis,
+    ) -> Result<bool, NotConverged> {
+        let at = sampler.variables[v].many();
+        let mut with = self.clone();
+        with.numeric.push(numeric.clone());
+        let all = with.values(v, sampler, components, tolerance, &at)?;
+        let (before, new) = all.columns_range_pair(..self.len(), self.len()..);
+        let (before, new) = (before.into_owned(), new.into_owned());
+        Ok(residual(&new, &before).is_some_and(|(rest, _)| {
+            let pairs = rest.column_iter().zip(new.column_iter());
+            pairs
+                .into_iter()
+                .all(|(rest, new)| rest.norm() > APART * new.norm())
+        }))
+    }
+
     fn with_peaks(
         self,
         v: usize,
@@ -172,11 +203,7 @@ impl Basis {
         components: &[Component],
         tolerance: &PerAxis,
     ) -> Result<Self, NotConverged> {
-        let variable = &sampler.variables[v];
-        let at = positions(
-            variable.calibrated,
-            variable.nodes.max(variable.turning.base),
-        );
+        let at = sampler.variables[v].many();
         let values = self.values(v, sampler, components, tolerance, &at)?;
         Ok(self.seen_as(values))
     }
@@ -211,11 +238,26 @@ fn residual(samples: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<(DMatrix<f6
 }
 
 /// Which functions (`values`, nodes × functions) samples (nodes × columns) are taken for sums of: all, if
-/// there are nodes to spare; otherwise those that explain most, one after the other.
+/// there are nodes to spare; otherwise those that explain most, one after the other; or the first, where
+/// only these explain them.
 fn telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
     if values.ncols() < values.nrows() {
         return (0..values.ncols()).collect();
     }
+    let explain = |functions: &[usize]| {
+        let rest = residual(samples, &values.select_columns(functions));
+        rest.is_some_and(|(rest, _)| largest(&rest) < leave)
+    };
+    let most = most_telling(samples, values, leave);
+    let first: Vec<usize> = (0..values.nrows() - 1).collect();
+    if !explain(&most) && explain(&first) {
+        return first;
+    }
+    most
+}
+
+/// Those of some functions that explain most of samples, one after the other, with two nodes to spare.
+fn most_telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
     let mut left = samples * samples.transpose();
     let mut functions = values.clone();
     let mut chosen = Vec::new();

@@ -26,14 +26,14 @@ pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &PerAxis) -> Option<
         return None;
     }
     let tables = tables(draft, samples)?;
-    let mut draft = draft.clone();
-    for (output, unit) in tolerance.iter().enumerate() {
-        let terms: Vec<usize> = (0..draft.terms.len())
-            .filter(|t| usize::from(draft.terms[*t].output) == output)
-            .collect();
-        if terms.is_empty() {
-            continue;
-        }
+    let of = |output: usize| -> Vec<usize> {
+        let terms = 0..draft.terms.len();
+        let to = |t: &usize| usize::from(draft.terms[*t].output) == output;
+        terms.filter(to).collect()
+    };
+    let outputs: Vec<Vec<usize>> = (0..tolerance.len()).map(of).collect();
+    let changes = outputs.par_iter().enumerate().map(|(output, terms)| {
+        let unit = tolerance[output];
         let products = DMatrix::from_fn(samples.len(), terms.len(), |row, term| {
             let factors = draft.terms[terms[term]].factors.iter();
             let product: f64 = factors.map(|f| tables[usize::from(*f)][row]).product();
@@ -43,8 +43,12 @@ pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &PerAxis) -> Option<
         let weights = DVector::from_iterator(terms.len(), weights);
         let wanted = samples.iter().map(|s| s.wanted[output] / unit);
         let left = DVector::from_iterator(samples.len(), wanted) - &products * weights;
-        let change = lawson(products, left);
-        for (t, change) in terms.iter().zip(change.iter()) {
+        lawson(products, left)
+    });
+    let changes: Vec<DVector<f64>> = changes.collect();
+    let mut draft = draft.clone();
+    for (terms, changes) in outputs.iter().zip(&changes) {
+        for (t, change) in terms.iter().zip(changes) {
             draft.terms[*t].weight += *change as f32;
         }
     }
@@ -100,8 +104,10 @@ fn lawson(mut products: DMatrix<f64>, mut left: DVector<f64>) -> DVector<f64> {
     let mut counts = DVector::from_element(left.len(), 1.0);
     let mut best = (left.amax(), DVector::zeros(scales.len()));
     let mut change = DVector::zeros(scales.len());
-    for _ in 0..FIT_ROUNDS {
-        let step = conjugate_gradients(&products, &counts, &left);
+    for round in 0..FIT_ROUNDS {
+        // After the first round little changes.
+        let steps = if round == 0 { FIT_STEPS } else { FIT_STEPS / 3 };
+        let step = conjugate_gradients(&products, &counts, &left, steps);
         left -= &products * &step;
         change += step;
         if left.amax() < best.0 {
@@ -128,13 +134,14 @@ fn conjugate_gradients(
     products: &DMatrix<f64>,
     counts: &DVector<f64>,
     left: &DVector<f64>,
+    steps: usize,
 ) -> DVector<f64> {
     let mut solution = DVector::zeros(products.ncols());
     let mut rest = products.tr_mul(&left.component_mul(counts));
     let mut direction = rest.clone();
     let mut square = rest.norm_squared();
     let enough = 1e-12 * square;
-    for _ in 0..FIT_STEPS {
+    for _ in 0..steps {
         if square <= enough {
             break;
         }

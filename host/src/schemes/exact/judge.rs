@@ -1,10 +1,10 @@
 //! What tables do, measured as the runtime evaluates them.
 
 use super::fit::{Sample, fitted};
-use super::limits::{CLIMB_ROUNDS, CLIMBS, CONFIRMED, JUDGED, MOST_MISSED};
+use super::limits::{CLIMB_ROUNDS, CLIMBS, CONFIRMED, FIT_SAMPLES, JUDGED, MOST_MISSED};
 use crate::errors::Switches;
 use crate::kinematics::{Kinematics, NotConverged};
-use crate::machine::PerAxis;
+use crate::machine::{MAX_AXES, PerAxis};
 use crate::schemes::SchemeError;
 use crate::size::Size;
 use crate::target::Target;
@@ -26,6 +26,8 @@ pub struct Judge<'a> {
     places: Vec<Place>,
     /// Positions that only what is good so far is measured at, once there is any.
     others: Vec<Place>,
+    /// Further positions at which weights are fitted, once these are many.
+    further: Vec<Place>,
     /// Largest correction of each axis (mm, rad).
     largest: PerAxis,
 }
@@ -83,6 +85,7 @@ impl<'a> Judge<'a> {
             zero,
             places,
             others: Vec::new(),
+            further: Vec::new(),
             largest,
         })
     }
@@ -176,12 +179,21 @@ impl<'a> Judge<'a> {
     }
 
     /// A draft with its weights fitted, at the positions it is measured at and some of those at which
-    /// it is confirmed; the others of these tell if that was right.
+    /// it is confirmed, and at further ones if weights are many; the others of these tell if that was
+    /// right.
     pub fn fitted(&mut self, draft: &Draft) -> Result<Option<Draft>, SchemeError> {
         self.draw_others()?;
+        let wanted = FIT_SAMPLES * most_terms(draft);
+        let have = self.places.len() + self.others.len() / 3 + self.further.len();
+        if wanted > have {
+            let seed = SEED.rotate_left(7) ^ have as u64;
+            let more = places(self.kinematics, &self.zero, wanted - have, seed)?;
+            self.further.extend(more);
+        }
         let machine = self.kinematics.machine;
         let places = self.places.iter().chain(self.others.iter().step_by(3));
         let samples: Vec<Sample> = places
+            .chain(&self.further)
             .filter(|place| !place.holds)
             .map(|place| Sample {
                 command: place.command,
@@ -220,6 +232,15 @@ impl<'a> Judge<'a> {
         }
         verdict
     }
+}
+
+/// The terms of the output that has most.
+fn most_terms(draft: &Draft) -> usize {
+    let mut counts = [0; MAX_AXES];
+    for term in &draft.terms {
+        counts[usize::from(term.output)] += 1;
+    }
+    counts.into_iter().max().unwrap_or(0)
 }
 
 /// Draws positions with their exact corrections: a quarter of them over the travel, the others where

@@ -92,8 +92,12 @@ pub const MOST_INTERVALS: usize = 8192;
 /// A finer grid that leaves more than this part of the error is not worth its points.
 pub const STUCK: f64 = 0.8;
 
-/// Where weights are fitted: how often positions get other weight, the steps of each solution, and what
-/// is added to the squares of the products, which are 1: enough to keep what samples do not tell.
+/// How often weights are fitted, each time with the positions at which they failed before, and at how
+/// many positions for each weight of an output, so that what is fitted there holds elsewhere.
+pub const FITS: usize = 8;
+pub const FIT_SAMPLES: usize = 12;
+/// How often positions get other weight, the steps of the first solution, and what is added to the
+/// squares of the products, which are 1: enough to keep what samples do not tell.
 pub const FIT_ROUNDS: usize = 8;
 pub const FIT_STEPS: usize = 30;
 pub const FIT_RIDGE: f64 = 1e-3;

@@ -4,7 +4,7 @@ use super::attempt::{Attempt, attempt};
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    BLAMELESS, COARSER, CUT, FINER, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
+    BLAMELESS, COARSER, CUT, FINER, FIRST_SHARE, FITS, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
     LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES, STUCK,
 };
 use super::sampling::{Component, Sampler};
@@ -33,6 +33,8 @@ pub struct Candidate {
     pub pairs: usize,
     /// For which multiple of the tolerance it was made.
     factor: f64,
+    /// If its weights were fitted, as well as they can be.
+    is_fitted: bool,
     /// If it fills the target, and what was left out, in units of the tolerance asked for.
     is_full: bool,
     left_out: f64,
@@ -158,35 +160,47 @@ impl<'a> Search<'a> {
         best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
     }
 
-    /// Fits the weights of the best; true if it meets the tolerance.
+    /// Fits the weights of the best; true if it meets the tolerance. Where it nearly does, again with
+    /// the positions at which it does not.
     pub fn fit(&mut self) -> Result<bool, SchemeError> {
-        let Some(best) = &mut self.best else {
-            return Ok(false);
-        };
-        let Some(draft) = self.judge.fitted(&best.draft)? else {
-            return Ok(false);
-        };
-        let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
-            return Ok(false);
-        };
-        // What the best was confirmed to meet, the fitted one must meet too.
-        let meets = best.meets();
-        let mut good = verdict.error <= GOOD;
-        let confirmed = if good { Some(1.0) } else { meets };
-        let mut keeps = true;
-        if let Some(factor) = confirmed
-            && !self.judge.confirms(&draft, factor)?
-        {
-            (good, keeps) = (false, meets.is_none());
-            let measure = |draft: &Draft| self.judge.measure(draft, &self.options.target);
-            verdict = measure(&draft).unwrap_or(verdict);
-            best.verdict = measure(&best.draft).unwrap_or(best.verdict);
+        for _ in 0..FITS {
+            let Some(best) = self.best.as_mut().filter(|b| !b.is_fitted) else {
+                return Ok(false);
+            };
+            let Some(draft) = self.judge.fitted(&best.draft)? else {
+                return Ok(false);
+            };
+            let target = &self.options.target;
+            let Some(mut verdict) = self.judge.measure(&draft, target) else {
+                return Ok(false);
+            };
+            // What the best was confirmed to meet, the fitted one must meet too.
+            let meets = best.meets();
+            let good = verdict.error <= GOOD;
+            let factor = if good { 1.0 } else { meets.unwrap_or(1.0) };
+            let confirmed = self.judge.confirms(&draft, factor)?;
+            if !confirmed {
+                verdict = self.judge.measure(&draft, target).unwrap_or(verdict);
+                let before = self.judge.measure(&best.draft, target);
+                best.verdict = before.unwrap_or(best.verdict);
+            }
+            let keeps = confirmed || best.meets().is_none();
+            let harmless = verdict.harm <= HARMLESS;
+            if keeps && harmless && verdict.error < best.verdict.error {
+                best.draft = draft;
+                best.verdict = verdict;
+            }
+            if good && confirmed && harmless {
+                return Ok(true);
+            }
+            if verdict.error > HOPELESS {
+                break;
+            }
         }
-        if keeps && verdict.error < best.verdict.error && verdict.harm <= HARMLESS {
-            best.draft = draft;
-            best.verdict = verdict;
+        if let Some(best) = &mut self.best {
+            best.is_fitted = true;
         }
-        Ok(good && verdict.harm <= HARMLESS)
+        Ok(false)
     }
 
     /// Looks among what is made for finer tolerances; true if something meets this one.
@@ -342,6 +356,7 @@ impl<'a> Search<'a> {
                     structure_error: structure_error * factor,
                     pairs: if *pairs { self.pairs.unwrap_or(0) } else { 0 },
                     factor,
+                    is_fitted: false,
                     is_full: attempt.is_full,
                     left_out: attempt.left_out * factor,
                 });

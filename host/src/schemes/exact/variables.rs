@@ -60,6 +60,11 @@ impl Variable {
         matches!(self.kind, Kind::Bending(_) | Kind::Rotary(_))
     }
 
+    /// Positions over the calibrated range at which all of its functions are seen.
+    pub fn many(&self) -> Vec<f64> {
+        positions(self.calibrated, self.nodes.max(self.turning.base))
+    }
+
     /// True for variables that can be switched off: the correction is split into what is there
     /// without them and what each, and each pair, adds.
     pub fn is_switch(&self) -> bool {
