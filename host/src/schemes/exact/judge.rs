@@ -1,7 +1,9 @@
 //! What tables do, measured as the runtime evaluates them.
 
 use super::fit::{Sample, fitted};
-use super::limits::{CLIMB_ROUNDS, CLIMBS, CONFIRMED, FIT_SAMPLES, JUDGED, MOST_MISSED};
+use super::limits::{
+    CLIMB_PARTS, CLIMB_ROUNDS, CLIMBS, CONFIRMED, FIT_SAMPLES, JUDGED, MOST_MISSED,
+};
 use crate::errors::Switches;
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{MAX_AXES, PerAxis};
@@ -147,7 +149,7 @@ impl<'a> Judge<'a> {
         Ok(is_kept)
     }
 
-    /// Moves one input after the other to an end of its range, as long as the tables become worse
+    /// Moves one input after the other, mostly to an end of its range, as long as the tables become worse
     /// there: the worst corner is one of thousands, which random positions may miss.
     fn climb(
         &self,
@@ -344,13 +346,18 @@ enum End {
     Travel(Travel),
 }
 
-/// Every input to each end of its range.
+/// Every input to each end of its range, rotary axes also to places between.
 fn moves(kinematics: &Kinematics<'_>) -> Vec<(usize, End)> {
+    let machine = kinematics.machine;
     let mut moves = Vec::new();
     let ranges = ranges(kinematics, Region::Inside);
-    for (input, range) in ranges.into_iter().enumerate() {
-        moves.extend(range.map(|end| (input, End::Position(end as f32))));
-        if input < kinematics.machine.axes.len() && kinematics.errors.reverses(input) {
+    for (input, [low, high]) in ranges.into_iter().enumerate() {
+        let axis = machine.axes.get(input);
+        let turns = axis.is_some_and(|axis| axis.letter.is_rotary());
+        let parts: &[f64] = if turns { &CLIMB_PARTS } else { &[0.0, 1.0] };
+        let at = |part: &f64| End::Position((low + part * (high - low)) as f32);
+        moves.extend(parts.iter().map(|part| (input, at(part))));
+        if axis.is_some() && kinematics.errors.reverses(input) {
             let ways = [Travel::Negative, Travel::Positive];
             moves.extend(ways.map(|travel| (input, End::Travel(travel))));
         }

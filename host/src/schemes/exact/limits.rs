@@ -31,9 +31,10 @@ pub const REFINEMENTS: usize = 4;
 pub const CONFIRMED: usize = 8000;
 pub const MOST_MISSED: usize = 200;
 /// From so many of the worst of these positions corners are looked for that are worse still, at most
-/// so often around.
-pub const CLIMBS: usize = 16;
+/// so often around; of rotary axes, whose sines are largest anywhere, also at these parts of the range.
+pub const CLIMBS: usize = 24;
 pub const CLIMB_ROUNDS: usize = 4;
+pub const CLIMB_PARTS: [f64; 7] = [0.0, 1.0, 0.5, 0.25, 0.75, 0.125, 0.875];
 
 /// Interpolation may take at least this share of the tolerance, and this part of what the structure
 /// leaves.
