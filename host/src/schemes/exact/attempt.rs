@@ -9,6 +9,7 @@ use super::tables::Found;
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use crate::target::Target;
+use rayon::prelude::*;
 
 /// Bases and terms for one choice of what may be left out.
 pub struct Attempt {
@@ -38,28 +39,37 @@ impl Attempt {
     }
 }
 
-/// Finds bases and terms that leave out no more than `share` of the tolerance; `before` is what
-/// an earlier attempt had to leave out.
+/// Finds the functions of every variable, for what may leave out `share` of the tolerance.
+pub fn bases(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    tolerance: &PerAxis,
+    minimize: Minimize,
+    share: f64,
+) -> Result<Vec<Basis>, NotConverged> {
+    let choice = Choice {
+        degree: if minimize == Minimize::Tables { 5 } else { 4 },
+        leave: BASIS_SHARE * share,
+    };
+    let variables = sampler.variables.par_iter().enumerate();
+    let found = variables.map(|(v, variable)| match variable.is_rich() {
+        true => Basis::find(v, sampler, components, tolerance, choice),
+        false => Ok(Basis::of_lever(variable)),
+    });
+    found.collect()
+}
+
+/// Finds terms that leave out no more than `share` of the tolerance; `before` is what an earlier
+/// attempt had to leave out.
 pub fn attempt(
     sampler: &Sampler<'_>,
     components: &[Component],
+    bases: Vec<Basis>,
     tolerance: &PerAxis,
     (minimize, target): (Minimize, &Target),
     share: f64,
     before: f64,
 ) -> Result<Attempt, NotConverged> {
-    let choice = Choice {
-        degree: if minimize == Minimize::Tables { 5 } else { 4 },
-        leave: BASIS_SHARE * share,
-    };
-    let mut bases = Vec::new();
-    for (v, variable) in sampler.variables.iter().enumerate() {
-        bases.push(if variable.is_rich() {
-            Basis::find(v, sampler, components, tolerance, choice)?
-        } else {
-            Basis::of_lever(variable)
-        });
-    }
     let entries = core::entries(sampler, components, &bases, tolerance, before)?;
     let cover = Cover::new(&entries, sampler.variables, &bases, minimize);
     let choose = |share: f64| {

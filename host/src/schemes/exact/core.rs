@@ -8,7 +8,8 @@ use super::variables::{Kind, MAX_VARIABLES};
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::DMatrix;
-use std::collections::HashMap;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, HashMap};
 
 /// Which function of each variable a product takes; 0 is the constant.
 pub type Key = [u8; MAX_VARIABLES];
@@ -29,6 +30,58 @@ pub struct Entry {
 /// The functions that samples of a kind are made of, and the matrix that takes samples to these.
 type Inverse = (Vec<usize>, DMatrix<f64>);
 
+/// A variable, what samples show of it, and at how many nodes.
+type SampleKind = (usize, Shows, usize);
+
+/// The kind of a component's samples along its `k`-th rich variable.
+fn kind(component: &Component, k: usize) -> SampleKind {
+    let (v, positions) = &component.rich[k];
+    (*v, Shows::of(component, k), positions.len())
+}
+
+/// The inverses for every kind there is.
+fn inverses(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    bases: &[Basis],
+    tolerance: &PerAxis,
+) -> Result<HashMap<SampleKind, Inverse>, NotConverged> {
+    let mut kinds: BTreeMap<SampleKind, &[f64]> = BTreeMap::new();
+    for component in components {
+        for (k, (_, positions)) in component.rich.iter().enumerate() {
+            kinds.entry(kind(component, k)).or_insert(positions);
+        }
+    }
+    let inverse = |((v, shows, nodes), positions): (SampleKind, &[f64])| {
+        let all = bases[v].values(v, sampler, components, tolerance, positions)?;
+        let shown = bases[v].shown(shows, nodes).to_vec();
+        let part = all.select_columns(&shown);
+        let inverse = part.pseudo_inverse(ROUNDING);
+        let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(shown.len(), nodes));
+        Ok(((v, shows, nodes), (shown, inverse)))
+    };
+    kinds.into_par_iter().map(inverse).collect()
+}
+
+/// Samples (`outer` × nodes × `inner`) taken to functions.
+fn projected(values: &[f64], inverse: &DMatrix<f64>, outer: usize, inner: usize) -> Vec<f64> {
+    let (from, to) = (inverse.ncols(), inverse.nrows());
+    let mut projected = vec![0.0; outer * to * inner];
+    for block in 0..outer {
+        for function in 0..to {
+            let target = &mut projected[(block * to + function) * inner..][..inner];
+            for node in 0..from {
+                let factor = inverse[(function, node)];
+                let source = &values[(block * from + node) * inner..][..inner];
+                for (t, s) in target.iter_mut().zip(source) {
+                    *t += factor * s;
+                }
+            }
+        }
+    }
+    projected
+}
+
 /// Projects all components onto the bases. Where more than the tolerance will be left out
 /// anyway (`left_out`, in its units), small products are dropped in proportion.
 pub fn entries(
@@ -40,50 +93,26 @@ pub fn entries(
 ) -> Result<Vec<Entry>, NotConverged> {
     let n = sampler.kinematics.machine.axes.len();
     let noise = NOISE * left_out.max(1.0);
-    let mut sums: HashMap<(usize, Key), f64> = HashMap::new();
-    let mut inverses: HashMap<(usize, Shows, usize), Inverse> = HashMap::new();
-    for component in components {
-        let mut functions_of: Vec<Vec<usize>> = Vec::new();
+    let inverses = inverses(sampler, components, bases, tolerance)?;
+    // Each component by itself, and added up in a fixed order.
+    let parts = components.par_iter().map(|component| {
+        let mut functions_of: Vec<&[usize]> = Vec::new();
         let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
         let monomials = component.monomials.len();
         let mut values: Vec<f64> = (0..n)
             .flat_map(|o| component.values.iter().map(move |v| v[o] / tolerance[o]))
             .collect();
         // values: output, monomial, rich nodes; one rich variable after the other becomes functions.
-        for (k, (v, positions)) in component.rich.iter().enumerate() {
-            let shows = Shows::of(component, k);
-            let key = (*v, shows, positions.len());
-            if let std::collections::hash_map::Entry::Vacant(slot) = inverses.entry(key) {
-                let all = bases[*v].values(*v, sampler, components, tolerance, positions)?;
-                let shown = bases[*v].shown(shows, positions.len()).to_vec();
-                let part = all.select_columns(&shown);
-                let inverse = part
-                    .pseudo_inverse(ROUNDING)
-                    .unwrap_or_else(|_| DMatrix::zeros(shown.len(), positions.len()));
-                slot.insert((shown, inverse));
-            }
-            let (shown, inverse) = &inverses[&key];
-            functions_of.push(shown.clone());
+        for k in 0..component.rich.len() {
+            let (shown, inverse) = &inverses[&kind(component, k)];
+            functions_of.push(shown);
             let outer: usize = n * monomials * shape[..k].iter().product::<usize>();
             let inner: usize = shape[k + 1..].iter().product();
-            let (from, to) = (inverse.ncols(), inverse.nrows());
-            let mut projected = vec![0.0; outer * to * inner];
-            for block in 0..outer {
-                for function in 0..to {
-                    let target = &mut projected[(block * to + function) * inner..][..inner];
-                    for node in 0..from {
-                        let factor = inverse[(function, node)];
-                        let source = &values[(block * from + node) * inner..][..inner];
-                        for (t, s) in target.iter_mut().zip(source) {
-                            *t += factor * s;
-                        }
-                    }
-                }
-            }
-            values = projected;
-            shape[k] = to;
+            values = projected(&values, inverse, outer, inner);
+            shape[k] = inverse.nrows();
         }
         let functions: usize = shape.iter().product();
+        let mut found: Vec<((usize, Key), f64)> = Vec::new();
         for (index, value) in values.iter().enumerate() {
             if value.abs() < 1e-3 * noise {
                 continue;
@@ -101,8 +130,14 @@ pub fn entries(
             for &v in &component.odd {
                 key[v] = if component.even { 2 } else { 1 };
             }
-            *sums.entry((block / monomials, key)).or_insert(0.0) += value;
+            found.push(((block / monomials, key), *value));
         }
+        found
+    });
+    let parts: Vec<_> = parts.collect();
+    let mut sums: HashMap<(usize, Key), f64> = HashMap::new();
+    for (key, value) in parts.into_iter().flatten() {
+        *sums.entry(key).or_insert(0.0) += value;
     }
     let mut entries: Vec<Entry> = sums
         .into_iter()

@@ -1,6 +1,6 @@
 //! The way to the best draft: structures, then points, each measured.
 
-use super::attempt::{Attempt, attempt};
+use super::attempt::{self, Attempt, attempt};
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
@@ -261,9 +261,12 @@ impl<'a> Search<'a> {
     /// motions add or without.
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
+        let sampler = &self.sampler;
         let target = (self.minimize, &self.options.target);
+        let bases = attempt::bases(sampler, components, tolerance, self.minimize, share)?;
         let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
-            let next = attempt(&self.sampler, components, tolerance, target, share, before)?;
+            let bases = bases.clone();
+            let next = attempt(sampler, components, bases, tolerance, target, share, before)?;
             let error = self
                 .trials
                 .error(&next.found(&self.sampler, components, tolerance))?;
