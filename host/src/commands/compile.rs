@@ -3,6 +3,7 @@
 mod answer;
 
 use super::Outcome;
+use super::at;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
@@ -115,62 +116,6 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads `X=0,Y=0,…` (mm, deg); axes left out are at 0.
-pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
-    let bad = |cause: String| {
-        let letters: Vec<String> = machine
-            .axes
-            .iter()
-            .map(|a| format!("{}=0", a.letter))
-            .collect();
-        BadInput::new(
-            format!("--zero-at: {cause}"),
-            format!(
-                "write a position within the travel in mm and degrees, like {}",
-                letters.join(",")
-            ),
-        )
-    };
-    let mut position: Vec<Option<f64>> = vec![None; machine.axes.len()];
-    for part in text.split(',') {
-        let Some((name, value)) = part.split_once('=') else {
-            return Err(bad(format!(
-                "`{part}` is not an axis, an equals sign and a number"
-            )));
-        };
-        let mut letters = name.trim().chars();
-        let index = match (letters.next(), letters.next()) {
-            (Some(letter), None) => machine.index(letter),
-            _ => None,
-        };
-        let Some(index) = index else {
-            return Err(bad(format!("the machine has no axis `{}`", name.trim())));
-        };
-        if position[index].is_some() {
-            return Err(bad(format!("axis {} is given twice", name.trim())));
-        }
-        match value.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => position[index] = Some(value),
-            _ => return Err(bad(format!("`{}` is no finite number", value.trim()))),
-        }
-    }
-    let position: Vec<f64> = position
-        .into_iter()
-        .map(Option::unwrap_or_default)
-        .collect();
-    for (axis, q) in machine.axes.iter().zip(&position) {
-        let [low, high] = axis.travel;
-        if *q < low || *q > high {
-            return Err(bad(format!(
-                "{} = {q} is outside its travel {low} to {high} {}",
-                axis.letter,
-                axis.unit()
-            )));
-        }
-    }
-    Ok(position)
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
@@ -260,7 +205,7 @@ impl Arguments {
         let zero_at = self
             .zero_at
             .as_deref()
-            .map(|text| zero_position(text, machine))
+            .map(|text| at::zero_position(text, machine))
             .transpose()?;
         let minimize = match self.minimize {
             Minimize::Cost => exact::Minimize::Cost,

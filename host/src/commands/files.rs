@@ -39,6 +39,14 @@ impl Text {
         Ok(Self { name, text })
     }
 
+    /// The file, and the line of an error in it.
+    pub fn place(&self, error: &FileError) -> String {
+        match error.line(&self.text) {
+            Some(line) => format!("{}, line {line}", self.name),
+            None => self.name.clone(),
+        }
+    }
+
     /// Shows an error at its place in this text.
     pub fn bad(&self, error: FileError) -> BadInput {
         BadInput::in_text(error, self)
@@ -76,12 +84,27 @@ pub struct MachineFiles {
 impl MachineFiles {
     /// Reads and checks both.
     pub fn read(&self) -> Result<(Machine, ErrorModel), BadInput> {
-        let text = Text::read(&self.machine)?;
-        let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
-        let text = Text::read(&self.errors)?;
-        let errors = ErrorModel::from_toml(&text.text, &machine).map_err(|e| text.bad(e))?;
+        let machine = read_machine(&self.machine)?;
+        let errors = read_errors(&self.errors, &machine)?;
         Ok((machine, errors))
     }
+}
+
+/// Reads and checks a machine description, and warns of what it hardly means.
+pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
+    let text = Text::read(path)?;
+    let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
+    for doubt in Machine::doubts(&text.text) {
+        eprintln!("warning: {}: {}", text.place(&doubt), doubt.message);
+        eprintln!("  {}", doubt.remedy);
+    }
+    Ok(machine)
+}
+
+/// Reads and checks the errors of a machine.
+pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+    let text = Text::read(path)?;
+    ErrorModel::from_toml(&text.text, machine).map_err(|e| text.bad(e))
 }
 
 /// Before the work begins: refuses to write over a file that is read, and removes what an earlier

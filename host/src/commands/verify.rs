@@ -1,7 +1,8 @@
 //! `trueaxis verify`
 
+use super::at;
 use super::bad_input::BadInput;
-use super::compile::{Random, positive, zero_position};
+use super::compile::{Random, positive};
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
 use super::{Outcome, screen};
@@ -71,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let zero_at = arguments
         .zero_at
         .as_deref()
-        .map(|text| zero_position(text, &machine))
+        .map(|text| at::zero_position(text, &machine))
         .transpose()?;
     let subtracted = schemes::Options {
         zero_at,

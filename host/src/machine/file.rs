@@ -1,5 +1,7 @@
 //! `machine.toml`.
 
+mod doubts;
+
 use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineProblem};
 use crate::kinematics::Htm;
 use crate::source::FileError;
@@ -103,7 +105,10 @@ impl Machine {
                 file.name.span(),
                 "the machine has no [spindle]",
                 "this machine",
-                "add [spindle] with axis = \"z\": the tool axis in the spindle frame (x, y or z)",
+                format!(
+                    "add [spindle] with axis = \"{}\": the tool axis in the spindle frame, along which the tip is",
+                    along(*tool.tip_mm.get_ref())
+                ),
             ));
         };
         let place = spindle.span();
@@ -280,6 +285,15 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
         hysteresis: positive(&entry.hysteresis, default.hysteresis)?,
         ..default
     })
+}
+
+/// The axis of its frame along which a tip is: `x`, `y` or `z`.
+fn along([x, y, z]: [f64; 3]) -> char {
+    match (x.abs(), y.abs(), z.abs()) {
+        (x, y, z) if x > y && x > z => 'x',
+        (_, y, z) if y > z => 'y',
+        _ => 'z',
+    }
 }
 
 fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError> {

@@ -1,0 +1,172 @@
+//! Parameters that change nothing: they move everything together, or turn the tool about itself.
+
+use super::alone::{Alone, Nature};
+use super::bench::{Bench, State};
+use super::instrument::REACH;
+use crate::errors::{Parameter, ParameterKind};
+use crate::kinematics::Htm;
+use crate::machine::{Machine, PerAxis};
+use nalgebra::{Matrix3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// What changes tip and direction by less than this part of the parameter's size changes nothing.
+const NOTHING: f64 = 1e-4;
+/// How large a parameter is made to see that (mm, rad): so small that what is left of the second
+/// order is less than [`NOTHING`] of it, at levers of metres, and far above rounding.
+const SMALL: [f64; 2] = [1e-4, 1e-6];
+/// Positions that are compared.
+const POSITIONS: usize = 40;
+
+/// Positions (mm, rad) all over the travels, where the motion is known; the same every time.
+#[must_use]
+pub fn positions(machine: &Machine, alone: &Alone<'_>) -> Vec<PerAxis> {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let index = alone.index();
+    (0..POSITIONS)
+        .map(|_| {
+            let mut q = PerAxis::default();
+            for (i, axis) in machine.axes.iter().enumerate() {
+                let [low, high] = match i == index {
+                    true => alone.range,
+                    false => axis.travel.map(|t| axis.to_kinematic(t)),
+                };
+                q[i] = low + (high - low) * random.random::<f64>();
+            }
+            q
+        })
+        .collect()
+}
+
+/// True if neither tip nor tool direction change anywhere, seen from a workpiece that is aligned anew.
+#[must_use]
+pub fn changes_nothing(alone: &Alone<'_>) -> bool {
+    let angular = alone.parameter.is_angular();
+    let size = alone.size();
+    if size == 0.0 {
+        return true;
+    }
+    let small = SMALL[usize::from(angular)];
+    let (errors, kelvin) = alone.model(small / size);
+    let machine = alone.machine;
+    let bench = Bench::new(machine, &errors, kelvin);
+    let sign = |k: usize| match (alone.nature(), k % 2) {
+        (Nature::Reversal, 0) => [1.0; 6],
+        (Nature::Reversal, _) => [-1.0; 6],
+        _ => [0.0; 6],
+    };
+    let poses: Vec<(Htm, Htm)> = positions(machine, alone)
+        .iter()
+        .enumerate()
+        .map(|(k, q)| {
+            let state = State {
+                q: *q,
+                sign: sign(k),
+            };
+            (bench.nominal(q), bench.actual(&state))
+        })
+        .collect();
+    let together = together(&poses);
+    let left = poses.iter().map(|(nominal, actual)| {
+        let moved = together * *nominal;
+        let tip = (actual.t - moved.t).norm();
+        let direction = |pose: &Htm| pose.r.column(machine.tool_axis).into_owned();
+        tip.max((direction(actual) - direction(&moved)).norm() * REACH)
+    });
+    let scale = if angular { small * REACH } else { small };
+    left.fold(0.0, f64::max) < NOTHING * scale
+}
+
+/// The motion of the workpiece that takes the nominal tips to the actual ones best (Kabsch).
+fn together(poses: &[(Htm, Htm)]) -> Htm {
+    let count = poses.len() as f64;
+    let mean =
+        |of: fn(&(Htm, Htm)) -> Vector3<f64>| poses.iter().map(of).sum::<Vector3<f64>>() / count;
+    let (nominal, actual) = (mean(|p| p.0.t), mean(|p| p.1.t));
+    let covariance: Matrix3<f64> = poses
+        .iter()
+        .map(|(n, a)| (a.t - actual) * (n.t - nominal).transpose())
+        .sum();
+    let svd = covariance.svd(true, true);
+    let r = match (svd.u, svd.v_t) {
+        (Some(u), Some(v_t)) => {
+            let mut sign = Matrix3::identity();
+            sign[(2, 2)] = (u * v_t).determinant().signum();
+            u * sign * v_t
+        }
+        _ => Matrix3::identity(),
+    };
+    Htm {
+        r,
+        t: actual - r * nominal,
+    }
+}
+
+/// The pair of axes whose squareness somebody may have meant who has written an inclination that
+/// changes nothing, and the parameters that it is.
+#[must_use]
+pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
+    let (machine, index) = (alone.machine, alone.index());
+    let linear = |i: usize| machine.axes.get(i).is_some_and(|a| !a.letter.is_rotary());
+    if !alone.parameter.is_angular() || alone.nature() != Nature::Constant || !linear(index) {
+        return None;
+    }
+    let value = SMALL[1];
+    let about = |alone: &Alone<'_>| {
+        let (errors, kelvin) = alone.model(1.0);
+        let bench = Bench::new(machine, &errors, kelvin);
+        let home = State::at(bench.home());
+        let turn = bench.actual(&home).r * bench.nominal(&home.q).r.transpose();
+        let turn = Htm {
+            r: turn,
+            t: Vector3::zeros(),
+        }
+        .twist()
+        .r;
+        let ways: Vec<Vector3<f64>> = (0..machine.axes.len())
+            .map(|i| {
+                if linear(i) {
+                    bench.way(&home.q, i)
+                } else {
+                    Vector3::zeros()
+                }
+            })
+            .collect();
+        (turn / value, ways)
+    };
+    let (turn, ways) = about(&alone.instead(alone.parameter, value));
+    (0..machine.axes.len())
+        .filter(|i| linear(*i))
+        .find_map(|other| {
+            if ways[index].cross(&ways[other]).dot(&turn).abs() < 0.9 {
+                return None;
+            }
+            let shows = |parameter: &Parameter| {
+                let candidate = alone.instead(*parameter, value);
+                if ways[index]
+                    .cross(&ways[other])
+                    .dot(&about(&candidate).0)
+                    .abs()
+                    < 0.9
+                {
+                    return false;
+                }
+                let (errors, kelvin) = candidate.model(1.0);
+                let bench = Bench::new(machine, &errors, kelvin);
+                let span = bench.span(other, bench.travel(other));
+                bench.square(index, other, span).size() > 0.5 * value * REACH
+            };
+            let axes = machine.axes.iter().filter(|a| !a.letter.is_rotary());
+            let parameters: Vec<Parameter> = axes
+                .flat_map(|axis| {
+                    (3..6).map(|component| Parameter {
+                        component,
+                        axis: axis.letter.char(),
+                        kind: ParameterKind::Inter,
+                    })
+                })
+                .filter(shows)
+                .collect();
+            (!parameters.is_empty()).then_some(([index, other], parameters))
+        })
+}
