@@ -138,6 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         file: output,
         machine: &machine.name,
         scheme: options.scheme.name(),
+        zero_at: arguments.zero_at.as_deref(),
         target: &options.tables.target,
         tolerance_um: *tolerance,
         tolerance_urad: *tolerance,

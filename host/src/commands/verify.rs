@@ -47,6 +47,7 @@ pub struct Arguments {
 struct Answer<'a> {
     file: &'a Path,
     machine: &'a str,
+    zero_at: Option<&'a str>,
     tolerance_um: f64,
     tolerance_urad: f64,
     meets_tolerance: bool,
@@ -99,6 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print_json(&Answer {
             file: path,
             machine: &machine.name,
+            zero_at: arguments.zero_at.as_deref(),
             tolerance_um: *tolerance,
             tolerance_urad: *tolerance,
             meets_tolerance: proof.meets(*tolerance),
@@ -110,6 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let title = format!("{}: {}\n", path.display(), machine.name);
         let text = title
             + &screen::size(&size)
+            + &screen::zero(arguments.zero_at.as_deref())
             + "\n"
             + &screen::quality(&proof, *tolerance)
             + &screen::tool_length(&proof);
