@@ -5,6 +5,7 @@ mod answer;
 use super::Outcome;
 use super::at;
 use super::bad_input::BadInput;
+use super::blame;
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
 use super::target;
@@ -133,6 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let target = target::read(&arguments.target)?;
     let (machine, errors) = files.read()?;
     let options = arguments.options(&machine, target)?;
+    let blame = |error| blame::compile(error, files, &machine, &errors);
     let bar = Bar::new();
     let answer = Answer {
         file: output,
@@ -160,12 +162,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             answer.print(arguments.json)?;
             return Ok(Outcome::CheckFailed);
         }
-        Err(error) => return Err(error.into()),
+        Err(error) => return Err(blame(error)),
     };
     let zero = options
         .tables
         .zero(&machine, &errors)
-        .map_err(CompileError::from)?;
+        .map_err(|error| blame(error.into()))?;
     // The bytes are proven before they are written; writing reads them back and compares.
     let runtime = Runtime::load(&built.blob).map_err(CompileError::from)?;
     let proof = compile::prove(
@@ -176,7 +178,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         options.random,
         options.seed,
         &bar,
-    )?;
+    )
+    .map_err(blame)?;
     let refusals = proof.refusals(*tolerance);
     let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
     let written = refusals.iter().all(accepted);

@@ -39,6 +39,12 @@ impl Text {
         Ok(Self { name, text })
     }
 
+    /// The path of a file that this one names.
+    pub fn beside(&self, name: &str) -> String {
+        let folder = Path::new(&self.name).parent().unwrap_or(Path::new(""));
+        folder.join(name).display().to_string()
+    }
+
     /// The file, and the line of an error in it.
     pub fn place(&self, error: &FileError) -> String {
         match error.line(&self.text) {
@@ -60,11 +66,21 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
             ErrorKind::PermissionDenied => "make the file readable",
             _ => "give the path of a readable file",
         };
+        let cause = match missing_folder(path) {
+            Some(folder) => format!("there is no folder {}", folder.display()),
+            None => error.to_string(),
+        };
         BadInput::new(
-            format!("{}: cannot be read: {error}", path.display()),
+            format!("{}: cannot be read: {cause}", path.display()),
             remedy,
         )
     })
+}
+
+/// The folder of a path, if it is not there.
+fn missing_folder(path: &Path) -> Option<&Path> {
+    let folder = path.parent()?;
+    (!folder.as_os_str().is_empty() && !folder.exists()).then_some(folder)
 }
 
 /// Reads a blob into aligned memory, as it would lie in flash.
@@ -104,12 +120,30 @@ pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
 /// Reads and checks the errors of a machine.
 pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let text = Text::read(path)?;
-    ErrorModel::from_toml(&text.text, machine).map_err(|e| text.bad(e))
+    let read = |name: &str| {
+        let path = text.beside(name);
+        let measured = Text::read(Path::new(&path));
+        measured
+            .map(|measured| measured.text)
+            .map_err(|bad| bad.to_string())
+    };
+    ErrorModel::with_files(&text.text, machine, &read).map_err(|e| text.bad(e))
 }
 
-/// Before the work begins: refuses to write over a file that is read, and removes what an earlier
+/// Before the work begins: refuses to write over a file that is read or into a folder that is not
+/// there, and removes what an earlier
 /// run has left of the output that was ended in the middle of writing.
 pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
+    if let Some(folder) = missing_folder(output) {
+        return Err(BadInput::new(
+            format!(
+                "{}: cannot be written: there is no folder {}",
+                output.display(),
+                folder.display()
+            ),
+            "make the folder, or give -o a name in one that exists",
+        ));
+    }
     let real = |path: &Path| path.canonicalize().ok();
     let written = real(output);
     match inputs

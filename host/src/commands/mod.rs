@@ -2,6 +2,7 @@
 
 mod at;
 mod bad_input;
+mod blame;
 mod compile;
 mod correct;
 mod eval;

@@ -2,6 +2,7 @@
 
 use super::at;
 use super::bad_input::BadInput;
+use super::blame;
 use super::compile::{Random, positive};
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
@@ -9,7 +10,7 @@ use super::{Outcome, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_host::compile::{self, CompileError, Proof, Refusal, Size};
+use trueaxis_host::compile::{self, Proof, Refusal, Size};
 use trueaxis_host::schemes;
 use trueaxis_host::validate::Runtime;
 
@@ -79,9 +80,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         zero_at,
         ..schemes::Options::default()
     };
+    let blame = |error| blame::compile(error, files, &machine, &errors);
     let zero = subtracted
         .zero(&machine, &errors)
-        .map_err(CompileError::from)?;
+        .map_err(|error| blame(error.into()))?;
     let bar = Bar::new();
     let Random { random, seed } = arguments.random;
     let proof = compile::prove(
@@ -92,7 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         random as usize,
         seed,
         &bar,
-    )?;
+    )
+    .map_err(blame)?;
     drop(bar);
     let refusals = proof.refusals(*tolerance);
     let size = Size::of(&runtime);

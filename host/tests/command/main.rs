@@ -5,6 +5,7 @@ mod bad_errors;
 mod bad_machines;
 mod bad_positions;
 mod endless;
+mod hints;
 mod outside;
 mod pose;
 mod program;

@@ -2,7 +2,7 @@
 
 use super::{MachineFile, along};
 use crate::machine::{Letter, Machine};
-use crate::source::FileError;
+use crate::source::{Exactly, FileError};
 use toml::Spanned;
 
 /// A whole turn in radians is 6.3: a rotary travel below this (deg) is narrower than any that is
@@ -46,8 +46,9 @@ impl Machine {
 }
 
 /// A rotary travel that looks like radians.
-fn narrow(axis: &str, range: &Spanned<[f64; 2]>) -> Option<FileError> {
-    let width = range.get_ref()[1] - range.get_ref()[0];
+fn narrow(axis: &str, range: &Spanned<Exactly<2>>) -> Option<FileError> {
+    let Exactly([low, high]) = *range.get_ref();
+    let width = high - low;
     (width < NARROW).then(|| {
         FileError::at(
             range.span(),
@@ -61,13 +62,13 @@ fn narrow(axis: &str, range: &Spanned<[f64; 2]>) -> Option<FileError> {
 }
 
 /// An orientation that looks like radians.
-fn radians(of: &str, orientation: &Option<Spanned<[f64; 3]>>) -> Option<FileError> {
+fn radians(of: &str, orientation: &Option<Spanned<Exactly<3>>>) -> Option<FileError> {
     let orientation = orientation.as_ref()?;
     let looks = |v: &&f64| {
         let steps = **v / ROUND;
         v.abs() <= std::f64::consts::TAU && steps != steps.round()
     };
-    let value = orientation.get_ref().iter().find(looks)?;
+    let value = orientation.get_ref().0.iter().find(looks)?;
     Some(FileError::at(
         orientation.span(),
         format!(
@@ -80,8 +81,8 @@ fn radians(of: &str, orientation: &Option<Spanned<[f64; 3]>>) -> Option<FileErro
 }
 
 /// A tip that looks like metres, or lies beside the tool axis.
-fn tip(tip: &Spanned<[f64; 3]>, axis: &str) -> Option<FileError> {
-    let [x, y, z] = *tip.get_ref();
+fn tip(tip: &Spanned<Exactly<3>>, axis: &str) -> Option<FileError> {
+    let Exactly([x, y, z]) = *tip.get_ref();
     let beside = match axis {
         "x" => y.hypot(z),
         "y" => x.hypot(z),
@@ -102,7 +103,7 @@ fn tip(tip: &Spanned<[f64; 3]>, axis: &str) -> Option<FileError> {
         format!("the tip is {beside:.3} mm beside the tool axis {axis} of the spindle"),
         format!(
             "a rotating tool has its tip on the axis: check axis in [spindle] (the tip is along {})",
-            along(*tip.get_ref())
+            along([x, y, z])
         ),
     )
 }
