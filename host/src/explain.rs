@@ -83,8 +83,10 @@ impl Explained<'_> {
             (false, Nature::Constant) => {
                 let motion = &alone.parameter.to_string()[..2];
                 let axis = alone.parameter.axis;
+                let rotary = alone.machine.axes[alone.index()].letter.is_rotary();
+                let along = if rotary { "with" } else { "along" };
                 format!(
-                    "shifts everything and changes nothing; what changes along {axis} is {motion}{axis}1, {motion}{axis}2 … or a table"
+                    "shifts everything and changes nothing; what changes {along} {axis} is {motion}{axis}1, {motion}{axis}2 … or a table"
                 )
             }
             (false, _) => "changes nothing".to_owned(),

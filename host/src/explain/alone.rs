@@ -185,10 +185,18 @@ impl<'a> Alone<'a> {
     #[must_use]
     pub fn places(&self) -> Vec<f64> {
         const STEPS: u16 = 100;
+        const DEGREES: f64 = 5.0;
         let [low, high] = self.range;
         if let Some(table) = self.table {
             let within = |q: &&f64| (low..=high).contains(*q);
             return table.at.iter().filter(within).copied().collect();
+        }
+        let axis = self.machine.axes.get(self.index());
+        if axis.is_some_and(|axis| axis.letter.is_rotary()) {
+            let [first, last] = [low, high].map(|q| (q.to_degrees() / DEGREES).round() as i32);
+            let inner = (first..=last).map(|k| (f64::from(k) * DEGREES).to_radians());
+            let inner = inner.filter(|q| *q > low && *q < high);
+            return std::iter::once(low).chain(inner).chain([high]).collect();
         }
         (0..=STEPS)
             .map(|k| low + (high - low) * f64::from(k) / f64::from(STEPS))

@@ -2,7 +2,7 @@
 
 use super::alone::{Alone, Nature};
 use super::bench::{Bench, State};
-use super::instrument::{REACH, Reading, Sense, largest};
+use super::instrument::{Instrument, Place, REACH, Reading, Sense, largest};
 use crate::errors::ParameterKind;
 
 /// An instrument that is meant for a location shows at least this part of its size; less is a
@@ -68,10 +68,7 @@ fn constant<'o>(
         let swing = bench.swing(axis);
         match angular {
             false => Box::new(move || largest(bench.ball(axis, swing, None))),
-            true => Box::new(move || {
-                let away = bench.linear().map(Some).chain([None]);
-                largest(away.flat_map(|away| bench.ball(axis, swing, away)))
-            }),
+            true => Box::new(move || tilt(bench, axis, swing)),
         }
     };
     let pairs = move |with: Option<usize>| -> Offer<'o> {
@@ -102,6 +99,38 @@ fn constant<'o>(
     }
     offers.extend(balls());
     offers
+}
+
+/// The inclination of a rotary axis: a ball beside it, read along it, which does not depend on where
+/// along the axis the ball is. Without one, any ball.
+fn tilt(bench: &Bench<'_>, axis: usize, swing: [f64; 2]) -> Option<Reading> {
+    // How far a linear axis is along this one.
+    let along = |state: &State, linear: usize| {
+        let way = bench.way(&state.q, linear);
+        way.dot(&bench.about(&state.q, axis)).abs()
+    };
+    let home = State::at(bench.home());
+    let away = bench.linear().map(Some).chain([None]);
+    let all: Vec<Reading> = away
+        .flat_map(|away| bench.ball(axis, swing, away))
+        .collect();
+    let beside = all.iter().filter(|reading| {
+        let Instrument::Ball {
+            place: Place::Away(away),
+        } = reading.instrument
+        else {
+            return false;
+        };
+        let read_along = matches!(reading.sense, Sense::In(i) if along(&reading.to, i) > 0.9);
+        read_along && along(&home, away) < 0.1
+    });
+    let beside = largest(beside.copied());
+    let any = largest(all)?;
+    Some(
+        beside
+            .filter(|b| b.size() > SHOWS * any.size())
+            .unwrap_or(any),
+    )
 }
 
 /// Where an axis is read: at one place if the error is in proportion, else all along.
@@ -153,7 +182,9 @@ fn moving(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading>
 
 /// An error motion of a rotary axis.
 fn turning(bench: &Bench<'_>, alone: &Alone<'_>, index: usize) -> Option<Reading> {
-    let (from, places) = places(bench, alone, index);
+    let (from, mut places) = places(bench, alone, index);
+    // Of places where it is as large, the nearest.
+    places.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(b.total_cmp(a)));
     let readings = places
         .iter()
         .flat_map(|place| match alone.parameter.is_angular() {

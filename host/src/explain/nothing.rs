@@ -3,7 +3,7 @@
 use super::alone::{Alone, Nature};
 use super::bench::{Bench, State};
 use super::instrument::REACH;
-use crate::errors::{Parameter, ParameterKind};
+use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::kinematics::Htm;
 use crate::machine::{Machine, PerAxis};
 use nalgebra::{Matrix3, Vector3};
@@ -102,71 +102,85 @@ fn together(poses: &[(Htm, Htm)]) -> Htm {
     }
 }
 
-/// The pair of axes whose squareness somebody may have meant who has written an inclination that
-/// changes nothing, and the parameters that it is.
+/// The pair of axes (by index) whose squareness somebody may have meant who has written an inclination
+/// that changes nothing, and the parameters that it is.
 #[must_use]
 pub fn meant(alone: &Alone<'_>) -> Option<([usize; 2], Vec<Parameter>)> {
     let (machine, index) = (alone.machine, alone.index());
-    let linear = |i: usize| machine.axes.get(i).is_some_and(|a| !a.letter.is_rotary());
-    if !alone.parameter.is_angular() || alone.nature() != Nature::Constant || !linear(index) {
+    let axis = machine.axes.get(index)?;
+    if !alone.parameter.is_angular()
+        || alone.nature() != Nature::Constant
+        || axis.letter.is_rotary()
+    {
         return None;
     }
-    let value = SMALL[1];
-    let about = |alone: &Alone<'_>| {
-        let (errors, kelvin) = alone.model(1.0);
-        let bench = Bench::new(machine, &errors, kelvin);
-        let home = State::at(bench.home());
-        let turn = bench.actual(&home).r * bench.nominal(&home.q).r.transpose();
-        let turn = Htm {
-            r: turn,
-            t: Vector3::zeros(),
-        }
-        .twist()
-        .r;
-        let ways: Vec<Vector3<f64>> = (0..machine.axes.len())
-            .map(|i| {
-                if linear(i) {
-                    bench.way(&home.q, i)
-                } else {
-                    Vector3::zeros()
-                }
-            })
-            .collect();
-        (turn / value, ways)
-    };
-    let (turn, ways) = about(&alone.instead(alone.parameter, value));
-    (0..machine.axes.len())
-        .filter(|i| linear(*i))
-        .find_map(|other| {
-            if ways[index].cross(&ways[other]).dot(&turn).abs() < 0.9 {
-                return None;
-            }
-            let shows = |parameter: &Parameter| {
-                let candidate = alone.instead(*parameter, value);
-                if ways[index]
-                    .cross(&ways[other])
-                    .dot(&about(&candidate).0)
-                    .abs()
-                    < 0.9
-                {
-                    return false;
-                }
-                let (errors, kelvin) = candidate.model(1.0);
-                let bench = Bench::new(machine, &errors, kelvin);
-                let span = bench.span(other, bench.travel(other));
-                bench.square(index, other, span).size() > 0.5 * value * REACH
-            };
-            let axes = machine.axes.iter().filter(|a| !a.letter.is_rotary());
-            let parameters: Vec<Parameter> = axes
-                .flat_map(|axis| {
-                    (3..6).map(|component| Parameter {
-                        component,
-                        axis: axis.letter.char(),
-                        kind: ParameterKind::Inter,
-                    })
-                })
-                .filter(shows)
-                .collect();
-            (!parameters.is_empty()).then_some(([index, other], parameters))
+    let locations = machine.axes.iter().filter(|a| !a.letter.is_rotary());
+    let locations = locations.flat_map(|axis| {
+        (3..6).map(|component| Parameter {
+            component,
+            axis: axis.letter.char(),
+            kind: ParameterKind::Inter,
         })
+    });
+    let candidates: Vec<(Parameter, Small<'_>)> = locations
+        .map(|parameter| (parameter, Small::new(alone, parameter)))
+        .collect();
+    let this = Small::new(alone, alone.parameter);
+    let linear = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
+    let pairs = linear
+        .clone()
+        .flat_map(|a| linear.clone().filter(move |b| a < *b).map(move |b| [a, b]));
+    // Those of this axis first.
+    let mut pairs: Vec<[usize; 2]> = pairs.collect();
+    pairs.sort_by_key(|pair| !pair.contains(&index));
+    pairs.into_iter().find_map(|pair| {
+        if !this.turns(pair) {
+            return None;
+        }
+        let same = candidates
+            .iter()
+            .filter(|(_, small)| small.turns(pair) && small.squareness(pair) > 0.5);
+        let parameters: Vec<Parameter> = same.map(|(parameter, _)| *parameter).collect();
+        (!parameters.is_empty()).then_some((pair, parameters))
+    })
+}
+
+/// A small inclination by itself.
+struct Small<'a> {
+    machine: &'a Machine,
+    errors: ErrorModel,
+}
+
+impl<'a> Small<'a> {
+    fn new(alone: &Alone<'a>, parameter: Parameter) -> Self {
+        let (errors, _) = alone.instead(parameter, SMALL[1]).model(1.0);
+        Self {
+            machine: alone.machine,
+            errors,
+        }
+    }
+
+    fn bench(&self) -> Bench<'_> {
+        Bench::new(self.machine, &self.errors, Default::default())
+    }
+
+    /// True if it turns the tool against the workpiece in the plane of two axes.
+    fn turns(&self, [a, b]: [usize; 2]) -> bool {
+        let bench = self.bench();
+        let home = State::at(bench.home());
+        let r = bench.actual(&home).r * bench.nominal(&home.q).r.transpose();
+        let turn = Htm {
+            r,
+            t: Vector3::zeros(),
+        };
+        let normal = bench.way(&home.q, a).cross(&bench.way(&home.q, b));
+        normal.dot(&turn.twist().r).abs() > 0.9 * SMALL[1]
+    }
+
+    /// What a square shows of it, in parts of its size.
+    fn squareness(&self, [a, b]: [usize; 2]) -> f64 {
+        let bench = self.bench();
+        let span = bench.span(b, bench.travel(b));
+        bench.square(a, b, span).size() / (SMALL[1] * REACH)
+    }
 }
