@@ -266,6 +266,7 @@ fn every_parameter_of_every_example_reads_as_the_linearised_model_says() {
         ("router/machine", "router/errors-10"),
         ("mill-21/machine", "mill-21/errors-21"),
         ("five-axis-30/machine", "five-axis-30/errors-30"),
+        ("linuxcnc-xyzac-trt/machine", "linuxcnc-xyzac-trt/errors-11"),
     ] {
         let machine = machine(&format!("examples/{machine_file}.toml"));
         let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
