@@ -278,10 +278,10 @@ fn every_parameter_of_every_example_reads_as_the_linearised_model_says() {
 #[test]
 fn every_parameter_of_random_machines_reads_as_the_linearised_model_says() {
     let mut count = 0;
-    for case in cases(ALL / 3) {
+    for case in cases(ALL / 5) {
         count += check(&format!("seed {}", case.seed), &case.machine, &case.errors);
     }
-    assert!(count > 3_000, "{count}");
+    assert!(count > 2_000, "{count}");
 }
 
 /// Every kind of parameter by itself, on every axis of every example.
