@@ -70,7 +70,7 @@ impl FileError {
     #[must_use]
     pub fn syntax(error: &toml::de::Error, text: &str) -> Self {
         let remedy = match error.span() {
-            Some(span) if has_decimal_comma(text, span.clone()) => {
+            Some(span) if has_decimal_comma(text, &span, error.message()) => {
                 "write a decimal point, not a comma: 1.5e-5"
             }
             _ => "see the file formats in the manual: unknown keys and wrong types are refused",
@@ -98,6 +98,9 @@ impl FileError {
     }
 }
 
+/// What is said if numbers are missing, or too many.
+const COUNT: &str = "numbers, where";
+
 /// So many numbers in a file, neither fewer nor more: `[-210,0, 210,0]` is not the range that it looks
 /// like to somebody who writes decimal commas.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,12 +113,13 @@ impl<'de, const N: usize> Deserialize<'de> for Exactly<N> {
         let numbers = numbers.try_into();
         numbers
             .map(Self)
-            .map_err(|_| D::Error::custom(format!("{count} numbers, where {N} are expected")))
+            .map_err(|_| D::Error::custom(format!("{count} {COUNT} {N} are expected")))
     }
 }
 
-/// True if the lines of a place have a comma between two digits, with no space after it.
-fn has_decimal_comma(text: &str, span: Range<usize>) -> bool {
+/// True if the lines of a place have a comma between two digits, with no space after it, and that may be
+/// what is wrong: not with a key, nor with the syntax of a list, where it may be right.
+fn has_decimal_comma(text: &str, span: &Range<usize>, message: &str) -> bool {
     let bytes = text.as_bytes();
     let start = span.start.min(bytes.len());
     let end = span.end.clamp(start, bytes.len());
@@ -123,6 +127,10 @@ fn has_decimal_comma(text: &str, span: Range<usize>) -> bool {
     let to = bytes[end..].iter().position(|b| *b == b'\n');
     let lines = &bytes[from.map_or(0, |n| n + 1)..to.map_or(bytes.len(), |n| end + n)];
     let code = lines.split(|b| *b == b'#').next().unwrap_or(lines);
+    let in_list = code.contains(&b'[') && !message.contains(COUNT);
+    if in_list || message.contains("field") {
+        return false;
+    }
     code.windows(3)
         .any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
 }
@@ -147,13 +155,24 @@ mod tests {
 
     #[test]
     fn a_decimal_comma_is_one_between_digits() {
-        for (text, is) in [
-            ("EXX1 = 1,5e-5", true),
-            ("range = [-210,0, 210,0]", true),
-            ("range = [-210.0, 210.0]", false),
-            ("x = 1 # 1,5", false),
+        let syntax = "expected newline";
+        for (text, message, is) in [
+            ("EXX1 = 1,5e-5", syntax, true),
+            (
+                "range = [-210,0, 210,0]",
+                "4 numbers, where 2 are expected",
+                true,
+            ),
+            (
+                "range = [-210.0, 210.0, 1.0]",
+                "3 numbers, where 2 are expected",
+                false,
+            ),
+            ("rang = [0,100]", "unknown field `rang`", false),
+            ("range = [0,100", syntax, false),
+            ("x = 1 # 1,5", syntax, false),
         ] {
-            assert_eq!(has_decimal_comma(text, 2..3), is, "{text}");
+            assert_eq!(has_decimal_comma(text, &(2..3), message), is, "{text}");
         }
     }
 

@@ -22,6 +22,11 @@ pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>,
     let mut position: Vec<Option<f64>> = vec![None; machine.axes.len()];
     for part in text.split(',') {
         let Some((name, value)) = part.split_once('=') else {
+            if part.trim().parse::<f64>().is_ok() {
+                return Err(bad(format!(
+                    "`{part}` has no axis: write a decimal point, not a comma"
+                )));
+            }
             return Err(bad(format!(
                 "`{part}` is not an axis, an equals sign and a number"
             )));

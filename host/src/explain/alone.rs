@@ -188,8 +188,8 @@ impl<'a> Alone<'a> {
         const DEGREES: f64 = 5.0;
         let [low, high] = self.range;
         if let Some(table) = self.table {
-            let within = |q: &&f64| (low..=high).contains(*q);
-            return table.at.iter().filter(within).copied().collect();
+            let within = table.at.iter().copied().filter(|q| *q > low && *q < high);
+            return std::iter::once(low).chain(within).chain([high]).collect();
         }
         let axis = self.machine.axes.get(self.index());
         if axis.is_some_and(|axis| axis.letter.is_rotary()) {

@@ -136,6 +136,7 @@ fn a_bad_position_is_refused() {
         ("A=3", "--at: the machine has no axis `A`"),
         ("X", "--at: `X` is not an axis"),
         ("X=1,x=2", "--at: axis x is given twice"),
+        ("X=1,5,Y=2", "--at: `5` has no axis: write a decimal point"),
         ("X=one", "--at: `one` is no finite number"),
     ] {
         refused(
@@ -202,6 +203,29 @@ fn what_is_hardly_meant_is_warned_of_with_its_line() {
     ] {
         assert_eq!(warned("[-120.0, 120.0]", to), "");
     }
+}
+
+#[test]
+fn no_example_is_doubted() {
+    let mut count = 0;
+    for folder in std::fs::read_dir(example("")).unwrap() {
+        for file in std::fs::read_dir(folder.unwrap().path()).unwrap() {
+            let path = file.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap();
+            if name.starts_with("machine") {
+                let output = trueaxis(&["pose", path.to_str().unwrap()]);
+                let said = plain(&output.stderr);
+                // Some have no zero in their travels.
+                assert!(
+                    !said.contains("looks like") && !said.contains("the tip is"),
+                    "{said}"
+                );
+                assert_eq!(output.status.code(), Some(0));
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 10, "{count}");
 }
 
 #[test]
