@@ -20,7 +20,8 @@ use trueaxis_host::machine::Machine;
 #[command(
     after_help = "Example:\n  trueaxis explain examples/mill-21/machine.toml errors.toml\n\n\
 With --json, each has the reading (µm or µrad; on a square µm per 100 mm), the instrument, and the\n\
-commands from which and to which it is read: `trueaxis pose` there gives the same."
+commands from which and to which it is read: with an error file of nothing else, `trueaxis pose` shows\n\
+there where the tool has gone."
 )]
 pub struct Arguments {
     #[command(flatten)]
