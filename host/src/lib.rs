@@ -3,11 +3,13 @@
 
 pub mod compile;
 pub mod errors;
+pub mod explain;
 pub mod formats;
 pub mod kinematics;
 pub mod link;
 pub mod machine;
 pub mod motion;
+pub mod pose;
 pub mod schemes;
 pub mod size;
 pub mod source;

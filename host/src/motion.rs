@@ -4,7 +4,7 @@ mod outside;
 
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
-use crate::machine::Machine;
+use crate::machine::{Machine, PerAxis};
 pub use outside::{Outside, outside_compensation, outside_machine};
 use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
@@ -58,24 +58,17 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
     Ok(corrections)
 }
 
-/// Exact kinematic corrections (mm, deg) along a motion.
+/// What the kinematic model is told along a motion: position (mm, rad) and situation of every row.
 ///
 /// Each row holds the axes, the tool length (mm) if it is an input of the machine, then the
 /// sensors (K from their reference). Directions are followed as [`evaluate`] does.
-///
-/// # Errors
-/// [`NotConverged`], with the row counted from 1.
-pub fn correct(
-    machine: &Machine,
-    errors: &ErrorModel,
-    rows: &[Vec<f64>],
-) -> Result<Vec<Vec<f64>>, (usize, NotConverged)> {
-    let kinematics = Kinematics::new(machine, errors);
+#[must_use]
+pub fn situations(machine: &Machine, rows: &[Vec<f64>]) -> Vec<(PerAxis, Situation)> {
     let n = machine.axes.len();
     let with_length = usize::from(machine.length_range.is_some());
     let mut reversals = [Reversal::new(); MOST_AXES];
-    let mut corrections = Vec::with_capacity(rows.len());
-    for (row, values) in rows.iter().enumerate() {
+    let mut along = Vec::with_capacity(rows.len());
+    for values in rows {
         let mut situation = Situation::default();
         for (i, axis) in machine.axes.iter().enumerate() {
             let period = if axis.modulo { 360.0 } else { 0.0 };
@@ -95,9 +88,26 @@ pub fn correct(
         // Where the error motions of endless axes are described.
         let axes = machine.axes.iter().zip(&values[..n]);
         let position: Vec<f64> = axes.map(|(axis, q)| axis.within_turn(*q)).collect();
-        let q = machine.to_kinematic(&position);
+        along.push((machine.to_kinematic(&position), situation));
+    }
+    along
+}
+
+/// Exact kinematic corrections (mm, deg) along a motion, whose rows are those of [`situations`].
+///
+/// # Errors
+/// [`NotConverged`], with the row counted from 1.
+pub fn correct(
+    machine: &Machine,
+    errors: &ErrorModel,
+    rows: &[Vec<f64>],
+) -> Result<Vec<Vec<f64>>, (usize, NotConverged)> {
+    let kinematics = Kinematics::new(machine, errors);
+    let n = machine.axes.len();
+    let mut corrections = Vec::with_capacity(rows.len());
+    for (row, (q, situation)) in situations(machine, rows).iter().enumerate() {
         let dq = kinematics
-            .correction(&q, &situation, &Switches::ALL)
+            .correction(q, situation, &Switches::ALL)
             .map_err(|error| (row + 1, error))?
             .dq;
         corrections.push(machine.to_command(&dq)[..n].to_vec());

@@ -1,5 +1,6 @@
 //! Errors that point into a file.
 
+use serde::de::{Deserialize, Deserializer, Error};
 use std::ops::Range;
 
 /// What is wrong with a file, where, and what to write instead.
@@ -14,6 +15,17 @@ pub struct FileError {
     pub remedy: String,
     /// Byte range in the file.
     pub span: Option<Range<usize>>,
+    /// The file it is in, if that is another one that the file names.
+    pub within: Option<Box<Named>>,
+}
+
+/// A text file with its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named {
+    /// As it was named.
+    pub name: String,
+    /// All of it.
+    pub text: String,
 }
 
 impl FileError {
@@ -29,6 +41,7 @@ impl FileError {
             label: label.into(),
             remedy: remedy.into(),
             span: Some(span),
+            within: None,
         }
     }
 
@@ -39,6 +52,35 @@ impl FileError {
             label: String::new(),
             remedy: remedy.into(),
             span: None,
+            within: None,
+        }
+    }
+
+    /// The same in another file.
+    #[must_use]
+    pub fn within(mut self, name: &str, text: &str) -> Self {
+        self.within = Some(Box::new(Named {
+            name: name.to_owned(),
+            text: text.to_owned(),
+        }));
+        self
+    }
+
+    /// What is wrong with the syntax of a file in TOML.
+    #[must_use]
+    pub fn syntax(error: &toml::de::Error, text: &str) -> Self {
+        let remedy = match error.span() {
+            Some(span) if has_decimal_comma(text, &span, error.message()) => {
+                "write a decimal point, not a comma: 1.5e-5"
+            }
+            _ => "see the file formats in the manual: unknown keys and wrong types are refused",
+        };
+        Self {
+            message: error.message().to_owned(),
+            label: "here".to_owned(),
+            remedy: remedy.to_owned(),
+            span: error.span(),
+            within: None,
         }
     }
 
@@ -56,14 +98,99 @@ impl FileError {
     }
 }
 
-impl From<toml::de::Error> for FileError {
-    fn from(error: toml::de::Error) -> Self {
-        Self {
-            message: error.message().to_owned(),
-            label: "here".to_owned(),
-            remedy: "see the file formats in the manual: unknown keys and wrong types are refused"
-                .to_owned(),
-            span: error.span(),
+/// What is said if numbers are missing, or too many.
+const COUNT: &str = "numbers, where";
+
+/// So many numbers in a file, neither fewer nor more: `[-210,0, 210,0]` is not the range that it looks
+/// like to somebody who writes decimal commas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exactly<const N: usize>(pub [f64; N]);
+
+impl<'de, const N: usize> Deserialize<'de> for Exactly<N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let numbers = Vec::<f64>::deserialize(deserializer)?;
+        let count = numbers.len();
+        let numbers = numbers.try_into();
+        numbers
+            .map(Self)
+            .map_err(|_| D::Error::custom(format!("{count} {COUNT} {N} are expected")))
+    }
+}
+
+/// True if the lines of a place have a comma between two digits, with no space after it, and that may be
+/// what is wrong: not with a key, nor with the syntax of a list, where it may be right.
+fn has_decimal_comma(text: &str, span: &Range<usize>, message: &str) -> bool {
+    let bytes = text.as_bytes();
+    let start = span.start.min(bytes.len());
+    let end = span.end.clamp(start, bytes.len());
+    let from = bytes[..start].iter().rposition(|b| *b == b'\n');
+    let to = bytes[end..].iter().position(|b| *b == b'\n');
+    let lines = &bytes[from.map_or(0, |n| n + 1)..to.map_or(bytes.len(), |n| end + n)];
+    let code = lines.split(|b| *b == b'#').next().unwrap_or(lines);
+    let in_list = code.contains(&b'[') && !message.contains(COUNT);
+    if in_list || message.contains("field") {
+        return false;
+    }
+    code.windows(3)
+        .any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit())
+}
+
+/// The name in the case that is right, if only the case is wrong: `X` for `x`, `EXXb` for `exxB`.
+#[must_use]
+pub fn right_case(name: &str, is_right: impl Fn(&str) -> bool) -> Option<String> {
+    let upper = name.to_uppercase();
+    let split = upper
+        .char_indices()
+        .nth(3)
+        .map_or(upper.len(), |(at, _)| at);
+    let mixed = upper[..split].to_owned() + &upper[split..].to_lowercase();
+    [upper, mixed]
+        .into_iter()
+        .find(|n| n != name && is_right(n))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_decimal_comma_is_one_between_digits() {
+        let syntax = "expected newline";
+        for (text, message, is) in [
+            ("EXX1 = 1,5e-5", syntax, true),
+            (
+                "range = [-210,0, 210,0]",
+                "4 numbers, where 2 are expected",
+                true,
+            ),
+            (
+                "range = [-210.0, 210.0, 1.0]",
+                "3 numbers, where 2 are expected",
+                false,
+            ),
+            ("rang = [0,100]", "unknown field `rang`", false),
+            ("range = [0,100", syntax, false),
+            ("x = 1 # 1,5", syntax, false),
+        ] {
+            assert_eq!(has_decimal_comma(text, &(2..3), message), is, "{text}");
+        }
+    }
+
+    #[test]
+    fn the_right_case_is_found() {
+        let names = ["X", "EXX1", "EXXb", "EA0Z", "EXCc1"];
+        let is_right = |n: &str| names.contains(&n);
+        for (name, right) in [
+            ("x", Some("X")),
+            ("exx1", Some("EXX1")),
+            ("EXXB", Some("EXXb")),
+            ("ea0z", Some("EA0Z")),
+            ("excC1", Some("EXCc1")),
+            ("EXX1", None),
+            ("é", None),
+            ("eéé1", None),
+        ] {
+            assert_eq!(right_case(name, is_right).as_deref(), right, "{name}");
         }
     }
 }

@@ -1,24 +1,16 @@
 //! Nominal kinematics against the published geometry of LinuxCNC's `xyzac-trt`: a table C on a
 //! trunnion A, both in the workpiece branch, X Y Z in the tool branch.
 //!
-//! How the parameters map (LinuxCNC's pins left):
-//!
-//! | LinuxCNC | machine.toml |
-//! |---|---|
-//! | `x-rot-point`, `y-rot-point`, `z-rot-point` | `origin_mm` of C |
-//! | `y-offset`, `z-offset` (from there to the axis A) | `origin_mm` of A is that of C + (0, dy, dz) |
-//! | `tool-offset` dt | `tip_mm = [0, 0, -dt]`; LinuxCNC's z is that of the tip + dt |
-//! | `conventional-directions = 0` (its default) | A and C as they are |
-//! | `conventional-directions = 1` | A and C `reversed = true` |
-//!
-//! By default LinuxCNC turns the table itself by +A and +C. ISO 841 counts an axis that moves the
-//! workpiece by the motion of the tool relative to it, the other way; `conventional-directions = 1`
-//! does that, and `reversed` is our word for it.
+//! How the parameters map is in the manual (`docs/src/machine-file.md`), and at the head of the files in
+//! `examples/linuxcnc-xyzac-trt`, from which the test of these reads them. By default LinuxCNC turns the
+//! table itself by +A and +C. ISO 841 counts an axis that moves the workpiece by the motion of the tool
+//! relative to it, the other way; `conventional-directions = 1` does that, and `reversed` is our word for
+//! it.
 
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::kinematics::Kinematics;
 use trueaxis_host::machine::Machine;
-use trueaxis_tests::Fixed;
+use trueaxis_tests::{Fixed, read};
 
 struct Geometry {
     /// x-rot-point, y-rot-point, z-rot-point
@@ -88,13 +80,34 @@ tip_mm = [0.0, 0.0, {:?}]
         .unwrap()
     }
 
+    /// What the comment of a machine file says that LinuxCNC is told.
+    fn of_comment(text: &str) -> Self {
+        let pin = |name: &str| -> f64 {
+            let mut lines = text
+                .lines()
+                .filter_map(|line| line.strip_prefix("#   setp xyzac-trt-kins."));
+            let value = lines.find_map(|line| line.strip_prefix(name)).unwrap();
+            value.split_whitespace().next().unwrap().parse().unwrap()
+        };
+        Self {
+            rot: ["x-rot-point", "y-rot-point", "z-rot-point"].map(pin),
+            dy: pin("y-offset"),
+            dz: pin("z-offset"),
+            dt: pin("tool-offset"),
+            conventional: pin("conventional-directions") == 1.0,
+        }
+    }
+
     fn compare(&self, seed: u64) {
-        let machine = self.machine();
-        let errors = ErrorModel::perfect(&machine);
-        let kinematics = Kinematics::new(&machine, &errors);
+        self.compare_with(&self.machine(), seed);
+    }
+
+    fn compare_with(&self, machine: &Machine, seed: u64) {
+        let errors = ErrorModel::perfect(machine);
+        let kinematics = Kinematics::new(machine, &errors);
         let mut random = Fixed::new(seed);
         for _ in 0..500 {
-            let q = random.position(&machine);
+            let q = random.position(machine);
             let joints = ['X', 'Y', 'Z', 'A', 'C'].map(|l| q[machine.index(l).unwrap()]);
             let mut tip = kinematics.nominal(&q, None).t;
             tip.z += self.dt;
@@ -147,4 +160,62 @@ fn conventional_directions_are_reversed_axes() {
         conventional: true,
     }
     .compare(4);
+}
+
+/// X and Y carry the table there, reversed: the tip moves as if they carried the tool.
+#[test]
+fn the_examples_are_what_linuxcnc_is_told_at_their_heads() {
+    for (name, conventional) in [("machine", false), ("machine-conventional", true)] {
+        let text = read(&format!("examples/linuxcnc-xyzac-trt/{name}.toml"));
+        let geometry = Geometry::of_comment(&text);
+        assert_eq!(geometry.conventional, conventional);
+        assert!(geometry.rot.iter().all(|r| *r != 0.0) && geometry.dy != 0.0 && geometry.dz != 0.0);
+        let machine = Machine::from_toml(&text).unwrap();
+        assert_eq!(machine.topology(), "wCAXYFZSt");
+        geometry.compare_with(&machine, 5);
+        assert_eq!(Machine::doubts(&text), []);
+    }
+}
+
+/// The rows of the manual that show what `pose` says.
+#[test]
+fn the_manual_shows_poses_of_the_example() {
+    let text = read("examples/linuxcnc-xyzac-trt/machine.toml");
+    let (machine, geometry) = (
+        Machine::from_toml(&text).unwrap(),
+        Geometry::of_comment(&text),
+    );
+    let manual = read("docs/src/machine-file.md");
+    let mut count = 0;
+    for row in manual.lines().filter(|line| line.starts_with("| X = ")) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let numbers = |cell: &str| -> Vec<f64> {
+            let parts = cell
+                .split(',')
+                .map(|part| part.split(" = ").last().unwrap().trim());
+            parts
+                .map(|number| number.replace('−', "-").parse().unwrap())
+                .collect()
+        };
+        let (at, shown) = (numbers(cells[1]), numbers(cells[2]));
+        let mut position = [0.0; 5];
+        for (letter, value) in "XYZAC".chars().zip(&at) {
+            position[machine.index(letter).unwrap()] = *value;
+        }
+        let errors = ErrorModel::perfect(&machine);
+        let q = machine.to_kinematic(&position);
+        let tip = Kinematics::new(&machine, &errors).nominal(&q, None).t;
+        let joints = [at[0], at[1], at[2], at[3].to_radians(), at[4].to_radians()];
+        let mut linuxcnc = geometry.pose(joints);
+        linuxcnc[2] -= geometry.dt;
+        for i in 0..3 {
+            assert!((tip[i] - shown[i]).abs() < 5.1e-5, "{row}: {tip}");
+            assert!(
+                (linuxcnc[i] - shown[i]).abs() < 5.1e-5,
+                "{row}: {linuxcnc:?}"
+            );
+        }
+        count += 1;
+    }
+    assert_eq!(count, 3);
 }

@@ -40,19 +40,21 @@ impl BadInput {
         }
     }
 
-    /// At its place in a text file.
+    /// At its place in a text file, or in another that this names.
     pub fn in_text(error: FileError, text: &Text) -> Self {
-        let line = error
-            .line(&text.text)
-            .map(|n| format!(", line {n}"))
-            .unwrap_or_default();
+        let within = error.within.as_deref().map(|other| Text {
+            name: text.beside(&other.name),
+            text: other.text.clone(),
+        });
+        let text = within.as_ref().unwrap_or(text);
+        let message = format!("{}: {}", text.place(&error), error.message);
         let place = error.span.map(|span| {
             let source = NamedSource::new(&text.name, text.text.clone());
             let label = (!error.label.is_empty()).then_some(error.label);
             Box::new((source, LabeledSpan::new_with_span(label, span)))
         });
         Self {
-            message: format!("{}{line}: {}", text.name, error.message),
+            message,
             remedy: error.remedy,
             place,
         }

@@ -3,7 +3,9 @@
 mod answer;
 
 use super::Outcome;
+use super::at;
 use super::bad_input::BadInput;
+use super::blame;
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
 use super::target;
@@ -115,62 +117,6 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads `X=0,Y=0,…` (mm, deg); axes left out are at 0.
-pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
-    let bad = |cause: String| {
-        let letters: Vec<String> = machine
-            .axes
-            .iter()
-            .map(|a| format!("{}=0", a.letter))
-            .collect();
-        BadInput::new(
-            format!("--zero-at: {cause}"),
-            format!(
-                "write a position within the travel in mm and degrees, like {}",
-                letters.join(",")
-            ),
-        )
-    };
-    let mut position: Vec<Option<f64>> = vec![None; machine.axes.len()];
-    for part in text.split(',') {
-        let Some((name, value)) = part.split_once('=') else {
-            return Err(bad(format!(
-                "`{part}` is not an axis, an equals sign and a number"
-            )));
-        };
-        let mut letters = name.trim().chars();
-        let index = match (letters.next(), letters.next()) {
-            (Some(letter), None) => machine.index(letter),
-            _ => None,
-        };
-        let Some(index) = index else {
-            return Err(bad(format!("the machine has no axis `{}`", name.trim())));
-        };
-        if position[index].is_some() {
-            return Err(bad(format!("axis {} is given twice", name.trim())));
-        }
-        match value.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => position[index] = Some(value),
-            _ => return Err(bad(format!("`{}` is no finite number", value.trim()))),
-        }
-    }
-    let position: Vec<f64> = position
-        .into_iter()
-        .map(Option::unwrap_or_default)
-        .collect();
-    for (axis, q) in machine.axes.iter().zip(&position) {
-        let [low, high] = axis.travel;
-        if *q < low || *q > high {
-            return Err(bad(format!(
-                "{} = {q} is outside its travel {low} to {high} {}",
-                axis.letter,
-                axis.unit()
-            )));
-        }
-    }
-    Ok(position)
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments {
@@ -188,11 +134,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let target = target::read(&arguments.target)?;
     let (machine, errors) = files.read()?;
     let options = arguments.options(&machine, target)?;
+    let blame = |error| blame::compile(error, files, &machine, &errors);
     let bar = Bar::new();
     let answer = Answer {
         file: output,
         machine: &machine.name,
         scheme: options.scheme.name(),
+        zero_at: arguments.zero_at.as_deref(),
         target: &options.tables.target,
         tolerance_um: *tolerance,
         tolerance_urad: *tolerance,
@@ -214,12 +162,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             answer.print(arguments.json)?;
             return Ok(Outcome::CheckFailed);
         }
-        Err(error) => return Err(error.into()),
+        Err(error) => return Err(blame(error)),
     };
     let zero = options
         .tables
         .zero(&machine, &errors)
-        .map_err(CompileError::from)?;
+        .map_err(|error| blame(error.into()))?;
     // The bytes are proven before they are written; writing reads them back and compares.
     let runtime = Runtime::load(&built.blob).map_err(CompileError::from)?;
     let proof = compile::prove(
@@ -230,7 +178,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         options.random,
         options.seed,
         &bar,
-    )?;
+    )
+    .map_err(blame)?;
     let refusals = proof.refusals(*tolerance);
     let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
     let written = refusals.iter().all(accepted);
@@ -260,7 +209,7 @@ impl Arguments {
         let zero_at = self
             .zero_at
             .as_deref()
-            .map(|text| zero_position(text, machine))
+            .map(|text| at::zero_position(text, machine))
             .transpose()?;
         let minimize = match self.minimize {
             Minimize::Cost => exact::Minimize::Cost,

@@ -2,10 +2,11 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
+use super::blame;
 use super::eval::Along;
-use super::files::MachineFiles;
+use super::files::{MachineFiles, Text};
 use clap::Args;
-use trueaxis_host::formats::positions::Input;
+use trueaxis_host::formats::positions::{self, Input};
 use trueaxis_host::motion;
 
 /// Compute the exact kinematic correction at positions, without tables
@@ -35,10 +36,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let inputs = Input::of_machine(&machine, sensors);
     let rows = along.read(&inputs, &[&files.machine, &files.errors])?;
     let corrections = motion::correct(&machine, &errors, &rows).map_err(|(row, error)| {
-        BadInput::new(
-            format!("{}, position {row}: {error}", along.positions.display()),
-            "check that the position is within the travel, and the units of the error parameters (mm and rad)",
-        )
+        let place = match Text::read(&along.positions).ok() {
+            Some(text) => positions::line_of(&text.text, row),
+            None => None,
+        };
+        let line = place.map_or(String::new(), |line| format!(", line {line}"));
+        let message = format!("{error} ({}{line})", along.positions.display());
+        blame::not_converged(&message, files, &machine, &errors)
     })?;
     let corrections: Vec<Vec<f64>> = corrections
         .iter()

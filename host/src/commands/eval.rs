@@ -77,19 +77,37 @@ impl Along {
         corrections: &[Vec<T>],
         outside: &[Outside<T>],
     ) -> Result<Outcome, BadInput> {
+        self.warn(outside);
+        let answer = Corrections {
+            axes: letters,
+            outside,
+            corrections,
+        };
+        let csv = || positions::write(letters, corrections);
+        self.finish(corrections.len(), "corrections", csv, &answer, outside)
+    }
+
+    /// Warns of axes outside their travel.
+    pub fn warn<T: Display>(&self, outside: &[Outside<T>]) {
         for outside in outside {
             eprintln!("warning: {}: {outside}", self.positions.display());
         }
+    }
+
+    /// Writes what was found at so many rows where it is wanted, as CSV or JSON.
+    pub fn finish<T: Serialize>(
+        &self,
+        rows: usize,
+        what: &str,
+        csv: impl FnOnce() -> String,
+        answer: &impl Serialize,
+        outside: &[Outside<T>],
+    ) -> Result<Outcome, BadInput> {
         match &self.output {
-            None if self.json => files::print_json(&Corrections {
-                axes: letters,
-                outside,
-                corrections,
-            })?,
-            None => files::print(&positions::write(letters, corrections))?,
+            None if self.json => files::print_json(answer)?,
+            None => files::print(&csv())?,
             Some(path) => {
-                files::write(path, positions::write(letters, corrections).as_bytes())?;
-                let rows = corrections.len();
+                files::write(path, csv().as_bytes())?;
                 if self.json {
                     files::print_json(&Written {
                         file: path,
@@ -97,10 +115,7 @@ impl Along {
                         outside,
                     })?;
                 } else {
-                    files::print(&format!(
-                        "{}: corrections of {rows} positions\n",
-                        path.display()
-                    ))?;
+                    files::print(&format!("{}: {what} of {rows} positions\n", path.display()))?;
                 }
             }
         }

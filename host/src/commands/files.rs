@@ -39,6 +39,20 @@ impl Text {
         Ok(Self { name, text })
     }
 
+    /// The path of a file that this one names.
+    pub fn beside(&self, name: &str) -> String {
+        let folder = Path::new(&self.name).parent().unwrap_or(Path::new(""));
+        folder.join(name).display().to_string()
+    }
+
+    /// The file, and the line of an error in it.
+    pub fn place(&self, error: &FileError) -> String {
+        match error.line(&self.text) {
+            Some(line) => format!("{}, line {line}", self.name),
+            None => self.name.clone(),
+        }
+    }
+
     /// Shows an error at its place in this text.
     pub fn bad(&self, error: FileError) -> BadInput {
         BadInput::in_text(error, self)
@@ -52,11 +66,21 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
             ErrorKind::PermissionDenied => "make the file readable",
             _ => "give the path of a readable file",
         };
+        let cause = match missing_folder(path) {
+            Some(folder) => format!("there is no folder {}", folder.display()),
+            None => error.to_string(),
+        };
         BadInput::new(
-            format!("{}: cannot be read: {error}", path.display()),
+            format!("{}: cannot be read: {cause}", path.display()),
             remedy,
         )
     })
+}
+
+/// The folder of a path, if it is not there.
+fn missing_folder(path: &Path) -> Option<&Path> {
+    let folder = path.parent()?;
+    (!folder.as_os_str().is_empty() && !folder.exists()).then_some(folder)
 }
 
 /// Reads a blob into aligned memory, as it would lie in flash.
@@ -76,17 +100,50 @@ pub struct MachineFiles {
 impl MachineFiles {
     /// Reads and checks both.
     pub fn read(&self) -> Result<(Machine, ErrorModel), BadInput> {
-        let text = Text::read(&self.machine)?;
-        let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
-        let text = Text::read(&self.errors)?;
-        let errors = ErrorModel::from_toml(&text.text, &machine).map_err(|e| text.bad(e))?;
+        let machine = read_machine(&self.machine)?;
+        let errors = read_errors(&self.errors, &machine)?;
         Ok((machine, errors))
     }
 }
 
-/// Before the work begins: refuses to write over a file that is read, and removes what an earlier
+/// Reads and checks a machine description, and warns of what it hardly means.
+pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
+    let text = Text::read(path)?;
+    let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
+    for doubt in Machine::doubts(&text.text) {
+        eprintln!("warning: {}: {}", text.place(&doubt), doubt.message);
+        eprintln!("  {}", doubt.remedy);
+    }
+    Ok(machine)
+}
+
+/// Reads and checks the errors of a machine.
+pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+    let text = Text::read(path)?;
+    let read = |name: &str| {
+        let path = text.beside(name);
+        let measured = Text::read(Path::new(&path));
+        measured
+            .map(|measured| measured.text)
+            .map_err(|bad| bad.to_string())
+    };
+    ErrorModel::with_files(&text.text, machine, &read).map_err(|e| text.bad(e))
+}
+
+/// Before the work begins: refuses to write over a file that is read or into a folder that is not
+/// there, and removes what an earlier
 /// run has left of the output that was ended in the middle of writing.
 pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
+    if let Some(folder) = missing_folder(output) {
+        return Err(BadInput::new(
+            format!(
+                "{}: cannot be written: there is no folder {}",
+                output.display(),
+                folder.display()
+            ),
+            "make the folder, or give -o a name in one that exists",
+        ));
+    }
     let real = |path: &Path| path.canonicalize().ok();
     let written = real(output);
     match inputs

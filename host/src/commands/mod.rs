@@ -1,14 +1,18 @@
 //! The commands: each reads files, calls the library, writes files, says what it did.
 
+mod at;
 mod bad_input;
+mod blame;
 mod compile;
 mod correct;
 mod eval;
+mod explain;
 mod files;
 mod flash;
 mod inspect;
 mod monitor;
 mod port;
+mod pose;
 mod progress;
 mod replace;
 mod screen;
@@ -39,6 +43,8 @@ enum Command {
     Inspect(inspect::Arguments),
     Eval(eval::Arguments),
     Correct(correct::Arguments),
+    Pose(pose::Arguments),
+    Explain(explain::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
 }
@@ -60,6 +66,8 @@ pub fn run() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),
+        Command::Pose(arguments) => pose::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
     };

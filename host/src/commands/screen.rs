@@ -115,6 +115,16 @@ pub fn size(size: &Size) -> String {
     )
 }
 
+/// To what before and after are relative, if the tables leave out the correction of a position.
+pub fn zero(zero_at: Option<&str>) -> String {
+    match zero_at {
+        Some(position) => format!(
+            "the correction at {position} is left out: before and after are relative to it\n"
+        ),
+        None => String::new(),
+    }
+}
+
 /// The largest correction of each axis against its bounds.
 pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
     let mut text = String::from("axis   largest correction         bound         rate bound\n");

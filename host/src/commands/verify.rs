@@ -1,14 +1,16 @@
 //! `trueaxis verify`
 
+use super::at;
 use super::bad_input::BadInput;
-use super::compile::{Random, positive, zero_position};
+use super::blame;
+use super::compile::{Random, positive};
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
 use super::{Outcome, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_host::compile::{self, CompileError, Proof, Refusal, Size};
+use trueaxis_host::compile::{self, Proof, Refusal, Size};
 use trueaxis_host::schemes;
 use trueaxis_host::validate::Runtime;
 
@@ -46,6 +48,7 @@ pub struct Arguments {
 struct Answer<'a> {
     file: &'a Path,
     machine: &'a str,
+    zero_at: Option<&'a str>,
     tolerance_um: f64,
     tolerance_urad: f64,
     meets_tolerance: bool,
@@ -71,15 +74,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let zero_at = arguments
         .zero_at
         .as_deref()
-        .map(|text| zero_position(text, &machine))
+        .map(|text| at::zero_position(text, &machine))
         .transpose()?;
     let subtracted = schemes::Options {
         zero_at,
         ..schemes::Options::default()
     };
+    let blame = |error| blame::compile(error, files, &machine, &errors);
     let zero = subtracted
         .zero(&machine, &errors)
-        .map_err(CompileError::from)?;
+        .map_err(|error| blame(error.into()))?;
     let bar = Bar::new();
     let Random { random, seed } = arguments.random;
     let proof = compile::prove(
@@ -90,7 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         random as usize,
         seed,
         &bar,
-    )?;
+    )
+    .map_err(blame)?;
     drop(bar);
     let refusals = proof.refusals(*tolerance);
     let size = Size::of(&runtime);
@@ -98,6 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print_json(&Answer {
             file: path,
             machine: &machine.name,
+            zero_at: arguments.zero_at.as_deref(),
             tolerance_um: *tolerance,
             tolerance_urad: *tolerance,
             meets_tolerance: proof.meets(*tolerance),
@@ -109,6 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let title = format!("{}: {}\n", path.display(), machine.name);
         let text = title
             + &screen::size(&size)
+            + &screen::zero(arguments.zero_at.as_deref())
             + "\n"
             + &screen::quality(&proof, *tolerance)
             + &screen::tool_length(&proof);

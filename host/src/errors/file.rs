@@ -1,6 +1,7 @@
 //! `errors.toml`.
 
 mod calibrated;
+mod place;
 mod seam;
 mod size;
 mod tabulated;
@@ -8,7 +9,7 @@ mod thermal;
 
 use super::{ErrorModel, Parameter, ParameterKind};
 use crate::machine::Machine;
-use crate::source::FileError;
+use crate::source::{Exactly, FileError, right_case};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -24,7 +25,7 @@ struct ErrorsFile {
     #[serde(default)]
     standard_uncertainty: BTreeMap<Spanned<String>, Spanned<f64>>,
     #[serde(default)]
-    calibrated: BTreeMap<Spanned<String>, Spanned<[f64; 2]>>,
+    calibrated: BTreeMap<Spanned<String>, Spanned<Exactly<2>>>,
     #[serde(default)]
     thermal: BTreeMap<Spanned<String>, Spanned<ThermalEntry>>,
     #[serde(default)]
@@ -37,16 +38,20 @@ struct ThermalEntry {
     per_kelvin: f64,
     sensor: String,
     reference_celsius: f64,
-    range_kelvin: Option<[f64; 2]>,
+    range_kelvin: Option<Exactly<2>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TabulatedEntry {
-    at: Spanned<Vec<f64>>,
+    at: Option<Spanned<Vec<f64>>>,
     value: Option<Spanned<Vec<f64>>>,
     positive: Option<Spanned<Vec<f64>>>,
     negative: Option<Spanned<Vec<f64>>>,
+    /// Instead of these, a file with positions and deviations.
+    file: Option<Spanned<String>>,
+    /// The unit of the values.
+    unit: Option<Spanned<String>>,
 }
 
 /// Largest error that can be physical: beyond it the small-error model means nothing.
@@ -63,9 +68,27 @@ impl ErrorModel {
     /// machine's name, an error of an axis that the machine does not have, a value that cannot
     /// be physical anywhere in the travel at any temperature, a table that does not increase, a
     /// calibrated range with next to nothing of the travel, an error motion of an endless axis that
-    /// does not close over the turn.
+    /// does not close over the turn. A file with measured values is not read: see [`Self::with_files`].
     pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
-        let file: ErrorsFile = toml::from_str(text)?;
+        Self::with_files(text, machine, &|name| {
+            Err(format!(
+                "`{name}` is not read here: errors from text alone have no folder"
+            ))
+        })
+    }
+
+    /// The same with measured values in other files, which `read` gets by the names in the error file,
+    /// or says why it cannot.
+    ///
+    /// # Errors
+    /// As [`Self::from_toml`], and what is wrong with these files.
+    pub fn with_files(
+        text: &str,
+        machine: &Machine,
+        read: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<Self, FileError> {
+        let file: ErrorsFile =
+            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
         if *file.machine.get_ref() != machine.name {
             return Err(FileError::at(
                 file.machine.span(),
@@ -81,7 +104,7 @@ impl ErrorModel {
         let mut model = ErrorModel::perfect(machine);
         model.read_parameters(&file, machine)?;
         model.read_thermal(&file, machine)?;
-        model.read_tabulated(&file, machine)?;
+        model.read_tabulated(&file, machine, read)?;
         model.read_calibrated(&file, machine)?;
         model.check_size(&file, machine)?;
         model.check_seams(&file, machine)?;
@@ -127,9 +150,14 @@ fn known(name: &Spanned<String>, machine: &Machine) -> Result<Parameter, FileErr
             name.span(),
             format!("`{}` is no error parameter", name.get_ref()),
             "unknown name",
-            format!(
-                "write EB0A (inter-axis), EXY2 (coefficient, degree 0 to {MAX_DEGREE}), EXCc1 or EXCs1 (cosine, sine of 1 to {MAX_HARMONIC} times the angle of a rotary axis) or EAAb (backlash)"
-            ),
+            match right_case(name.get_ref(), |n| Parameter::parse(n).is_some()) {
+                Some(right) => {
+                    format!("write {right}: small letters are c, s and b behind the axis")
+                }
+                None => format!(
+                    "write EB0A (inter-axis), EXY2 (coefficient, degree 0 to {MAX_DEGREE}), EXCc1 or EXCs1 (cosine, sine of 1 to {MAX_HARMONIC} times the angle of a rotary axis) or EAAb (backlash)"
+                ),
+            },
         ));
     };
     if parameter.axis == 'S' {
@@ -175,6 +203,15 @@ fn axis(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> {
 
 fn no_such_axis(span: Range<usize>, letter: char, machine: &Machine) -> FileError {
     let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
+    if machine.index(letter.to_ascii_uppercase()).is_some() {
+        let right = letter.to_ascii_uppercase();
+        return FileError::at(
+            span,
+            format!("the machine has no axis {letter}"),
+            "unknown axis",
+            format!("write {right}: axes have capital letters"),
+        );
+    }
     FileError::at(
         span,
         format!("the machine has no axis {letter}"),
@@ -281,7 +318,7 @@ impl ErrorModel {
                 if Parameter::parse_motion(name.get_ref()) == Some((component, letter)) {
                     parts.push(Part {
                         name: name.get_ref().clone(),
-                        span: entry.get_ref().at.span(),
+                        span: entry.get_ref().place(entry),
                         kind: PartKind::Table(table),
                     });
                 }

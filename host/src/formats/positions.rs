@@ -5,10 +5,10 @@
 //! (difference to the reference) K, with a decimal point. Empty lines are skipped. The order of
 //! the rows is the motion.
 
+use super::cells::{Cell, cells, lines, separated};
 use crate::machine::Machine;
-use crate::source::FileError;
+use crate::source::{FileError, right_case};
 use std::fmt::{Display, Write};
-use std::ops::Range;
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis};
 
 /// An input that positions must give.
@@ -74,42 +74,6 @@ impl Input {
     }
 }
 
-/// One cell: its text and where it stands in the file.
-type Cell<'t> = (&'t str, Range<usize>);
-
-/// The cells of a line that starts at byte `start`. Numbers need no quotes; names may have them.
-fn cells(line: &str, start: usize) -> Vec<Cell<'_>> {
-    let mut at = start;
-    line.split(',')
-        .map(|cell| {
-            let inner = cell.trim();
-            let from = at + (cell.len() - cell.trim_start().len());
-            at += cell.len() + 1;
-            let bare = inner
-                .strip_prefix('"')
-                .and_then(|c| c.strip_suffix('"'))
-                .map_or(inner, str::trim);
-            (bare, from..from + inner.len())
-        })
-        .collect()
-}
-
-/// Lines that are not empty, with the byte they start at.
-fn lines(text: &str) -> impl Iterator<Item = (&str, usize)> {
-    let mut next = 0;
-    text.split_inclusive('\n')
-        .map(move |line| {
-            let start = next;
-            next += line.len();
-            (line.trim_end_matches(['\n', '\r']), start)
-        })
-        .map(|(line, start)| match line.strip_prefix('\u{feff}') {
-            Some(rest) if start == 0 => (rest, '\u{feff}'.len_utf8()),
-            _ => (line, start),
-        })
-        .filter(|(line, _)| !line.trim().is_empty())
-}
-
 /// Reads positions: one row per position, its values in the order of `inputs`.
 ///
 /// # Errors
@@ -126,9 +90,16 @@ pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
             format!("start it with the header {header}, then one position per line"),
         ));
     };
+    if let Some(mut error) = separated(first, start) {
+        error.remedy = format!("{}; the header is {header}", error.remedy);
+        return Err(error);
+    }
     let columns = read_header(&cells(first, start), inputs, &header)?;
     let mut rows = Vec::new();
     for (line, start) in lines {
+        if let Some(error) = separated(line, start) {
+            return Err(error);
+        }
         rows.push(read_row(line, start, &columns, inputs)?);
     }
     if rows.is_empty() {
@@ -140,6 +111,13 @@ pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
         ));
     }
     Ok(rows)
+}
+
+/// The line, counted from 1, of a row of positions, counted from 1 below the header.
+#[must_use]
+pub fn line_of(text: &str, row: usize) -> Option<usize> {
+    let (_, start) = lines(text).nth(row)?;
+    Some(text[..start].matches('\n').count() + 1)
 }
 
 /// Which input each column is.
@@ -161,9 +139,12 @@ fn read_header(
                     format!("column {}: `{name}` is no input", columns.len() + 1)
                 },
                 "unknown column",
-                format!(
-                    "the header must name exactly the inputs, separated by commas, in any order: {header}"
-                ),
+                match right_case(name, |n| inputs.iter().any(|i| i.name == n)) {
+                    Some(right) => format!("write {right}: axes have capital letters"),
+                    None => format!(
+                        "the header must name exactly the inputs, separated by commas, in any order: {header}"
+                    ),
+                },
             ));
         };
         if columns.contains(&input) {

@@ -1,8 +1,10 @@
 //! `machine.toml`.
 
+mod doubts;
+
 use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineProblem};
 use crate::kinematics::Htm;
-use crate::source::FileError;
+use crate::source::{Exactly, FileError, right_case};
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
@@ -24,13 +26,13 @@ struct MachineFile {
 struct AxisEntry {
     name: Spanned<String>,
     branch: Spanned<String>,
-    range: Spanned<[f64; 2]>,
+    range: Spanned<Exactly<2>>,
     #[serde(default)]
     modulo: Option<Spanned<bool>>,
     #[serde(default)]
     reversed: bool,
-    origin_mm: Option<Spanned<[f64; 3]>>,
-    orientation_deg: Option<Spanned<[f64; 3]>>,
+    origin_mm: Option<Spanned<Exactly<3>>>,
+    orientation_deg: Option<Spanned<Exactly<3>>>,
     max_speed: Option<Spanned<f64>>,
     hysteresis: Option<Spanned<f64>>,
 }
@@ -38,23 +40,23 @@ struct AxisEntry {
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 struct FrameEntry {
-    origin_mm: Option<Spanned<[f64; 3]>>,
-    orientation_deg: Option<Spanned<[f64; 3]>>,
+    origin_mm: Option<Spanned<Exactly<3>>>,
+    orientation_deg: Option<Spanned<Exactly<3>>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SpindleEntry {
-    origin_mm: Option<Spanned<[f64; 3]>>,
-    orientation_deg: Option<Spanned<[f64; 3]>>,
+    origin_mm: Option<Spanned<Exactly<3>>>,
+    orientation_deg: Option<Spanned<Exactly<3>>>,
     axis: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ToolEntry {
-    tip_mm: Spanned<[f64; 3]>,
-    length_range_mm: Option<Spanned<[f64; 2]>>,
+    tip_mm: Spanned<Exactly<3>>,
+    length_range_mm: Option<Spanned<Exactly<2>>>,
 }
 
 impl Machine {
@@ -66,7 +68,8 @@ impl Machine {
     /// not finite, a missing tool axis, and all that
     /// [`check`](trueaxis_kinematics::Machine::check) refuses.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
-        let file: MachineFile = toml::from_str(text)?;
+        let file: MachineFile =
+            toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
         let mut axes: Vec<Axis> = Vec::new();
         for entry in &file.axis {
             let axis = read_axis(entry.get_ref())?;
@@ -103,7 +106,10 @@ impl Machine {
                 file.name.span(),
                 "the machine has no [spindle]",
                 "this machine",
-                "add [spindle] with axis = \"z\": the tool axis in the spindle frame (x, y or z)",
+                format!(
+                    "add [spindle] with axis = \"{}\": the tool axis in the spindle frame, along which the tip is",
+                    along(tool.tip_mm.get_ref().0)
+                ),
             ));
         };
         let place = spindle.span();
@@ -206,6 +212,12 @@ impl Machine {
     }
 }
 
+/// True for the name of an axis.
+fn is_letter(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().and_then(Letter::new).is_some() && letters.next().is_none()
+}
+
 fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
     let name = entry.name.get_ref();
     let mut letters = name.chars();
@@ -216,7 +228,10 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
                 entry.name.span(),
                 format!("`{name}` is no axis letter"),
                 "unknown axis",
-                "write one of X Y Z U V W (linear) or A B C (rotary)",
+                match right_case(name, is_letter) {
+                    Some(right) => format!("write \"{right}\": axes have capital letters"),
+                    None => "write one of X Y Z U V W (linear) or A B C (rotary)".to_owned(),
+                },
             ));
         }
     };
@@ -282,6 +297,15 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
     })
 }
 
+/// The axis of its frame along which a tip is: `x`, `y` or `z`.
+fn along([x, y, z]: [f64; 3]) -> char {
+    match (x.abs(), y.abs(), z.abs()) {
+        (x, y, z) if x > y && x > z => 'x',
+        (_, y, z) if y > z => 'y',
+        _ => 'z',
+    }
+}
+
 fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError> {
     match value {
         None => Ok(default),
@@ -297,9 +321,10 @@ fn positive(value: &Option<Spanned<f64>>, default: f64) -> Result<f64, FileError
     }
 }
 
-fn finite<const N: usize>(value: &Spanned<[f64; N]>) -> Result<[f64; N], FileError> {
-    if value.get_ref().iter().all(|v| v.is_finite()) {
-        Ok(*value.get_ref())
+fn finite<const N: usize>(value: &Spanned<Exactly<N>>) -> Result<[f64; N], FileError> {
+    let Exactly(numbers) = *value.get_ref();
+    if numbers.iter().all(|v| v.is_finite()) {
+        Ok(numbers)
     } else {
         Err(FileError::at(
             value.span(),
@@ -311,8 +336,8 @@ fn finite<const N: usize>(value: &Spanned<[f64; N]>) -> Result<[f64; N], FileErr
 }
 
 fn frame(
-    origin: &Option<Spanned<[f64; 3]>>,
-    orientation: &Option<Spanned<[f64; 3]>>,
+    origin: &Option<Spanned<Exactly<3>>>,
+    orientation: &Option<Spanned<Exactly<3>>>,
 ) -> Result<Htm, FileError> {
     let o = origin.as_ref().map_or(Ok([0.0; 3]), finite)?;
     let d = orientation.as_ref().map_or(Ok([0.0; 3]), finite)?;

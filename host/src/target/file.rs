@@ -56,7 +56,7 @@ impl Target {
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: TargetFile = toml::from_str(text).map_err(|error| FileError {
             remedy: "write name, axes, tables, terms, grids, and where they apply bytes and samples; `trueaxis flash --dry-run` prints those of a controller".to_owned(),
-            ..FileError::from(error)
+            ..FileError::syntax(&error, text)
         })?;
         let most = Self::desktop();
         let samples = match &file.samples {

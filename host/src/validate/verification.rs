@@ -65,7 +65,7 @@ pub struct AxisDeviation {
 pub struct Verification {
     /// Number of positions.
     pub positions: usize,
-    /// Without correction.
+    /// Without correction, but for that of the zero position.
     pub before: Quality,
     /// With the tables.
     pub after: Quality,
@@ -121,8 +121,8 @@ pub struct Measured<'a> {
 impl<'a> Measured<'a> {
     /// Compares tables and exact corrections at given commands.
     ///
-    /// `zero` (mm, rad) was subtracted from the tables; it is added back before comparing. `progress`
-    /// is called once per position.
+    /// `zero` (mm, rad) was subtracted from the tables: all that is compared is on a machine whose
+    /// datum is corrected by that much, before and after. `progress` is called once per position.
     ///
     /// # Errors
     /// [`NotConverged`] where the kinematic correction itself fails.
@@ -150,8 +150,8 @@ impl<'a> Measured<'a> {
                 for (d, z) in dq.iter_mut().zip(zero) {
                     *d += z;
                 }
-                let errors_left = [PerAxis::default(), dq, exact]
-                    .map(|dq| kinematics.volumetric_error(&q, &dq, &situation));
+                let errors_left =
+                    [*zero, dq, exact].map(|dq| kinematics.volumetric_error(&q, &dq, &situation));
                 progress();
                 Ok(Sample {
                     translation: errors_left.each_ref().map(|error| error.t.norm()),

@@ -62,8 +62,20 @@ fn a_wrong_header_is_refused() {
     refuses(
         "X;Y;Z;A;C\n1;2;3;4;5\n",
         1,
-        "`X;Y;Z;A;C` is no input",
-        "separated by commas",
+        "the columns are separated by semicolons",
+        "separate the columns with commas",
+    );
+    refuses(
+        "X,Y,Z,A,C\n1;2;3;4;5\n",
+        2,
+        "the columns are separated by semicolons",
+        "a decimal point",
+    );
+    refuses(
+        "X,Y,Z,a,C\n1,2,3,4,5\n",
+        1,
+        "column 4: `a` is no input",
+        "write A: axes have capital letters",
     );
 }
 
@@ -80,6 +92,12 @@ fn an_extra_column_is_refused() {
         3,
         "the row has 6 columns, the header has 5",
         "not a comma",
+    );
+    refuses(
+        "X,Y,Z,A,C\n1,5,2,5,3,5,4,5,5,5\n",
+        2,
+        "the row has 10 columns, the header has 5",
+        "with a decimal point, not a comma",
     );
 }
 

@@ -125,7 +125,7 @@ fn a_folder_that_is_not_there_is_an_error() {
             "-o",
             &nowhere,
         ],
-        &["cannot be written", "existing folder"],
+        &["cannot be written: there is no folder", "make the folder"],
     );
     let itself = folder.path().to_str().unwrap();
     refused(

@@ -100,6 +100,17 @@ impl<'a> Nominal<'a> {
         (before, after)
     }
 
+    /// Where an axis lies in the foundation frame at a position (mm, rad): a point of it (mm), its
+    /// frame's origin, and the direction along which a positive command moves its carriage, or about
+    /// which it turns it (right-handed). `None` if there is no such axis.
+    #[must_use]
+    pub fn line(&self, q: &PerAxis, axis: usize) -> Option<[Vector3<f64>; 2]> {
+        let mut links = self.workpiece.iter().chain(&self.tool);
+        let link = links.find(|link| link.index == axis)?;
+        let frame = &self.frames(q).1[axis];
+        Some([frame.t, frame.r.column(link.component) * link.sense])
+    }
+
     /// The control Jacobian at a position (mm, rad): the twist of the tool (tool frame, at the tip)
     /// per mm or rad of each axis.
     #[must_use]
@@ -152,4 +163,42 @@ fn links(machine: &Machine, branch: Branch, end: Htm) -> (Links, Htm) {
         })
         .collect();
     (links, before.inverse() * end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axis, Letter};
+    use core::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn axes_lie_where_the_axes_before_them_have_carried_them() {
+        let mut y = Axis::new(Letter::Y, Branch::Workpiece, [-200.0, 200.0]);
+        y.reversed = true;
+        let a = Axis::new(Letter::A, Branch::Workpiece, [-90.0, 90.0]);
+        let c = Axis::new(Letter::C, Branch::Workpiece, [-90.0, 90.0]);
+        let machine = Machine::new(&[
+            y,
+            a.at([10.0, 20.0, 30.0, 0.0, 0.0, 0.0]),
+            c,
+            Axis::new(Letter::X, Branch::Tool, [-200.0, 200.0]),
+            Axis::new(Letter::Z, Branch::Tool, [-200.0, 200.0]),
+        ])
+        .unwrap();
+        let nominal = Nominal::new(&machine);
+        let q = [100.0, FRAC_PI_2, 0.0, 5.0, 7.0, 0.0];
+        let line = |axis| nominal.line(&q, axis).unwrap();
+        let near = |[point, way]: [Vector3<f64>; 2], expected: [[f64; 3]; 2]| {
+            let off = (point - Vector3::from(expected[0])).norm()
+                + (way - Vector3::from(expected[1])).norm();
+            // A sine and a few products of numbers of size 100.
+            assert!(off < 1e-13, "{point} {way}");
+        };
+        near(line(0), [[0.0, -100.0, 0.0], [0.0, -1.0, 0.0]]);
+        near(line(1), [[10.0, -80.0, 30.0], [1.0, 0.0, 0.0]]);
+        // The origin of C is (-10, -20, -30) from A's, which turns y to z and z to -y.
+        near(line(2), [[0.0, -50.0, 10.0], [0.0, -1.0, 0.0]]);
+        near(line(3), [[5.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
+        assert!(nominal.line(&q, 5).is_none());
+    }
 }

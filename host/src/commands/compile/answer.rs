@@ -13,6 +13,8 @@ pub struct Answer<'a> {
     pub file: &'a Path,
     pub machine: &'a str,
     pub scheme: &'static str,
+    /// The position whose correction the tables leave out.
+    pub zero_at: Option<&'a str>,
     pub target: &'a Target,
     pub tolerance_um: f64,
     pub tolerance_urad: f64,
@@ -75,6 +77,7 @@ impl Answer<'_> {
         } else if let Some(proven) = &self.proven {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
             text += &screen::size(&proven.size);
+            text += &screen::zero(self.zero_at);
             text.push('\n');
             text += &screen::quality(proven.proof, self.tolerance_um);
             text.push('\n');

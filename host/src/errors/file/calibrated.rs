@@ -3,7 +3,7 @@
 use super::{ErrorsFile, MAX_POSITION, axis};
 use crate::errors::ErrorModel;
 use crate::machine::{Axis, Machine};
-use crate::source::FileError;
+use crate::source::{Exactly, FileError};
 
 /// Least part of the travel (mm or deg) in which error motions are known, unless all of the travel
 /// is less. Corrections of that size are refused, so that a corrected position can be inside, too.
@@ -29,7 +29,7 @@ impl ErrorModel {
         for (name, range) in &file.calibrated {
             let index = axis(name, machine)?;
             let axis = &machine.axes[index];
-            let [low, high] = *range.get_ref();
+            let Exactly([low, high]) = *range.get_ref();
             let refuse = |cause: &str, label: &str| {
                 Err(FileError::at(
                     range.span(),
@@ -74,7 +74,7 @@ impl ErrorModel {
                 let table = tables
                     .rev()
                     .find(|(name, _)| name.get_ref().ends_with(axis.letter.char()));
-                let span = table.map_or(file.machine.span(), |(_, t)| t.get_ref().at.span());
+                let span = table.map_or(file.machine.span(), |(_, t)| t.get_ref().place(t));
                 let (letter, unit) = (axis.letter, axis.unit());
                 return Err(FileError::at(
                     span,

@@ -2,8 +2,9 @@
 
 use super::{ErrorsFile, MAX_POSITION, TabulatedEntry, limit, no_such_axis, unphysical};
 use crate::errors::{ErrorModel, Parameter, Table};
+use crate::formats::measured;
 use crate::machine::Machine;
-use crate::source::FileError;
+use crate::source::{FileError, right_case};
 use std::ops::Range;
 use toml::Spanned;
 
@@ -15,6 +16,7 @@ impl ErrorModel {
         &mut self,
         file: &ErrorsFile,
         machine: &Machine,
+        read: &dyn Fn(&str) -> Result<String, String>,
     ) -> Result<(), FileError> {
         for (name, spanned) in &file.tabulated {
             let Some((component, letter)) = Parameter::parse_motion(name.get_ref()) else {
@@ -22,7 +24,10 @@ impl ErrorModel {
                     name.span(),
                     format!("`{}` is no error motion", name.get_ref()),
                     "unknown name",
-                    "write E, the direction (X Y Z A B C) and the axis, as in [tabulated.EXX]",
+                    match right_case(name.get_ref(), |n| Parameter::parse_motion(n).is_some()) {
+                        Some(right) => format!("write [tabulated.{right}]"),
+                        None => "write E, the direction (X Y Z A B C) and the axis, as in [tabulated.EXX]".to_owned(),
+                    },
                 ));
             };
             let Some(index) = machine.index(letter) else {
@@ -43,67 +48,186 @@ impl ErrorModel {
                     "keep one of the two",
                 ));
             }
-            let table = table(name.get_ref(), spanned, component, |at| {
-                machine.axes[index].to_kinematic(at)
-            })?;
+            let table = table(name.get_ref(), spanned, component, read)?;
+            let axis = &machine.axes[index];
+            let at = table.at.iter().map(|at| axis.to_kinematic(*at)).collect();
+            let table = Table { at, ..table };
             self.tabulate(index, component, table);
         }
         Ok(())
     }
 }
 
-/// Reads one table; `to_kinematic` turns its positions into mm or rad.
+impl TabulatedEntry {
+    /// Where to point to: its positions, its file, or all of it.
+    pub(super) fn place(&self, spanned: &Spanned<Self>) -> Range<usize> {
+        let at = self.at.as_ref().map(Spanned::span);
+        let file = self.file.as_ref().map(Spanned::span);
+        at.or(file).unwrap_or(spanned.span())
+    }
+
+    /// The mm or rad in its unit.
+    fn factor(&self, component: usize) -> Result<f64, FileError> {
+        let Some(unit) = &self.unit else {
+            return Ok(1.0);
+        };
+        let angular = component >= 3;
+        let factor = match (unit.get_ref().as_str(), angular) {
+            ("mm", false) | ("rad", true) => 1.0,
+            ("um" | "µm" | "μm", false) => 1e-3,
+            ("mrad", true) => 1e-3,
+            ("urad" | "µrad" | "μrad", true) => 1e-6,
+            ("arcsec", true) => (1.0_f64 / 3600.0).to_radians(),
+            (other, _) => {
+                let (what, units) = match angular {
+                    true => ("an angle", "rad, mrad, urad or arcsec"),
+                    false => ("a length", "mm or um"),
+                };
+                return Err(FileError::at(
+                    unit.span(),
+                    format!("`{other}` is no unit of {what}"),
+                    "the unit of the values",
+                    format!("write {units}"),
+                ));
+            }
+        };
+        Ok(factor)
+    }
+}
+
+/// Reads one table: positions in mm or degrees, values in mm or rad.
 fn table(
     name: &str,
     spanned: &Spanned<TabulatedEntry>,
     component: usize,
-    to_kinematic: impl Fn(f64) -> f64,
+    read: &dyn Fn(&str) -> Result<String, String>,
 ) -> Result<Table, FileError> {
     let entry = spanned.get_ref();
-    let a = entry.at.get_ref();
-    if a.len() > MAX_POINTS {
+    let factor = entry.factor(component)?;
+    let mut table = match &entry.file {
+        Some(file) => from_file(name, entry, file, read)?,
+        None => written(name, entry, spanned)?,
+    };
+    let place = entry.place(spanned);
+    if table.at.len() > MAX_POINTS {
         return Err(FileError::at(
-            entry.at.span(),
-            format!("{name} has {} positions", a.len()),
+            place,
+            format!("{name} has {} positions", table.at.len()),
             format!("more than {MAX_POINTS}"),
             "leave out positions between which the error is a straight line within its uncertainty",
         ));
     }
     let increases = |w: &[f64]| w[0] < w[1];
-    if let Some(k) = a.windows(2).position(|w| !increases(w)) {
+    if let Some(k) = table.at.windows(2).position(|w| !increases(w)) {
         return Err(FileError::at(
-            entry.at.span(),
+            place,
             format!("the positions of {name} do not increase at entry {}", k + 2),
             "here",
             "sort the positions and give each only once",
         ));
     }
-    if a.iter().any(|a| a.is_nan() || a.abs() > MAX_POSITION) {
+    if table
+        .at
+        .iter()
+        .any(|a| a.is_nan() || a.abs() > MAX_POSITION)
+    {
         return Err(FileError::at(
-            entry.at.span(),
+            place,
             format!("a position of {name} is not a finite number, or over {MAX_POSITION}"),
             "here",
             "positions are in mm and degrees",
         ));
     }
-    let read = |values: &Spanned<Vec<f64>>| {
-        let v = values.get_ref();
-        if v.len() != a.len() || a.len() < 2 {
+    let spans = [&entry.value, &entry.positive, &entry.negative];
+    let written: Vec<Range<usize>> = spans.into_iter().flatten().map(Spanned::span).collect();
+    let values = std::iter::once(&mut table.positive).chain(&mut table.negative);
+    for (k, values) in values.enumerate() {
+        let span = written.get(k).unwrap_or(&place);
+        if values.len() != table.at.len() || table.at.len() < 2 {
+            let (positions, values) = (table.at.len(), values.len());
             return Err(FileError::at(
-                values.span(),
-                format!("{name} has {} positions and {} values", a.len(), v.len()),
+                span.clone(),
+                format!("{name} has {positions} positions and {values} values"),
                 "here",
-                "write as many values as positions, at least two",
+                "write as many values as positions, at least two, with decimal points",
             ));
         }
-        if v.iter().any(|v| v.is_nan() || v.abs() > limit(component)) {
-            return Err(unphysical(values.span(), name, component));
+        for value in values {
+            *value *= factor;
+            if value.is_nan() || value.abs() > limit(component) {
+                let mut error = unphysical(span.clone(), name, component);
+                if entry.file.is_some() || entry.unit.is_some() {
+                    error.remedy =
+                        format!("check unit, which is that of the values; {}", error.remedy);
+                }
+                return Err(error);
+            }
         }
-        Ok(v.clone())
+    }
+    Ok(table)
+}
+
+/// The values that a file has.
+fn from_file(
+    name: &str,
+    entry: &TabulatedEntry,
+    file: &Spanned<String>,
+    read: &dyn Fn(&str) -> Result<String, String>,
+) -> Result<Table, FileError> {
+    let others = [&entry.at, &entry.value, &entry.positive, &entry.negative];
+    if let Some(other) = others.into_iter().flatten().next() {
+        return Err(FileError::at(
+            other.span(),
+            format!("{name} is given both in a file and here"),
+            "here",
+            "keep one of the two",
+        ));
+    }
+    if entry.unit.is_none() {
+        return Err(FileError::at(
+            file.span(),
+            format!(
+                "the unit of the values in `{}` is not given",
+                file.get_ref()
+            ),
+            "this file",
+            "add unit = \"um\" (or mm), of an angle unit = \"arcsec\" (or urad, mrad, rad)",
+        ));
+    }
+    let text = read(file.get_ref()).map_err(|cause| {
+        FileError::at(
+            file.span(),
+            cause,
+            "this file",
+            "give the path of a CSV file, as seen from the folder of the error file",
+        )
+    })?;
+    let measured = measured::read(&text).map_err(|e| e.within(file.get_ref(), &text))?;
+    Ok(Table {
+        at: measured.at,
+        positive: measured.positive,
+        negative: measured.negative,
+    })
+}
+
+/// The values that are written out.
+fn written(
+    name: &str,
+    entry: &TabulatedEntry,
+    spanned: &Spanned<TabulatedEntry>,
+) -> Result<Table, FileError> {
+    let Some(at) = &entry.at else {
+        return Err(FileError::at(
+            spanned.span(),
+            format!("{name} has no positions"),
+            "here",
+            "write at = […] and value = […], or file = \"….csv\" and unit = \"um\"",
+        ));
     };
+    let get = |values: &Spanned<Vec<f64>>| values.get_ref().clone();
     let (positive, negative) = match (&entry.value, &entry.positive, &entry.negative) {
-        (Some(value), None, None) => (read(value)?, None),
-        (None, Some(positive), Some(negative)) => (read(positive)?, Some(read(negative)?)),
+        (Some(value), None, None) => (get(value), None),
+        (None, Some(positive), Some(negative)) => (get(positive), Some(get(negative))),
         (Some(_), Some(other), _) | (Some(_), None, Some(other)) => {
             return Err(directions(
                 other.span(),
@@ -118,13 +242,13 @@ fn table(
         }
         (None, None, None) => {
             return Err(directions(
-                entry.at.span(),
+                at.span(),
                 format!("{name} has positions without values"),
             ));
         }
     };
     Ok(Table {
-        at: a.iter().map(|a| to_kinematic(*a)).collect(),
+        at: get(at),
         positive,
         negative,
     })

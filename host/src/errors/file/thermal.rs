@@ -24,7 +24,7 @@ impl ErrorModel {
             let refuse = |message: String, remedy: String| {
                 Err(FileError::at(spanned.span(), message, "here", remedy))
             };
-            let range = entry.range_kelvin.unwrap_or(RANGE_KELVIN);
+            let range = entry.range_kelvin.map_or(RANGE_KELVIN, |range| range.0);
             if !entry.per_kelvin.is_finite() {
                 return refuse(
                     format!("the change of {parameter} per kelvin is not a finite number"),

@@ -1,0 +1,105 @@
+//! What each error parameter means on one machine: what an instrument would show.
+//!
+//! Every figure comes from the exact model of the uncompensated machine, on which this parameter is
+//! wrong and nothing else, by moving it as the instrument is used. No sign is written down here: that
+//! of a reading follows from the commands of the motion.
+
+mod alone;
+mod bench;
+mod choose;
+mod instrument;
+mod nothing;
+mod sentence;
+
+use crate::errors::{ErrorModel, Parameter};
+use crate::machine::Machine;
+pub use alone::{Alone, Nature, Said};
+pub use bench::{Bench, Deviation, State};
+pub use instrument::{Instrument, Place, REACH, Reading, Sense};
+
+/// What one thing in an error file means.
+#[derive(Clone, Debug)]
+pub struct Explained<'a> {
+    /// It by itself.
+    pub alone: Alone<'a>,
+    /// What shows it; `None` if it changes nothing.
+    pub reading: Option<Reading>,
+    /// Of an inclination that changes nothing: the pair of axes (by index) whose squareness may be
+    /// meant, and the parameters that it is.
+    pub meant: Option<([usize; 2], Vec<Parameter>)>,
+}
+
+/// Explains everything that an error file says, axis by axis.
+#[must_use]
+pub fn explain<'a>(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Explained<'a>> {
+    let all = Alone::all(machine, errors).into_iter();
+    all.map(|alone| {
+        if nothing::changes_nothing(&alone) {
+            let meant = nothing::meant(&alone);
+            return Explained {
+                alone,
+                reading: None,
+                meant,
+            };
+        }
+        let (model, kelvin) = alone.model(1.0);
+        let reading = choose::choose(&Bench::new(machine, &model, kelvin), &alone);
+        Explained {
+            alone,
+            reading,
+            meant: None,
+        }
+    })
+    .collect()
+}
+
+impl Explained<'_> {
+    /// One sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let subject = sentence::subject(&self.alone);
+        match &self.reading {
+            Some(reading) => format!("{subject}: {}", sentence::reading(&self.alone, reading)),
+            None => format!("{subject}: {}", self.nothing()),
+        }
+    }
+
+    /// Why it changes nothing, and what does.
+    fn nothing(&self) -> String {
+        let alone = &self.alone;
+        if alone.size() == 0.0 {
+            return "changes nothing".to_owned();
+        }
+        let spindle = alone.index() == alone.machine.axes.len();
+        match (alone.parameter.is_angular(), alone.nature()) {
+            (true, Nature::Constant) if !spindle => {
+                let text = "turns everything and changes nothing".to_owned();
+                text + &self.squareness()
+            }
+            (true, _) => "turns the tool about its own axis and changes nothing".to_owned(),
+            (false, Nature::Constant) if spindle => {
+                "shifts everything and changes nothing: it belongs to the tool's offsets".to_owned()
+            }
+            (false, Nature::Constant) => {
+                let motion = &alone.parameter.to_string()[..2];
+                let axis = alone.parameter.axis;
+                let rotary = alone.machine.axes[alone.index()].letter.is_rotary();
+                let along = if rotary { "with" } else { "along" };
+                format!(
+                    "shifts everything and changes nothing; what changes {along} {axis} is {motion}{axis}1, {motion}{axis}2 … or a table"
+                )
+            }
+            (false, _) => "changes nothing".to_owned(),
+        }
+    }
+
+    fn squareness(&self) -> String {
+        let Some(([a, b], parameters)) = &self.meant else {
+            return String::new();
+        };
+        let letter = |i: usize| self.alone.machine.axes[i].letter;
+        let (a, b) = (letter(*a).min(letter(*b)), letter(*a).max(letter(*b)));
+        let names: Vec<String> = parameters.iter().map(Parameter::to_string).collect();
+        format!("; the squareness of {a} and {b} is {}", names.join(" or "))
+    }
+}

@@ -1,0 +1,249 @@
+//! One thing that an error file says, by itself.
+
+use crate::errors::{ErrorModel, MAX_SENSORS, Parameter, ParameterKind, Table};
+use crate::machine::Machine;
+
+/// What an error file says about one parameter, motion or change.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Said {
+    /// A parameter and its value (mm, rad, per mmᵏ or radᵏ).
+    Parameter(f64),
+    /// A measured motion.
+    Table,
+    /// What that differs by between the two directions of travel.
+    TableReversal,
+    /// A change of a parameter with the temperature of a sensor.
+    PerKelvin {
+        /// Its value per kelvin.
+        per_kelvin: f64,
+        /// Name of the sensor.
+        sensor: String,
+    },
+}
+
+/// How it depends on the position of its axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nature {
+    /// Not at all: a location, a constant.
+    Constant,
+    /// In proportion: a scale, an inclination.
+    Slope,
+    /// Anyhow: polynomials, harmonics, measured motions.
+    Curve,
+    /// On the direction of travel.
+    Reversal,
+}
+
+/// One thing by itself, on a machine without other errors.
+#[derive(Clone, Debug)]
+pub struct Alone<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// The parameter; of a table its degree 0.
+    pub parameter: Parameter,
+    /// What is said about it.
+    pub said: Said,
+    /// Where the motion is known (mm or rad), which is all of the travel for the spindle and for what
+    /// holds everywhere.
+    pub range: [f64; 2],
+    table: Option<&'a Table>,
+}
+
+impl<'a> Alone<'a> {
+    /// Everything that an error file says, axis by axis in the order of the machine, the spindle last.
+    #[must_use]
+    pub fn all(machine: &'a Machine, errors: &'a ErrorModel) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        let new = |parameter: Parameter, said| Self {
+            machine,
+            parameter,
+            said,
+            range: range(machine, errors, parameter),
+            table: None,
+        };
+        let parameters = errors.parameters.iter();
+        all.extend(parameters.map(|(p, value)| new(*p, Said::Parameter(*value))));
+        let sensor = |sensor: usize| errors.sensors.get(sensor).map(|s| s.sensor.clone());
+        let changed = |parameter, index, per_kelvin| {
+            let sensor = sensor(index).unwrap_or_default();
+            new(parameter, Said::PerKelvin { per_kelvin, sensor })
+        };
+        for change in &errors.inter_thermal {
+            let parameter = Parameter {
+                component: change.component,
+                axis: letter(machine, change.index),
+                kind: ParameterKind::Inter,
+            };
+            all.push(changed(parameter, change.sensor, change.per_kelvin));
+        }
+        for index in 0..machine.axes.len() {
+            for (component, motion) in errors.motions[index].iter().enumerate() {
+                let parameter = |kind| Parameter {
+                    component,
+                    axis: letter(machine, index),
+                    kind,
+                };
+                for change in &motion.thermal {
+                    all.push(changed(
+                        parameter(change.kind),
+                        change.sensor,
+                        change.per_kelvin,
+                    ));
+                }
+                if let Some(table) = &motion.table {
+                    let degree_0 = parameter(ParameterKind::Degree(0));
+                    let kinds = match table.negative {
+                        Some(_) => [Some(Said::Table), Some(Said::TableReversal)],
+                        None => [Some(Said::Table), None],
+                    };
+                    all.extend(kinds.into_iter().flatten().map(|said| Self {
+                        table: Some(table),
+                        ..new(degree_0, said)
+                    }));
+                }
+            }
+        }
+        all.sort_by_key(Self::index);
+        all
+    }
+
+    /// Another parameter with the same value, instead of this.
+    #[must_use]
+    pub fn instead(&self, parameter: Parameter, value: f64) -> Self {
+        Self {
+            parameter,
+            said: Said::Parameter(value),
+            table: None,
+            ..*self
+        }
+    }
+
+    /// Index of its axis; the number of axes for the spindle.
+    #[must_use]
+    pub fn index(&self) -> usize {
+        let axes = self.machine.axes.len();
+        self.machine.index(self.parameter.axis).unwrap_or(axes)
+    }
+
+    /// How it depends on the position of its axis.
+    #[must_use]
+    pub fn nature(&self) -> Nature {
+        match (&self.said, self.parameter.kind) {
+            (Said::Table, _) => Nature::Curve,
+            (Said::TableReversal, _) | (_, ParameterKind::Backlash) => Nature::Reversal,
+            (_, ParameterKind::Inter | ParameterKind::Degree(0)) => Nature::Constant,
+            (_, ParameterKind::Degree(1)) => Nature::Slope,
+            _ => Nature::Curve,
+        }
+    }
+
+    /// A machine on which this is wrong and nothing else, `factor` times as much; and the temperatures
+    /// at which it shows.
+    #[must_use]
+    pub fn model(&self, factor: f64) -> (ErrorModel, [f64; MAX_SENSORS]) {
+        let mut model = ErrorModel::perfect(self.machine);
+        let mut kelvin = [0.0; MAX_SENSORS];
+        match (&self.said, self.table) {
+            (Said::Parameter(value), _) => {
+                model.set(self.machine, self.parameter, value * factor);
+            }
+            (Said::PerKelvin { per_kelvin, .. }, _) => {
+                kelvin[0] = 1.0;
+                model.set_per_kelvin(self.machine, self.parameter, 0, per_kelvin * factor);
+            }
+            (said, Some(table)) => {
+                let reversal = *said == Said::TableReversal;
+                let table = scaled(table, reversal, factor);
+                model.tabulate(self.index(), self.parameter.component, table);
+            }
+            (_, None) => {}
+        }
+        (model, kelvin)
+    }
+
+    /// The largest it is anywhere (mm or rad).
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        let kind = self.parameter.kind;
+        let value = match (&self.said, self.table) {
+            (Said::Parameter(value), _) => *value,
+            (Said::PerKelvin { per_kelvin, .. }, _) => *per_kelvin,
+            (said, Some(table)) => {
+                let table = scaled(table, *said == Said::TableReversal, 1.0);
+                let values = table.positive.iter().chain(table.negative.iter().flatten());
+                return values.fold(0.0, |most: f64, v| most.max(v.abs()));
+            }
+            (_, None) => 0.0,
+        };
+        let places = self.places();
+        let most = places.iter().map(|q| (value * kind.basis(*q)).abs());
+        most.fold(0.0, f64::max)
+    }
+
+    /// Positions (mm or rad) of its axis to look at: those of a table, or as many as show a polynomial
+    /// or harmonics.
+    #[must_use]
+    pub fn places(&self) -> Vec<f64> {
+        const STEPS: u16 = 100;
+        const DEGREES: f64 = 5.0;
+        let [low, high] = self.range;
+        if let Some(table) = self.table {
+            let within = table.at.iter().copied().filter(|q| *q > low && *q < high);
+            return std::iter::once(low).chain(within).chain([high]).collect();
+        }
+        let axis = self.machine.axes.get(self.index());
+        if axis.is_some_and(|axis| axis.letter.is_rotary()) {
+            let [first, last] = [low, high].map(|q| (q.to_degrees() / DEGREES).round() as i32);
+            let inner = (first..=last).map(|k| (f64::from(k) * DEGREES).to_radians());
+            let inner = inner.filter(|q| *q > low && *q < high);
+            return std::iter::once(low).chain(inner).chain([high]).collect();
+        }
+        (0..=STEPS)
+            .map(|k| low + (high - low) * f64::from(k) / f64::from(STEPS))
+            .collect()
+    }
+}
+
+/// A table for both directions of travel, or what is different between them.
+fn scaled(table: &Table, reversal: bool, factor: f64) -> Table {
+    let negative = table.negative.as_ref().unwrap_or(&table.positive);
+    let pairs = || table.positive.iter().zip(negative);
+    let (positive, negative) = match reversal {
+        false => (pairs().map(|(p, n)| 0.5 * (p + n) * factor).collect(), None),
+        true => {
+            let half: Vec<f64> = pairs().map(|(p, n)| 0.5 * (p - n) * factor).collect();
+            let minus = half.iter().map(|h| -h).collect();
+            (half, Some(minus))
+        }
+    };
+    Table {
+        at: table.at.clone(),
+        positive,
+        negative,
+    }
+}
+
+/// The travel of an axis, or the calibrated part of it if the motion holds its end values elsewhere.
+fn range(machine: &Machine, errors: &ErrorModel, parameter: Parameter) -> [f64; 2] {
+    let Some(index) = machine.index(parameter.axis) else {
+        return [0.0; 2];
+    };
+    let axis = &machine.axes[index];
+    let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+    let motion = &errors.motions[index][parameter.component];
+    match motion.holds() && parameter.kind != ParameterKind::Inter {
+        true => {
+            let [from, to] = errors.calibrated[index];
+            [low.max(from), high.min(to)]
+        }
+        false => [low, high],
+    }
+}
+
+/// The letter of an axis, S for the spindle.
+fn letter(machine: &Machine, index: usize) -> char {
+    machine
+        .axes
+        .get(index)
+        .map_or('S', |axis| axis.letter.char())
+}

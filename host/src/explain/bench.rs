@@ -1,0 +1,165 @@
+//! What an instrument sees: two machines side by side, one without errors and the real one.
+
+use crate::errors::{ErrorModel, MAX_SENSORS, Situation, Switches};
+use crate::kinematics::{Htm, Kinematics};
+use crate::machine::{Machine, PerAxis};
+use nalgebra::{Matrix3, Vector3};
+
+/// A command (mm, rad), and the direction from which it was reached: +1, −1, or 0 if that is unknown.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// The command (mm, rad).
+    pub q: PerAxis,
+    /// Direction of travel of each axis.
+    pub sign: PerAxis,
+}
+
+impl State {
+    /// A command, reached from anywhere.
+    #[must_use]
+    pub fn at(q: PerAxis) -> Self {
+        Self {
+            q,
+            ..Self::default()
+        }
+    }
+
+    /// The same with one axis elsewhere.
+    #[must_use]
+    pub fn with(mut self, axis: usize, q: f64) -> Self {
+        self.q[axis] = q;
+        self
+    }
+}
+
+/// By how much more than without errors the tool has moved against the workpiece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// Of the tip (mm), in the workpiece frame.
+    pub tip: Vector3<f64>,
+    /// Rotation (rad), in the workpiece frame.
+    pub turn: Vector3<f64>,
+}
+
+/// A machine with its errors.
+pub struct Bench<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    kinematics: Kinematics<'a>,
+    kelvin: [f64; MAX_SENSORS],
+}
+
+impl<'a> Bench<'a> {
+    /// A machine with errors, at temperatures (K from the references).
+    #[must_use]
+    pub fn new(machine: &'a Machine, errors: &'a ErrorModel, kelvin: [f64; MAX_SENSORS]) -> Self {
+        Self {
+            machine,
+            kinematics: Kinematics::new(machine, errors),
+            kelvin,
+        }
+    }
+
+    /// Pose of the tool in the workpiece frame, without errors.
+    #[must_use]
+    pub fn nominal(&self, q: &PerAxis) -> Htm {
+        self.kinematics.nominal(q, None)
+    }
+
+    /// The same with errors.
+    #[must_use]
+    pub fn actual(&self, state: &State) -> Htm {
+        let situation = Situation {
+            sign: state.sign,
+            kelvin: self.kelvin,
+            ..Situation::default()
+        };
+        self.kinematics.actual(&state.q, &situation, &Switches::ALL)
+    }
+
+    /// What an instrument reads at `to` that was set to zero at `from`.
+    #[must_use]
+    pub fn deviation(&self, from: &State, to: &State) -> Deviation {
+        let off = |state: &State| {
+            let (nominal, actual) = (self.nominal(&state.q), self.actual(state));
+            (actual.t - nominal.t, actual.r * nominal.r.transpose())
+        };
+        let ((t0, r0), (t1, r1)) = (off(from), off(to));
+        Deviation {
+            tip: t1 - t0,
+            turn: rotation(r1 * r0.transpose()),
+        }
+    }
+
+    /// The position (mm, rad) with all axes at zero, or as near to it as their travels allow.
+    #[must_use]
+    pub fn home(&self) -> PerAxis {
+        let mut home = PerAxis::default();
+        for (q, axis) in home.iter_mut().zip(&self.machine.axes) {
+            let [low, high] = axis.travel;
+            *q = axis.to_kinematic(0.0_f64.max(low).min(high));
+        }
+        home
+    }
+
+    /// Indices of the linear axes.
+    pub fn linear(&self) -> impl Iterator<Item = usize> + Clone + '_ {
+        (0..self.machine.axes.len()).filter(|i| !self.machine.axes[*i].letter.is_rotary())
+    }
+
+    /// Indices of the rotary axes.
+    pub fn rotary(&self) -> impl Iterator<Item = usize> + Clone + '_ {
+        (0..self.machine.axes.len()).filter(|i| self.machine.axes[*i].letter.is_rotary())
+    }
+
+    /// Unit vector (workpiece frame) along which a positive command of a linear axis moves the tip.
+    #[must_use]
+    pub fn way(&self, q: &PerAxis, linear: usize) -> Vector3<f64> {
+        let ahead = State::at(*q).with(linear, q[linear] + 1.0).q;
+        (self.nominal(&ahead).t - self.nominal(q).t).normalize()
+    }
+
+    /// Unit vector (workpiece frame) about which a positive command of a rotary axis turns the tool.
+    #[must_use]
+    pub fn about(&self, q: &PerAxis, rotary: usize) -> Vector3<f64> {
+        let ahead = State::at(*q).with(rotary, q[rotary] + 1.0).q;
+        rotation(self.nominal(&ahead).r * self.nominal(q).r.transpose()).normalize()
+    }
+
+    /// The point of a rotary axis nearest to the tip at a position (workpiece frame, mm): half-way to
+    /// where the tip is half a turn later.
+    #[must_use]
+    pub fn foot(&self, q: &PerAxis, rotary: usize) -> Vector3<f64> {
+        let half = State::at(*q)
+            .with(rotary, q[rotary] + std::f64::consts::PI)
+            .q;
+        0.5 * (self.nominal(q).t + self.nominal(&half).t)
+    }
+
+    /// The same command with linear axes such that the tip, without errors, is at a point (workpiece
+    /// frame, mm). `None` if they do not reach every direction.
+    #[must_use]
+    pub fn reach(&self, q: &PerAxis, point: Vector3<f64>) -> Option<PerAxis> {
+        let mut q = *q;
+        let gap = point - self.nominal(&q).t;
+        // Minimum norm, if there are more than three.
+        let ways: Vec<(usize, Vector3<f64>)> =
+            self.linear().map(|i| (i, self.way(&q, i))).collect();
+        let gram: Matrix3<f64> = ways.iter().map(|(_, w)| w * w.transpose()).sum();
+        let along = gram.try_inverse()? * gap;
+        for (i, way) in ways {
+            q[i] += way.dot(&along);
+        }
+        Some(q)
+    }
+}
+
+/// The rotation vector (rad) of a small rotation; of any other its direction.
+fn rotation(r: Matrix3<f64>) -> Vector3<f64> {
+    Htm {
+        r,
+        t: Vector3::zeros(),
+    }
+    .twist()
+    .r
+}

@@ -1,0 +1,300 @@
+//! Instruments: where the machine is sent, and what is read there. Every reading is in terms of
+//! commands: positive is farther in the direction of a positive command, of the tool against the
+//! workpiece.
+
+use super::bench::{Bench, State};
+use crate::pose::Tool;
+use nalgebra::Vector3;
+use std::f64::consts::{FRAC_PI_2, PI};
+use trueaxis_kinematics::Branch;
+
+/// How far (mm) linear axes are moved, balls are away from an axis, and the arm of a dial reaches.
+pub const REACH: f64 = 100.0;
+
+/// What is set up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Instrument {
+    /// A laser interferometer along the axis that moves.
+    Laser,
+    /// A dial along a straightedge that was aligned at both ends of the motion.
+    Straightedge {
+        /// The ends (mm) of the motion.
+        ends: [f64; 2],
+    },
+    /// A dial along one leg of a square, the other leg aligned with an axis.
+    Square,
+    /// An angle interferometer, autocollimator or level.
+    Angle,
+    /// A rotary calibrator, or a polygon and an autocollimator, on the axis that turns.
+    Calibrator,
+    /// A ball on the workpiece and an indicator in the spindle, which the linear axes keep on it.
+    Ball {
+        /// Where the ball is.
+        place: Place,
+    },
+    /// A dial on an arm in the spindle, swept over the table.
+    Tram,
+    /// A probe in the spindle, on a point of the workpiece.
+    Probe,
+}
+
+/// Where a ball is on the workpiece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// On the axis that turns.
+    OnAxis,
+    /// [`REACH`] from there in the direction of a linear axis (by index).
+    Away(usize),
+    /// At the tip, for an axis that turns the tool.
+    Tip,
+}
+
+/// In which direction it is read; axes by index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sense {
+    /// Along a linear axis.
+    In(usize),
+    /// The tool turning against the workpiece from one linear axis towards another.
+    From(usize, usize),
+    /// The tool turning against the workpiece as a rotary axis turns it.
+    About(usize),
+}
+
+/// A reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// What is set up.
+    pub instrument: Instrument,
+    /// The axis (by index) that moves, if one does.
+    pub moved: Option<usize>,
+    /// The direction it is read in.
+    pub sense: Sense,
+    /// Where it is set to zero.
+    pub from: State,
+    /// Where it is read.
+    pub to: State,
+    /// What it reads: mm or rad; on a square mm per [`REACH`] of the motion.
+    pub value: f64,
+}
+
+impl Reading {
+    /// Its size (mm), with angles over [`REACH`].
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        match self.sense {
+            Sense::In(_) => self.value.abs(),
+            Sense::From(..) | Sense::About(_) => self.value.abs() * REACH,
+        }
+    }
+}
+
+/// The first of the largest readings: where they are equal, rounding must not decide.
+pub fn largest(readings: impl IntoIterator<Item = Reading>) -> Option<Reading> {
+    const AS_LARGE: f64 = 1.0 + 1e-6;
+    readings.into_iter().fold(None, |best, one| match best {
+        Some(best) if one.size() <= best.size() * AS_LARGE => Some(best),
+        _ => Some(one),
+    })
+}
+
+impl Bench<'_> {
+    /// The tip's deviation between two commands, along each linear axis.
+    fn tip(
+        &self,
+        instrument: Instrument,
+        moved: Option<usize>,
+        from: State,
+        to: State,
+    ) -> impl Iterator<Item = Reading> + '_ {
+        let tip = self.deviation(&from, &to).tip;
+        self.linear().map(move |axis| Reading {
+            instrument,
+            moved,
+            sense: Sense::In(axis),
+            from,
+            to,
+            value: tip.dot(&self.way(&to.q, axis)),
+        })
+    }
+
+    /// A laser or a dial along each linear axis.
+    pub fn laser(&self, moved: usize, from: State, to: State) -> impl Iterator<Item = Reading> {
+        self.tip(Instrument::Laser, Some(moved), from, to)
+    }
+
+    /// A probe on a point of the workpiece, in the direction of each linear axis.
+    pub fn probe(&self, from: State, to: State) -> impl Iterator<Item = Reading> {
+        self.tip(Instrument::Probe, None, from, to)
+    }
+
+    /// How the tool turns against the workpiece, from each linear axis towards the next; and about a
+    /// rotary axis, if that moves.
+    pub fn angle(&self, moved: Option<usize>, from: State, to: State) -> Vec<Reading> {
+        let turn = self.deviation(&from, &to).turn;
+        let component = |axis: usize| self.machine.axes[axis].letter.component();
+        let reading = |instrument, sense, value| Reading {
+            instrument,
+            moved,
+            sense,
+            from,
+            to,
+            value,
+        };
+        let about = moved.filter(|axis| self.machine.axes[*axis].letter.is_rotary());
+        let about = about.map(|axis| {
+            let value = turn.dot(&self.about(&to.q, axis));
+            reading(Instrument::Calibrator, Sense::About(axis), value)
+        });
+        let mut readings: Vec<Reading> = about.into_iter().collect();
+        for a in self.linear() {
+            for b in self.linear() {
+                let normal = self.way(&to.q, a).cross(&self.way(&to.q, b));
+                if (component(a) + 1) % 3 == component(b) && normal.norm() > 0.5 {
+                    let value = turn.dot(&normal.normalize());
+                    readings.push(reading(Instrument::Angle, Sense::From(a, b), value));
+                }
+            }
+        }
+        readings
+    }
+
+    /// From a position of an axis as far as it is usual, within a range (mm or rad): [`REACH`], or a
+    /// quarter of a turn.
+    pub fn span(&self, axis: usize, [low, high]: [f64; 2]) -> [f64; 2] {
+        let from = 0.0_f64.max(low).min(high);
+        let usual = match self.machine.axes[axis].letter.is_rotary() {
+            true => FRAC_PI_2,
+            false => REACH,
+        };
+        let to = match (high - from, from - low) {
+            (up, _) if up >= usual => from + usual,
+            (_, down) if down >= usual => from - usual,
+            (up, down) if up >= down => high,
+            _ => low,
+        };
+        [from, to]
+    }
+
+    /// The travel of an axis (mm or rad).
+    pub fn travel(&self, index: usize) -> [f64; 2] {
+        let axis = &self.machine.axes[index];
+        axis.travel.map(|t| axis.to_kinematic(t))
+    }
+
+    /// A square: one leg aligned with the way of `aligned`, the dial moved along the other with
+    /// `moved`, over a span (mm) of that.
+    pub fn square(&self, aligned: usize, moved: usize, [from, to]: [f64; 2]) -> Reading {
+        let home = State::at(self.home());
+        let from = home.with(moved, from);
+        let to = home.with(moved, to);
+        let [a0, a1] = self
+            .span(aligned, self.travel(aligned))
+            .map(|q| home.with(aligned, q));
+        let way = a1.q[aligned] - a0.q[aligned];
+        let nominal = |state: &State| self.nominal(&state.q).t;
+        let actual = |state: &State| self.actual(state).t;
+        let off = |at: &dyn Fn(&State) -> Vector3<f64>| {
+            let leg = ((at(&a1) - at(&a0)) * way.signum()).normalize();
+            (at(&to) - at(&from)).dot(&leg)
+        };
+        Reading {
+            instrument: Instrument::Square,
+            moved: Some(moved),
+            sense: Sense::In(aligned),
+            from,
+            to,
+            value: (off(&actual) - off(&nominal)) / (to.q[moved] - from.q[moved]) * REACH,
+        }
+    }
+
+    /// A straightedge along an axis, aligned at the first and the last of the places, where it is off
+    /// most, in the direction of each other linear axis.
+    pub fn straightedge<'s>(
+        &'s self,
+        moved: usize,
+        places: &'s [f64],
+    ) -> impl Iterator<Item = Reading> + 's {
+        let home = State::at(self.home());
+        let ends = match places {
+            [first, .., last] => Some([*first, *last]),
+            _ => None,
+        };
+        let across = self.linear().filter(move |axis| *axis != moved);
+        across.filter_map(move |axis| {
+            let ends = ends?;
+            let [from, last] = ends.map(|end| home.with(moved, end));
+            let off = |to: &State| self.deviation(&from, to).tip.dot(&self.way(&to.q, axis));
+            let slope = off(&last) / (ends[1] - ends[0]);
+            largest(places.iter().map(|place| {
+                let to = home.with(moved, *place);
+                Reading {
+                    instrument: Instrument::Straightedge { ends },
+                    moved: Some(moved),
+                    sense: Sense::In(axis),
+                    from,
+                    to,
+                    value: off(&to) - slope * (place - ends[0]),
+                }
+            }))
+        })
+    }
+
+    /// From where to where (rad) a rotary axis is turned to find its centre: half a turn, if it can.
+    pub fn swing(&self, rotary: usize) -> [f64; 2] {
+        match self.travel(rotary) {
+            [low, high] if low <= 0.0 && high >= PI => [0.0, PI],
+            [low, high] if low <= -PI && high >= 0.0 => [0.0, -PI],
+            [low, high] if low <= -FRAC_PI_2 && high >= FRAC_PI_2 => [-FRAC_PI_2, FRAC_PI_2],
+            [low, high] if high - low >= PI => [low, low + PI],
+            travel => travel,
+        }
+    }
+
+    /// A ball on the workpiece, on which the linear axes keep the tip while a rotary axis turns from
+    /// one position (rad) to another: the indicator in the direction of each linear axis.
+    pub fn ball(&self, rotary: usize, [from, to]: [f64; 2], away: Option<usize>) -> Vec<Reading> {
+        let home = self.home();
+        let (place, point) = match (self.machine.axes[rotary].branch, away) {
+            (Branch::Tool, _) => (Place::Tip, self.nominal(&home).t),
+            (Branch::Workpiece, None) => (Place::OnAxis, self.foot(&home, rotary)),
+            (Branch::Workpiece, Some(axis)) => (
+                Place::Away(axis),
+                self.foot(&home, rotary) + self.way(&home, axis) * REACH,
+            ),
+        };
+        let on_ball = |angle: f64| {
+            let turned = State::at(home).with(rotary, angle);
+            self.reach(&turned.q, point).map(State::at)
+        };
+        let (Some(from), Some(to)) = (on_ball(from), on_ball(to)) else {
+            return Vec::new();
+        };
+        self.tip(Instrument::Ball { place }, Some(rotary), from, to)
+            .collect()
+    }
+
+    /// A dial on an arm in the spindle, swept over the table from the negative to the positive side of
+    /// each linear axis that the tool is not along: what it is pushed in more on the positive side.
+    pub fn tram(&self) -> impl Iterator<Item = Reading> + '_ {
+        let home = State::at(self.home());
+        let nominal = self.nominal(&home.q);
+        let tool = Vector3::from(Tool::of(self.machine, &nominal).direction);
+        let turn = self.actual(&home).r * nominal.r.transpose();
+        self.linear().filter_map(move |axis| {
+            let way = self.way(&home.q, axis);
+            let arm = way - tool * tool.dot(&way);
+            (arm.norm() > 0.5).then(|| {
+                let arm = arm.normalize() * REACH;
+                Reading {
+                    instrument: Instrument::Tram,
+                    moved: None,
+                    sense: Sense::In(axis),
+                    from: home,
+                    to: home,
+                    // Lower on one side, higher on the other.
+                    value: -2.0 * (turn * arm - arm).dot(&tool),
+                }
+            })
+        })
+    }
+}

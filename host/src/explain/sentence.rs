@@ -1,0 +1,193 @@
+//! Readings in words.
+
+use super::alone::{Alone, Nature, Said};
+use super::bench::State;
+use super::instrument::{Instrument, Place, REACH, Reading, Sense};
+use crate::errors::ParameterKind;
+use crate::machine::Machine;
+use crate::pose::carries;
+
+/// The thing and its value: `EXX1 = 20e-6, X carries the workpiece and is reversed`.
+#[must_use]
+pub fn subject(alone: &Alone<'_>) -> String {
+    let name = alone.parameter.to_string();
+    let motion = &name[..3.min(name.len())];
+    let what = match &alone.said {
+        Said::Parameter(value) => format!("{name} = {}", number(*value)),
+        Said::Table => format!("the table {motion}"),
+        Said::TableReversal => format!("the table {motion}, between its two directions"),
+        Said::PerKelvin { per_kelvin, sensor } => {
+            let sign = if *per_kelvin < 0.0 { "" } else { "+" };
+            format!("{name} {sign}{} per K of {sensor}", number(*per_kelvin))
+        }
+    };
+    let Some(axis) = alone.machine.axes.get(alone.index()) else {
+        return what;
+    };
+    if alone.parameter.kind == ParameterKind::Inter {
+        return what;
+    }
+    let reversed = if axis.reversed {
+        " and is reversed"
+    } else {
+        ""
+    };
+    format!(
+        "{what}, {} carries the {}{reversed}",
+        axis.letter,
+        carries(axis.branch)
+    )
+}
+
+/// What the instrument reads, and where.
+#[must_use]
+pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
+    let machine = alone.machine;
+    let letter = |axis: usize| machine.axes[axis].letter.char();
+    let moved = reading.moved.map_or(' ', letter);
+    let warm = match alone.said {
+        Said::PerKelvin { .. } => "1 K warmer, ",
+        _ => "",
+    };
+    let value = match reading.sense {
+        Sense::In(_) => format!("{} µm", signed(reading.value * 1e3)),
+        _ => format!("{} µrad", signed(reading.value * 1e6)),
+    };
+    let sense = match reading.sense {
+        Sense::In(axis) => format!(" in {}", letter(axis)),
+        Sense::From(a, b) => format!(" from +{} towards +{}", letter(a), letter(b)),
+        Sense::About(_) => String::new(),
+    };
+    let place = |state: &State| match reading.moved {
+        Some(axis) => place(machine, axis, state.q[axis]),
+        None => everywhere(machine, state),
+    };
+    let (at, from) = (place(&reading.to), place(&reading.from));
+    let zeroed = match reading.moved {
+        Some(axis) if reading.from.q[axis] != 0.0 => format!(", zero at {from},"),
+        _ => String::new(),
+    };
+    if alone.nature() == Nature::Reversal {
+        let device = match (reading.instrument, reading.sense) {
+            (Instrument::Calibrator, _) => "a rotary calibrator".to_owned(),
+            (Instrument::Angle, _) => "an angle laser or level".to_owned(),
+            (_, Sense::In(axis)) => format!("a dial or laser along {}", letter(axis)),
+            _ => "a dial".to_owned(),
+        };
+        let sense = match reading.sense {
+            Sense::From(..) => sense,
+            _ => String::new(),
+        };
+        return format!(
+            "{device} reads {value}{sense} after positive less after negative travel of {moved}, at {at}"
+        );
+    }
+    let text = match reading.instrument {
+        Instrument::Laser => format!("a laser along {moved}{zeroed} reads {value} at {at}"),
+        Instrument::Straightedge { ends } => {
+            let [a, b] = ends.map(|end| self::place(machine, reading.moved.unwrap_or(0), end));
+            format!(
+                "a dial along a straightedge in {moved}, zero at {a} and {b}, reads {value}{sense} at {at}"
+            )
+        }
+        Instrument::Square => format!(
+            "a square on the table, dial moved along {moved}, reads {value} per {REACH} mm{sense}"
+        ),
+        Instrument::Angle if reading.moved.is_none() => {
+            format!("an angle laser or level, zero at {from}, reads {value}{sense} at {at}")
+        }
+        Instrument::Angle => {
+            let rotary = |axis: usize| machine.axes[axis].letter.is_rotary();
+            let on = match reading.moved.is_some_and(rotary) {
+                true => "on",
+                false => "along",
+            };
+            format!("an angle laser or level {on} {moved}{zeroed} reads {value}{sense} at {at}")
+        }
+        Instrument::Calibrator => {
+            format!("a rotary calibrator on {moved}{zeroed} reads {value} at {at}")
+        }
+        Instrument::Ball { place } => {
+            let ball = match place {
+                Place::OnAxis => format!("a ball on the axis of {moved}, indicator in the spindle"),
+                Place::Away(axis) => format!(
+                    "a ball {REACH} mm in +{} from the axis of {moved}, indicator in the spindle",
+                    letter(axis)
+                ),
+                Place::Tip => "a ball on the table, indicator in the spindle kept on it".to_owned(),
+            };
+            format!("{ball}, reads {value}{sense} from {moved} = {from} to {at}")
+        }
+        Instrument::Tram => {
+            let side = match reading.sense {
+                Sense::In(axis) => letter(axis),
+                _ => ' ',
+            };
+            format!(
+                "a dial on an arm of {REACH} mm in the spindle, swept over the table, reads {value} more at +{side} than at −{side}"
+            )
+        }
+        Instrument::Probe => format!("the tip, zero at {from}, is off by {value}{sense} at {at}"),
+    };
+    format!("{warm}{text}")
+}
+
+/// `+100 mm`.
+fn place(machine: &Machine, axis: usize, q: f64) -> String {
+    let axis = &machine.axes[axis];
+    let unit = if axis.letter.is_rotary() { "°" } else { " mm" };
+    let rounded = (axis.to_command(q) * 10.0).round() / 10.0;
+    let sign = if rounded > 0.0 { "+" } else { "" };
+    format!("{sign}{}{unit}", minus(&(rounded + 0.0).to_string()))
+}
+
+/// `X = 10, A = -30`.
+fn everywhere(machine: &Machine, state: &State) -> String {
+    let axes = machine.axes.iter().zip(state.q);
+    let places = axes.map(|(axis, q)| {
+        let rounded = (axis.to_command(q) * 10.0).round() / 10.0 + 0.0;
+        format!("{} = {}", axis.letter, minus(&rounded.to_string()))
+    });
+    places.collect::<Vec<_>>().join(", ")
+}
+
+/// Two digits or more, with its sign.
+#[must_use]
+pub fn signed(value: f64) -> String {
+    let digits = match value.abs() {
+        v if v >= 999.5 => 0,
+        v if v >= 0.995 => 1,
+        v if v >= 0.0995 => 2,
+        v if v >= 0.009_95 => 3,
+        _ => 4,
+    };
+    // Halves are rounded up, whatever the last bit of a sine or cosine is.
+    let text = format!("{:.digits$}", value.abs() * (1.0 + 1e-9));
+    match value {
+        v if text.chars().all(|c| "0.".contains(c)) || v == 0.0 => text,
+        v if v < 0.0 => format!("−{text}"),
+        _ => format!("+{text}"),
+    }
+}
+
+/// A value as it is written in files: `20e-6`, `-0.9e-3`.
+#[must_use]
+pub fn number(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return "0".to_owned();
+    }
+    let exponent = value.abs().log10().floor() as i32;
+    let three = exponent.div_euclid(3) * 3;
+    // Digits that are written, not those of the division.
+    let mantissa = format!("{:.9}", value / 10_f64.powi(three));
+    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+    match three {
+        0 => mantissa.to_owned(),
+        _ => format!("{mantissa}e{three}"),
+    }
+}
+
+/// With a minus sign.
+fn minus(number: &str) -> String {
+    number.replace('-', "−")
+}

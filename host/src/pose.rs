@@ -1,0 +1,99 @@
+//! Where the tool is, seen from the workpiece, and where the axes lie: what a user compares with the
+//! display of a controller to see whether a description is right.
+
+use crate::errors::{ErrorModel, Situation, Switches};
+use crate::kinematics::{Htm, Kinematics};
+use crate::machine::{Machine, PerAxis};
+use serde::Serialize;
+use trueaxis_kinematics::{Branch, Nominal};
+
+/// A tool in the workpiece frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tool {
+    /// The tip (mm).
+    pub tip: [f64; 3],
+    /// Unit vector from the tip to the spindle, as controllers show it.
+    pub direction: [f64; 3],
+}
+
+impl Tool {
+    /// The tool of a pose (spindle orientation, origin at the tip).
+    #[must_use]
+    pub fn of(machine: &Machine, pose: &Htm) -> Self {
+        // The tip lies on the negative side of the tool axis, or else the axis points to the tip.
+        let to_spindle = match machine.tip[machine.tool_axis] > 0.0 {
+            true => -1.0,
+            false => 1.0,
+        };
+        let direction = pose.r.column(machine.tool_axis) * to_spindle;
+        Self {
+            tip: pose.t.into(),
+            direction: direction.into(),
+        }
+    }
+}
+
+/// An axis in the foundation frame, without errors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// Its letter.
+    pub axis: char,
+    /// `workpiece` or `tool`: what it carries.
+    pub carries: &'static str,
+    /// True if it turns what it carries, false if it moves it.
+    pub rotary: bool,
+    /// Unit vector along which a positive command moves what it carries, or about which it turns it
+    /// (right-handed).
+    pub direction: [f64; 3],
+    /// A point of it (mm): the origin of its frame.
+    pub point: [f64; 3],
+}
+
+/// Everything at one position.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Posed {
+    /// The tool of a machine without errors.
+    pub nominal: Tool,
+    /// The tool with all errors, if there are any to be asked about.
+    pub actual: Option<Tool>,
+    /// The axes, in the order of the machine.
+    pub axes: Vec<Line>,
+}
+
+/// Tool and axes at one position (mm, rad) of the uncompensated machine.
+#[must_use]
+pub fn pose(
+    machine: &Machine,
+    errors: Option<&ErrorModel>,
+    q: &PerAxis,
+    situation: &Situation,
+) -> Posed {
+    let nominal = Nominal::new(machine);
+    let axes = machine.axes.iter().enumerate().map(|(index, axis)| {
+        let [point, direction] = nominal.line(q, index).unwrap_or_default();
+        Line {
+            axis: axis.letter.char(),
+            carries: carries(axis.branch),
+            rotary: axis.letter.is_rotary(),
+            direction: direction.into(),
+            point: point.into(),
+        }
+    });
+    Posed {
+        nominal: Tool::of(machine, &nominal.pose(q, situation.length)),
+        actual: errors.map(|errors| {
+            let kinematics = Kinematics::new(machine, errors);
+            Tool::of(machine, &kinematics.actual(q, situation, &Switches::ALL))
+        }),
+        axes: axes.collect(),
+    }
+}
+
+/// `workpiece` or `tool`.
+#[must_use]
+pub fn carries(branch: Branch) -> &'static str {
+    match branch {
+        Branch::Workpiece => "workpiece",
+        Branch::Tool => "tool",
+    }
+}
