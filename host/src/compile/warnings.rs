@@ -110,7 +110,7 @@ pub fn culprit(
     let axis = &machine.axes[index];
     let solver = kinematics
         .jacobian(&q, situation.length)
-        .solver()
+        .solver(kinematics.policy)
         .ok_or(NotConverged {
             step: f64::INFINITY,
             iterations: 0,

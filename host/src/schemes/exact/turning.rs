@@ -109,7 +109,7 @@ impl Turning {
 fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
     let machine = kinematics.machine;
     let linearised = Linearised::new(kinematics, q, &Situation::default());
-    let Some(solver) = kinematics.jacobian(q, None).solver() else {
+    let Some(solver) = kinematics.jacobian(q, None).solver(kinematics.policy) else {
         return Vec::new();
     };
     let mut all = Vec::new();
