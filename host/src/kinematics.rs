@@ -19,14 +19,13 @@ pub struct Kinematics<'a> {
 }
 
 impl<'a> Kinematics<'a> {
-    /// Lays out the two branches; rotary axes are corrected for the orientation.
+    /// Lays out the two branches; rotary axes are corrected by the default policy.
     #[must_use]
     pub fn new(machine: &'a Machine, errors: &'a ErrorModel) -> Self {
-        let kinematics = trueaxis_kinematics::Kinematics::new(machine, errors);
         Self {
             machine,
             errors,
-            kinematics: kinematics.with_policy(Policy::Orientation),
+            kinematics: trueaxis_kinematics::Kinematics::new(machine, errors),
         }
     }
 

@@ -8,6 +8,7 @@ pub mod kinematics;
 pub mod link;
 pub mod machine;
 pub mod motion;
+pub mod policy;
 pub mod schemes;
 pub mod size;
 pub mod source;

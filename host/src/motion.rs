@@ -3,7 +3,7 @@
 mod outside;
 
 use crate::errors::{ErrorModel, Situation, Switches};
-use crate::kinematics::{Kinematics, NotConverged};
+use crate::kinematics::{Kinematics, NotConverged, Policy};
 use crate::machine::Machine;
 pub use outside::{Outside, outside_compensation, outside_machine};
 use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
@@ -68,9 +68,10 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
 pub fn correct(
     machine: &Machine,
     errors: &ErrorModel,
+    policy: Policy,
     rows: &[Vec<f64>],
 ) -> Result<Vec<Vec<f64>>, (usize, NotConverged)> {
-    let kinematics = Kinematics::new(machine, errors);
+    let kinematics = Kinematics::new(machine, errors).with_policy(policy);
     let n = machine.axes.len();
     let with_length = usize::from(machine.length_range.is_some());
     let mut reversals = [Reversal::new(); MOST_AXES];

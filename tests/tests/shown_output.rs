@@ -3,9 +3,9 @@
 
 use trueaxis_host::compile::{self, Options};
 use trueaxis_host::errors::{Situation, Switches};
-use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::schemes::Scheme;
+use trueaxis_host::kinematics::{Kinematics, Policy};
 use trueaxis_host::schemes::exact::Minimize;
+use trueaxis_host::schemes::{self, Scheme};
 use trueaxis_host::validate::{Region, Runtime, random_commands, verify};
 use trueaxis_tests::{errors, machine, read};
 
@@ -52,11 +52,16 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
         let [by_cost, by_tables] = [Minimize::Cost, Minimize::Tables].map(|minimize| {
             let options = Options {
                 scheme: Scheme::Exact { minimize },
+                tables: schemes::Options {
+                    policy: Policy::Orientation,
+                    ..schemes::Options::default()
+                },
                 ..Options::default()
             };
             let built = compile::build(&machine, &errors, &options, &()).unwrap();
             let runtime = Runtime::load(&built.blob).unwrap();
-            let commands = random_commands(&machine, &errors, Region::Travel, 2000, 7).unwrap();
+            let kinematics = runtime.kinematics(&machine, &errors);
+            let commands = random_commands(&kinematics, Region::Travel, 2000, 7).unwrap();
             let zero = vec![0.0; machine.axes.len()];
             let zero = std::array::from_fn(|i| zero.get(i).copied().unwrap_or(0.0));
             let proof = verify(&machine, &errors, &runtime, &zero, &commands, || {}).unwrap();
@@ -84,7 +89,7 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
 fn none_of_the_twelve_coefficients_of_the_kolibri_is_within_the_tolerance() {
     let machine = machine("examples/kolibri/machine.toml");
     let errors = errors("examples/kolibri/errors-10.toml", &machine);
-    let kinematics = Kinematics::new(&machine, &errors);
+    let kinematics = Kinematics::new(&machine, &errors).with_policy(Policy::Orientation);
     let place = |letter| machine.index(letter).unwrap();
     let [x, y, z, a] = ['X', 'Y', 'Z', 'A'].map(place);
     // The middle of the travel, and the end of it along each linear axis.

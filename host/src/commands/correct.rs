@@ -4,6 +4,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::eval::Along;
 use super::files::MachineFiles;
+use super::policy::PolicyArguments;
 use clap::Args;
 use trueaxis_host::formats::positions::Input;
 use trueaxis_host::motion;
@@ -25,16 +26,22 @@ pub struct Arguments {
     files: MachineFiles,
     #[command(flatten)]
     along: Along,
+    #[command(flatten)]
+    policy: PolicyArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments { files, along } = arguments;
+    let Arguments {
+        files,
+        along,
+        policy,
+    } = arguments;
     let (machine, errors) = files.read()?;
     let sensors = errors.sensors.iter().map(|s| s.sensor.as_str());
     let inputs = Input::of_machine(&machine, sensors);
     let rows = along.read(&inputs, &[&files.machine, &files.errors])?;
-    let corrections = motion::correct(&machine, &errors, &rows).map_err(|(row, error)| {
+    let corrections = motion::correct(&machine, &errors, policy.kinematic()?, &rows).map_err(|(row, error)| {
         BadInput::new(
             format!("{}, position {row}: {error}", along.positions.display()),
             "check that the position is within the travel, and the units of the error parameters (mm and rad)",
@@ -46,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .collect();
     let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
     let outside = motion::outside_machine(&machine, &rows);
-    along.write(&letters, &corrections, &outside)
+    along.write(policy.stored()?, &letters, &corrections, &outside)
 }
 
 /// A correction to 1e-10 mm or deg: finer than the kinematic correction is iterated, and coarse

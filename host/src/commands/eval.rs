@@ -1,14 +1,16 @@
 //! `trueaxis eval`
 
-use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
+use super::{Outcome, screen};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use trueaxis::Policy;
 use trueaxis_host::formats::positions::{self, Input};
 use trueaxis_host::motion::{self, Outside};
+use trueaxis_host::policy::Told;
 use trueaxis_host::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
@@ -47,6 +49,8 @@ pub struct Along {
 
 #[derive(Serialize)]
 struct Corrections<'a, T> {
+    #[serde(flatten)]
+    policy: Told,
     axes: &'a [char],
     outside: &'a [Outside<T>],
     corrections: &'a [Vec<T>],
@@ -54,6 +58,8 @@ struct Corrections<'a, T> {
 
 #[derive(Serialize)]
 struct Written<'a, T> {
+    #[serde(flatten)]
+    policy: Told,
     file: &'a Path,
     rows: usize,
     outside: &'a [Outside<T>],
@@ -73,6 +79,7 @@ impl Along {
     /// Writes the corrections where they are wanted, and warns of axes outside their travel.
     pub fn write<T: Display + Serialize>(
         &self,
+        policy: Policy,
         letters: &[char],
         corrections: &[Vec<T>],
         outside: &[Outside<T>],
@@ -82,6 +89,7 @@ impl Along {
         }
         match &self.output {
             None if self.json => files::print_json(&Corrections {
+                policy: policy.into(),
                 axes: letters,
                 outside,
                 corrections,
@@ -92,14 +100,16 @@ impl Along {
                 let rows = corrections.len();
                 if self.json {
                     files::print_json(&Written {
+                        policy: policy.into(),
                         file: path,
                         rows,
                         outside,
                     })?;
                 } else {
                     files::print(&format!(
-                        "{}: corrections of {rows} positions\n",
-                        path.display()
+                        "{}: corrections of {rows} positions\n{}",
+                        path.display(),
+                        screen::policy(policy)
                     ))?;
                 }
             }
@@ -128,5 +138,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map(|a| char::from(a.name))
         .collect();
     let outside = motion::outside_compensation(compensation, &rows);
-    along.write(&letters, &corrections, &outside)
+    if along.output.is_none() && !along.json {
+        // Not among the rows, which are for programs.
+        eprint!("{}", screen::policy(compensation.policy()));
+    }
+    along.write(compensation.policy(), &letters, &corrections, &outside)
 }

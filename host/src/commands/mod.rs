@@ -8,6 +8,7 @@ mod files;
 mod flash;
 mod inspect;
 mod monitor;
+mod policy;
 mod port;
 mod progress;
 mod replace;

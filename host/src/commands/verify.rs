@@ -8,7 +8,8 @@ use super::{Outcome, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_host::compile::{self, CompileError, Proof, Refusal, Size};
+use trueaxis_host::compile::{self, CompileError, Proof, Refusal, Size, Warning};
+use trueaxis_host::policy::{Told, of_blob, tolerance_urad};
 use trueaxis_host::schemes;
 use trueaxis_host::validate::Runtime;
 
@@ -30,7 +31,7 @@ pub struct Arguments {
     blob: PathBuf,
     #[command(flatten)]
     random: Random,
-    /// Largest difference to the kinematic correction that passes: µm, and as many µrad
+    /// Largest difference to the kinematic correction that passes, as in `compile`
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
     /// The position that `compile` was given with --zero-at
@@ -46,10 +47,13 @@ pub struct Arguments {
 struct Answer<'a> {
     file: &'a Path,
     machine: &'a str,
+    #[serde(flatten)]
+    policy: Told,
     tolerance_um: f64,
     tolerance_urad: f64,
     meets_tolerance: bool,
     refusals: &'a [Refusal],
+    warnings: &'a [Warning],
     #[serde(flatten)]
     size: Size,
     #[serde(flatten)]
@@ -73,7 +77,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_deref()
         .map(|text| zero_position(text, &machine))
         .transpose()?;
+    let policy = runtime.compensation().policy();
     let subtracted = schemes::Options {
+        policy: of_blob(policy),
         zero_at,
         ..schemes::Options::default()
     };
@@ -93,15 +99,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     )?;
     drop(bar);
     let refusals = proof.refusals(*tolerance);
+    let warnings = compile::worse(&proof, *tolerance);
     let size = Size::of(&runtime);
     if arguments.json {
         files::print_json(&Answer {
             file: path,
             machine: &machine.name,
+            policy: policy.into(),
             tolerance_um: *tolerance,
-            tolerance_urad: *tolerance,
+            tolerance_urad: tolerance_urad(of_blob(policy), *tolerance),
             meets_tolerance: proof.meets(*tolerance),
             refusals: &refusals,
+            warnings: &warnings,
             size,
             proof: &proof,
         })?;
@@ -109,10 +118,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let title = format!("{}: {}\n", path.display(), machine.name);
         let text = title
             + &screen::size(&size)
+            + &screen::policy(policy)
             + "\n"
             + &screen::quality(&proof, *tolerance)
             + &screen::tool_length(&proof);
         files::print(&text)?;
+    }
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
     }
     for refusal in &refusals {
         eprintln!("{refusal}");

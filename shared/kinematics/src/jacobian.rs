@@ -55,6 +55,19 @@ impl Jacobian {
         .to_array()
     }
 
+    /// How far small motions of all axes (mm, rad) move the tip (mm), and how far they turn the tool
+    /// across its axis (rad).
+    #[must_use]
+    pub fn moved(&self, motion: &PerAxis) -> [f64; 2] {
+        let (mut t, mut r) = (Vector3::zeros(), Vector3::zeros());
+        for (i, way) in motion.iter().enumerate().take(self.count) {
+            t += self.t[i] * *way;
+            r += self.r[i] * *way;
+        }
+        r[self.tool_axis] = 0.0;
+        [t.norm(), r.norm()]
+    }
+
     fn rotary_axes(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.count).filter(|i| self.rotary[*i])
     }

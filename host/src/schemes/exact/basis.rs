@@ -4,7 +4,7 @@ use super::along::{Along, Column, Shows};
 use super::generators::{Generator, products};
 use super::limits::{APART, ROUNDING};
 use super::sampling::{Component, Sampler};
-use super::variables::{Kind, Variable, positions};
+use super::variables::{Kind, Variable};
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use nalgebra::{DMatrix, DVector};
@@ -173,10 +173,7 @@ impl Basis {
         tolerance: &PerAxis,
     ) -> Result<Self, NotConverged> {
         let variable = &sampler.variables[v];
-        let at = positions(
-            variable.calibrated,
-            variable.nodes.max(variable.turning.base),
-        );
+        let at = variable.calibrated_positions(variable.nodes.max(variable.turning.base));
         let values = self.values(v, sampler, components, tolerance, &at)?;
         Ok(self.seen_as(values))
     }

@@ -4,8 +4,9 @@ use super::attempt::{Attempt, attempt};
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    BLAMELESS, COARSER, CUT, FINER, FIRST_SHARE, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
-    LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES, STUCK,
+    BLAMELESS, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FULL_ATTEMPTS,
+    GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES, STUCK,
+    TOO_GOOD, TOOL_SHARE,
 };
 use super::sampling::{Component, Sampler};
 use super::trials::Trials;
@@ -96,7 +97,11 @@ impl<'a> Search<'a> {
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
             return self.finish(tolerance, &second, true);
         }
-        let first = self.attempt(tolerance, FIRST_SHARE, false)?;
+        let share = match self.judge.is_of_tool() {
+            true => FIRST_TOOL_SHARE,
+            false => FIRST_SHARE,
+        };
+        let first = self.attempt(tolerance, share, false)?;
         self.is_full |= first.attempt.is_full;
         // Joint effects do not help where most of the error is what there was no room for.
         let joint = |search: &mut Self| -> Result<bool, SchemeError> {
@@ -290,8 +295,6 @@ impl<'a> Search<'a> {
         if attempt.structure.count() > usize::from(u8::MAX) {
             return Ok(false);
         }
-        let machine = self.sampler.kinematics.machine;
-        let errors = self.sampler.kinematics.errors;
         let found = attempt.found(
             &self.sampler,
             &self.components[..self.count(*pairs)],
@@ -303,14 +306,24 @@ impl<'a> Search<'a> {
         let mut share = (GOOD - structure_error)
             .max(LEAST_POINT_SHARE)
             .max(LEAST_POINT_SHARE * structure_error);
+        let adapts = self.judge.is_of_tool() && self.options.points.is_none();
+        if adapts {
+            share *= TOOL_SHARE;
+        }
+        let seen = points::Seen::all(&found)?;
         let mut last = f64::INFINITY;
         let mut room = ROOM_STEPS;
         let mut refinement = 0;
+        // Once there is a good one: how often fewer points were tried, with which shares.
+        let mut coarsening = 0;
+        let (mut enough, mut too_few) = (None, f64::INFINITY);
         while refinement <= REFINEMENTS {
-            let fixed = self.options.points.map(|points| points.max(2) - 1);
-            let grids = points::grids(&found, fixed, share, finer)?;
-            let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
+            let grids = points::grids(&found, &seen, self.options, share, finer)?;
+            let draft = draft::draft(&found, &grids, self.options)?;
             let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
+                if enough.is_some() {
+                    return Ok(true);
+                }
                 self.is_full = true;
                 // More than the target holds: fewer points, unless they were enough before.
                 if last.is_finite() || room == 0 {
@@ -332,6 +345,8 @@ impl<'a> Search<'a> {
                 }
             }
             let better = match &self.best {
+                // With fewer points than the best.
+                Some(_) if enough.is_some() => good,
                 Some(best) => verdict.error < best.verdict.error,
                 None => true,
             };
@@ -346,11 +361,29 @@ impl<'a> Search<'a> {
                     left_out: attempt.left_out * factor,
                 });
             }
+            good &= verdict.harm <= HARMLESS;
+            if good && adapts && verdict.error < TOO_GOOD * wanted && coarsening < COARSENINGS {
+                coarsening += 1;
+                enough = Some(share);
+                share *= (JUST_GOOD * wanted / verdict.error).min(TOOL_SHARE);
+                share = share.min((share * too_few).sqrt());
+                continue;
+            }
+            if let (false, Some(good)) = (good, enough) {
+                // The last but one was as coarse as can be, or there is something between.
+                if coarsening >= COARSENINGS {
+                    return Ok(true);
+                }
+                coarsening += 1;
+                too_few = share;
+                share = (good * share).sqrt();
+                continue;
+            }
             if good {
-                return Ok(verdict.harm <= HARMLESS);
+                return Ok(true);
             }
             let blameless = share * factor < BLAMELESS * verdict.error;
-            if fixed.is_some() || verdict.error > 0.9 * last || blameless {
+            if self.options.points.is_some() || verdict.error > 0.9 * last || blameless {
                 break;
             }
             last = verdict.error;
