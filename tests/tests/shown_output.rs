@@ -83,6 +83,88 @@ fn the_manual_counts_the_tables_of_every_example_and_they_meet_the_tolerance() {
     }
 }
 
+/// The same with the default policy: its rows in the manual, how much more than with `orientation` it may
+/// be, and the bytes that controllers have for it.
+#[test]
+fn the_manual_counts_what_the_direction_takes() {
+    // Of all but two; why these take more is in the manual.
+    let more = ["fork head, 13 errors", "Kolibri, 12 errors"];
+    for (row, machine_file, errors_file, bytes) in [
+        (
+            "Huron, 13 errors",
+            "huron-k2x8/machine",
+            "huron-k2x8/errors-13",
+            8_000,
+        ),
+        (
+            "… with the tool length as an input",
+            "huron-k2x8/machine-tool-length",
+            "huron-k2x8/errors-13",
+            8_000,
+        ),
+        (
+            "Kolibri, 10 errors",
+            "kolibri/machine",
+            "kolibri/errors-10",
+            24_000,
+        ),
+        (
+            "Kolibri, 12 errors",
+            "kolibri/machine",
+            "kolibri/errors-12",
+            28_000,
+        ),
+        ("HU40, 13 errors", "hu40/machine", "hu40/errors-13", 24_000),
+        (
+            "fork head, 13 errors",
+            "fork-head/machine",
+            "fork-head/errors-13",
+            24_000,
+        ),
+        (
+            "table-head, 13 errors",
+            "table-head/machine",
+            "table-head/errors-13",
+            24_000,
+        ),
+        (
+            "router, 10 errors",
+            "router/machine",
+            "router/errors-10",
+            24_000,
+        ),
+    ] {
+        let machine = machine(&format!("examples/{machine_file}.toml"));
+        let errors = errors(&format!("examples/{errors_file}.toml"), &machine);
+        let [direction, orientation] = [Policy::default(), Policy::Orientation].map(|policy| {
+            let options = Options {
+                tables: schemes::Options {
+                    policy,
+                    ..schemes::Options::default()
+                },
+                random: 5000,
+                ..Options::default()
+            };
+            compile::compile(&machine, &errors, &options, &()).unwrap()
+        });
+        assert!(direction.proof.meets(0.05), "{row}");
+        assert_eq!(direction.proof.travel.direction_worse, 0, "{row}");
+        let [size, before] = [direction, orientation].map(|compiled| compiled.built.size);
+        assert!(size.bytes <= bytes, "{row}: {} bytes", size.bytes);
+        if !more.contains(&row) {
+            assert!(5 * size.tables <= 6 * before.tables, "{row}: {size:?}");
+            assert!(5 * size.terms <= 6 * before.terms, "{row}: {size:?}");
+        }
+        shows(
+            "docs/src/policies.md",
+            &format!(
+                "| {row} | {} | {} | {} |",
+                size.tables, size.terms, size.bytes
+            ),
+        );
+    }
+}
+
 /// Why the Kolibri's ten errors need all twelve products of its linear corrections: at some A each
 /// of them, between the ends of the travel, is more than the tolerance.
 #[test]

@@ -117,8 +117,8 @@ impl<'a> Survey<'a> {
         let as_large = (0..machine.axes.len()).map(|i| {
             let most = AS_LARGE * largest[i].value;
             let place = commands
-                .iter()
-                .find(|c| f64::from(runtime.evaluate(c)[i].abs()) >= most);
+                .par_iter()
+                .find_first(|c| f64::from(runtime.evaluate(c)[i].abs()) >= most);
             place.copied().unwrap_or(largest[i].at)
         });
         Ok(Self {

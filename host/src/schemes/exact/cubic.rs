@@ -1,15 +1,16 @@
 //! Cubic tables: fewer points for a peak, more instructions.
 
 use super::limits::{
-    BYTES_PER_INSTRUCTION, CUBIC_BANK, CUBIC_TABLE, LEAST_INTERVALS, LINEAR_TABLE, MOST_INTERVALS,
+    BANK, BYTES_PER_INSTRUCTION, CUBIC_BANK, CUBIC_TABLE, LEAST_INTERVALS, LINEAR_TABLE,
+    MOST_INTERVALS, TERM,
 };
 use super::points::Grid;
 use super::variables::Variable;
-use trueaxis::SampleFormat;
+use trueaxis::{Draft, Interpolation, SampleFormat};
 
-/// Where in an interval a cubic errs most: the zeros of the derivative of t·(1 − t)·(1 − 2·t), which is
-/// what Catmull-Rom leaves of a third power, and the middle, for what it leaves of a fourth.
-pub const LOOKS: [f64; 3] = [0.2113, 0.5, 0.7887];
+/// Where in an interval a cubic errs most: a zero of the derivative of t·(1 − t)·(1 − 2·t), which is what
+/// Catmull-Rom leaves of a third power, and the middle, for what it leaves of a fourth.
+pub const LOOKS: [f64; 2] = [0.2113, 0.5];
 
 /// The weights of the point before an interval, of its ends, and of the point after it, at `t` of it.
 pub fn weights(t: f64) -> [f64; 4] {
@@ -68,6 +69,21 @@ pub fn cost(tables: usize, grid: &Grid, format: SampleFormat) -> f64 {
         false => (0.0, LINEAR_TABLE),
     };
     bank + table * tables as f64 + samples
+}
+
+/// What a draft costs, in instructions.
+pub fn cost_of(draft: &Draft) -> f64 {
+    let banks = draft.banks.iter().map(|bank| {
+        let points = bank.columns.first().map_or(0, Vec::len);
+        let grid = Grid {
+            start: 0.0,
+            step: 1.0,
+            intervals: points.saturating_sub(1),
+            cubic: bank.interpolation == Interpolation::Cubic,
+        };
+        BANK + cost(bank.columns.len(), &grid, bank.format)
+    });
+    banks.sum::<f64>() + TERM * draft.terms.len() as f64
 }
 
 #[cfg(test)]

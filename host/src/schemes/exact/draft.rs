@@ -236,7 +236,13 @@ fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<F
         let once = |f: &&Factor| term.factors.iter().filter(|g| g == f).count() == 1;
         let free = term.factors.iter().filter(|f| !scales.contains_key(f));
         if let Some(factor) = free.filter(once).min_by_key(|f| uses[f])
-            && scales_of(uses[factor]).contains(&term.weight.abs())
+            && {
+                // Functions that were found are in units of the tolerance, coordinates are not.
+                let unit = machine.axes[term.output].to_command(found.tolerance[term.output]);
+                let size = term.weight.abs();
+                let fits = scales_of(uses[factor]);
+                fits.contains(&size) || fits.contains(&(size / unit))
+            }
         {
             scales.insert(*factor, term.weight);
             term.weight = 1.0;

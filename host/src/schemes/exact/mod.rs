@@ -24,8 +24,10 @@ mod limits;
 mod memory;
 mod peaks;
 mod points;
+mod prune;
 mod sampling;
 mod search;
+mod seen;
 #[cfg(test)]
 mod specimen;
 mod tables;

@@ -6,11 +6,12 @@ use crate::kinematics::{Kinematics, Policy};
 use crate::machine::PerAxis;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use std::f64::consts::TAU;
 
 /// Random positions of the other axes at which peaks are looked for.
-const PLACES: usize = 4;
+const PLACES: usize = 2;
 /// Looks per damping, along the axis, and the most of them.
-const LOOKS: f64 = 3.0;
+const LOOKS: f64 = 2.0;
 const MOST_LOOKS: usize = 1500;
 /// Nodes at the peaks: as many as a peak, its slopes, their squares and their products have functions.
 const NODES: usize = 16;
@@ -25,6 +26,8 @@ pub fn nodes(kinematics: &Kinematics<'_>, index: usize) -> Vec<f64> {
     };
     let machine = kinematics.machine;
     let [low, high] = machine.axes[index].travel.map(f64::to_radians);
+    // After a turn everything repeats.
+    let high = high.min(low + TAU);
     let steps = ((high - low) * LOOKS / damping).ceil() as usize;
     let steps = steps.clamp(60, MOST_LOOKS);
     let at = |k: usize| low + (high - low) * k as f64 / steps as f64;

@@ -2,10 +2,11 @@
 
 use super::cover::Function;
 use super::cubic;
-use super::limits::{FIRST_SEEN, GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, MOST_SEEN, STUCK};
+use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
+use super::seen::Seen;
 use super::tables::{Found, Sampled};
 use super::variables::Variable;
-use crate::kinematics::{NotConverged, Policy};
+use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use crate::schemes::Options;
 use nalgebra::{DMatrix, DVector};
@@ -177,62 +178,6 @@ pub fn grids(
     Ok(grids)
 }
 
-/// What interpolation of a variable's tables leaves on so many intervals, which see every peak.
-#[derive(Clone, Copy, Debug)]
-pub struct Seen {
-    intervals: usize,
-    /// With straight lines, and with cubics (in units of the tolerance).
-    errors: [f64; 2],
-}
-
-impl Seen {
-    /// Looks at the tables whose variable has no kinks, where the policy makes peaks.
-    pub fn all(found: &Found<'_>) -> Result<BTreeMap<usize, Self>, NotConverged> {
-        let peaks = matches!(found.sampler.kinematics.policy, Policy::Direction { .. });
-        let bent = found.tables().into_iter().map(|(v, (bent, _))| (v, bent));
-        bent.filter(|(v, bent)| {
-            let variable = &found.sampler.variables[*v];
-            peaks && !bent.is_empty() && variable.is_rich() && cubic::may_be(variable)
-        })
-        .map(|(v, bent)| Ok((v, Self::of(found, v, &bent)?)))
-        .collect()
-    }
-
-    fn of(found: &Found<'_>, v: usize, functions: &[Function]) -> Result<Self, NotConverged> {
-        let variable = &found.sampler.variables[v];
-        let at = |intervals: usize| -> Result<Self, NotConverged> {
-            let grid = cubic::grid(variable, intervals);
-            let [cubic, linear] = found.interpolation_errors(v, functions, &grid)?;
-            Ok(Self {
-                intervals,
-                errors: [linear, cubic],
-            })
-        };
-        let mut seen = at(FIRST_SEEN)?;
-        while seen.intervals < MOST_SEEN {
-            let next = at(2 * seen.intervals)?;
-            // Where every bend is seen, half the distance leaves a quarter of it.
-            let fell = seen.errors[0] / next.errors[0].max(f64::MIN_POSITIVE);
-            seen = next;
-            if fell > 3.0 && fell < 5.5 {
-                break;
-            }
-        }
-        Ok(seen)
-    }
-
-    /// How many intervals leave `most`, of straight lines and of cubics: their errors fall with the square
-    /// and with the third power of the distance.
-    fn wanted(&self, most: f64) -> [usize; 2] {
-        let wanted = |k: usize, power: f64| {
-            let more = (self.errors[k] / (0.85 * most)).powf(1.0 / power);
-            let wanted = (self.intervals as f64 * more).ceil() as usize;
-            wanted.clamp(LEAST_INTERVALS, MOST_INTERVALS)
-        };
-        [wanted(0, 2.0), wanted(1, 3.0)]
-    }
-}
-
 /// The coarsest grid found whose interpolation errs by no more than `most`; the best one, if none
 /// does.
 fn coarsest(
@@ -304,7 +249,7 @@ impl Found<'_> {
     /// How far interpolation of a variable's tables on a grid may lead each output astray, in units of
     /// its tolerance: table by table where it errs most in an interval and at every kink between points,
     /// with the other factors at their peaks. And how far straight lines between the same points.
-    fn interpolation_errors(
+    pub fn interpolation_errors(
         &self,
         v: usize,
         functions: &[Function],
