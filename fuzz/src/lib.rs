@@ -233,7 +233,7 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
         .collect();
     Draft {
         machine: "fuzz".to_owned(),
-        policy: Policy::SixRow,
+        policy: Policy::Direction { damping: 0.1 },
         axes,
         auxiliaries,
         banks,

@@ -22,7 +22,7 @@ pub use proof::{Mismatch, Proof, belongs, prove};
 pub use room::Full;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
 pub use verdict::Refusal;
-pub use warnings::{Culprit, Warning, over_bounds};
+pub use warnings::{Culprit, Warning, over_bounds, worse};
 
 /// What to make, and how thoroughly to prove it.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Options {
     pub scheme: Scheme,
     /// What they are to be like, whatever the scheme.
     pub tables: schemes::Options,
-    /// Accept corrections whose bound exceeds 1 mm or 1°.
+    /// Accept corrections whose bound exceeds 2 mm or 1°.
     pub allow_large: bool,
     /// Random positions in each region of the verification.
     pub random: usize,
@@ -121,13 +121,15 @@ pub enum CompileError {
     },
     /// A bound is so large that it protects from nothing.
     #[error(
-        "{warning}, which asks for a bound of {bound:.3} {unit}: more than 1 {unit} is refused"
+        "{warning}, which asks for a bound of {bound:.3} {unit}: more than {most} {unit} is refused"
     )]
     TooLarge {
         /// Axis, place and culprit.
         warning: Box<Warning>,
         /// The bound needed.
         bound: f64,
+        /// The largest that is not refused.
+        most: f32,
         /// `mm` or `deg`.
         unit: &'static str,
     },
@@ -205,17 +207,18 @@ pub fn build(
     }
     let survey = bounds::Survey::new(machine, errors, &runtime, options.seed, progress)?;
     let bounds = survey.bounds();
-    let mut warnings = warnings::large(machine, errors, &survey)?;
+    let mut warnings = warnings::large(&survey)?;
     for (axis, (bound, found)) in draft
         .axes
         .iter_mut()
         .zip(bounds.iter().zip(&survey.largest))
     {
-        if bound.value_bound > 1.0 && !options.allow_large {
-            let warning = warnings::culprit(machine, errors, bound, found)?;
+        if bound.value_bound > bound.most() && !options.allow_large {
+            let warning = warnings::culprit(&survey.kinematics, bound, found)?;
             return Err(CompileError::TooLarge {
                 warning: Box::new(warning),
                 bound: f64::from(bound.value_bound),
+                most: bound.most(),
                 unit: bound.unit,
             });
         }

@@ -5,7 +5,7 @@
 use crate::errors::ErrorModel;
 use crate::machine::Machine;
 use std::ops::Deref;
-pub use trueaxis_kinematics::{Correction, Htm, Jacobian, NotConverged, Twist};
+pub use trueaxis_kinematics::{Correction, Htm, Jacobian, NotConverged, Policy, Twist};
 
 /// The kinematics of one machine with one set of errors: those of [`trueaxis_kinematics`] that it
 /// derefs to, with what the files say beyond them.
@@ -19,13 +19,22 @@ pub struct Kinematics<'a> {
 }
 
 impl<'a> Kinematics<'a> {
-    /// Lays out the two branches.
+    /// Lays out the two branches; rotary axes are corrected by the default policy.
     #[must_use]
     pub fn new(machine: &'a Machine, errors: &'a ErrorModel) -> Self {
         Self {
             machine,
             errors,
             kinematics: trueaxis_kinematics::Kinematics::new(machine, errors),
+        }
+    }
+
+    /// The same with another policy.
+    #[must_use]
+    pub fn with_policy(self, policy: Policy) -> Self {
+        Self {
+            kinematics: self.kinematics.with_policy(policy),
+            ..self
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod kinematics;
 pub mod link;
 pub mod machine;
 pub mod motion;
+pub mod policy;
 pub mod pose;
 pub mod schemes;
 pub mod size;

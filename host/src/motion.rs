@@ -3,7 +3,7 @@
 mod outside;
 
 use crate::errors::{ErrorModel, Situation, Switches};
-use crate::kinematics::{Kinematics, NotConverged};
+use crate::kinematics::{Kinematics, NotConverged, Policy};
 use crate::machine::{Machine, PerAxis};
 pub use outside::{Outside, outside_compensation, outside_machine};
 use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
@@ -100,9 +100,10 @@ pub fn situations(machine: &Machine, rows: &[Vec<f64>]) -> Vec<(PerAxis, Situati
 pub fn correct(
     machine: &Machine,
     errors: &ErrorModel,
+    policy: Policy,
     rows: &[Vec<f64>],
 ) -> Result<Vec<Vec<f64>>, (usize, NotConverged)> {
-    let kinematics = Kinematics::new(machine, errors);
+    let kinematics = Kinematics::new(machine, errors).with_policy(policy);
     let n = machine.axes.len();
     let mut corrections = Vec::with_capacity(rows.len());
     for (row, (q, situation)) in situations(machine, rows).iter().enumerate() {

@@ -5,6 +5,7 @@ mod verification;
 use crate::errors::{ErrorModel, Motion, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::{MAX_AXES, Machine, PerAxis};
+use crate::policy::of_blob;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
@@ -84,6 +85,12 @@ impl<'a> Runtime<'a> {
     #[must_use]
     pub fn compensation(&self) -> &Largest<'a> {
         &self.0
+    }
+
+    /// The kinematics of a machine with its errors, with the policy of this compensation.
+    #[must_use]
+    pub fn kinematics<'m>(&self, machine: &'m Machine, errors: &'m ErrorModel) -> Kinematics<'m> {
+        Kinematics::new(machine, errors).with_policy(of_blob(self.0.policy()))
     }
 
     /// Corrections (mm, deg).
@@ -197,13 +204,12 @@ const DRAWS: usize = 10_000;
 /// [`DrawError`] where the correction that decides between inside and outside fails, or hardly a
 /// position is in the region.
 pub fn random_commands(
-    machine: &Machine,
-    errors: &ErrorModel,
+    kinematics: &Kinematics<'_>,
     region: Region,
     count: usize,
     seed: u64,
 ) -> Result<Vec<Command>, DrawError> {
-    let kinematics = Kinematics::new(machine, errors);
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::with_capacity(count);
     if region == Region::Outside && !holds_anywhere(machine, errors) {
@@ -274,7 +280,8 @@ mod tests {
         let x = machine.index('X').unwrap();
         for range in [[10.0, 10.2], [500.0, 600.0]] {
             errors.calibrated[x] = range;
-            let drawn = random_commands(&machine, &errors, Region::Inside, 1000, 1);
+            let kinematics = Kinematics::new(&machine, &errors);
+            let drawn = random_commands(&kinematics, Region::Inside, 1000, 1);
             assert!(
                 matches!(drawn, Err(DrawError::Rare { found: 0, .. })),
                 "{drawn:?}"
@@ -282,7 +289,8 @@ mod tests {
         }
         // Half of it: the correction leads out of the other.
         errors.calibrated[x] = [10.0, 11.0];
-        let drawn = random_commands(&machine, &errors, Region::Inside, 1000, 1).unwrap();
+        let kinematics = Kinematics::new(&machine, &errors);
+        let drawn = random_commands(&kinematics, Region::Inside, 1000, 1).unwrap();
         assert_eq!(drawn.len(), 1000);
     }
 }

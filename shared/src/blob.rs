@@ -51,6 +51,25 @@ impl<'a> Reader<'a> {
             .ok_or(LoadError::UnknownVariant { part, found })
     }
 
+    fn policy(&mut self) -> Result<Policy, LoadError> {
+        let damping = 1.0;
+        let known = [
+            Policy::Orientation,
+            Policy::Direction { damping },
+            Policy::Position,
+        ];
+        match self.variant(Part::Policy, &known)? {
+            Policy::Direction { .. } => {
+                let damping: f32 = self.take(Part::Policy)?;
+                if !(Policy::LEAST_DAMPING..=1.0).contains(&damping) {
+                    return Err(LoadError::Damping);
+                }
+                Ok(Policy::Direction { damping })
+            }
+            other => Ok(other),
+        }
+    }
+
     fn format(&mut self, part: Part) -> Result<SampleFormat, LoadError> {
         self.variant(part, &[SampleFormat::F32, SampleFormat::I16])
     }
@@ -116,7 +135,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         };
         let r = &mut reader;
         self.machine = r.take(Part::Machine)?;
-        self.policy = r.variant(Part::Policy, &[Policy::SixRow])?;
+        self.policy = r.policy()?;
         let floats: u32 = r.take(Part::SampleCounts)?;
         let shorts: u32 = r.take(Part::SampleCounts)?;
         self.read_axes(r)?;

@@ -87,7 +87,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         };
         Self {
             machine: "",
-            policy: Policy::SixRow,
+            policy: Policy::Orientation,
             axes: heapless::Vec::new(),
             auxiliaries: heapless::Vec::new(),
             banks: heapless::Vec::new(),
@@ -113,7 +113,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Makes `self` [empty](Self::empty) in place.
     pub(crate) fn clear(&mut self) {
         self.machine = "";
-        self.policy = Policy::SixRow;
+        self.policy = Policy::Orientation;
         self.axes.clear();
         self.auxiliaries.clear();
         self.banks.clear();

@@ -4,6 +4,7 @@
 //! seconds. All positions are *uncorrected commands in machine coordinates*. The order of the
 //! fields is the order on the wire (`docs/src/format.md`); enums may only be appended to.
 
+use core::fmt;
 use serde::{Deserialize, Serialize};
 
 /// Most auxiliary inputs of a compensation.
@@ -20,13 +21,36 @@ pub const GRID_OUTPUTS: usize = 6;
 /// Name of an auxiliary input, at most 16 bytes of UTF-8.
 pub type Name = heapless::String<16>;
 
-/// How the rotary corrections were solved. Stored for the reader; evaluation does not depend on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// What the rotary axes are corrected for. Stored for the reader; evaluation does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Policy {
-    /// Least squares over all six rows of the control Jacobian.
+    /// The tool's orientation: least squares over all six rows of the control Jacobian.
     #[default]
-    SixRow,
+    Orientation,
+    /// The tool's direction: rotation about the tool axis does not count.
+    Direction {
+        /// The damping, [`Policy::LEAST_DAMPING`] to 1: what a radian of rotary correction is worth,
+        /// seen from a radian of direction.
+        damping: f32,
+    },
+    /// Nothing: rotary axes are not corrected.
+    Position,
+}
+
+impl Policy {
+    /// The least damping.
+    pub const LEAST_DAMPING: f32 = 0.01;
+}
+
+impl fmt::Display for Policy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Orientation => f.write_str("orientation"),
+            Self::Direction { damping } => write!(f, "direction, damping {damping}"),
+            Self::Position => f.write_str("position"),
+        }
+    }
 }
 
 /// One axis of the machine: an input of tables and an output of terms.

@@ -346,6 +346,8 @@ pub enum LoadError {
         /// The bank or grid.
         part: Part,
     },
+    /// The damping of the policy is not a number from 0.01 to 1.
+    Damping,
 }
 
 impl fmt::Display for LoadError {
@@ -489,6 +491,7 @@ impl fmt::Display for LoadError {
                     "grid {grid}: must have 1 to 6 different, existing outputs"
                 )
             }
+            Self::Damping => f.write_str("the damping must be a number from 0.01 to 1"),
             Self::PaddingNotZero => f.write_str("the padding after the description is not zero"),
             Self::SectionLength { stated, computed } => write!(
                 f,

@@ -60,7 +60,7 @@ pub fn everything() -> Draft {
     };
     Draft {
         machine: "Everything".to_owned(),
-        policy: Policy::SixRow,
+        policy: Policy::Orientation,
         axes: vec![
             axis(b'X', 400.0),
             axis(b'Y', 250.0),

@@ -3,7 +3,7 @@
 //! as printed where they are right, and corrected where they are misprinted.
 
 use trueaxis_host::errors::{ErrorModel, Parameter, Situation};
-use trueaxis_host::kinematics::{Kinematics, Linearised, Twist};
+use trueaxis_host::kinematics::{Kinematics, Linearised, Policy, Twist};
 use trueaxis_host::machine::{Machine, PerAxis};
 use trueaxis_tests::{Fixed, machine, read};
 
@@ -93,7 +93,10 @@ fn the_block_solution_is_the_pseudo_inverse_of_eq_43_with_two_entries_corrected(
         {
             misprints[k] = misprints[k].max((p - e).abs());
         }
-        let solver = kinematics.jacobian(&q, None).solver().unwrap();
+        let solver = kinematics
+            .jacobian(&q, None)
+            .solver(Policy::Orientation)
+            .unwrap();
         for column in 0..6 {
             let mut e = [0.0; 6];
             e[column] = 1.0;
@@ -312,7 +315,10 @@ fn the_corrections_of_eq_59_agree_and_its_ten_misprints_do_not() {
             t: machine.tip[1],
         };
         let linearised = Linearised::new(&kinematics, &q, &Situation::default());
-        let solver = kinematics.jacobian(&q, None).solver().unwrap();
+        let solver = kinematics
+            .jacobian(&q, None)
+            .solver(Policy::Orientation)
+            .unwrap();
         for (line, worst) in EQ_59.iter().zip(&mut misprints) {
             let error = linearised
                 .column(Parameter::parse(line.name).unwrap())

@@ -1,7 +1,7 @@
 //! The conventions of the kinematics against cases computed by another program.
 
 use trueaxis_host::errors::{ErrorModel, Situation, Switches};
-use trueaxis_host::kinematics::Kinematics;
+use trueaxis_host::kinematics::{Kinematics, Policy};
 use trueaxis_host::machine::{Machine, PerAxis};
 
 fn case(name: &str) {
@@ -9,7 +9,7 @@ fn case(name: &str) {
     let read = |end: &str| std::fs::read_to_string(format!("{folder}{name}.{end}")).unwrap();
     let machine = Machine::from_toml(&read("machine.toml")).unwrap();
     let errors = ErrorModel::from_toml(&read("errors.toml"), &machine).unwrap();
-    let kinematics = Kinematics::new(&machine, &errors);
+    let kinematics = Kinematics::new(&machine, &errors).with_policy(Policy::Orientation);
     let situation = Situation::default();
     let n = machine.axes.len();
     let mut worst = [0.0_f64; 2];

@@ -1,6 +1,7 @@
 //! The examples with measured error motions are those that the generator makes, and what they say.
 
 use trueaxis_host::compile::{self, Options};
+use trueaxis_host::kinematics::Policy;
 use trueaxis_tests::measured::{five_axis_30, mill_21};
 use trueaxis_tests::{errors, machine, read};
 
@@ -74,6 +75,7 @@ fn the_measured_examples_meet_their_tolerances_with_few_samples() {
                 random: 5000,
                 ..Options::default()
             };
+            options.tables.policy = Policy::Orientation;
             options.tables.tolerance = um * 1e-3;
             let compiled = compile::compile(&machine, &errors, &options, &()).unwrap();
             let (built, proof) = (compiled.built, compiled.proof);

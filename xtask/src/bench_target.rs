@@ -14,11 +14,21 @@ use std::path::{Path, PathBuf};
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
-const CALLS: [(&str, &str, u64); 11] = [
+const CALLS: [(&str, &str, u64); 13] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
     (
         "evaluate_huron13_5_axes",
         "  with capacities for five axes",
+        0,
+    ),
+    (
+        "evaluate_huron13_direction",
+        "  for the direction of the tool",
+        450,
+    ),
+    (
+        "evaluate_kolibri10_direction",
+        "  the same, 10 errors of the Kolibri",
         0,
     ),
     ("servo_update_huron13", "servo update: the same", 650),
@@ -104,13 +114,20 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
 fn build(cross: &Cross) -> Result<PathBuf, String> {
     let blobs = target("bench-blobs");
     fs::create_dir_all(&blobs).map_err(|e| format!("{}: {e}", blobs.display()))?;
-    run(cargo()
-        .args(["run", "-q", "-p", "trueaxis-host", "--", "compile"])
-        .arg("examples/huron-k2x8/machine.toml")
-        .arg("examples/huron-k2x8/errors-13.toml")
-        .arg("-o")
-        .arg(blobs.join("huron13.trax"))
-        .stdout(std::process::Stdio::null()))?;
+    for (machine, errors, policy, blob) in [
+        ("huron-k2x8", "errors-13", "orientation", "huron13"),
+        ("huron-k2x8", "errors-13", "direction", "huron13-direction"),
+        ("kolibri", "errors-10", "direction", "kolibri10-direction"),
+    ] {
+        run(cargo()
+            .args(["run", "-q", "-p", "trueaxis-host", "--", "compile"])
+            .arg(format!("examples/{machine}/machine.toml"))
+            .arg(format!("examples/{machine}/{errors}.toml"))
+            .args(["--policy", policy, "-o"])
+            .arg(blobs.join(blob).with_extension("trax"))
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null()))?;
+    }
     run(cargo()
         .args(["run", "-q", "-p", "trueaxis-tests", "--no-default-features"])
         .args(["--example", "bench-blobs", "--"])

@@ -7,6 +7,7 @@ use super::at;
 use super::bad_input::BadInput;
 use super::blame;
 use super::files::{self, MachineFiles};
+use super::policy::PolicyArguments;
 use super::progress::Bar;
 use super::target;
 use answer::{Answer, Proven};
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
 use trueaxis_host::compile::{self, CompileError, Full, Refusal};
 use trueaxis_host::machine::Machine;
+use trueaxis_host::policy::{stored, tolerance_urad};
 use trueaxis_host::schemes::{self, exact};
 use trueaxis_host::target::Target;
 use trueaxis_host::validate::Runtime;
@@ -40,13 +42,16 @@ pub struct Arguments {
     /// The compensation to write
     #[arg(short, long, value_name = "FILE.trax")]
     output: PathBuf,
+    #[command(flatten)]
+    policy: PolicyArguments,
     /// How tables are found
     #[arg(long, value_enum, default_value = "exact")]
     scheme: Scheme,
     /// What is to be least: instructions per evaluation, or the number of tables
     #[arg(long, value_enum, default_value = "cost")]
     minimize: Minimize,
-    /// Largest difference to the kinematic correction: µm, and the same number of µrad
+    /// Largest difference to the kinematic correction, in µm: at the tip, with the same number of µrad
+    /// for the tool's direction, but at least 1; under the other policies of every axis, in µm and µrad
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
     /// Points of every table that is not a straight line (default: as the tolerance needs)
@@ -66,7 +71,7 @@ pub struct Arguments {
     /// Write it even if the tolerance is not met, unless it does harm
     #[arg(long)]
     best_effort: bool,
-    /// Accept corrections whose bound exceeds 1 mm or 1°
+    /// Accept corrections whose bound exceeds 2 mm or 1°
     #[arg(long)]
     allow_large: bool,
     #[command(flatten)]
@@ -135,15 +140,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = files.read()?;
     let options = arguments.options(&machine, target)?;
     let blame = |error| blame::compile(error, files, &machine, &errors);
+    let policy = stored(options.tables.policy);
     let bar = Bar::new();
     let answer = Answer {
         file: output,
         machine: &machine.name,
         scheme: options.scheme.name(),
         zero_at: arguments.zero_at.as_deref(),
+        policy: policy.into(),
+        stored: policy,
         target: &options.tables.target,
         tolerance_um: *tolerance,
-        tolerance_urad: *tolerance,
+        tolerance_urad: tolerance_urad(options.tables.policy, *tolerance),
         meets_tolerance: false,
         written: false,
         proven: None,
@@ -190,7 +198,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let answer = Answer {
         meets_tolerance: proof.meets(*tolerance),
         written,
-        proven: Some(Proven::new(&built, &proof)),
+        proven: Some(Proven::new(&built, &proof, *tolerance)),
         refusals: &refusals,
         full: Full::of(&built, &proof, &options),
         ..answer
@@ -220,6 +228,7 @@ impl Arguments {
                 Scheme::Exact => schemes::Scheme::Exact { minimize },
             },
             tables: schemes::Options {
+                policy: self.policy.kinematic()?,
                 tolerance: self.tolerance * 1e-3,
                 points: self.points.map(|n| n as usize),
                 format: match self.samples {

@@ -5,6 +5,7 @@ use super::bad_input::BadInput;
 use super::blame;
 use super::eval::Along;
 use super::files::{MachineFiles, Text};
+use super::policy::PolicyArguments;
 use clap::Args;
 use trueaxis_host::formats::positions::{self, Input};
 use trueaxis_host::motion;
@@ -26,31 +27,39 @@ pub struct Arguments {
     files: MachineFiles,
     #[command(flatten)]
     along: Along,
+    #[command(flatten)]
+    policy: PolicyArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments { files, along } = arguments;
+    let Arguments {
+        files,
+        along,
+        policy,
+    } = arguments;
     let (machine, errors) = files.read()?;
     let sensors = errors.sensors.iter().map(|s| s.sensor.as_str());
     let inputs = Input::of_machine(&machine, sensors);
     let rows = along.read(&inputs, &[&files.machine, &files.errors])?;
-    let corrections = motion::correct(&machine, &errors, &rows).map_err(|(row, error)| {
-        let place = match Text::read(&along.positions).ok() {
-            Some(text) => positions::line_of(&text.text, row),
-            None => None,
-        };
-        let line = place.map_or(String::new(), |line| format!(", line {line}"));
-        let message = format!("{error} ({}{line})", along.positions.display());
-        blame::not_converged(&message, files, &machine, &errors)
-    })?;
+    let corrections = motion::correct(&machine, &errors, policy.kinematic()?, &rows).map_err(
+        |(row, error)| {
+            let place = match Text::read(&along.positions).ok() {
+                Some(text) => positions::line_of(&text.text, row),
+                None => None,
+            };
+            let line = place.map_or(String::new(), |line| format!(", line {line}"));
+            let message = format!("{error} ({}{line})", along.positions.display());
+            blame::not_converged(&message, files, &machine, &errors)
+        },
+    )?;
     let corrections: Vec<Vec<f64>> = corrections
         .iter()
         .map(|row| row.iter().copied().map(rounded).collect())
         .collect();
     let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
     let outside = motion::outside_machine(&machine, &rows);
-    along.write(&letters, &corrections, &outside)
+    along.write(policy.stored()?, &letters, &corrections, &outside)
 }
 
 /// A correction to 1e-10 mm or deg: finer than the kinematic correction is iterated, and coarse

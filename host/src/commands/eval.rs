@@ -1,14 +1,16 @@
 //! `trueaxis eval`
 
-use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
+use super::{Outcome, screen};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use trueaxis::Policy;
 use trueaxis_host::formats::positions::{self, Input};
 use trueaxis_host::motion::{self, Outside};
+use trueaxis_host::policy::Told;
 use trueaxis_host::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
@@ -47,6 +49,8 @@ pub struct Along {
 
 #[derive(Serialize)]
 struct Corrections<'a, T> {
+    #[serde(flatten)]
+    policy: Told,
     axes: &'a [char],
     outside: &'a [Outside<T>],
     corrections: &'a [Vec<T>],
@@ -54,6 +58,8 @@ struct Corrections<'a, T> {
 
 #[derive(Serialize)]
 struct Written<'a, T> {
+    #[serde(flatten)]
+    policy: Option<Told>,
     file: &'a Path,
     rows: usize,
     outside: &'a [Outside<T>],
@@ -73,18 +79,21 @@ impl Along {
     /// Writes the corrections where they are wanted, and warns of axes outside their travel.
     pub fn write<T: Display + Serialize>(
         &self,
+        policy: Policy,
         letters: &[char],
         corrections: &[Vec<T>],
         outside: &[Outside<T>],
     ) -> Result<Outcome, BadInput> {
         self.warn(outside);
         let answer = Corrections {
+            policy: policy.into(),
             axes: letters,
             outside,
             corrections,
         };
         let csv = || positions::write(letters, corrections);
-        self.finish(corrections.len(), "corrections", csv, &answer, outside)
+        let rows = corrections.len();
+        self.finish(Some(policy), rows, "corrections", csv, &answer, outside)
     }
 
     /// Warns of axes outside their travel.
@@ -94,9 +103,11 @@ impl Along {
         }
     }
 
-    /// Writes what was found at so many rows where it is wanted, as CSV or JSON.
+    /// Writes what was found at so many rows where it is wanted, as CSV or JSON; with the policy, if it
+    /// depends on one.
     pub fn finish<T: Serialize>(
         &self,
+        policy: Option<Policy>,
         rows: usize,
         what: &str,
         csv: impl FnOnce() -> String,
@@ -110,12 +121,15 @@ impl Along {
                 files::write(path, csv().as_bytes())?;
                 if self.json {
                     files::print_json(&Written {
+                        policy: policy.map(Told::from),
                         file: path,
                         rows,
                         outside,
                     })?;
                 } else {
-                    files::print(&format!("{}: {what} of {rows} positions\n", path.display()))?;
+                    let policy = policy.map(screen::policy).unwrap_or_default();
+                    let written = path.display();
+                    files::print(&format!("{written}: {what} of {rows} positions\n{policy}"))?;
                 }
             }
         }
@@ -143,5 +157,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map(|a| char::from(a.name))
         .collect();
     let outside = motion::outside_compensation(compensation, &rows);
-    along.write(&letters, &corrections, &outside)
+    if along.output.is_none() && !along.json {
+        // Not among the rows, which are for programs.
+        eprint!("{}", screen::policy(compensation.policy()));
+    }
+    along.write(compensation.policy(), &letters, &corrections, &outside)
 }

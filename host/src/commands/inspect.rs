@@ -8,6 +8,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis::{AuxiliaryKind, Direction, Grid, Interpolation, Largest, Policy, SampleFormat};
 use trueaxis_host::compile::Size;
+use trueaxis_host::policy::Told;
 use trueaxis_host::validate::Runtime;
 
 /// Show what a compensation consists of
@@ -26,7 +27,10 @@ pub struct Arguments {
 struct Contents<'a> {
     file: &'a Path,
     machine: &'a str,
-    policy: &'static str,
+    #[serde(flatten)]
+    policy: Told,
+    #[serde(skip)]
+    stored: Policy,
     #[serde(flatten)]
     size: Size,
     axes: Vec<AxisEntry>,
@@ -208,9 +212,8 @@ fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
     Contents {
         file: path,
         machine: compensation.machine(),
-        policy: match compensation.policy() {
-            Policy::SixRow => "six-row least squares",
-        },
+        policy: compensation.policy().into(),
+        stored: compensation.policy(),
         size: Size::of(runtime),
         axes: axes.collect(),
         auxiliaries: auxiliaries.collect(),
@@ -228,7 +231,8 @@ fn end(start: f32, step: f32, points: u32) -> f32 {
 fn listing(contents: &Contents<'_>) -> String {
     let mut text = format!("{}: {}\n", contents.file.display(), contents.machine);
     text += &screen::size(&contents.size);
-    let _ = writeln!(text, "rotary corrections by {}\n\naxes", contents.policy);
+    text += &screen::policy(contents.stored);
+    text += "\naxes\n";
     for a in &contents.axes {
         let travel = match (a.travel, a.period) {
             (_, Some(period)) => format!("endless ({period} {})", a.unit),

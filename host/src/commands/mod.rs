@@ -11,6 +11,7 @@ mod files;
 mod flash;
 mod inspect;
 mod monitor;
+mod policy;
 mod port;
 mod pose;
 mod progress;

@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if let Some(along) = along {
         along.warn(&outside);
         let csv = || csv(&poses);
-        return along.finish(rows.len(), "poses", csv, &answer, &outside);
+        return along.finish(None, rows.len(), "poses", csv, &answer, &outside);
     }
     for outside in &outside {
         eprintln!("warning: {outside}");

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use trueaxis_host::compile::{AxisBounds, Proof, Size};
+use trueaxis_host::kinematics::Policy;
 use trueaxis_host::validate::{Quality, Statistics, Verification};
 
 /// Where tables can follow the correction, and where they cannot.
@@ -53,6 +54,13 @@ fn region(text: &mut String, name: &str, verification: &Verification) {
         "  tables differ from the kinematic correction {}",
         difference(verification)
     );
+    if let Policy::Direction { .. } = verification.policy {
+        let axes = verification.deviations.iter();
+        let axes: Vec<String> = axes
+            .map(|found| format!("{} {} {}", found.axis, number(found.deviation), found.unit))
+            .collect();
+        let _ = writeln!(text, "    axis by axis: {}", axes.join(", "));
+    }
 }
 
 fn difference(verification: &Verification) -> String {
@@ -61,8 +69,12 @@ fn difference(verification: &Verification) -> String {
         .iter()
         .map(|q| format!("{q:.1}"))
         .collect();
+    let [tip, direction] = match verification.policy {
+        Policy::Direction { .. } => [" at the tip", " of direction"],
+        Policy::Orientation | Policy::Position => [""; 2],
+    };
     format!(
-        "by at most {} µm and {} µrad (worst at {})",
+        "by at most {} µm{tip} and {} µrad{direction} (worst at {})",
         number(verification.difference_um),
         number(verification.difference_urad),
         place.join(", ")
@@ -125,6 +137,11 @@ pub fn zero(zero_at: Option<&str>) -> String {
     }
 }
 
+/// What rotary axes are corrected for.
+pub fn policy(policy: trueaxis::Policy) -> String {
+    format!("policy: {policy}\n")
+}
+
 /// The largest correction of each axis against its bounds.
 pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
     let mut text = String::from("axis   largest correction         bound         rate bound\n");
@@ -144,6 +161,27 @@ pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
         );
     }
     text
+}
+
+/// Where rotary corrections are largest: near positions where the tool is parallel to a rotary axis.
+pub fn largest(policy: trueaxis::Policy, bounds: &[AxisBounds]) -> String {
+    let trueaxis::Policy::Direction { .. } = policy else {
+        return String::new();
+    };
+    let is_rotary = |bound: &AxisBounds| bound.unit == "deg";
+    let places = bounds.iter().filter(|bound| is_rotary(bound)).map(|bound| {
+        let rotary = bounds.iter().zip(&bound.at);
+        let rotary = rotary.filter(|(other, _)| is_rotary(other));
+        let place: Vec<String> = rotary
+            .map(|(other, q)| format!("{} = {q:.1}", other.axis))
+            .collect();
+        format!("that of {} at {}", bound.axis, place.join(", "))
+    });
+    let places: Vec<String> = places.collect();
+    if places.is_empty() {
+        return String::new();
+    }
+    format!("largest rotary corrections: {}\n", places.join("; "))
 }
 
 /// What another tool does.

@@ -10,7 +10,8 @@ use super::{Outcome, screen};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use trueaxis_host::compile::{self, Proof, Refusal, Size};
+use trueaxis_host::compile::{self, Proof, Refusal, Size, Warning};
+use trueaxis_host::policy::{Told, of_blob, tolerance_urad};
 use trueaxis_host::schemes;
 use trueaxis_host::validate::Runtime;
 
@@ -32,7 +33,7 @@ pub struct Arguments {
     blob: PathBuf,
     #[command(flatten)]
     random: Random,
-    /// Largest difference to the kinematic correction that passes: µm, and as many µrad
+    /// Largest difference to the kinematic correction that passes, as in `compile`
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
     /// The position that `compile` was given with --zero-at
@@ -49,10 +50,13 @@ struct Answer<'a> {
     file: &'a Path,
     machine: &'a str,
     zero_at: Option<&'a str>,
+    #[serde(flatten)]
+    policy: Told,
     tolerance_um: f64,
     tolerance_urad: f64,
     meets_tolerance: bool,
     refusals: &'a [Refusal],
+    warnings: &'a [Warning],
     #[serde(flatten)]
     size: Size,
     #[serde(flatten)]
@@ -76,7 +80,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_deref()
         .map(|text| at::zero_position(text, &machine))
         .transpose()?;
+    let policy = runtime.compensation().policy();
     let subtracted = schemes::Options {
+        policy: of_blob(policy),
         zero_at,
         ..schemes::Options::default()
     };
@@ -98,16 +104,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     .map_err(blame)?;
     drop(bar);
     let refusals = proof.refusals(*tolerance);
+    let warnings = compile::worse(&proof, *tolerance);
     let size = Size::of(&runtime);
     if arguments.json {
         files::print_json(&Answer {
             file: path,
             machine: &machine.name,
             zero_at: arguments.zero_at.as_deref(),
+            policy: policy.into(),
             tolerance_um: *tolerance,
-            tolerance_urad: *tolerance,
+            tolerance_urad: tolerance_urad(of_blob(policy), *tolerance),
             meets_tolerance: proof.meets(*tolerance),
             refusals: &refusals,
+            warnings: &warnings,
             size,
             proof: &proof,
         })?;
@@ -116,10 +125,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let text = title
             + &screen::size(&size)
             + &screen::zero(arguments.zero_at.as_deref())
+            + &screen::policy(policy)
             + "\n"
             + &screen::quality(&proof, *tolerance)
             + &screen::tool_length(&proof);
         files::print(&text)?;
+    }
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
     }
     for refusal in &refusals {
         eprintln!("{refusal}");

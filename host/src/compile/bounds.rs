@@ -2,8 +2,11 @@
 
 use super::Progress;
 use crate::errors::ErrorModel;
+use crate::kinematics::{Kinematics, Policy};
 use crate::machine::{MAX_AXES, Machine};
 use crate::validate::{Command, DrawError, Region, Runtime, random_commands};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -12,6 +15,10 @@ use serde::Serialize;
 const POSITIONS: usize = 20_000;
 /// Room above the largest value found.
 const MARGIN: f64 = 1.25;
+/// Positions near each largest value and each largest rate.
+const AROUND: usize = 300;
+/// A correction that is this part of the largest is as large.
+const AS_LARGE: f64 = 0.99;
 /// Least value bound of linear (mm) and of rotary axes (deg).
 const LEAST_VALUE: f64 = 0.01;
 const LEAST_VALUE_ROTARY: f64 = 0.001;
@@ -33,12 +40,22 @@ pub struct AxisBounds {
     pub unit: &'static str,
     /// Largest correction found (mm, deg).
     pub largest: f64,
+    /// Where it is (mm, deg, one per axis): the first of all places where it is hardly less.
+    pub at: Vec<f64>,
     /// Value bound (mm, deg).
     pub value_bound: f32,
     /// Rate bound (mm/s, deg/s).
     pub rate_bound: f32,
     /// Ramp rate (mm/s, deg/s).
     pub ramp_rate: f32,
+}
+
+impl AxisBounds {
+    /// The largest value bound (mm, deg) that protects from anything.
+    #[must_use]
+    pub fn most(&self) -> f32 {
+        if self.unit == "mm" { 2.0 } else { 1.0 }
+    }
 }
 
 /// A largest correction, and where it is.
@@ -52,78 +69,70 @@ pub struct Peak {
     pub rate: f64,
     /// Where the value is.
     pub at: Command,
+    /// Where the rate is.
+    pub steepest: Command,
 }
 
 /// The largest corrections and rates of every axis.
 pub struct Survey<'a> {
-    machine: &'a Machine,
+    /// The machine with its errors and the policy.
+    pub kinematics: Kinematics<'a>,
     /// One per axis.
     pub largest: Vec<Peak>,
+    /// Of each axis the first of all places at which its correction is as large.
+    as_large: Vec<Command>,
 }
 
 impl<'a> Survey<'a> {
     /// Looks at many positions.
     pub fn new(
         machine: &'a Machine,
-        errors: &ErrorModel,
+        errors: &'a ErrorModel,
         runtime: &Runtime<'_>,
         seed: u64,
         progress: &dyn Progress,
     ) -> Result<Self, DrawError> {
-        let mut commands =
-            random_commands(machine, errors, Region::Travel, POSITIONS, seed ^ 0x5eed)?;
+        let kinematics = runtime.kinematics(machine, errors);
+        let mut commands = random_commands(&kinematics, Region::Travel, POSITIONS, seed ^ 0x5eed)?;
         let mut corners = commands.clone();
         for (number, command) in corners.iter_mut().enumerate() {
             to_corner(machine, errors, command, number);
         }
         commands.append(&mut corners);
         progress.stage("bounding the corrections", commands.len());
-        let n = machine.axes.len();
-        let start = || {
-            let at = Command::at(machine, &[]);
-            vec![
-                Peak {
-                    value: 0.0,
-                    correction: 0.0,
-                    rate: 0.0,
-                    at
-                };
-                n
-            ]
-        };
-        let largest = commands
-            .par_iter()
-            .fold(start, |mut peaks, command| {
-                let values = runtime.evaluate(command);
-                let rates = rates(machine, runtime, command, &values);
-                for (i, peak) in peaks.iter_mut().enumerate() {
-                    let correction = f64::from(values[i]);
-                    if correction.abs() > peak.value {
-                        (peak.value, peak.correction, peak.at) =
-                            (correction.abs(), correction, *command);
-                    }
-                    peak.rate = peak.rate.max(rates[i]);
-                }
-                progress.step();
-                peaks
-            })
-            .reduce(start, |mut a, b| {
-                for (a, b) in a.iter_mut().zip(b) {
-                    let rate = a.rate.max(b.rate);
-                    if b.value > a.value {
-                        *a = b;
-                    }
-                    a.rate = rate;
-                }
-                a
+        let mut largest = peaks(machine, runtime, &commands, progress);
+        if let Policy::Direction { damping } = kinematics.policy {
+            // Peaks may be narrower than random positions are apart.
+            let mut random = Pcg64Mcg::seed_from_u64(seed);
+            let tops: Vec<Command> = largest.iter().flat_map(|p| [p.at, p.steepest]).collect();
+            let near = tops.iter().flat_map(|top| {
+                let around = |_| around(machine, top, damping.to_degrees(), &mut random);
+                (0..AROUND).map(around).collect::<Vec<_>>()
             });
-        Ok(Self { machine, largest })
+            let near: Vec<Command> = near.collect();
+            let found = peaks(machine, runtime, &near, progress);
+            largest = worse(largest, found);
+            commands.extend(near);
+        }
+        let as_large = (0..machine.axes.len()).map(|i| {
+            let most = AS_LARGE * largest[i].value;
+            let place = commands
+                .par_iter()
+                .find_first(|c| f64::from(runtime.evaluate(c)[i].abs()) >= most);
+            place.copied().unwrap_or(largest[i].at)
+        });
+        Ok(Self {
+            as_large: as_large.collect(),
+            kinematics,
+            largest,
+        })
     }
 
     /// The bounds that follow.
     pub fn bounds(&self) -> Vec<AxisBounds> {
-        let axes = self.machine.axes.iter().zip(&self.largest);
-        axes.map(|(axis, peak)| {
+        let machine = self.kinematics.machine;
+        let axes = machine.axes.iter().zip(&self.largest).zip(&self.as_large);
+        axes.map(|((axis, peak), place)| {
             let least = if axis.letter.is_rotary() {
                 LEAST_VALUE_ROTARY
             } else {
@@ -135,6 +144,10 @@ impl<'a> Survey<'a> {
                 axis: axis.letter.char(),
                 unit: axis.unit(),
                 largest: peak.value,
+                at: place.axes[..machine.axes.len()]
+                    .iter()
+                    .map(|q| f64::from(*q))
+                    .collect(),
                 value_bound: value_bound as f32,
                 rate_bound: (MARGIN * peak.rate + ramp_rate).max(LEAST_RATE) as f32,
                 ramp_rate: ramp_rate as f32,
@@ -142,6 +155,71 @@ impl<'a> Survey<'a> {
         })
         .collect()
     }
+}
+
+/// The largest corrections and rates at some positions.
+fn peaks(
+    machine: &Machine,
+    runtime: &Runtime<'_>,
+    commands: &[Command],
+    progress: &dyn Progress,
+) -> Vec<Peak> {
+    let start = || {
+        let at = Command::at(machine, &[]);
+        let none = Peak {
+            value: 0.0,
+            correction: 0.0,
+            rate: 0.0,
+            at,
+            steepest: at,
+        };
+        vec![none; machine.axes.len()]
+    };
+    commands
+        .par_iter()
+        .fold(start, |mut peaks, command| {
+            let values = runtime.evaluate(command);
+            let rates = rates(machine, runtime, command, &values);
+            for (i, peak) in peaks.iter_mut().enumerate() {
+                let correction = f64::from(values[i]);
+                if correction.abs() > peak.value {
+                    (peak.value, peak.correction, peak.at) =
+                        (correction.abs(), correction, *command);
+                }
+                if rates[i] > peak.rate {
+                    (peak.rate, peak.steepest) = (rates[i], *command);
+                }
+            }
+            progress.step();
+            peaks
+        })
+        .reduce(start, worse)
+}
+
+/// The larger of each two.
+fn worse(mut a: Vec<Peak>, b: Vec<Peak>) -> Vec<Peak> {
+    for (a, b) in a.iter_mut().zip(b) {
+        if b.rate > a.rate {
+            (a.rate, a.steepest) = (b.rate, b.steepest);
+        }
+        if b.value > a.value {
+            (a.value, a.correction, a.at) = (b.value, b.correction, b.at);
+        }
+    }
+    a
+}
+
+/// The same position with each rotary axis up to so many degrees off.
+fn around(machine: &Machine, command: &Command, degrees: f64, random: &mut Pcg64Mcg) -> Command {
+    let mut near = *command;
+    for (q, axis) in near.axes.iter_mut().zip(&machine.axes) {
+        if axis.letter.is_rotary() {
+            let [low, high] = axis.travel.map(|t| t as f32);
+            let off = degrees * (2.0 * random.random::<f64>() - 1.0);
+            *q = (*q + off as f32).clamp(low, high);
+        }
+    }
+    near
 }
 
 /// Moves linear axes and auxiliaries to one of their ends each, as the bits of `number` say.

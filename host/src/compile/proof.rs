@@ -2,7 +2,6 @@
 
 use super::{CompileError, Progress};
 use crate::errors::ErrorModel;
-use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
 use crate::validate::{
     DrawError, Measured, Region, Runtime, Verification, holds_anywhere, is_partly_calibrated,
@@ -46,8 +45,8 @@ impl Proof {
         self.inside.as_ref().unwrap_or(&self.travel)
     }
 
-    /// True if the tables differ from the kinematic correction by at most `um` µm and as many
-    /// µrad where no error motion holds its end value.
+    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by
+    /// what the policy makes of that, where no error motion holds its end value.
     #[must_use]
     pub fn meets(&self, um: f64) -> bool {
         self.inside().meets(um)
@@ -140,8 +139,9 @@ pub fn prove(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Proof, CompileError> {
+    let kinematics = runtime.kinematics(machine, errors);
     let measure = |region: Region, seed: u64| {
-        let commands = random_commands(machine, errors, region, random, seed)?;
+        let commands = random_commands(&kinematics, region, random, seed)?;
         progress.stage("verifying", commands.len());
         let step = || progress.step();
         let measured = Measured::new(machine, errors, runtime, zero, commands, step)?;
@@ -180,13 +180,12 @@ fn length_sensitivity(
     zero: &PerAxis,
     seed: u64,
 ) -> Result<f64, DrawError> {
-    let kinematics = Kinematics::new(machine, errors);
+    let kinematics = runtime.kinematics(machine, errors);
     let own = machine.tool_length();
     let shorter = (own - LENGTH_CHANGE).max(0.0);
     let longer = shorter + 2.0 * LENGTH_CHANGE;
     let commands = random_commands(
-        machine,
-        errors,
+        &kinematics,
         Region::Travel,
         LENGTH_POSITIONS,
         seed ^ FRESH ^ 2,

@@ -1,6 +1,8 @@
 //! A target that holds too little for the tolerance.
 
+use super::verdict::wanted;
 use super::{Built, Options, Proof};
+use crate::policy::tolerance_urad;
 use crate::target::Usage;
 use serde::Serialize;
 
@@ -8,17 +10,19 @@ use serde::Serialize;
 /// that keeps to its target makes no tables that do not fit.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
-    "the target {target} holds too little for {tolerance_um} µm and µrad; the best that fits takes {}{}",
-    list(.used), or(.fits_um)
+    "the target {target} holds too little for {}; the best that fits takes {}{}",
+    wanted(*.tolerance_um, *.tolerance_urad), list(.used), or(.fits_um)
 )]
 pub struct Full {
     /// Name of the target.
     pub target: String,
-    /// What was wanted, of linear axes (µm) and of rotary ones (µrad).
+    /// What was wanted of linear axes, or at the tip (µm).
     pub tolerance_um: f64,
+    /// What was wanted of rotary axes, or of the tool's direction (µrad).
+    pub tolerance_urad: f64,
     /// What was found takes so much of it.
     pub used: Vec<Usage>,
-    /// A coarser tolerance (µm, µrad) with which it fits, if the scheme has found one. That less was
+    /// A coarser tolerance (µm) with which it fits, if the scheme has found one. That less was
     /// reached does not mean that the scheme would reach it again from there.
     pub fits_um: Option<f64>,
 }
@@ -35,6 +39,7 @@ impl Full {
         Some(Self {
             target: tables.target.name.clone(),
             tolerance_um,
+            tolerance_urad: tolerance_urad(tables.policy, tolerance_um),
             used: tables.target.usage(&built.size),
             // The scheme has measured at positions of its own: those of the proof decide.
             fits_um: built
@@ -78,6 +83,7 @@ mod tests {
         let mut full = Full {
             target: "small".to_owned(),
             tolerance_um: 0.05,
+            tolerance_urad: 0.05,
             used: vec![usage("tables", 9, 9), usage("terms", 11, 12)],
             fits_um: Some(0.5),
         };

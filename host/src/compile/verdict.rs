@@ -1,6 +1,7 @@
 //! Whether a proven compensation may be written.
 
 use super::Proof;
+use crate::policy::tolerance_urad;
 use serde::Serialize;
 
 /// Why a proven compensation is not written, worst first.
@@ -24,16 +25,28 @@ pub enum Refusal {
     },
     /// The tables are farther from the kinematic correction than wanted.
     #[error(
-        "the tolerance of {tolerance_um} µm and µrad is not met: {reached_um:.4} µm and {reached_urad:.4} µrad were reached"
+        "the tolerance of {} is not met: {reached_um:.4} µm and {reached_urad:.4} µrad were reached",
+        wanted(*.tolerance_um, *.tolerance_urad)
     )]
     Tolerance {
-        /// What was wanted, of linear axes (µm) and of rotary ones (µrad).
+        /// What was wanted of linear axes, or at the tip (µm).
         tolerance_um: f64,
-        /// What was reached by linear axes (µm).
+        /// What was wanted of rotary axes, or of the tool's direction (µrad).
+        tolerance_urad: f64,
+        /// What was reached of the first (µm).
         reached_um: f64,
-        /// What was reached by rotary axes (µrad).
+        /// What was reached of the second (µrad).
         reached_urad: f64,
     },
+}
+
+/// A tolerance in µm and in µrad.
+pub(super) fn wanted(um: f64, urad: f64) -> String {
+    if um == urad {
+        format!("{um} µm and µrad")
+    } else {
+        format!("{um} µm at the tip and {urad} µrad of the tool's direction")
+    }
 }
 
 impl Refusal {
@@ -50,14 +63,20 @@ impl Refusal {
 
 impl Proof {
     /// What speaks against writing the compensation, worst first; nothing if all checks hold.
-    /// `tolerance` in µm and µrad.
+    /// `tolerance` in µm.
     #[must_use]
     pub fn refusals(&self, tolerance: f64) -> Vec<Refusal> {
         let harmful = self
             .travel
             .deviations
             .iter()
-            .filter(|found| found.deviation > tolerance.max(found.kinematic))
+            .filter(|found| {
+                let allowed = match found.unit {
+                    "µm" => tolerance,
+                    _ => tolerance_urad(self.travel.policy, tolerance),
+                };
+                found.deviation > allowed.max(found.kinematic)
+            })
             .map(|found| Refusal::Harm {
                 axis: found.axis,
                 unit: found.unit,
@@ -67,6 +86,7 @@ impl Proof {
         let inside = self.inside();
         let missed = (!self.meets(tolerance)).then_some(Refusal::Tolerance {
             tolerance_um: tolerance,
+            tolerance_urad: tolerance_urad(inside.policy, tolerance),
             reached_um: inside.difference_um,
             reached_urad: inside.difference_urad,
         });

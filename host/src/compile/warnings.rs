@@ -1,10 +1,11 @@
 //! What a user should know about a compensation that is no error.
 
-use super::AxisBounds;
 use super::bounds::{Peak, Survey};
-use crate::errors::{ErrorModel, Parameter, ParameterKind, Switches};
-use crate::kinematics::{Kinematics, Linearised, NotConverged, Twist};
+use super::{AxisBounds, Proof};
+use crate::errors::{Parameter, ParameterKind, Switches};
+use crate::kinematics::{Kinematics, Linearised, NotConverged, Policy, Twist};
 use crate::machine::Machine;
+use crate::policy::tolerance_urad;
 use crate::validate::Runtime;
 use serde::Serialize;
 
@@ -52,6 +53,30 @@ pub enum Warning {
         /// `mm` or `deg`.
         unit: &'static str,
     },
+    /// The volumetric error is larger after than before.
+    #[error("{what} is worse after than before: {after:.4} {unit} instead of {before:.4} {unit}{}", .place)]
+    Worse {
+        /// Which figure: mean or largest, translation or direction.
+        what: &'static str,
+        /// Without correction (µm, µrad).
+        before: f64,
+        /// With the tables (µm, µrad).
+        after: f64,
+        /// `µm` or `µrad`.
+        unit: &'static str,
+        /// In which part of the travel, if it is a part.
+        place: &'static str,
+    },
+    /// At some positions the tool's direction is worse after than before, though it should be nowhere.
+    #[error(
+        "the tool's direction is worse after than before by more than 1 µrad at {count} of {positions} positions"
+    )]
+    Turned {
+        /// How many.
+        count: usize,
+        /// Out of so many.
+        positions: usize,
+    },
     /// A table in a product ends before the travel of its axis: it holds its end value there,
     /// which is wrong kinematics.
     #[error(
@@ -77,20 +102,18 @@ fn blame(culprit: &Option<Culprit>, unit: &str) -> String {
 }
 
 /// Corrections over the usual size.
-pub fn large(
-    machine: &Machine,
-    errors: &ErrorModel,
-    survey: &Survey<'_>,
-) -> Result<Vec<Warning>, NotConverged> {
+pub fn large(survey: &Survey<'_>) -> Result<Vec<Warning>, NotConverged> {
     let mut warnings = Vec::new();
-    for ((axis, bound), peak) in machine
+    let kinematics = &survey.kinematics;
+    for ((axis, bound), peak) in kinematics
+        .machine
         .axes
         .iter()
         .zip(survey.bounds())
         .zip(&survey.largest)
     {
         if peak.value > LARGE[usize::from(axis.letter.is_rotary())] {
-            warnings.push(culprit(machine, errors, &bound, peak)?);
+            warnings.push(culprit(kinematics, &bound, peak)?);
         }
     }
     Ok(warnings)
@@ -98,24 +121,23 @@ pub fn large(
 
 /// Names the place of a correction and the error that causes most of it, by the linearised model.
 pub fn culprit(
-    machine: &Machine,
-    errors: &ErrorModel,
+    kinematics: &Kinematics<'_>,
     bound: &AxisBounds,
     peak: &Peak,
 ) -> Result<Warning, NotConverged> {
     let at = &peak.at;
-    let kinematics = Kinematics::new(machine, errors);
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
     let (q, situation) = at.kinematic(machine);
     let index = machine.index(bound.axis).unwrap_or(0);
     let axis = &machine.axes[index];
     let solver = kinematics
         .jacobian(&q, situation.length)
-        .solver()
+        .solver(kinematics.policy)
         .ok_or(NotConverged {
             step: f64::INFINITY,
             iterations: 0,
         })?;
-    let linearised = Linearised::new(&kinematics, &q, &situation);
+    let linearised = Linearised::new(kinematics, &q, &situation);
     let part = |twist: &Twist, value: f64| axis.to_command(solver.correct(twist)[index] * value);
     let mut parts: Vec<Culprit> = Vec::new();
     for (parameter, value) in &errors.parameters {
@@ -213,6 +235,65 @@ pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
                     to,
                 });
             }
+        }
+    }
+    warnings
+}
+
+/// Where the volumetric error is larger after than before by more than the tolerance (µm) can explain.
+#[must_use]
+pub fn worse(proof: &Proof, tolerance: f64) -> Vec<Warning> {
+    let parts = match (&proof.inside, &proof.outside) {
+        (Some(inside), outside) if proof.partly_calibrated => {
+            let outside = outside
+                .iter()
+                .map(|found| (found, ", where an error motion holds its end value"));
+            let inside = (inside, ", where no error motion holds its end value");
+            std::iter::once(inside).chain(outside).collect()
+        }
+        _ => vec![(&proof.travel, "")],
+    };
+    let mut warnings = Vec::new();
+    for (found, place) in parts {
+        let urad = tolerance_urad(found.policy, tolerance);
+        let [before, after] = [&found.before, &found.after];
+        let [from, to] = [&before.translation_um, &after.translation_um];
+        let [turned_from, turned_to] = [&before.direction_urad, &after.direction_urad];
+        for (what, before, after, unit, slack) in [
+            ("the mean translation", from.mean, to.mean, "µm", tolerance),
+            ("the largest translation", from.max, to.max, "µm", tolerance),
+            (
+                "the mean tool direction",
+                turned_from.mean,
+                turned_to.mean,
+                "µrad",
+                urad,
+            ),
+            (
+                "the largest tool direction",
+                turned_from.max,
+                turned_to.max,
+                "µrad",
+                urad,
+            ),
+        ] {
+            if after > before + slack {
+                warnings.push(Warning::Worse {
+                    what,
+                    before,
+                    after,
+                    unit,
+                    place,
+                });
+            }
+        }
+        if let Policy::Direction { .. } = found.policy
+            && found.direction_worse > 0
+        {
+            warnings.push(Warning::Turned {
+                count: found.direction_worse,
+                positions: found.positions,
+            });
         }
     }
     warnings

@@ -2,7 +2,7 @@
 
 use super::SchemeError;
 use crate::errors::{ErrorModel, Situation, Switches};
-use crate::kinematics::Kinematics;
+use crate::kinematics::{Kinematics, Policy};
 use crate::machine::{Machine, PerAxis};
 use crate::target::Target;
 use trueaxis::SampleFormat;
@@ -10,6 +10,8 @@ use trueaxis::SampleFormat;
 /// What the tables are to be like, whatever the scheme.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
+    /// What rotary axes are corrected for.
+    pub policy: Policy,
     /// How far table corrections may be from the kinematic correction: mm for linear axes, the
     /// same number in milliradians for rotary ones (0.05 µm and 0.05 µrad: 5e-5).
     pub tolerance: f64,
@@ -27,6 +29,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
+            policy: Policy::default(),
             tolerance: 5e-5,
             points: None,
             format: SampleFormat::F32,
@@ -53,11 +56,8 @@ impl Options {
             });
         }
         let q = machine.to_kinematic(position);
-        let correction = Kinematics::new(machine, errors).correction(
-            &q,
-            &Situation::default(),
-            &Switches::ALL,
-        )?;
+        let kinematics = Kinematics::new(machine, errors).with_policy(self.policy);
+        let correction = kinematics.correction(&q, &Situation::default(), &Switches::ALL)?;
         Ok(correction.dq)
     }
 }

@@ -2,8 +2,10 @@
 
 use super::{Command, Runtime, holds};
 use crate::errors::{ErrorModel, Switches};
-use crate::kinematics::{Kinematics, NotConverged, Twist};
+use crate::kinematics::{NotConverged, Policy, Twist};
 use crate::machine::{MAX_AXES, Machine, PerAxis};
+use crate::policy::tolerance_urad;
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -71,10 +73,16 @@ pub struct Verification {
     pub after: Quality,
     /// With the exact kinematic correction: what no correction can do better.
     pub kinematic: Quality,
-    /// Largest difference of table corrections to kinematic corrections of a linear axis (µm).
+    /// Largest difference of table corrections to kinematic corrections in what matters: at the tip under
+    /// the policy *direction*, of a linear axis under the others (µm).
     pub difference_um: f64,
-    /// The same of a rotary axis (µrad).
+    /// The same in rotation: of the tool's direction, or of a rotary axis (µrad).
     pub difference_urad: f64,
+    /// Positions at which the tool's direction is worse after than before, by more than 1 µrad.
+    pub direction_worse: usize,
+    /// What the rotary axes are corrected for.
+    #[serde(skip)]
+    pub policy: Policy,
     /// The same of each axis, beside its largest kinematic correction.
     pub deviations: Vec<AxisDeviation>,
     /// Where the worst difference is (mm, deg): the first of all places where it is hardly less.
@@ -84,16 +92,20 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// True if the tables differ from the kinematic correction by at most `um` µm and as many µrad.
+    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by
+    /// what the policy makes of that ([`tolerance_urad`]).
     #[must_use]
     pub fn meets(&self, um: f64) -> bool {
-        self.difference_um <= um && self.difference_urad <= um
+        self.difference_um <= um && self.difference_urad <= tolerance_urad(self.policy, um)
     }
 }
 
 /// Places whose difference is this part of the largest are as bad: where a table depends on one axis
 /// only, many are, and the last bit of a mathematical library must not decide which one is named.
 const AS_BAD: f64 = 0.99;
+
+/// A direction that is worse by less than this (rad) is as good as before.
+const WORSE: f64 = 1e-6;
 
 /// One position: before, after, and with the kinematic correction.
 struct Sample {
@@ -103,6 +115,8 @@ struct Sample {
     direction: [f64; 3],
     /// Of the tables from the kinematic correction, without sign (mm, rad).
     deviation: PerAxis,
+    /// The same at the tip (mm), and of the tool's direction (rad).
+    apart: [f64; 2],
     /// The kinematic correction less that of the zero position, without sign (mm, rad).
     kinematic: PerAxis,
     /// Of the tables (mm, deg).
@@ -114,6 +128,7 @@ struct Sample {
 /// What was measured at given commands, to be looked at as a whole or in parts.
 pub struct Measured<'a> {
     machine: &'a Machine,
+    policy: Policy,
     commands: Vec<Command>,
     samples: Vec<Sample>,
 }
@@ -134,12 +149,12 @@ impl<'a> Measured<'a> {
         commands: Vec<Command>,
         progress: impl Fn() + Sync,
     ) -> Result<Self, NotConverged> {
-        let kinematics = Kinematics::new(machine, errors);
-        let direction = |error: &Twist| {
-            let mut r = error.r;
+        let kinematics = runtime.kinematics(machine, errors);
+        let across = |mut r: Vector3<f64>| {
             r[machine.tool_axis] = 0.0;
             r.norm()
         };
+        let direction = |error: &Twist| across(error.r);
         let samples: Result<Vec<Sample>, NotConverged> = commands
             .par_iter()
             .map(|command| {
@@ -156,6 +171,10 @@ impl<'a> Measured<'a> {
                 Ok(Sample {
                     translation: errors_left.each_ref().map(|error| error.t.norm()),
                     direction: errors_left.each_ref().map(direction),
+                    apart: [
+                        (errors_left[1].t - errors_left[2].t).norm(),
+                        across(errors_left[1].r - errors_left[2].r),
+                    ],
                     deviation: std::array::from_fn(|i| (dq[i] - exact[i]).abs()),
                     kinematic: std::array::from_fn(|i| (exact[i] - zero[i]).abs()),
                     corrections,
@@ -165,6 +184,7 @@ impl<'a> Measured<'a> {
             .collect();
         Ok(Self {
             machine,
+            policy: kinematics.policy,
             commands,
             samples: samples?,
         })
@@ -223,10 +243,20 @@ impl<'a> Measured<'a> {
                 .map(|(_, found)| found.deviation)
                 .fold(0.0, f64::max)
         };
-        let (difference_um, difference_urad) = (worst(false), worst(true));
-        let bad = AS_BAD * difference_um.max(difference_urad);
+        let [difference_um, difference_urad] = match self.policy {
+            Policy::Direction { .. } => [most(&|s| s.apart[0]) * 1e3, most(&|s| s.apart[1]) * 1e6],
+            Policy::Orientation | Policy::Position => [worst(false), worst(true)],
+        };
+        let is_worst = |s: &Sample| match self.policy {
+            // The direction may deviate so much more that it hardly ever counts.
+            Policy::Direction { .. } => s.apart[0] * 1e3 >= AS_BAD * difference_um,
+            Policy::Orientation | Policy::Position => {
+                let bad = AS_BAD * difference_um.max(difference_urad);
+                axes.clone().any(|i| s.deviation[i] * scale(i) >= bad)
+            }
+        };
         let worst_at = places()
-            .find(|(s, _)| axes.clone().any(|i| s.deviation[i] * scale(i) >= bad))
+            .find(|(s, _)| is_worst(s))
             .map(|(_, command)| axes.clone().map(|i| f64::from(command.axes[i])).collect())
             .unwrap_or_default();
         Verification {
@@ -236,6 +266,10 @@ impl<'a> Measured<'a> {
             kinematic: quality(2),
             difference_um,
             difference_urad,
+            direction_worse: samples()
+                .filter(|s| s.direction[1] > s.direction[0] + WORSE)
+                .count(),
+            policy: self.policy,
             deviations,
             worst_at,
             largest: axes

@@ -317,7 +317,7 @@ fn a_table_that_does_not_close_over_the_turn_is_refused() {
 }
 
 #[test]
-fn a_bound_over_a_millimetre_is_refused_unless_allowed() {
+fn a_bound_over_two_millimetres_is_refused_unless_allowed() {
     let folder = Folder::new();
     let errors = folder.file(
         "errors.toml",
@@ -339,9 +339,9 @@ fn a_bound_over_a_millimetre_is_refused_unless_allowed() {
     refused(
         &arguments,
         &[
-            "the correction of X reaches",
+            "the correction of Y reaches",
             "because of EB0Z",
-            "more than 1 mm is refused",
+            "more than 2 mm is refused",
             "--allow-large",
         ],
     );

@@ -28,7 +28,17 @@ fn compiled(folder: &Folder, errors: &str) -> [String; 3] {
     let blob = folder.at("out.trax");
     answer(
         0,
-        &["compile", &machine, &errors, "-o", &blob, "--random", "200"],
+        &[
+            "compile",
+            &machine,
+            &errors,
+            "-o",
+            &blob,
+            "--random",
+            "200",
+            "--policy",
+            "orientation",
+        ],
     );
     [machine, errors, blob]
 }
@@ -50,7 +60,15 @@ fn an_endless_axis_with_only_a_backlash_keeps_its_direction_over_the_turn() {
     );
     let exact = answer(
         0,
-        &["correct", &machine, &errors, "--positions", &positions],
+        &[
+            "correct",
+            &machine,
+            &errors,
+            "--positions",
+            &positions,
+            "--policy",
+            "orientation",
+        ],
     );
     let half = 20.0e-6_f64.to_degrees();
     for ((found, exact), sign) in found.iter().zip(column(&exact, "dC")).zip(SIGNS) {

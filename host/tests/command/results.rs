@@ -4,6 +4,7 @@ use crate::program::{Folder, answer, blob, example};
 use serde_json::Value;
 use trueaxis::{AlignedBlob, Travel};
 use trueaxis_host::errors::ErrorModel;
+use trueaxis_host::kinematics::Kinematics;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::{Command, Region, Runtime, random_commands};
 
@@ -77,7 +78,7 @@ fn compile_says_what_it_did_and_writes_what_it_says() {
         assert!((number("ramp_rate") - (2.0 * number("value_bound")).max(0.01)).abs() < 1e-6);
         assert!(number("rate_bound") >= 0.1 && number("rate_bound") > number("ramp_rate"));
     }
-    assert!(answer["um_per_mm_of_tool_length"].as_f64().unwrap() > 0.01);
+    assert!(answer["um_per_mm_of_tool_length"].as_f64().unwrap() > 0.0);
 }
 
 #[test]
@@ -167,7 +168,9 @@ fn verify_sees_a_missed_tolerance_as_compile_did() {
     assert_eq!(output.status.code(), Some(1));
     let said = crate::program::plain(&output.stderr);
     assert!(
-        said.contains("the tolerance of 0.05 µm and µrad is not met"),
+        said.contains(
+            "the tolerance of 0.05 µm at the tip and 1 µrad of the tool's direction is not met"
+        ),
         "{said}"
     );
     assert!(
@@ -281,12 +284,12 @@ fn the_verdict_does_not_depend_on_how_many_positions_fall_past_the_ends_of_trave
         let found = json(0, &[&words[..], &["--json"]].concat());
         assert_eq!(found["meets_tolerance"], true);
         assert_eq!(found["partly_calibrated"], false);
-        assert!(found["inside"]["difference_um"].as_f64().unwrap() < 0.04);
+        assert!(found["inside"]["difference_um"].as_f64().unwrap() < 0.05);
         (found["difference_um"].as_f64().unwrap(), answer(0, &words))
     };
     for random in ["2000", "20000"] {
         let (difference, shown) = compile(random);
-        assert!(difference < 0.04);
+        assert!(difference < 0.05);
         assert!(!shown.contains("holds its end value"), "{shown}");
     }
     // One position in ten thousand is there.
@@ -393,7 +396,8 @@ fn eval_gives_the_bits_of_the_runtime() {
         "huron-k2x8/machine-tool-length.toml",
         "huron-k2x8/errors-13.toml",
     );
-    let commands = random_commands(&machine, &errors, Region::Travel, 500, 3).unwrap();
+    let commands =
+        random_commands(&Kinematics::new(&machine, &errors), Region::Travel, 500, 3).unwrap();
     let mut csv = "length,Z,X,C,A,Y\n".to_owned();
     for c in &commands {
         let [y, a, ch, x, z, _] = c.axes;
@@ -448,9 +452,9 @@ fn the_order_of_positions_is_the_direction_of_travel() {
         command.travel[1] = travel;
         assert_eq!(row[..], runtime.evaluate(&command)[..5]);
     }
-    // The same place, the other way: twice the parameter EAAb = -0.013 mrad apart.
+    // The same place, the other way: twice the parameter EAAb = -0.013 mrad apart, damped by 0.1.
     let apart = f64::from(values[1][1] - values[4][1]).to_radians();
-    assert!((apart - 2.0 * 0.013e-3).abs() < 1e-7, "{apart}");
+    assert!((apart - 2.0 * 0.013e-3 / 1.01).abs() < 1e-7, "{apart}");
     // The exact correction sees the same directions.
     let (machine, errors) = (
         example("kolibri/machine.toml"),
@@ -516,7 +520,15 @@ fn correct_agrees_with_the_golden_cases() {
         let (machine, errors) = (golden(".machine.toml"), golden(".errors.toml"));
         let (found, values) = rows::<f64>(&answer(
             0,
-            &["correct", &machine, &errors, "--positions", &positions],
+            &[
+                "correct",
+                &machine,
+                &errors,
+                "--positions",
+                &positions,
+                "--policy",
+                "orientation",
+            ],
         ));
         assert_eq!(found, columns[axes..2 * axes].join(","));
         assert_eq!(values.len(), cases.len());

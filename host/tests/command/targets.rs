@@ -13,7 +13,17 @@ fn compile(folder: &Folder, code: i32, more: &[&str]) -> (String, String) {
         example("kolibri/errors-12.toml"),
         folder.at("k.trax"),
     );
-    let first = ["compile", &machine, &errors, "-o", &out, "--random", "300"];
+    let first = [
+        "compile",
+        &machine,
+        &errors,
+        "-o",
+        &out,
+        "--random",
+        "300",
+        "--policy",
+        "orientation",
+    ];
     let output = trueaxis(&[&first[..], more].concat());
     let said = plain(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{said}");

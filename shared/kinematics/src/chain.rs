@@ -3,7 +3,8 @@
 use crate::errors::Carried;
 use crate::nominal::{Frames, Link};
 use crate::{
-    ErrorModel, Htm, Jacobian, MAX_AXES, Machine, Nominal, PerAxis, Situation, Switches, Twist,
+    ErrorModel, Htm, Jacobian, MAX_AXES, Machine, Nominal, PerAxis, Policy, Situation, Switches,
+    Twist,
 };
 
 /// The kinematics of one machine with one set of errors.
@@ -13,6 +14,8 @@ pub struct Kinematics<'a, P = &'static [f64]> {
     pub machine: &'a Machine,
     /// Its errors.
     pub errors: &'a ErrorModel<P>,
+    /// What its rotary axes are corrected for.
+    pub policy: Policy,
     nominal: Nominal<'a>,
     /// Each axis' frame seen from the frame before it with the inter-axis error behind it, at
     /// reference temperature; then the spindle's.
@@ -22,7 +25,7 @@ pub struct Kinematics<'a, P = &'static [f64]> {
 }
 
 impl<'a, P> Kinematics<'a, P> {
-    /// Lays out the two branches.
+    /// Lays out the two branches; rotary axes are corrected by the default policy.
     #[must_use]
     pub fn new(machine: &'a Machine, errors: &'a ErrorModel<P>) -> Self {
         let nominal = Nominal::new(machine);
@@ -35,6 +38,7 @@ impl<'a, P> Kinematics<'a, P> {
         Self {
             machine,
             errors,
+            policy: Policy::default(),
             nominal,
             located,
             carried: core::array::from_fn(|index| {
@@ -45,6 +49,12 @@ impl<'a, P> Kinematics<'a, P> {
                 errors.carried(index, linear)
             }),
         }
+    }
+
+    /// The same with another policy.
+    #[must_use]
+    pub fn with_policy(self, policy: Policy) -> Self {
+        Self { policy, ..self }
     }
 
     /// Nominal pose of the tool (spindle orientation, origin at the tip) in the workpiece frame.

@@ -37,13 +37,14 @@ impl core::error::Error for NotConverged {}
 /// 1e-9 mm asked for, three above the rounding of positions of 1 m in f64 (1e-13 mm).
 const STEP: f64 = 1e-12;
 /// Each iteration gains the relative size of the errors (1e-3 or better), less where the axes are
-/// nearly dependent.
+/// nearly dependent, and where the damping is hardly larger than the errors (rad).
 const ITERATIONS: u32 = 50;
 
 impl<P: AsRef<[f64]>> Kinematics<'_, P> {
     /// The kinematic correction at a command `q` (mm, rad), with the error motions that
-    /// `switches` let through: the twist of nominal(q)⁻¹ · actual(q + Δq) has no translation,
-    /// and the least possible rotation about the rotary axes, with the control Jacobian at `q`.
+    /// `switches` let through: the twist of nominal(q)⁻¹ · actual(q + Δq) has no translation, and its
+    /// rotation r is what the policy asks for, with the rotary columns Jr of the control Jacobian at
+    /// `q`: Jrᵀ·P·r + λ²·Δ = 0 for the direction, Jrᵀ·r = 0 for the orientation.
     ///
     /// # Errors
     /// [`NotConverged`] if the errors are so large that the iteration fails.
@@ -71,7 +72,7 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
         let failed = |step, iterations| NotConverged { step, iterations };
         let solver = self
             .jacobian(q, situation.length)
-            .solver()
+            .solver(self.policy)
             .ok_or_else(|| failed(f64::INFINITY, 0))?;
         let to_nominal = self.nominal(q, situation.length).inverse();
         let mut dq = PerAxis::default();
@@ -79,7 +80,7 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
         for iteration in 1..=ITERATIONS {
             let corrected = core::array::from_fn(|i| q[i] + dq[i]);
             let error = (to_nominal * self.actual(&corrected, situation, switches)).twist();
-            let step = solver.correct(&error);
+            let step = solver.step(&error, &dq);
             let mut size = 0.0_f64;
             for (d, s) in dq.iter_mut().zip(step) {
                 *d += s;

@@ -1,12 +1,14 @@
 //! The control Jacobian and its block solution.
 
-use crate::{MAX_AXES, PerAxis, Twist};
+use crate::{MAX_AXES, PerAxis, Policy, Twist};
 use nalgebra::{ComplexField, Matrix3, Vector3};
 
 /// Columns of the control Jacobian: the twist of the tool per mm or rad of each axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Jacobian {
     count: usize,
+    /// The tool axis: 0, 1, 2 for x, y, z of the tool frame.
+    tool_axis: usize,
     rotary: [bool; MAX_AXES],
     t: [Vector3<f64>; MAX_AXES],
     r: [Vector3<f64>; MAX_AXES],
@@ -16,16 +18,21 @@ pub struct Jacobian {
 #[derive(Clone, Copy, Debug)]
 pub struct BlockSolver {
     jacobian: Jacobian,
-    /// (Jrᵀ·Jr)⁻¹ over the rotary axes, in their order.
+    /// P: what counts of a rotation about x, y and z (1 or 0).
+    counts: Vector3<f64>,
+    /// λ².
+    damping: f64,
+    /// (Jrᵀ·P·Jr + λ²)⁻¹ over the rotary axes, in their order; zero if these stay.
     gram_inverse: Matrix3<f64>,
     /// (Jl·Jlᵀ)⁻¹ over the linear axes.
     linear_inverse: Matrix3<f64>,
 }
 
 impl Jacobian {
-    pub(crate) fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize, tool_axis: usize) -> Self {
         Self {
             count,
+            tool_axis,
             rotary: [false; MAX_AXES],
             t: [Vector3::zeros(); MAX_AXES],
             r: [Vector3::zeros(); MAX_AXES],
@@ -46,6 +53,19 @@ impl Jacobian {
             r: self.r[axis],
         }
         .to_array()
+    }
+
+    /// How far small motions of all axes (mm, rad) move the tip (mm), and how far they turn the tool
+    /// across its axis (rad).
+    #[must_use]
+    pub fn moved(&self, motion: &PerAxis) -> [f64; 2] {
+        let (mut t, mut r) = (Vector3::zeros(), Vector3::zeros());
+        for (i, way) in motion.iter().enumerate().take(self.count) {
+            t += self.t[i] * *way;
+            r += self.r[i] * *way;
+        }
+        r[self.tool_axis] = 0.0;
+        [t.norm(), r.norm()]
     }
 
     fn rotary_axes(&self) -> impl Iterator<Item = usize> + '_ {
@@ -77,7 +97,7 @@ impl Jacobian {
     /// How independent the rotary directions are: √det(Jrᵀ·Jr), 1 if orthogonal or fewer than two.
     #[must_use]
     pub fn rotary_volume(&self) -> f64 {
-        ComplexField::sqrt(self.gram().determinant().max(0.0))
+        ComplexField::sqrt(self.gram(&Vector3::repeat(1.0)).determinant().max(0.0))
     }
 
     /// Two rotary axes whose directions differ by less than about `limit` rad.
@@ -93,11 +113,12 @@ impl Jacobian {
         None
     }
 
-    fn gram(&self) -> Matrix3<f64> {
+    /// Jrᵀ·P·Jr over the rotary axes, in their order; `counts` is P.
+    fn gram(&self, counts: &Vector3<f64>) -> Matrix3<f64> {
         let mut gram = Matrix3::identity();
         for (a, i) in self.rotary_axes().enumerate() {
             for (b, j) in self.rotary_axes().enumerate() {
-                gram[(a, b)] = self.r[i].dot(&self.r[j]);
+                gram[(a, b)] = self.r[i].dot(&self.r[j].component_mul(counts));
             }
         }
         gram
@@ -109,29 +130,57 @@ impl Jacobian {
             .sum()
     }
 
-    /// Prepares the block solution: rotary axes by least squares on the three rotation rows,
-    /// then linear axes so that the translation rows are exact (minimum norm if there are more
-    /// than three). It equals the six-row pseudo-inverse whenever linear axes span space.
+    /// Prepares the block solution: rotary axes as the policy says, on the rotation rows, then linear
+    /// axes so that the translation rows are exact (minimum norm if there are more than three). Under
+    /// [`Policy::Orientation`] it equals the six-row pseudo-inverse whenever linear axes span space.
     ///
     /// `None` if the axes are dependent here ([`crate::Machine::check`] refuses such).
     #[must_use]
-    pub fn solver(&self) -> Option<BlockSolver> {
+    pub fn solver(&self, policy: Policy) -> Option<BlockSolver> {
+        let all = Vector3::repeat(1.0);
+        let (counts, damping) = match policy {
+            Policy::Direction { damping } => {
+                let mut across = all;
+                across[self.tool_axis] = 0.0;
+                (across, damping * damping)
+            }
+            Policy::Orientation | Policy::Position => (all, 0.0),
+        };
+        let gram_inverse = match policy {
+            Policy::Position => Matrix3::zeros(),
+            _ => {
+                let mut gram = self.gram(&counts);
+                for (a, _) in self.rotary_axes().enumerate() {
+                    gram[(a, a)] += damping;
+                }
+                gram.try_inverse()?
+            }
+        };
         Some(BlockSolver {
             jacobian: *self,
-            gram_inverse: self.gram().try_inverse()?,
+            counts,
+            damping,
+            gram_inverse,
             linear_inverse: self.linear_square().try_inverse()?,
         })
     }
 }
 
 impl BlockSolver {
-    /// The motion Δq (mm, rad) that is equivalent to −`error`.
+    /// The motion Δq (mm, rad) that is equivalent to −`error`, as far as the policy asks for it.
     #[must_use]
     pub fn correct(&self, error: &Twist) -> PerAxis {
+        self.step(error, &PerAxis::default())
+    }
+
+    /// What is to be added to a correction `dq` (mm, rad) that leaves `error`.
+    #[must_use]
+    pub fn step(&self, error: &Twist, dq: &PerAxis) -> PerAxis {
         let jacobian = &self.jacobian;
+        let counted = error.r.component_mul(&self.counts);
         let mut rows = Vector3::zeros();
         for (a, i) in jacobian.rotary_axes().enumerate() {
-            rows[a] = jacobian.r[i].dot(&error.r);
+            rows[a] = jacobian.r[i].dot(&counted) + self.damping * dq[i];
         }
         let rotary = self.gram_inverse * rows;
         let mut correction = PerAxis::default();

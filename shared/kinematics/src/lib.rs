@@ -4,8 +4,9 @@
 //! and to the tool. An [`ErrorModel`] says what is wrong with it, in the words of ISO 230-1: where
 //! axes lie (inter-axis errors) and how they move (error motions). [`Kinematics`] puts the two
 //! together: poses, the volumetric error, the control Jacobian, and the *kinematic correction*,
-//! which is to be added to a command so that the tool is where it should be. [`Nominal`] does what
-//! needs no errors, [`Linearised`] tells what every single error does.
+//! which is to be added to a command so that the tool is where it should be, and points, within what its
+//! [`Policy`] asks of the rotary axes, where it should. [`Nominal`] does what needs no errors,
+//! [`Linearised`] tells what every single error does.
 //!
 //! Everything is in mm and rad; only travels are written as commands are, in mm and degrees. Nothing
 //! here allocates. Arithmetic is f64; sine and cosine come from `libm`, or from the platform with
@@ -40,8 +41,8 @@
 //! let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
 //! let after = kinematics.volumetric_error(&q, &dq, &situation);
 //! assert!(before.t.norm() > 7e-3 && after.t.norm() < 1e-9);
-//! // X by the scale error and the lean, B by the lean.
-//! assert!((dq[3] + 50e-6).abs() < 1e-9);
+//! // X by the scale error and the lean, B by the lean, damped by λ = 0.1.
+//! assert!((dq[3] + 50e-6 / (1.0 + 0.1 * 0.1)).abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![no_std]
@@ -63,6 +64,7 @@ mod machine;
 mod motion;
 mod nominal;
 mod parameter;
+mod policy;
 mod sine;
 
 pub use axis::{Axis, Branch, Letter};
@@ -79,6 +81,7 @@ pub use motion::{Change, MAX_CHANGES, Motion, Table};
 pub use nalgebra;
 pub use nominal::Nominal;
 pub use parameter::{MAX_DEGREE, MAX_HARMONIC, Parameter, ParameterKind};
+pub use policy::Policy;
 
 /// The most axes a machine may have.
 pub const MAX_AXES: usize = 6;

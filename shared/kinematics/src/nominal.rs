@@ -120,7 +120,7 @@ impl<'a> Nominal<'a> {
         let spindle = before[n];
         let tip = spindle.r * self.tip(length) + spindle.t;
         let to_tool = spindle.r.transpose();
-        let mut jacobian = Jacobian::new(n);
+        let mut jacobian = Jacobian::new(n, self.machine.tool_axis);
         // A workpiece-branch axis moves the tool the other way relative to the workpiece.
         for (links, way) in [(&self.workpiece, -1.0), (&self.tool, 1.0)] {
             for link in links {

@@ -3,8 +3,8 @@
 
 use std::f64::consts::FRAC_PI_4;
 use trueaxis_kinematics::{
-    Axis, Branch, ErrorModel, Htm, Kinematics, Letter, Machine, Parameter, PerAxis, Situation,
-    Switches, Table,
+    Axis, Branch, ErrorModel, Htm, Kinematics, Letter, Machine, Parameter, PerAxis, Policy,
+    Situation, Switches, Table,
 };
 
 const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/five-axis.csv");
@@ -72,7 +72,7 @@ fn errors(machine: &Machine) -> ErrorModel {
 fn corrections() -> Vec<PerAxis> {
     let machine = machine();
     let errors = errors(&machine);
-    let kinematics = Kinematics::new(&machine, &errors);
+    let kinematics = Kinematics::new(&machine, &errors).with_policy(Policy::Orientation);
     (1..=POSITIONS)
         .map(|number| {
             // Multiples of irrational numbers fill the travels evenly.

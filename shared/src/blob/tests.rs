@@ -88,7 +88,7 @@ variants! {
     Step Points Period PeriodMismatch DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
     SamplesOutside UnusedSamples TableSample GridSample TableMagnitude TermOutput Weight Limits
     WeightOutsideLimits TooManyFactors Factor TermMagnitude OutputMagnitude GridInputs GridOutputs
-    PaddingNotZero SectionLength
+    PaddingNotZero SectionLength Damping
 }
 
 fn header_damages() -> Vec<(LoadError, LoadError)> {
@@ -191,7 +191,8 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
         (short(&all, 8, &[1, 1, 0]), truncated(Part::Grid(0))),
         (replaced(0, &[2, 0xff, 0xff]), malformed(Part::Machine)),
         (replaced(2, &[0xff; 5]), malformed(Part::SampleCounts)),
-        (replaced(1, &[1]), unknown(Part::Policy, 1)),
+        (replaced(1, &[1]), truncated(Part::Policy)),
+        (replaced(1, &[3]), unknown(Part::Policy, 3)),
         (auxiliary(2, "t"), unknown(Part::Auxiliary(0), 2)),
         (
             auxiliary(0, "seventeen letters"),
@@ -590,6 +591,12 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
             },
         ),
     ];
+    for damping in [f32::NAN, f32::INFINITY, 0.0, -0.1, 0.0099, 1.001] {
+        list.push((
+            drafted(|d| d.policy = Policy::Direction { damping }),
+            LoadError::Damping,
+        ));
+    }
     for bad in [f32::NAN, f32::INFINITY] {
         list.push((
             drafted(|d| d.terms[2].weight = bad),

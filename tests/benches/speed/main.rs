@@ -18,6 +18,7 @@ use trueaxis::{
     Travelling,
 };
 use trueaxis_host::compile::{self, Options};
+use trueaxis_host::kinematics::Policy;
 use trueaxis_tests::{Fixed, errors, golden, machine};
 
 const HURON: [&str; 2] = [
@@ -243,6 +244,7 @@ fn compiling() {
             ..Options::default()
         };
         options.tables.zero_at = zero_at;
+        options.tables.policy = Policy::Orientation;
         let run = || {
             let start = Instant::now();
             let compiled = compile::compile(&machine, &errors, &options, &()).map(|c| c.built.size);

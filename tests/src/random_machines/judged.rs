@@ -3,6 +3,7 @@
 use super::{Case, Kinds, Measured, Places};
 use std::fmt;
 use std::time::{Duration, Instant};
+use trueaxis_host::kinematics::Policy;
 use trueaxis_host::schemes::{Options, Scheme, find};
 use trueaxis_host::target::Target;
 
@@ -39,6 +40,7 @@ impl Outcome {
         target: Target,
     ) -> Self {
         let options = Options {
+            policy: Policy::Orientation,
             tolerance: 1e-3 * tolerance,
             target,
             ..Options::default()

@@ -4,7 +4,7 @@ use super::Case;
 use crate::Fixed;
 use trueaxis::{Draft, Travel};
 use trueaxis_host::errors::{Situation, Switches};
-use trueaxis_host::kinematics::{Kinematics, NotConverged};
+use trueaxis_host::kinematics::{Kinematics, NotConverged, Policy};
 use trueaxis_host::machine::PerAxis;
 use trueaxis_host::validate::{Command, Runtime, calibrated, holds};
 
@@ -60,7 +60,8 @@ impl<'a> Places<'a> {
     /// # Errors
     /// There is no exact correction somewhere.
     pub fn new(case: &'a Case) -> Result<Self, NotConverged> {
-        let kinematics = Kinematics::new(&case.machine, &case.errors);
+        let kinematics =
+            Kinematics::new(&case.machine, &case.errors).with_policy(Policy::Orientation);
         let mut random = Fixed::new(!case.seed);
         let mut places = Vec::new();
         for way in [Way::Inner, Way::Ends, Way::Edge, Way::Corner] {

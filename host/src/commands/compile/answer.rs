@@ -4,7 +4,11 @@ use crate::commands::bad_input::BadInput;
 use crate::commands::{files, screen};
 use serde::Serialize;
 use std::path::Path;
-use trueaxis_host::compile::{AxisBounds, Built, Full, Proof, Refusal, Size, Warning, over_bounds};
+use trueaxis::Policy;
+use trueaxis_host::compile::{
+    AxisBounds, Built, Full, Proof, Refusal, Size, Warning, over_bounds, worse,
+};
+use trueaxis_host::policy::Told;
 use trueaxis_host::target::{Shortage, Target};
 
 /// All that there is to say.
@@ -15,6 +19,10 @@ pub struct Answer<'a> {
     pub scheme: &'static str,
     /// The position whose correction the tables leave out.
     pub zero_at: Option<&'a str>,
+    #[serde(flatten)]
+    pub policy: Told,
+    #[serde(skip)]
+    pub stored: Policy,
     pub target: &'a Target,
     pub tolerance_um: f64,
     pub tolerance_urad: f64,
@@ -52,9 +60,10 @@ struct Message {
 }
 
 impl<'a> Proven<'a> {
-    pub fn new(built: &'a Built, proof: &'a Proof) -> Self {
+    pub fn new(built: &'a Built, proof: &'a Proof, tolerance_um: f64) -> Self {
         let mut warnings = built.warnings.clone();
         warnings.extend(over_bounds(&built.bounds, &proof.travel.largest));
+        warnings.extend(worse(proof, tolerance_um));
         let told = |warning: Warning| Message {
             message: warning.to_string(),
             warning,
@@ -78,10 +87,12 @@ impl Answer<'_> {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
             text += &screen::size(&proven.size);
             text += &screen::zero(self.zero_at);
+            text += &screen::policy(self.stored);
             text.push('\n');
             text += &screen::quality(proven.proof, self.tolerance_um);
             text.push('\n');
             text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
+            text += &screen::largest(self.stored, proven.axes);
             text += &screen::tool_length(proven.proof);
             files::print(&text)?;
         }

@@ -6,7 +6,7 @@ use super::cover::{Cover, Minimize, Structure};
 use super::limits::BASIS_SHARE;
 use super::sampling::{Component, Sampler};
 use super::tables::Found;
-use crate::kinematics::NotConverged;
+use crate::kinematics::{NotConverged, Policy};
 use crate::machine::PerAxis;
 use crate::target::Target;
 use rayon::prelude::*;
@@ -71,7 +71,8 @@ pub fn attempt(
     before: f64,
 ) -> Result<Attempt, NotConverged> {
     let entries = core::entries(sampler, components, &bases, tolerance, before)?;
-    let cover = Cover::new(&entries, sampler.variables, &bases, minimize);
+    let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
+    let cover = Cover::new(&entries, sampler.variables, &bases, minimize).pruned(direction);
     let choose = |share: f64| {
         let structure = cover.choose(share, target.tables * 2 / 3, target.terms);
         let fits = structure.terms.len() <= target.terms && structure.count() <= target.tables;

@@ -153,6 +153,8 @@ pub struct Cover<'a> {
     fibres: Vec<(Fibre, Vec<usize>)>,
     /// All entries, the largest first.
     order: Vec<usize>,
+    /// If what is small goes at last.
+    prunes: bool,
 }
 
 impl<'a> Cover<'a> {
@@ -187,7 +189,13 @@ impl<'a> Cover<'a> {
             bases,
             fibres,
             order,
+            prunes: false,
         }
+    }
+
+    /// The same, with what is small left out at last.
+    pub fn pruned(self, prunes: bool) -> Self {
+        Self { prunes, ..self }
     }
 
     /// The share at which nothing is chosen.
@@ -266,6 +274,10 @@ impl<'a> Cover<'a> {
             if !left.is_little(entries[i].output) && left.take(entries, i) {
                 structure.single(&entries[i], variables, bases);
             }
+        }
+        if self.prunes {
+            structure.prune(bases, &left.squares, share);
+            structure.unshare(bases);
         }
         structure
     }

@@ -5,24 +5,22 @@ use super::cover::{self, Function};
 use super::points::Grid;
 use super::tables::{Found, input};
 use super::variables::{Kind, Variable};
-use crate::errors::ErrorModel;
-use crate::kinematics::NotConverged;
+use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::Machine;
+use crate::policy::stored;
 use std::collections::{BTreeMap, HashMap};
 use trueaxis::{
-    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation, Policy,
-    SampleFormat, Term,
+    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation, SampleFormat, Term,
 };
 
 /// Lays out banks and terms.
 pub fn draft(
-    machine: &Machine,
-    errors: &ErrorModel,
     found: &Found<'_>,
     grids: &BTreeMap<usize, Grid>,
     options: &Options,
 ) -> Result<Draft, NotConverged> {
-    let variables = found.sampler.variables;
+    let (kinematics, variables) = (found.sampler.kinematics, found.sampler.variables);
+    let machine = kinematics.machine;
     let (terms, scales) = weighed(machine, found);
     let scale = |v: usize, function: Function| scales.get(&(v, function)).copied().unwrap_or(1.0);
     let mut banks = Vec::new();
@@ -65,21 +63,26 @@ pub fn draft(
                 .map(|i| (f64::from(start) + f64::from(step) * i as f64) / unit)
                 .collect();
             let within = Within::new(&at, variable.range, grid.step);
-            let sampled = found.sample(v, functions, &within.at)?;
+            let sampled = found.at_points(v, functions, &grid, &within.at)?;
             banks.push(DraftBank {
                 input,
                 start,
                 step,
                 modulo: variable.wraps,
                 direction: Direction::Both,
-                interpolation: Interpolation::Linear,
+                interpolation: match grid.cubic {
+                    true => Interpolation::Cubic,
+                    false => Interpolation::Linear,
+                },
                 format,
                 columns: (0..functions.len())
                     .map(|k| {
                         let scale = scale(v, functions[k]);
                         let mut column: Vec<f64> =
                             sampled.values.column(k).iter().copied().collect();
-                        within.extend(&mut column);
+                        if !grid.cubic {
+                            within.extend(&mut column);
+                        }
                         column.iter().map(|x| (scale * x) as f32).collect()
                     })
                     .collect(),
@@ -94,12 +97,13 @@ pub fn draft(
     Ok(Draft {
         banks,
         terms,
-        ..empty(machine, errors, variables)
+        ..empty(kinematics, variables)
     })
 }
 
 /// A compensation without tables: it knows the machine and its inputs, and corrects nothing.
-pub fn empty(machine: &Machine, errors: &ErrorModel, variables: &[Variable]) -> Draft {
+pub fn empty(kinematics: &Kinematics<'_>, variables: &[Variable]) -> Draft {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
     let mut auxiliaries = Vec::new();
     for variable in variables {
         match variable.kind {
@@ -121,7 +125,7 @@ pub fn empty(machine: &Machine, errors: &ErrorModel, variables: &[Variable]) -> 
     }
     Draft {
         machine: machine.name.clone(),
-        policy: Policy::SixRow,
+        policy: stored(kinematics.policy),
         axes: machine
             .axes
             .iter()
@@ -232,7 +236,13 @@ fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<F
         let once = |f: &&Factor| term.factors.iter().filter(|g| g == f).count() == 1;
         let free = term.factors.iter().filter(|f| !scales.contains_key(f));
         if let Some(factor) = free.filter(once).min_by_key(|f| uses[f])
-            && scales_of(uses[factor]).contains(&term.weight.abs())
+            && {
+                // Functions that were found are in units of the tolerance, coordinates are not.
+                let unit = machine.axes[term.output].to_command(found.tolerance[term.output]);
+                let size = term.weight.abs();
+                let fits = scales_of(uses[factor]);
+                fits.contains(&size) || fits.contains(&(size / unit))
+            }
         {
             scales.insert(*factor, term.weight);
             term.weight = 1.0;

@@ -4,8 +4,9 @@ use super::fit::{Sample, fitted};
 use super::limits::{
     CLIMB_PARTS, CLIMB_ROUNDS, CLIMBS, CONFIRMED, FIT_SAMPLES, JUDGED, MOST_MISSED,
 };
+use super::tolerance::Tolerance;
 use crate::errors::Switches;
-use crate::kinematics::{Kinematics, NotConverged};
+use crate::kinematics::{Jacobian, Kinematics, NotConverged};
 use crate::machine::{MAX_AXES, PerAxis};
 use crate::schemes::SchemeError;
 use crate::size::Size;
@@ -22,7 +23,7 @@ const SEED: u64 = 0x6a75_6467;
 /// Positions with their exact corrections.
 pub struct Judge<'a> {
     kinematics: &'a Kinematics<'a>,
-    tolerance: PerAxis,
+    tolerance: Tolerance,
     /// The correction at the zero position (mm, rad).
     zero: PerAxis,
     places: Vec<Place>,
@@ -39,6 +40,8 @@ struct Place {
     command: Command,
     /// The exact correction (mm, rad), less that of the zero position.
     correction: PerAxis,
+    /// What axes do to the tool here.
+    jacobian: Jacobian,
     /// True if a motion holds its end value here: tables cannot follow its bend.
     holds: bool,
 }
@@ -73,7 +76,7 @@ impl<'a> Judge<'a> {
     /// their ends, where most functions are largest.
     pub fn new(
         kinematics: &'a Kinematics<'a>,
-        tolerance: PerAxis,
+        tolerance: Tolerance,
         zero: PerAxis,
     ) -> Result<Self, SchemeError> {
         let places = places(kinematics, &zero, JUDGED, SEED)?;
@@ -94,13 +97,22 @@ impl<'a> Judge<'a> {
 
     /// The tolerance of each axis (mm, rad) in whose units errors are.
     pub fn tolerance(&self) -> &PerAxis {
-        &self.tolerance
+        &self.tolerance.axes
+    }
+
+    /// True if the tip and the tool's direction are measured.
+    pub fn is_of_tool(&self) -> bool {
+        self.tolerance.is_of_tool()
     }
 
     /// The part of a correction that does not count: a little of the tolerance, seen from the
     /// largest correction.
     pub fn smallest_part(&self) -> f64 {
-        let sizes = self.largest.iter().zip(&self.tolerance).map(|(l, t)| l / t);
+        let sizes = self
+            .largest
+            .iter()
+            .zip(self.tolerance())
+            .map(|(l, t)| l / t);
         0.02 / sizes.fold(1.0, f64::max)
     }
 
@@ -205,7 +217,7 @@ impl<'a> Judge<'a> {
         Ok(fitted(
             draft,
             &samples,
-            &machine.to_command(&self.tolerance),
+            &machine.to_command(self.tolerance()),
         ))
     }
 
@@ -222,17 +234,20 @@ impl<'a> Judge<'a> {
         let machine = self.kinematics.machine;
         let table = runtime.evaluate(&place.command).map(f64::from);
         let table = machine.to_kinematic(&table);
-        let mut verdict = Verdict::NOTHING;
-        let pairs = table.iter().zip(&place.correction);
-        let deviations = pairs.map(|(t, c)| (t - c).abs()).take(machine.axes.len());
-        for (i, deviation) in deviations.enumerate() {
-            if !place.holds {
-                verdict.error = verdict.error.max(deviation / self.tolerance[i]);
-            }
-            let most = self.tolerance[i].max(self.largest[i]);
-            verdict.harm = verdict.harm.max(deviation / most);
+        let deviation = std::array::from_fn(|i| table[i] - place.correction[i]);
+        let mut harm = 0.0_f64;
+        for (i, deviation) in deviation.iter().enumerate().take(machine.axes.len()) {
+            let most = self.tolerance.axes[i].max(self.largest[i]);
+            harm = harm.max(deviation.abs() / most);
         }
-        verdict
+        Verdict {
+            error: if place.holds {
+                0.0
+            } else {
+                self.tolerance.share(&deviation, &place.jacobian)
+            },
+            harm,
+        }
     }
 }
 
@@ -253,11 +268,10 @@ fn places(
     count: usize,
     seed: u64,
 ) -> Result<Vec<Place>, SchemeError> {
-    let (machine, errors) = (kinematics.machine, kinematics.errors);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::new();
     for (region, count) in [(Region::Travel, count / 3), (Region::Inside, count)] {
-        let drawn = random_commands(machine, errors, region, count, seed ^ count as u64)?;
+        let drawn = random_commands(kinematics, region, count, seed ^ count as u64)?;
         commands.extend(drawn.into_iter().enumerate().map(|(number, mut command)| {
             // Some axes at an end, or every one: corners are where most add up.
             match number % 4 {
@@ -292,6 +306,7 @@ impl Place {
         Ok(Self {
             command,
             correction: std::array::from_fn(|i| exact[i] - zero[i]),
+            jacobian: kinematics.jacobian(&q, situation.length),
             holds: holds(kinematics.machine, kinematics.errors, &q, &exact),
         })
     }
@@ -420,9 +435,9 @@ mod tests {
         let machine = with_rotary(&[('A', [-60.0, 60.0])]);
         let errors = errors(&machine, "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\n");
         let kinematics = Kinematics::new(&machine, &errors);
-        let tolerance = [1e-3, 1e-3, 1e-3, 1e-6, 1e-6, 1e-6];
+        let tolerance = Tolerance::new(&kinematics, 1e-3);
         let judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
-        let mut draft = empty(&machine, &errors, &variables(&kinematics, 1e-6));
+        let mut draft = empty(&kinematics, &variables(&kinematics, 1e-6));
         let target = Target::default();
         let nothing = judge.measure(&draft, &target).unwrap();
         assert_eq!(nothing.harm, 1.0);
@@ -445,9 +460,9 @@ mod tests {
         let machine = with_rotary(&[('A', [-60.0, 60.0])]);
         let errors = errors(&machine, "[parameters]\nEAX1 = 1e-7\nEX0A = 1e-3\n");
         let kinematics = Kinematics::new(&machine, &errors);
-        let tolerance = [1e-3, 1e-3, 1e-3, 1e-6, 1e-6, 1e-6];
+        let tolerance = Tolerance::new(&kinematics, 1e-3);
         let mut judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
-        let draft = empty(&machine, &errors, &variables(&kinematics, 1e-6));
+        let draft = empty(&kinematics, &variables(&kinematics, 1e-6));
         let blob = draft.encode().unwrap();
         let runtime = Runtime::load(&blob).unwrap();
         // The error grows towards the ends of several axes at once.
@@ -477,8 +492,13 @@ mod tests {
         let machine = with_rotary(&[]);
         let errors = errors(&machine, "");
         let kinematics = Kinematics::new(&machine, &errors);
-        let judge = Judge::new(&kinematics, [1e-3; 6], PerAxis::default()).unwrap();
-        let draft = empty(&machine, &errors, &variables(&kinematics, 1e-6));
+        let judge = Judge::new(
+            &kinematics,
+            Tolerance::new(&kinematics, 1.0),
+            PerAxis::default(),
+        )
+        .unwrap();
+        let draft = empty(&kinematics, &variables(&kinematics, 1e-6));
         let mut target = Target::default();
         assert!(judge.measure(&draft, &target).is_some());
         target.bytes = Some(16);

@@ -6,6 +6,13 @@
 /// What may be left out at first, as a share of the tolerance in each output (root of the sum of
 /// squares, twice: peaks rarely meet).
 pub const FIRST_SHARE: f64 = 0.25;
+/// The same where the tip and the direction are measured, of which axes that belong together leave less
+/// than each of them seems to.
+pub const FIRST_TOOL_SHARE: f64 = 1.1;
+/// A structure that leaves more than this part of the tolerance leaves little to interpolation; then one that
+/// is made for this part of its share is tried too.
+pub const STARVING: f64 = 0.5;
+pub const CLOSER: f64 = 0.9;
 /// What is left out of a basis, as a part of that: every function meets many others.
 pub const BASIS_SHARE: f64 = 0.1;
 /// Where more is needed than the target holds, that much is left out the next time, and the room goes
@@ -41,6 +48,14 @@ pub const CLIMB_PARTS: [f64; 7] = [0.0, 1.0, 0.5, 0.25, 0.75, 0.125, 0.875];
 pub const LEAST_POINT_SHARE: f64 = 0.4;
 /// Interpolation is not to blame if it may do less than this part of what is wrong.
 pub const BLAMELESS: f64 = 0.4;
+/// Where the tip and the direction are measured: how much more interpolation of each table by itself may
+/// do at first; below which part of the tolerance fewer points are tried, for which part of it, and so
+/// often at most, interpolation doing so many times more at least.
+pub const LEAST_COARSER: f64 = 2.0;
+pub const TOOL_SHARE: f64 = 8.0;
+pub const TOO_GOOD: f64 = 0.85;
+pub const JUST_GOOD: f64 = 0.9;
+pub const COARSENINGS: usize = 3;
 /// How often points are halved if the target cannot hold them.
 pub const ROOM_STEPS: usize = 6;
 /// Tables do no harm if they deviate on no axis by more than this part of what is allowed: other
@@ -84,12 +99,28 @@ pub const NOISE: f64 = 1e-4;
 /// of products are as many again along each variable.
 pub const MOST_ENTRIES: usize = 200_000;
 
+/// Instructions of an evaluation on the reference target: of a bank, of a term, of a table with linear and
+/// with cubic interpolation, and of a bank of cubic ones beyond one of linear ones (`cargo xtask
+/// bench-target`).
+pub const BANK: f64 = 40.0;
+pub const TERM: f64 = 10.0;
+pub const LINEAR_TABLE: f64 = 7.0;
+pub const CUBIC_TABLE: f64 = 20.0;
+pub const CUBIC_BANK: f64 = 40.0;
+/// Bytes of samples that one of these instructions is worth: a slot of 256 kB for the 4000 instructions
+/// that a controller has for it at most, in a tenth of a period of 4 kHz.
+pub const BYTES_PER_INSTRUCTION: f64 = 64.0;
+
 /// A kink counts as on a point if it is off by less than this part of a step: what is cut off there
 /// is as small a part of what interpolation may do.
 pub const GRID_SLACK: f64 = 1e-3;
 /// Intervals of a bent table.
 pub const LEAST_INTERVALS: usize = 4;
 pub const MOST_INTERVALS: usize = 8192;
+/// Intervals per damping (rad) on which peaks are seen, the fewest on a range, and the most.
+pub const SEEN_PER_PEAK: f64 = 3.0;
+pub const LEAST_SEEN: usize = 64;
+pub const MOST_SEEN: usize = 2048;
 /// A finer grid that leaves more than this part of the error is not worth its points.
 pub const STUCK: f64 = 0.8;
 

@@ -15,30 +15,36 @@ mod basis;
 mod components;
 mod core;
 mod cover;
+mod cubic;
 mod draft;
 mod fit;
 mod generators;
 mod judge;
 mod limits;
 mod memory;
+mod peaks;
 mod points;
+mod prune;
 mod sampling;
 mod search;
+mod seen;
 #[cfg(test)]
 mod specimen;
 mod tables;
+mod tolerance;
 mod trials;
 mod turning;
 mod variables;
 
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
-use crate::machine::{Machine, PerAxis};
+use crate::machine::Machine;
 use crate::schemes::{self, Options, SchemeError};
 pub use cover::Minimize;
 use judge::Judge;
 use sampling::Sampler;
 use search::Search;
+use tolerance::Tolerance;
 
 /// Finds tables and terms that reproduce the kinematic correction within the tolerance.
 ///
@@ -54,13 +60,11 @@ pub fn compile(
     minimize: Minimize,
     options: &Options,
 ) -> Result<schemes::Found, SchemeError> {
-    let kinematics = Kinematics::new(machine, errors);
-    let tolerance: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
-        Some(axis) if axis.letter.is_rotary() => options.tolerance * 1e-3,
-        _ => options.tolerance,
-    });
+    let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
+    let whole = Tolerance::new(&kinematics, options.tolerance);
+    let tolerance = whole.axes;
     let zero = options.zero(machine, errors)?;
-    let judge = Judge::new(&kinematics, tolerance, zero)?;
+    let judge = Judge::new(&kinematics, whole, zero)?;
     let variables = variables::variables(&kinematics, judge.smallest_part());
     let sampler = Sampler::new(&kinematics, &variables, zero);
     let mut search = Search::new(minimize, options, sampler, judge)?;
@@ -77,7 +81,7 @@ pub fn compile(
     }
     let Some(best) = search.best else {
         return Ok(schemes::Found {
-            draft: draft::empty(machine, errors, &variables),
+            draft: draft::empty(&kinematics, &variables),
             structure_error: None,
             meets: None,
             is_full: search.is_full,

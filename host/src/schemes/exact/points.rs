@@ -1,11 +1,15 @@
 //! How many points each variable's tables need, and where they lie.
 
 use super::cover::Function;
+use super::cubic;
 use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
+use super::seen::Seen;
 use super::tables::{Found, Sampled};
 use super::variables::Variable;
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
+use crate::schemes::Options;
+use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
 /// Evenly spaced points over a variable's range, in its kinematic unit.
@@ -17,6 +21,8 @@ pub struct Grid {
     pub step: f64,
     /// One less than the points; as many, if the variable wraps.
     pub intervals: usize,
+    /// Interpolation between them: cubic or linear.
+    pub cubic: bool,
 }
 
 impl Grid {
@@ -26,6 +32,7 @@ impl Grid {
             start: low,
             step: (high - low) / intervals as f64,
             intervals,
+            cubic: false,
         }
     }
 
@@ -57,6 +64,7 @@ impl Grid {
             start,
             step,
             intervals: intervals.max(1),
+            cubic: false,
         }
     }
 
@@ -107,6 +115,22 @@ impl Grid {
         }
     }
 
+    /// The points that a position at `share` of interval `k` is interpolated from, with their weights.
+    fn weights(&self, k: usize, share: f64) -> Vec<(usize, f64)> {
+        if !self.cubic {
+            return vec![(k, 1.0 - share), (k + 1, share)];
+        }
+        // Of those that wrap, the last point is the first.
+        let n = self.intervals;
+        let around = [(k + n - 1) % n, k, k + 1, (k + 2) % n];
+        let around = match k {
+            0 => around,
+            _ if k + 2 <= n => [k - 1, k, k + 1, k + 2],
+            _ => around,
+        };
+        around.into_iter().zip(cubic::weights(share)).collect()
+    }
+
     /// The points, in order.
     pub fn points(&self) -> impl Iterator<Item = f64> + '_ {
         (0..=self.intervals).map(|i| self.start + self.step * i as f64)
@@ -114,11 +138,12 @@ impl Grid {
 }
 
 /// Grids of the bent tables of each variable, so that interpolation of all of them together errs by
-/// no more than `share` of the tolerance; `fixed` intervals instead, if given. Where motions were
-/// measured, points lie between those positions only if `finer`.
+/// no more than `share` of the tolerance; as many points as `options` give instead, if they do. Where
+/// motions were measured, points lie between those positions only if `finer`.
 pub fn grids(
     found: &Found<'_>,
-    fixed: Option<usize>,
+    seen: &BTreeMap<usize, Seen>,
+    options: &Options,
     share: f64,
     finer: bool,
 ) -> Result<BTreeMap<usize, Grid>, NotConverged> {
@@ -131,9 +156,22 @@ pub fn grids(
     let each = share / bent.len().max(1) as f64;
     let mut grids = BTreeMap::new();
     for (v, functions) in &bent {
-        let grid = match fixed {
-            Some(intervals) => Grid::over(found.sampler.variables[*v].range, intervals),
-            None => coarsest(found, *v, functions, each, finer)?,
+        let variable = &found.sampler.variables[*v];
+        let cheapest = |linear: Grid, cubic: Grid| {
+            let cost = |grid: &Grid| cubic::cost(functions.len(), grid, options.format);
+            if cost(&cubic) < cost(&linear) {
+                cubic
+            } else {
+                linear
+            }
+        };
+        let grid = match (options.points, seen.get(v)) {
+            (Some(points), _) => Grid::over(variable.range, points.max(2) - 1),
+            (None, Some(seen)) => {
+                let [linear, cubic] = seen.wanted(each);
+                cheapest(Grid::even(variable, linear), cubic::grid(variable, cubic))
+            }
+            (None, None) => coarsest(found, *v, functions, each, finer)?,
         };
         grids.insert(*v, grid);
     }
@@ -152,7 +190,7 @@ fn coarsest(
     let variable = &found.sampler.variables[v];
     let mut best: Option<(f64, Grid)> = None;
     let mut consider = |grid: Grid| -> Result<f64, NotConverged> {
-        let error = found.interpolation_error(v, functions, &grid)?;
+        let [error, _] = found.interpolation_errors(v, functions, &grid)?;
         let better = match &best {
             None => true,
             Some((e, g)) => match (error <= most, *e <= most) {
@@ -208,24 +246,32 @@ fn coarsest(
 }
 
 impl Found<'_> {
-    /// How far linear interpolation of a variable's tables on a grid may lead each output astray,
-    /// in units of its tolerance: table by table at mid-interval and at every kink between points,
-    /// with the other factors at their peaks.
-    fn interpolation_error(
+    /// How far interpolation of a variable's tables on a grid may lead each output astray, in units of
+    /// its tolerance: table by table where it errs most in an interval and at every kink between points,
+    /// with the other factors at their peaks. And how far straight lines between the same points.
+    pub fn interpolation_errors(
         &self,
         v: usize,
         functions: &[Function],
         grid: &Grid,
-    ) -> Result<f64, NotConverged> {
+    ) -> Result<[f64; 2], NotConverged> {
         let variable = &self.sampler.variables[v];
         let [low, high] = variable.range;
         let points: Vec<f64> = grid.points().map(|x| x.clamp(low, high)).collect();
         let slack = GRID_SLACK * grid.step;
         // Where to look: interval, position.
         let mut looks: Vec<(usize, f64)> = Vec::new();
+        let shares: &[f64] = if grid.cubic { &cubic::LOOKS } else { &[0.5] };
         let mut kinks = variable.kinks.iter().copied().peekable();
         for (k, ends) in points.windows(2).enumerate() {
-            looks.push((k, 0.5 * (ends[0] + ends[1])));
+            if ends[1] - ends[0] < slack {
+                continue; // beyond the range
+            }
+            looks.extend(
+                shares
+                    .iter()
+                    .map(|t| (k, ends[0] + t * (ends[1] - ends[0]))),
+            );
             while let Some(x) = kinks.next_if(|x| *x < ends[1] - slack) {
                 // Next to the ends of the calibrated range nothing is gained by more points.
                 if x > ends[0] + slack && !variable.ends.contains(&x) {
@@ -234,12 +280,9 @@ impl Found<'_> {
             }
             while kinks.next_if(|x| *x <= ends[1] + slack).is_some() {}
         }
-        let at: Vec<f64> = points
-            .iter()
-            .copied()
-            .chain(looks.iter().map(|(_, x)| *x))
-            .collect();
-        let sampled = self.sample(v, functions, &at)?;
+        let at: Vec<f64> = looks.iter().map(|(_, x)| *x).collect();
+        let truth = self.sample(v, functions, &at)?;
+        let sampled = self.at_points(v, functions, grid, &points)?;
         // An end belongs to the inner side: there the tables go on smoothly up to it, and step to the
         // held value within the first interval outside.
         let [first, last] = variable.calibrated;
@@ -249,26 +292,56 @@ impl Found<'_> {
             let around = |e: &f64| *e > points[k] + slack && *e < points[k + 1] - slack;
             variable.ends.iter().any(around) || (from || to) && !variable.ends.is_empty()
         };
-        let mut worst = 0.0_f64;
+        let straight = Grid {
+            cubic: false,
+            ..*grid
+        };
+        let mut worst = [0.0_f64; 2];
         for (row, (k, x)) in looks.iter().enumerate() {
             if steps(*k) {
                 continue;
             }
             let share = (x - points[*k]) / (points[*k + 1] - points[*k]);
-            let errors = self.errors_at(v, &sampled, points.len() + row, (*k, share));
-            worst = errors.iter().fold(worst, |w, e| w.max(*e));
+            for (grid, worst) in [grid, &straight].into_iter().zip(&mut worst) {
+                let weights = grid.weights(*k, share);
+                let errors = self.errors_at(v, (&sampled, &weights), (&truth, row));
+                *worst = errors.iter().fold(*worst, |w, e| w.max(*e));
+            }
         }
         Ok(worst)
     }
 
-    /// What interpolation at `share` of interval `k` does to each output, against the true values
-    /// in row `truth`.
+    /// The tables at the points of a grid, `points` if these are kept within the range.
+    pub fn at_points(
+        &self,
+        v: usize,
+        functions: &[Function],
+        grid: &Grid,
+        points: &[f64],
+    ) -> Result<Sampled, NotConverged> {
+        if !grid.cubic || self.sampler.variables[v].wraps {
+            return self.sample(v, functions, points);
+        }
+        let inner = self.sample(v, functions, &points[1..points.len() - 1])?;
+        let columns = inner.values.column_iter().map(|column| {
+            let mut values: Vec<f64> = column.iter().copied().collect();
+            cubic::extend(&mut values);
+            DVector::from_vec(values)
+        });
+        let columns: Vec<_> = columns.collect();
+        Ok(Sampled {
+            values: DMatrix::from_columns(&columns),
+            ..inner
+        })
+    }
+
+    /// What interpolation with these weights of rows does to each output, against the true values in a
+    /// row of others.
     fn errors_at(
         &self,
         v: usize,
-        sampled: &Sampled,
-        truth: usize,
-        (k, share): (usize, f64),
+        (sampled, weights): (&Sampled, &[(usize, f64)]),
+        (truth, row): (&Sampled, usize),
     ) -> PerAxis {
         let mut errors = PerAxis::default();
         for term in &self.structure.terms {
@@ -287,12 +360,12 @@ impl Found<'_> {
                 .filter(|(w, _)| *w != v)
                 .map(|(w, f)| self.peak(*w, f))
                 .product();
-            let values = &sampled.values;
-            let exact: f64 = own.iter().map(|c| values[(truth, *c)]).product();
-            let interpolated: f64 = own
-                .iter()
-                .map(|c| (1.0 - share) * values[(k, *c)] + share * values[(k + 1, *c)])
-                .product();
+            let exact: f64 = own.iter().map(|c| truth.values[(row, *c)]).product();
+            let between = |c: &usize| {
+                let parts = weights.iter().map(|(k, w)| w * sampled.values[(*k, *c)]);
+                parts.sum::<f64>()
+            };
+            let interpolated: f64 = own.iter().map(between).product();
             errors[term.output] += (term.weight * others * (interpolated - exact)).abs();
         }
         errors

@@ -4,12 +4,14 @@ use super::attempt::{self, Attempt, attempt};
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    BLAMELESS, COARSER, CUT, FINER, FIRST_SHARE, FITS, FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS,
-    LEAST_POINT_SHARE, REFINEMENTS, ROOM_STEPS, SHARES, STUCK,
+    BLAMELESS, CLOSER, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS,
+    FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_COARSER, LEAST_POINT_SHARE,
+    REFINEMENTS, ROOM_STEPS, SHARES, STARVING, STUCK, TOO_GOOD, TOOL_SHARE,
 };
 use super::sampling::{Component, Sampler};
+use super::seen::Seen;
 use super::trials::Trials;
-use super::{components, draft, points};
+use super::{components, cubic, draft, points};
 use crate::machine::PerAxis;
 use crate::schemes::{Options, SchemeError};
 use trueaxis::Draft;
@@ -98,7 +100,11 @@ impl<'a> Search<'a> {
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
             return self.finish(tolerance, &second, true);
         }
-        let first = self.attempt(tolerance, FIRST_SHARE, false)?;
+        let share = match self.judge.is_of_tool() {
+            true => FIRST_TOOL_SHARE,
+            false => FIRST_SHARE,
+        };
+        let first = self.attempt(tolerance, share, false)?;
         self.is_full |= first.attempt.is_full;
         // Joint effects do not help where most of the error is what there was no room for.
         let joint = |search: &mut Self| -> Result<bool, SchemeError> {
@@ -112,6 +118,7 @@ impl<'a> Search<'a> {
         }
         if !(hopeless && joint(self)?)
             && (self.finish(tolerance, &first, false)?
+                && self.closer_is_cheaper(tolerance, &first, share)?
                 || self.is_measured() && self.finish(tolerance, &first, true)?)
         {
             return Ok(true);
@@ -121,6 +128,30 @@ impl<'a> Search<'a> {
         }
         let pairs = joint(self)?;
         self.closer(tolerance, pairs)
+    }
+
+    /// Where the structure leaves much, interpolation may leave little and takes many points: one that leaves
+    /// less may be cheaper. What is cheaper stays; true, for either is good.
+    fn closer_is_cheaper(
+        &mut self,
+        tolerance: &PerAxis,
+        first: &Tried,
+        share: f64,
+    ) -> Result<bool, SchemeError> {
+        if !self.judge.is_of_tool() || first.error < STARVING {
+            return Ok(true);
+        }
+        let Some(kept) = self.best.take() else {
+            return Ok(true);
+        };
+        let closer = self.attempt(tolerance, CLOSER * share, false)?;
+        let good = self.finish(tolerance, &closer, false)?;
+        let cost = |c: &Candidate| cubic::cost_of(&c.draft);
+        let is_cheaper = |closer: &Candidate| cost(closer) < cost(&kept);
+        if !(good && self.best.as_ref().is_some_and(is_cheaper)) {
+            self.best = Some(kept);
+        }
+        Ok(true)
     }
 
     /// True if motions were measured somewhere: elsewhere there are no points to lie between.
@@ -307,8 +338,6 @@ impl<'a> Search<'a> {
         if attempt.structure.count() > usize::from(u8::MAX) {
             return Ok(false);
         }
-        let machine = self.sampler.kinematics.machine;
-        let errors = self.sampler.kinematics.errors;
         let found = attempt.found(
             &self.sampler,
             &self.components[..self.count(*pairs)],
@@ -320,13 +349,21 @@ impl<'a> Search<'a> {
         let mut share = (GOOD - structure_error)
             .max(LEAST_POINT_SHARE)
             .max(LEAST_POINT_SHARE * structure_error);
+        let adapts = self.judge.is_of_tool() && self.options.points.is_none();
+        if adapts {
+            share *= TOOL_SHARE;
+        }
+        let seen = Seen::all(&found)?;
         let mut last = f64::INFINITY;
         let mut room = ROOM_STEPS;
         let mut refinement = 0;
+        // How often fewer points were tried, which shares left enough and which too few, and if what was
+        // enough is what remains.
+        let (mut coarsening, mut is_last) = (0, false);
+        let (mut enough, mut too_few) = (None, f64::INFINITY);
         while refinement <= REFINEMENTS {
-            let fixed = self.options.points.map(|points| points.max(2) - 1);
-            let grids = points::grids(&found, fixed, share, finer)?;
-            let draft = draft::draft(machine, errors, &found, &grids, self.options)?;
+            let grids = points::grids(&found, &seen, self.options, share, finer)?;
+            let draft = draft::draft(&found, &grids, self.options)?;
             let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
                 self.is_full = true;
                 // More than the target holds: fewer points, unless they were enough before.
@@ -339,6 +376,15 @@ impl<'a> Search<'a> {
             };
             // What is made for a finer tolerance is to meet the one asked for.
             let wanted = factor.max(1.0);
+            let too_good = verdict.error < TOO_GOOD * wanted && verdict.harm <= HARMLESS;
+            if adapts && too_good && !is_last && coarsening < COARSENINGS {
+                coarsening += 1;
+                enough = Some(share);
+                // Part of the error is the structure's, and does not grow with fewer points.
+                let more = (JUST_GOOD * wanted / verdict.error).clamp(LEAST_COARSER, TOOL_SHARE);
+                share = (share * more).min((share * too_few).sqrt());
+                continue;
+            }
             let mut good = verdict.error <= GOOD * wanted;
             if good && !self.judge.confirms(&draft, wanted)? {
                 good = false;
@@ -349,6 +395,8 @@ impl<'a> Search<'a> {
                 }
             }
             let better = match &self.best {
+                // Of tables with more points or fewer, what is good counts, not what is best.
+                Some(best) if adapts && good => best.verdict.error > GOOD * wanted,
                 Some(best) => verdict.error < best.verdict.error,
                 None => true,
             };
@@ -367,8 +415,20 @@ impl<'a> Search<'a> {
             if good {
                 return Ok(verdict.harm <= HARMLESS);
             }
+            if let Some(finer) = enough.filter(|_| !is_last) {
+                // Something between, or what was enough.
+                coarsening += 1;
+                too_few = share;
+                is_last = coarsening > COARSENINGS;
+                share = if is_last {
+                    finer
+                } else {
+                    (finer * share).sqrt()
+                };
+                continue;
+            }
             let blameless = share * factor < BLAMELESS * verdict.error;
-            if fixed.is_some() || verdict.error > 0.9 * last || blameless {
+            if self.options.points.is_some() || verdict.error > 0.9 * last || blameless {
                 break;
             }
             last = verdict.error;

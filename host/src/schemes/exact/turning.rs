@@ -106,10 +106,10 @@ impl Turning {
 
 /// The corrections (mm, rad times a lever) of every small location and motion error of every axis,
 /// linearised at a position.
-fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
+pub fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
     let machine = kinematics.machine;
     let linearised = Linearised::new(kinematics, q, &Situation::default());
-    let Some(solver) = kinematics.jacobian(q, None).solver() else {
+    let Some(solver) = kinematics.jacobian(q, None).solver(kinematics.policy) else {
         return Vec::new();
     };
     let mut all = Vec::new();
@@ -144,11 +144,13 @@ fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
 mod tests {
     use super::super::specimen::{errors, with_rotary};
     use super::*;
+    use crate::kinematics::Policy;
     use crate::machine::Machine;
 
     fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
         let errors = errors(machine, "");
-        Turning::of(&Kinematics::new(machine, &errors), index, relative)
+        let kinematics = Kinematics::new(machine, &errors).with_policy(Policy::Orientation);
+        Turning::of(&kinematics, index, relative)
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What a correction depends on: axis positions, directions, tool length, temperatures.
 
+use super::peaks;
 use super::turning::{self, Turning};
 use crate::errors::{MAX_SENSORS, Motion};
 use crate::kinematics::Kinematics;
@@ -52,6 +53,8 @@ pub struct Variable {
     pub nodes: usize,
     /// How many nodes of a rotary axis see all of its functions with its motions off.
     pub turning: Turning,
+    /// Further nodes of a rotary axis, at the peaks of the correction.
+    pub peaks: Vec<f64>,
 }
 
 impl Variable {
@@ -62,7 +65,11 @@ impl Variable {
 
     /// Positions over the calibrated range at which all of its functions are seen.
     pub fn many(&self) -> Vec<f64> {
-        positions(self.calibrated, self.nodes.max(self.turning.base))
+        let [low, high] = self.calibrated;
+        let count = self.nodes.max(self.turning.base);
+        let mut all = self.with_peaks(positions(self.calibrated, count));
+        all.retain(|x| (low..=high).contains(x));
+        all
     }
 
     /// True for variables that can be switched off: the correction is split into what is there
@@ -149,15 +156,22 @@ impl Variable {
     }
 
     /// The node positions with its motions on: Chebyshev points with both ends, which keep
-    /// polynomials and trigonometric functions well apart.
+    /// polynomials and trigonometric functions well apart; and those at peaks.
     pub fn positions(&self, count: usize) -> Vec<f64> {
-        positions(self.range, count)
+        self.with_peaks(positions(self.range, count))
+    }
+
+    /// With the nodes at peaks, in order.
+    fn with_peaks(&self, mut nodes: Vec<f64>) -> Vec<f64> {
+        nodes.extend(&self.peaks);
+        nodes.sort_by(f64::total_cmp);
+        nodes
     }
 
     /// The node positions of a rotary axis with its motions off, where everything repeats after a
     /// turn: evenly over one, if the range is not smaller.
     pub fn turning_positions(&self, count: usize) -> Vec<f64> {
-        turning::positions(self.range, count)
+        self.with_peaks(turning::positions(self.range, count))
     }
 }
 
@@ -267,6 +281,11 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
             } else {
                 Turning::NONE
             },
+            peaks: if axis.letter.is_rotary() {
+                peaks::nodes(kinematics, index)
+            } else {
+                Vec::new()
+            },
         });
     }
     let plain = |kind, range| Variable {
@@ -279,6 +298,7 @@ pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
         moves: false,
         nodes: 2,
         turning: Turning::NONE,
+        peaks: Vec::new(),
     };
     if let Some(range) = machine.length_range {
         variables.push(plain(Kind::Length, range));

@@ -19,8 +19,8 @@ use rivals::htm::Direct;
 use rivals::{closed_form, exact};
 use semihosting::{println, process};
 use trueaxis::{Compensation, Inputs, Servo, Travelling};
-use trueaxis_kinematics::Kinematics;
-use workloads::{DOCUMENT, GRID, HURON};
+use trueaxis_kinematics::{Kinematics, Policy};
+use workloads::{DOCUMENT, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION};
 
 /// Positions of each measurement.
 const POSITIONS: usize = 512;
@@ -189,6 +189,8 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
 fn main() -> ! {
     static mut HURON_USUAL: Usual = Usual::empty();
     static mut HURON_TIGHT: Tight = Tight::empty();
+    static mut DIRECTION: Usual = Usual::empty();
+    static mut KOLIBRI: Usual = Usual::empty();
     static mut CUBE: Usual = Usual::empty();
     static mut LAYOUT: Usual = Usual::empty();
     static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
@@ -205,6 +207,10 @@ fn main() -> ! {
     let tight = load(HURON_TIGHT, &HURON.0);
     evaluate(counter, "evaluate_huron13", huron);
     evaluate(counter, "evaluate_huron13_5_axes", tight);
+    let direction = load(DIRECTION, &HURON_DIRECTION.0);
+    evaluate(counter, "evaluate_huron13_direction", direction);
+    let kolibri = load(KOLIBRI, &KOLIBRI_DIRECTION.0);
+    evaluate(counter, "evaluate_kolibri10_direction", kolibri);
     evaluate(counter, "grid25_3out", load(CUBE, &GRID.0));
     evaluate(counter, "document_40_tables", load(LAYOUT, &DOCUMENT.0));
 
@@ -222,7 +228,7 @@ fn main() -> ! {
         fail("the machine is none")
     };
     let errors = exact::errors(&machine);
-    let kinematics = Kinematics::new(&machine, &errors);
+    let kinematics = Kinematics::new(&machine, &errors).with_policy(Policy::Orientation);
     rival(counter, "rival_exact_correction", huron, |q| {
         exact::correction(&kinematics, q)
     });

@@ -14,8 +14,12 @@ macro_rules! blob {
     };
 }
 
-/// The thirteen errors of the Huron, compiled with the default options.
+/// The thirteen errors of the Huron, with the policy `orientation`.
 pub static HURON: &Aligned<[u8]> = blob!("huron13.trax");
+/// The same with the policy `direction`.
+pub static HURON_DIRECTION: &Aligned<[u8]> = blob!("huron13-direction.trax");
+/// The ten errors of the Kolibri, with the policy `direction`.
+pub static KOLIBRI_DIRECTION: &Aligned<[u8]> = blob!("kolibri10-direction.trax");
 /// 25 × 25 × 25 nodes over X Y Z, three outputs, f32.
 pub static GRID: &Aligned<[u8]> = blob!("grid25.trax");
 /// The 40 tables of the source document: 13, 11, 14, 1 and 1 for X, Y, Z, A and C.
