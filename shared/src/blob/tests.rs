@@ -191,7 +191,7 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
         (short(&all, 8, &[1, 1, 0]), truncated(Part::Grid(0))),
         (replaced(0, &[2, 0xff, 0xff]), malformed(Part::Machine)),
         (replaced(2, &[0xff; 5]), malformed(Part::SampleCounts)),
-        (replaced(1, &[1]), truncated(Part::Policy)),
+        (short(&all, 1, &[1, 0]), truncated(Part::Policy)),
         (replaced(1, &[3]), unknown(Part::Policy, 3)),
         (auxiliary(2, "t"), unknown(Part::Auxiliary(0), 2)),
         (
