@@ -21,6 +21,7 @@ extern crate alloc;
 extern crate std;
 
 mod blob;
+mod catch_up;
 mod compensation;
 mod description;
 mod direction;
@@ -38,6 +39,7 @@ mod magnitude;
 mod measure;
 #[cfg(all(test, feature = "encode"))]
 mod oracle;
+mod pace;
 mod ramp;
 mod reach;
 mod servo;
@@ -57,7 +59,7 @@ pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
 pub use header::{ALIGNMENT, HEADER, Header, MAGIC, VERSION};
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};
-pub use ramp::RISE;
+pub use pace::RISE;
 pub use reach::MOST_PERIODS;
 pub use servo::{LONGEST_PERIOD, PATIENCE, Refused, Servo};
 pub use status::{Conditions, Correction, Status};

@@ -26,6 +26,9 @@ impl Conditions {
     pub const DISABLED: Self = Self(1 << 7);
     /// A dry run: everything is computed, the output is (on its way to) zero.
     pub const DRY_RUN: Self = Self(1 << 8);
+    /// An auxiliary input that matters is not a number (it was never set, or its sensor is lost),
+    /// infinite or out of reach: one kind of [`BAD_INPUT`](Self::BAD_INPUT), which holds as well.
+    pub const BAD_AUXILIARY: Self = Self(1 << 9);
 
     /// Whether all conditions of `other` hold.
     #[must_use]
