@@ -17,7 +17,7 @@ compile_error!("blobs are read in place and are little-endian");
 
 #[cfg(feature = "encode")]
 extern crate alloc;
-#[cfg(test)]
+#[cfg(any(test, feature = "count"))]
 extern crate std;
 
 mod blob;
@@ -47,6 +47,7 @@ mod servo;
 mod specimen;
 mod status;
 mod weights;
+mod work;
 
 pub use compensation::{Compensation, TermView};
 pub use description::{
@@ -64,3 +65,6 @@ pub use reach::MOST_PERIODS;
 pub use servo::{LONGEST_PERIOD, PATIENCE, Refused, Servo};
 pub use status::{Conditions, Correction, Status};
 pub use weights::{WeightError, Weights};
+#[cfg(feature = "count")]
+#[doc(hidden)]
+pub use work::{MOST_ROUNDS, rounds};

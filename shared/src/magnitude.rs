@@ -4,6 +4,7 @@ use crate::compensation::Compensation;
 use crate::description::{Interpolation, SampleFormat};
 use crate::load_error::LoadError;
 use crate::lookup::FIXED;
+use crate::work;
 
 /// Nothing may exceed this anywhere in an evaluation. Far above any correction, and far enough
 /// below `f32::MAX` that neither the difference of two samples nor rounding can overflow.
@@ -29,6 +30,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.measure_tables()?;
         let mut sums = [0.0_f32; AXES];
         for (number, term) in self.terms.iter().enumerate() {
+            work::count(1 + usize::from(term.count));
             let weight = if term.place == FIXED {
                 magnitude(term.weight)
             } else {
@@ -62,6 +64,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             let tables = usize::from(bank.tables);
             let first = bank.first as usize;
             let count = bank.points as usize * tables;
+            work::count(count + tables);
             for column in 0..tables {
                 let mut peak = 0.0_f32;
                 match bank.format {
@@ -103,6 +106,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             let width = grid.outputs.len();
             let first = grid.first as usize;
             let count = grid.nodes() as usize * width;
+            work::count(count + width);
             for (place, &output) in grid.outputs.iter().enumerate() {
                 let mut peak = 0.0_f32;
                 match grid.format {
