@@ -113,7 +113,9 @@ pub struct Servo<
     /// While nothing but the positions changes, the period of the last call, s; otherwise not a
     /// number: see `steady.rs`.
     steady: f32,
-    /// Then the axes that are referenced.
+    /// Then all axes, bit 0 is the first.
+    steady_axes: u16,
+    /// And those that are referenced.
     steady_referenced: u16,
     /// Then how many auxiliaries are compared with those of the last call.
     steady_auxiliaries: u8,
@@ -122,6 +124,8 @@ pub struct Servo<
     frozen: bool,
     /// For how long inputs have been unusable, s.
     fault: f32,
+    /// The period of this call as it was given, s.
+    asked: f32,
     /// Last usable period, s.
     period: f32,
     /// 1 / period
@@ -159,12 +163,14 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             },
             before: [0.0; AXES],
             steady: f32::NAN,
+            steady_axes: 0,
             steady_referenced: 0,
             steady_auxiliaries: 0,
             held: true,
             // Until the first usable inputs.
             frozen: true,
             fault: 0.0,
+            asked: 0.0,
             period: 0.0,
             frequency: 0.0,
             last_frequency: 0.0,
@@ -325,10 +331,12 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         referenced: u16,
         dt: f32,
     ) -> &Correction<AXES> {
+        // Put aside, or it would occupy a register all the way.
+        self.asked = dt;
         match self.update_steady(inputs, referenced, dt) {
             Steady::Done => {}
-            Steady::Computed => self.update_any(inputs, referenced, dt, true),
-            Steady::No => self.update_any(inputs, referenced, dt, false),
+            Steady::Computed => self.update_any(inputs, referenced, true),
+            Steady::No => self.update_any(inputs, referenced, false),
         }
         &self.correction
     }

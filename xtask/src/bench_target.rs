@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
-const CALLS: [(&str, &str, u64); 11] = [
+const CALLS: [(&str, &str, u64); 13] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
     (
         "evaluate_huron13_5_axes",
@@ -24,6 +24,12 @@ const CALLS: [(&str, &str, u64); 11] = [
     ("servo_update_huron13", "servo update: the same", 650),
     (
         "servo_update_huron13_5_axes",
+        "  with capacities for five axes",
+        0,
+    ),
+    ("servo_long_huron13", "servo update in a ramp", 0),
+    (
+        "servo_long_huron13_5_axes",
         "  with capacities for five axes",
         0,
     ),
@@ -45,6 +51,8 @@ const CALLS: [(&str, &str, u64); 11] = [
 ];
 /// What the rivals are instead of.
 const OURS: &str = "evaluate_huron13";
+/// Most instructions of any update of a kind.
+const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1500), ("servo_fade_huron13", 2200)];
 /// Most bytes of stack of any call of ours.
 const STACK: u64 = 1024;
 /// Most bytes of code that runs in the servo loop.
@@ -180,6 +188,8 @@ fn print(figures: &Figures, version: &str) {
         );
         if budget > 0 {
             print!("  {budget:>6} {}", verdict(typical, budget));
+        } else if let Some((_, budget)) = MOST.iter().find(|(of, _)| *of == key) {
+            print!("  {budget:>6} {} at most", verdict(most, *budget));
         } else if key.starts_with("rival_") {
             print!("  {:>5.1} × evaluate", typical as f64 / get(OURS) as f64);
         }
@@ -244,8 +254,12 @@ fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>
     let stacks = CALLS
         .iter()
         .map(|(key, ..)| (format!("stack_{key}"), STACK));
+    let most = MOST
+        .iter()
+        .map(|(key, budget)| (format!("{key}_max"), *budget));
     let code = [("code_servo_update".to_owned(), CODE)];
     let over: Vec<String> = typical
+        .chain(most)
         .chain(stacks)
         .chain(code)
         .filter_map(|(key, budget)| {

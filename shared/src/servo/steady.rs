@@ -19,6 +19,9 @@ pub(super) enum Steady {
     No,
 }
 
+/// In the mask of turning axes: the period is another one.
+const OTHER_PERIOD: u32 = 1 << 31;
+
 /// |x|
 #[inline(always)]
 fn magnitude(x: f32) -> f32 {
@@ -54,6 +57,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             lane.settle(axis, reach, referenced & bit != 0);
             bit <<= 1;
         }
+        self.steady_axes = reach.all_axes;
         self.steady_referenced = reach.all_axes & referenced;
         self.steady_auxiliaries = 8 - reach.used_auxiliaries.leading_zeros() as u8;
         self.keep_pace(self.period);
@@ -77,24 +81,21 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         referenced: u16,
         dt: f32,
     ) -> Steady {
+        let mut turning = 0_u32;
         if dt != self.steady {
             let good_period = dt > 0.0 && dt <= LONGEST_PERIOD;
             if !good_period || self.steady.is_nan() {
                 return Steady::No;
             }
             self.keep_pace(dt);
+            turning = OTHER_PERIOD;
         }
-        if self.current.reach.all_axes & referenced != self.steady_referenced {
+        if referenced & self.steady_axes != self.steady_referenced {
             return Steady::No;
         }
-        let count = usize::from(self.steady_auxiliaries);
-        let auxiliaries = inputs.auxiliaries.iter().zip(&self.inputs.auxiliaries);
-        for (a, b) in auxiliaries.take(count) {
-            if a.to_bits() != b.to_bits() {
-                return Steady::No;
-            }
+        if self.steady_auxiliaries != 0 && !self.same_auxiliaries(inputs) {
+            return Steady::No;
         }
-        let mut turning = 0_u32;
         for (k, (lane, &q)) in self.lanes.iter_mut().zip(&inputs.axes).enumerate() {
             let along = q * lane.sense;
             // Not-a-number fails the comparisons.
@@ -126,11 +127,18 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.correction.dq = self.correction.computed;
         self.correction.status = Status::default();
         self.inputs.axes = inputs.axes;
-        self.last_frequency = self.frequency;
         if turning | limited != 0 {
             self.finish(turning, limited);
         }
         Steady::Done
+    }
+
+    /// Whether the auxiliaries are those of the last call.
+    #[inline(never)]
+    fn same_auxiliaries(&self, inputs: &Inputs<AXES>) -> bool {
+        let count = usize::from(self.steady_auxiliaries);
+        let both = inputs.auxiliaries.iter().zip(&self.inputs.auxiliaries);
+        both.take(count).all(|(a, b)| a.to_bits() == b.to_bits())
     }
 
     /// Follows the axes that do not merely move on in their direction; false if one of them is at
@@ -169,9 +177,11 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         })
     }
 
-    /// What else there is to do for axes that turned and for those near the ends of their travel.
+    /// What else there is to do for axes that turned, for those near the ends of their travel, and
+    /// after another period.
     #[inline(never)]
     fn finish(&mut self, turning: u32, limited: u32) {
+        self.last_frequency = self.frequency;
         let values = self.correction.dq.iter_mut().zip(&self.before);
         for (k, (lane, (dq, &last))) in self.lanes.iter_mut().zip(values).enumerate() {
             let bit = 1 << k;

@@ -1051,9 +1051,11 @@ proptest! {
                     // Corrections below 1 round by 2⁻²⁵, positions below 1000 by 2⁻¹⁵ times the slope,
                     // each twice in a velocity and that twice in a change; the remainder as much again.
                     let rounding = 16.0 * (2.0_f64.powi(-25) + f64::from(slope) * 2.0_f64.powi(-15)) / shortest;
-                    // The ramp of s may begin at the same time.
+                    // The ramp of s may begin at the same time; while it moves at up to 0.4/s, so does
+                    // the product with what the axis's own motion adds, twice.
                     let own = f64::from(slope) * (speed - before).abs();
-                    let most = 2.0 * 8.0 * between + own + rounding;
+                    let product = 2.0 * 0.4 * f64::from(slope) * 400.0;
+                    let most = (2.0 * 8.0 + product) * between + own + rounding;
                     let change = (fast - velocity[k]).abs();
                     prop_assert!(change <= most * 1.001, "axis {k}: {} to {fast}, not {most}", velocity[k]);
                     (dq[k], velocity[k]) = (now, fast);

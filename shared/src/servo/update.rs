@@ -10,14 +10,9 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 {
     /// `evaluated`: as far as that the corrections are evaluated, but nothing more.
     #[inline(never)]
-    pub(super) fn update_any(
-        &mut self,
-        inputs: &Inputs<AXES>,
-        referenced: u16,
-        dt: f32,
-        evaluated: bool,
-    ) {
+    pub(super) fn update_any(&mut self, inputs: &Inputs<AXES>, referenced: u16, evaluated: bool) {
         self.unsettle();
+        let dt = self.asked;
         let mut status = Status::default();
         let conditions = &mut status.conditions;
 

@@ -26,6 +26,8 @@ use workloads::{DOCUMENT, GRID, HURON};
 const POSITIONS: usize = 512;
 /// Servo updates of each measurement; several reversals of every axis.
 const UPDATES: usize = 4096;
+/// Servo updates that are measured after the corrections are taken out; axes reverse meanwhile.
+const RAMPING: usize = 1024;
 /// Servo updates that are measured of a change of compensation, which takes about 1 s.
 const FADING: usize = 256;
 /// Servo period of the measurements, s.
@@ -119,11 +121,12 @@ fn updates<const A: usize, const T: usize, const N: usize, const G: usize>(
     println!("stack_{key} {stack}");
 }
 
-/// Servo updates in the steady state, and through a change of compensation.
+/// Servo updates in the steady state, while the corrections go out and come in, and through a change
+/// of compensation.
 fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
     counter: &mut Counter,
-    keys: [&str; 2],
-    c: &'static Compensation<'static, A, T, N, G>,
+    keys: [&str; 3],
+    [c, other]: [&'static Compensation<'static, A, T, N, G>; 2],
     counts: &mut [u32; UPDATES],
 ) {
     let path = Path::new(c);
@@ -141,15 +144,35 @@ fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
         fail("the corrections are not in");
     }
     updates(counter, keys[0], &mut servo, &path, UPDATES, counts);
-    if servo.swap(c).is_err() {
-        fail("the compensation does not take its own place");
-    }
+    servo.disable();
+    let first = 3 * UPDATES;
     updates(
         counter,
         keys[1],
         &mut servo,
         &path,
-        3 * UPDATES,
+        first,
+        &mut counts[..RAMPING],
+    );
+    servo.enable();
+    for period in 0..UPDATES {
+        let q = path.smooth(first + 2 * RAMPING + period);
+        servo.update(
+            &Inputs::at(core::array::from_fn(|i| q[i])),
+            u16::MAX,
+            PERIOD,
+        );
+    }
+    if servo.factor() != 1.0 || servo.swap(other).is_err() {
+        fail("the compensation does not take the place of another");
+    }
+    let first = first + 2 * RAMPING + UPDATES;
+    updates(
+        counter,
+        keys[2],
+        &mut servo,
+        &path,
+        first,
         &mut counts[..FADING],
     );
     if !servo.is_swapping() {
@@ -188,7 +211,9 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
 #[entry]
 fn main() -> ! {
     static mut HURON_USUAL: Usual = Usual::empty();
+    static mut HURON_AGAIN: Usual = Usual::empty();
     static mut HURON_TIGHT: Tight = Tight::empty();
+    static mut TIGHT_AGAIN: Tight = Tight::empty();
     static mut CUBE: Usual = Usual::empty();
     static mut LAYOUT: Usual = Usual::empty();
     static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
@@ -227,10 +252,20 @@ fn main() -> ! {
         exact::correction(&kinematics, q)
     });
 
-    let keys = ["servo_update_huron13", "servo_fade_huron13"];
-    servo(counter, keys, huron, COUNTS);
-    let keys = ["servo_update_huron13_5_axes", "servo_fade_huron13_5_axes"];
-    servo(counter, keys, tight, COUNTS);
+    let keys = [
+        "servo_update_huron13",
+        "servo_long_huron13",
+        "servo_fade_huron13",
+    ];
+    let both = [huron, load(HURON_AGAIN, &HURON.0)];
+    servo(counter, keys, both, COUNTS);
+    let keys = [
+        "servo_update_huron13_5_axes",
+        "servo_long_huron13_5_axes",
+        "servo_fade_huron13_5_axes",
+    ];
+    let both = [tight, load(TIGHT_AGAIN, &HURON.0)];
+    servo(counter, keys, both, COUNTS);
     println!("done 1");
     process::exit(0)
 }
