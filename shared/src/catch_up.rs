@@ -38,10 +38,6 @@ pub(crate) struct CatchUp {
     velocity: f32,
 }
 
-fn magnitude(x: f32) -> f32 {
-    if x < 0.0 { -x } else { x }
-}
-
 fn within(x: f32, most: f32) -> f32 {
     if x > most {
         most
@@ -66,29 +62,22 @@ impl CatchUp {
     }
 
     /// Whether the correction is not what it should be.
+    #[inline(always)]
     pub(crate) fn is_active(&self) -> bool {
         self.active
     }
 
-    /// Whether the goal of a period cannot be followed as it is.
-    #[inline(always)]
-    pub(crate) fn is_needed(&self, p: &Period) -> bool {
-        let change = p.goal - p.last;
-        let most = p.rate * p.dt;
-        let follows = !self.active && !p.step && change <= most && change >= -most;
-        !follows
-    }
-
-    /// The correction of a period in which it [is needed](Self::is_needed). `rise` is the speed
-    /// that is reached in [`RISE`](crate::RISE).
+    /// The correction of a period in which the goal cannot simply be followed: while this is active,
+    /// and where the goal may have stepped or moved faster than the rate. `rise` is the speed that is
+    /// reached in [`RISE`](crate::RISE).
     #[inline(never)]
     pub(crate) fn advance(&mut self, p: &Period, rise: f32) -> f32 {
         let most = p.rate * p.dt;
         if !self.active {
             self.begin(p, rise);
             let change = p.goal - p.last;
-            let jerk = magnitude(change - p.velocity * p.dt);
-            if magnitude(change) <= most && jerk <= self.pace.acceleration * p.dt * p.dt {
+            let jerk = (change - p.velocity * p.dt).abs();
+            if change.abs() <= most && jerk <= self.pace.acceleration * p.dt * p.dt {
                 // Followed as it is, it steps neither in position nor in velocity.
                 self.active = false;
                 return p.goal;
@@ -98,7 +87,7 @@ impl CatchUp {
         }
         self.pace.rate = p.rate;
         let moved = p.goal - self.goal;
-        let steps = p.step || magnitude(moved) > most;
+        let steps = p.step || moved.abs() > most;
         // While it steps the goal is taken to stand still where it is.
         let own = if steps { 0.0 } else { moved * p.frequency };
         if steps {
@@ -123,7 +112,7 @@ impl CatchUp {
         let dq = p.goal + self.sense * self.way.remaining;
         self.velocity = own - self.sense * self.way.speed;
         let change = dq - p.last;
-        if magnitude(change) <= most {
+        if change.abs() <= most {
             return dq;
         }
         // Both the goal and the remainder move: together no faster than the rate.
@@ -156,6 +145,6 @@ impl CatchUp {
     /// The remainder and its velocity.
     fn set(&mut self, remainder: f32, velocity: f32) {
         self.sense = if remainder < 0.0 { -1.0 } else { 1.0 };
-        self.way = Approach::from(magnitude(remainder), -self.sense * velocity);
+        self.way = Approach::from(remainder.abs(), -self.sense * velocity);
     }
 }

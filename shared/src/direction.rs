@@ -56,6 +56,19 @@ impl Reversal {
         }
     }
 
+    /// Takes in a position of an axis without period if it merely moves on in its direction; whether
+    /// it did.
+    #[inline(always)]
+    pub(crate) fn moves_on(&mut self, q: f32) -> bool {
+        match self.travel {
+            Travel::Positive if q >= self.high => self.high = q,
+            Travel::Negative if q <= self.low => self.low = q,
+            _ => return false,
+        }
+        self.last = q;
+        true
+    }
+
     /// Known to have moved in direction `travel` to `q`.
     pub(crate) fn moved(travel: Travel, q: f32) -> Self {
         Self {

@@ -7,6 +7,33 @@
 //! f32 with `+ − ×` and casts, in a fixed order. This presumes the default rounding and no
 //! flush-to-zero of subnormal numbers.
 //!
+//! ```
+//! use trueaxis::{Compensation, Inputs, Servo};
+//!
+//! // Five axes (in the blob's order: Y, A, C, X, Z), and room for its tables. On a controller a
+//! // `static`: it is large.
+//! type Tables<'a> = Compensation<'a, 5, 32, 64, 1>;
+//!
+//! let mut tables = Tables::empty();
+//! tables.load(trueaxis::include_blob!(concat!(
+//!     env!("CARGO_MANIFEST_DIR"),
+//!     "/examples/huron-13.trax"
+//! )))?;
+//! let mut servo = Servo::new(&tables);
+//! servo.enable();
+//! // In every servo period: uncorrected commands, which axes are referenced, the period in s.
+//! let commands = Inputs::at([100.0, 30.0, 45.0, -50.0, -120.0]);
+//! for _ in 0..2000 {
+//!     servo.update(&commands, 0b1_1111, 0.001);
+//! }
+//! let correction = servo.update(&commands, 0b1_1111, 0.001);
+//! assert_eq!(servo.factor(), 1.0);
+//! assert!(correction.status.conditions.names().next().is_none());
+//! let to_drive = commands.axes[0] + correction.dq[0];
+//! assert!((to_drive - 100.0).abs() < 0.2 && to_drive != 100.0);
+//! # Ok::<(), trueaxis::LoadError>(())
+//! ```
+//!
 //! Positions and corrections are in mm and degrees. Nothing here allocates, except the feature
 //! `encode`, with which hosts build blobs (`Draft`).
 #![no_std]
@@ -27,6 +54,7 @@ mod description;
 mod direction;
 #[cfg(feature = "encode")]
 mod draft;
+mod embed;
 mod guard;
 mod header;
 mod inputs;
@@ -57,6 +85,8 @@ pub use description::{
 pub use direction::Reversal;
 #[cfg(feature = "encode")]
 pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
+#[doc(hidden)]
+pub use embed::Aligned;
 pub use header::{ALIGNMENT, HEADER, Header, MAGIC, VERSION};
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};

@@ -14,10 +14,6 @@ pub(crate) const MAGNITUDE: f32 = 1e15;
 /// of an interval (less where one slope is one-sided).
 pub(crate) const CUBIC_OVERSHOOT: f32 = 1.25;
 
-fn magnitude(value: f32) -> f32 {
-    if value < 0.0 { -value } else { value }
-}
-
 fn within(value: f32) -> bool {
     value <= MAGNITUDE
 }
@@ -32,11 +28,11 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         for (number, term) in self.terms.iter().enumerate() {
             work::count(1 + usize::from(term.count));
             let weight = if term.place == FIXED {
-                magnitude(term.weight)
+                term.weight.abs()
             } else {
                 self.weights
                     .limits_at(term.place)
-                    .map_or(0.0, |[low, high]| magnitude(low).max(magnitude(high)))
+                    .map_or(0.0, |[low, high]| low.abs().max(high.abs()))
             };
             let mut product = weight;
             let mut largest = weight;
@@ -77,13 +73,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                                     point: point as u32,
                                 });
                             }
-                            peak = peak.max(magnitude(v));
+                            peak = peak.max(v.abs());
                         }
                     }
                     SampleFormat::I16 => {
                         let samples = self.shorts[first..first + count].iter();
                         for &v in samples.skip(column).step_by(tables) {
-                            peak = peak.max(magnitude(f32::from(v)));
+                            peak = peak.max(f32::from(v).abs());
                         }
                         peak *= self.scales[usize::from(table)];
                     }
@@ -119,13 +115,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                                     node: node as u32,
                                 });
                             }
-                            peak = peak.max(magnitude(v));
+                            peak = peak.max(v.abs());
                         }
                     }
                     SampleFormat::I16 => {
                         let samples = self.shorts[first..first + count].iter();
                         for &v in samples.skip(place).step_by(width) {
-                            peak = peak.max(magnitude(f32::from(v)));
+                            peak = peak.max(f32::from(v).abs());
                         }
                         peak *= grid.scales[place];
                     }

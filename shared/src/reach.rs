@@ -36,17 +36,20 @@ impl<const AXES: usize> Reach<AXES> {
     /// Whether all axes are finite, and those that matter within reach: those that are used or
     /// referenced (bit 0 is the first).
     fn holds_axes(&self, inputs: &Inputs<AXES>, referenced: u16) -> bool {
-        let matters = self.used_axes | referenced;
-        let mut holds = true;
-        for (k, (&q, &limit)) in inputs.axes.iter().zip(&self.axes).enumerate() {
-            let bit = 1 << k;
-            if self.all_axes < bit {
+        let mut matters = self.used_axes | referenced;
+        let mut left = self.all_axes;
+        for (q, &limit) in inputs.axes.iter().zip(&self.axes) {
+            if left == 0 {
                 break;
             }
-            let limit = if matters & bit != 0 { limit } else { f32::MAX };
-            holds &= near(q, limit);
+            // Not-a-number is not.
+            if !(q.abs() <= if matters & 1 != 0 { limit } else { f32::MAX }) {
+                return false;
+            }
+            left >>= 1;
+            matters >>= 1;
         }
-        holds
+        true
     }
 
     /// Whether all auxiliaries that matter are finite and within reach.

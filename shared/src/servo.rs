@@ -32,7 +32,6 @@ use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::status::{Correction, Status};
 use crate::weights::{WeightError, Weights};
-use fades::pace;
 use lane::Lane;
 use steady::Steady;
 
@@ -70,7 +69,6 @@ impl core::error::Error for Refused {}
 /// What is faded in.
 struct Fade<C> {
     to: C,
-    weights: Weights,
     auxiliaries: [f32; AUXILIARIES],
     swap: bool,
 }
@@ -86,6 +84,8 @@ pub struct Servo<
     current: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
     weights: Weights,
     fade: Option<Fade<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>>,
+    /// The weights that are being faded in; only their values count.
+    coming: Weights,
     /// Accepted, waits until nothing else moves.
     queued: Option<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>,
     /// The weights last asked for, of the compensation last accepted.
@@ -140,19 +140,20 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Disabled, all corrections zero.
     #[must_use]
     pub fn new(compensation: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>) -> Self {
-        Self {
+        let mut servo = Self {
             current: compensation,
             weights: compensation.weights(),
             fade: None,
+            coming: compensation.weights(),
             queued: None,
             wanted: compensation.weights(),
             weights_wait: false,
             enabled: false,
             dry_run: false,
             factor: Ramp::ZERO,
-            factor_pace: pace(compensation, compensation, fades::ALONE),
+            factor_pace: Pace::new(1.0, 1.0),
             blend: Ramp::ZERO,
-            blend_pace: pace(compensation, compensation, fades::BLEND),
+            blend_pace: Pace::new(1.0, 1.0),
             lanes: compensation.axes().iter().map(|_| Lane::new()).collect(),
             inputs: Inputs::at([0.0; AXES]),
             travelling: Travelling([Travel::Unknown; AXES]),
@@ -174,7 +175,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             period: 0.0,
             frequency: 0.0,
             last_frequency: 0.0,
-        }
+        };
+        servo.take_limits(compensation, false);
+        servo
     }
 
     /// Lets the corrections in.

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
-const CALLS: [(&str, &str, u64); 13] = [
+const CALLS: [(&str, &str, u64); 14] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
     (
         "evaluate_huron13_5_axes",
@@ -42,6 +42,11 @@ const CALLS: [(&str, &str, u64); 13] = [
     ("grid25_3out", "evaluate: grid 25×25×25, three outputs", 200),
     ("document_40_tables", "evaluate: layout of 40 tables", 700),
     ("rival_closed_form_libm", "instead: closed form, libm", 0),
+    (
+        "rival_closed_form_micromath",
+        "instead: closed form, micromath",
+        0,
+    ),
     ("rival_htm_nalgebra", "instead: matrices, nalgebra f32", 0),
     (
         "rival_exact_correction",
@@ -76,7 +81,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     // The rivals as fast as the compiler makes them; ours as the boards are built, for size.
     let fast = measure(&folder.join("fast/bench-target"))?;
     for (key, ..) in CALLS.iter().filter(|(key, ..)| key.starts_with("rival_")) {
-        for key in ["", "_min", "_max"].map(|end| format!("{key}{end}")) {
+        for key in ["", "_min", "_max", "_nm"].map(|end| format!("{key}{end}")) {
             if let Some(value) = fast.get(&key) {
                 figures.set(&key, value);
             }
@@ -191,7 +196,9 @@ fn print(figures: &Figures, version: &str) {
         } else if let Some((_, budget)) = MOST.iter().find(|(of, _)| *of == key) {
             print!("  {budget:>6} {} at most", verdict(most, *budget));
         } else if key.starts_with("rival_") {
-            print!("  {:>5.1} × evaluate", typical as f64 / get(OURS) as f64);
+            let off = get(&format!("{key}_nm")) as f64 / 1000.0;
+            let times = typical as f64 / get(OURS) as f64;
+            print!("  {times:>5.1} × evaluate, off by {off:.3} µm or 0.001°");
         }
         println!();
     }

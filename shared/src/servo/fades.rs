@@ -9,56 +9,41 @@ use crate::pace::{Pace, RISE};
 use crate::ramp::Ramp;
 use crate::weights::Weights;
 
-/// By how many times the larger and the smaller of two value bounds a factor moves a correction.
-type Range = [f32; 2];
-/// s, while nothing is faded in.
-pub(super) const ALONE: Range = [1.0, 0.0];
-/// f alone: from one to the other, at the worst from bound to bound.
-pub(super) const BLEND: Range = [1.0, 1.0];
-/// The same at half of the rate: s may move meanwhile.
-const SHARED: Range = [2.0, 0.0];
-const SHARED_BLEND: Range = [2.0, 2.0];
-
-/// The rate at which a factor from 0 to 1 keeps every axis within its ramp rate and rate bound.
-pub(super) fn pace<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    a: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    b: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    range: Range,
-) -> Pace {
-    let mut slowest = f32::INFINITY;
-    for (a, b) in a.axes().iter().zip(b.axes()) {
-        let mut rate = a.ramp_rate;
-        for other in [b.ramp_rate, a.rate_bound, b.rate_bound] {
-            rate = if other < rate { other } else { rate };
-        }
-        let [larger, smaller] = if a.value_bound > b.value_bound {
-            [a.value_bound, b.value_bound]
-        } else {
-            [b.value_bound, a.value_bound]
-        };
-        let rate = rate / (range[0] * larger + range[1] * smaller);
-        slowest = if rate < slowest { rate } else { slowest };
-    }
-    // An empty compensation has no axes and nothing to move.
-    let rate = if slowest < f32::INFINITY {
-        slowest
-    } else {
-        1.0
-    };
-    Pace::new(rate, rate)
-}
-
 impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
     Servo<'a, AXES, TABLES, TERMS, GRIDS>
 {
     /// What is being faded in, otherwise what is in use.
     pub(super) fn target(&self) -> &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS> {
         self.fade.as_ref().map_or(self.current, |fade| fade.to)
+    }
+
+    /// Takes the limits of the axes: of the compensation in use, and of one that is faded in. The
+    /// factors move at a rate that keeps every axis within its ramp rate and rate bound: s moves
+    /// it by up to its value bound, f at the worst from bound to bound, and during a fade each
+    /// has half of that, for both may move.
+    pub(super) fn take_limits(
+        &mut self,
+        to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
+        fading: bool,
+    ) {
+        let from = self.current;
+        let (mut factor, mut blend) = (f32::INFINITY, f32::INFINITY);
+        let axes = from.axes().iter().zip(to.axes());
+        let reaches = from.reach.axes.iter().zip(&to.reach.axes);
+        for (lane, ((a, b), (&near, &far))) in self.lanes.iter_mut().zip(axes.zip(reaches)) {
+            let rise = lane.take(a, b, if near < far { near } else { far });
+            let (one, both) = (lane.value_bound(), a.value_bound + b.value_bound);
+            let (s, f) = (rise / one, rise / both);
+            factor = if s < factor { s } else { factor };
+            blend = if f < blend { f } else { blend };
+        }
+        // An empty compensation has no axes and nothing to move.
+        let pace = |rate: f32| {
+            let rate = if rate < f32::INFINITY { rate } else { 1.0 };
+            Pace::new(rate, rate)
+        };
+        self.factor_pace = pace(if fading { 0.5 * factor } else { factor });
+        self.blend_pace = pace(0.5 * blend);
     }
 
     /// Takes weights of the compensation last accepted.
@@ -74,10 +59,11 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Whether other weights wait than those that are in use or being faded in. Of a queued
     /// compensation they are taken from `wanted` anyway.
     fn compare_weights(&mut self) {
-        let coming = self
-            .fade
-            .as_ref()
-            .map_or(&self.weights, |fade| &fade.weights);
+        let coming = if self.fade.is_some() {
+            &self.coming
+        } else {
+            &self.weights
+        };
         self.weights_wait = self.queued.is_none() && coming.values != self.wanted.values;
     }
 
@@ -87,7 +73,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         if let Some(to) = self.queued.take() {
             self.current = to;
             self.weights = self.wanted;
-            self.factor_pace = pace(to, to, ALONE);
+            self.take_limits(to, false);
         } else if self.weights_wait {
             self.weights = self.wanted;
             self.weights_wait = false;
@@ -108,15 +94,12 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                     && reach.used_axes & !referenced == 0;
                 if ready && !held {
                     self.queued = None;
-                    self.start(to, inputs.auxiliaries, true);
+                    self.start(to, &inputs.auxiliaries, true);
                 }
             }
             None if self.weights_wait => {
-                let auxiliaries = if held {
-                    self.inputs.auxiliaries
-                } else {
-                    inputs.auxiliaries
-                };
+                let in_use = self.inputs.auxiliaries;
+                let auxiliaries = if held { &in_use } else { &inputs.auxiliaries };
                 self.start(self.current, auxiliaries, false);
             }
             None => {}
@@ -126,18 +109,17 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     fn start(
         &mut self,
         to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
-        auxiliaries: [f32; AUXILIARIES],
+        auxiliaries: &[f32; AUXILIARIES],
         swap: bool,
     ) {
         self.weights_wait = false;
         self.blend = Ramp::ZERO;
         // At rest, so that the pace may be lowered.
-        self.factor_pace = pace(self.current, to, SHARED);
-        self.blend_pace = pace(self.current, to, SHARED_BLEND);
+        self.take_limits(to, true);
+        self.coming.values = self.wanted.values;
         self.fade = Some(Fade {
             to,
-            weights: self.wanted,
-            auxiliaries,
+            auxiliaries: *auxiliaries,
             swap,
         });
     }
@@ -146,17 +128,27 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     fn arrive(&mut self) {
         if let Some(fade) = self.fade.take() {
             self.current = fade.to;
-            self.weights = fade.weights;
+            if fade.swap {
+                self.weights = fade.to.weights();
+            }
+            self.weights.values = self.coming.values;
             self.inputs.auxiliaries = fade.auxiliaries;
             // At least as fast as the slower of both was.
-            self.factor_pace = pace(fade.to, fade.to, ALONE);
+            self.take_limits(fade.to, false);
             self.compare_weights();
         }
     }
 
-    /// The computed correction; returns the mask of saturated axes. `evaluated`: it is there already,
-    /// but for the value bounds; nothing is being faded in.
-    pub(super) fn compute(&mut self, given: &[f32; AUXILIARIES], evaluated: bool, dt: f32) -> u16 {
+    /// The computed correction; returns the mask of saturated axes. `given`: the auxiliaries, if they are
+    /// usable; `evaluated`: it is there already, but for the value bounds, and nothing is being faded
+    /// in; `begun`: a fade has begun in this period.
+    pub(super) fn compute(
+        &mut self,
+        given: Option<&[f32; AUXILIARIES]>,
+        evaluated: bool,
+        begun: bool,
+        dt: f32,
+    ) -> u16 {
         let mut saturated = 0;
         let (inputs, travel) = (&self.inputs, &self.travelling);
         let old = &mut self.correction.computed;
@@ -165,23 +157,27 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 .evaluate_into(inputs, travel, &self.weights, old);
         }
         bound(self.current, old, &mut saturated);
-        if self.fade.is_none() {
-            let reach = &self.current.reach;
-            if reach.same_auxiliaries(&inputs.auxiliaries, given) {
-                return saturated;
-            }
-            if !self.let_in(given, dt, &mut saturated) {
-                return saturated;
-            }
+        if begun {
+            // f is 0 in this period.
+            return saturated;
         }
-        self.blend(dt, &mut saturated);
+        if self.fade.is_some() {
+            self.blend(dt, &mut saturated);
+        } else if let Some(given) = given
+            && !self
+                .current
+                .reach
+                .same_auxiliaries(&inputs.auxiliaries, given)
+        {
+            self.let_in(given, dt, &mut saturated);
+        }
         saturated
     }
 
     /// Takes other auxiliaries in: at once where they change as slowly as a ramp may begin,
-    /// otherwise they are faded in; whether a fade has started.
+    /// otherwise they are faded in from the next period on.
     #[inline(never)]
-    fn let_in(&mut self, given: &[f32; AUXILIARIES], dt: f32, saturated: &mut u16) -> bool {
+    fn let_in(&mut self, given: &[f32; AUXILIARIES], dt: f32, saturated: &mut u16) {
         let inputs = Inputs {
             axes: self.inputs.axes,
             auxiliaries: *given,
@@ -207,12 +203,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             self.inputs = inputs;
             self.correction.computed = new;
             *saturated = acted;
-            return false;
+        } else if self.factor.at_rest() {
+            self.start(self.current, given, false);
         }
-        if self.factor.at_rest() {
-            self.start(self.current, *given, false);
-        }
-        self.fade.is_some()
     }
 
     /// a + (b − a)·f of what was computed and what is being faded in.
@@ -224,7 +217,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         };
         let mut new = [0.0; AXES];
         fade.to
-            .evaluate_into(&inputs, &self.travelling, &fade.weights, &mut new);
+            .evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
         bound(fade.to, &mut new, saturated);
         let f = self.blend.advance(true, &self.blend_pace, dt);
         if f == 1.0 {
@@ -244,9 +237,12 @@ fn bound<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     values: &mut [f32; AXES],
     saturated: &mut u16,
 ) {
-    for (k, (value, axis)) in values.iter_mut().zip(compensation.axes()).enumerate() {
-        let (within, acted) = guard::bounded(*value, axis.value_bound);
-        *value = within;
-        *saturated |= u16::from(acted) << k;
+    let mut bit = 1;
+    for (value, axis) in values.iter_mut().zip(compensation.axes()) {
+        if value.abs() > axis.value_bound {
+            *value = guard::bounded(*value, axis.value_bound).0;
+            *saturated |= bit;
+        }
+        bit <<= 1;
     }
 }

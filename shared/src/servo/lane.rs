@@ -35,8 +35,13 @@ pub(super) struct Lane {
     /// In this period the reversal has been followed already.
     pub turned: bool,
     pub rate_bound: f32,
+    /// The rate that is reached in [`RISE`](crate::RISE) seconds.
+    rise: f32,
     value_bound: f32,
     travel: [f32; 2],
+    hysteresis: f32,
+    /// Of an endless axis, otherwise 0.
+    period: f32,
     /// How far from 0 it may be.
     reach: f32,
     /// Between these (mm or degrees) a correction within its bound cannot leave the travel.
@@ -58,10 +63,6 @@ pub(super) struct Passed {
     pub travel_limited: bool,
 }
 
-fn magnitude(x: f32) -> f32 {
-    f32::from_bits(x.to_bits() & 0x7FFF_FFFF)
-}
-
 fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
@@ -77,8 +78,11 @@ impl Lane {
             watch: Watch::Anywhere,
             turned: false,
             rate_bound: 0.0,
+            rise: 0.0,
             value_bound: 0.0,
             travel: [0.0; 2],
+            hysteresis: 0.0,
+            period: 0.0,
             reach: 0.0,
             inside: [0.0; 2],
             position: 0.0,
@@ -94,22 +98,17 @@ impl Lane {
     /// An axis that is not referenced may be given any other position: its direction starts anew,
     /// and its travel is that of the last position that counted, until it `returns`.
     #[inline(always)]
-    pub(super) fn follow(
-        &mut self,
-        q: f32,
-        referenced: bool,
-        returns: bool,
-        axis: &Axis,
-        reach: f32,
-    ) {
+    pub(super) fn follow(&mut self, q: f32, referenced: bool, returns: bool) {
         self.moved = 0.0;
         if !referenced {
             self.lost = true;
             self.reversal = Reversal::new();
-        } else if magnitude(q) <= reach {
-            self.reversal.update(q, axis.hysteresis, axis.period);
+        } else if q.abs() <= self.reach {
+            if self.period != 0.0 || !self.reversal.moves_on(q) {
+                self.reversal.update(q, self.hysteresis, self.period);
+            }
             if !self.lost {
-                self.moved = magnitude(q - self.position);
+                self.moved = (q - self.position).abs();
                 self.position = q;
             } else if returns {
                 self.lost = false;
@@ -118,38 +117,45 @@ impl Lane {
         }
     }
 
-    /// The guard rails: travel, then rate bound, then travel again. At the end of the travel
-    /// the correction follows the command, at most as fast as the command itself, and even where the
-    /// rate bound would not let it.
-    #[inline(always)]
-    pub(super) fn pass(&mut self, axis: &Axis, other: &Axis, period: &mut Period) -> Passed {
-        let (goal, limited) = guard::within_travel(period.goal, self.position, axis.travel);
-        period.goal = goal;
-        period.rate = smaller(axis.rate_bound, other.rate_bound);
-        if !self.catch_up.is_needed(period) {
-            return Passed {
-                dq: goal,
-                rate_limited: false,
-                travel_limited: limited,
-            };
-        }
-        self.catch_up(axis, other, period, limited)
+    /// Takes limits from the axis of the compensation in use, and of the one that is being faded in:
+    /// the narrower ones. Returns the rate that neither ramp rate nor rate bound exceeds.
+    pub(super) fn take(&mut self, axis: &Axis, other: &Axis, reach: f32) -> f32 {
+        self.travel = axis.travel;
+        self.hysteresis = axis.hysteresis;
+        self.period = axis.period;
+        self.reach = reach;
+        self.value_bound = -smaller(-axis.value_bound, -other.value_bound);
+        self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
+        self.rise = smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate));
+        self.rise
     }
 
+    /// The larger value bound.
+    pub(super) fn value_bound(&self) -> f32 {
+        self.value_bound
+    }
+
+    /// Where the correction may be: the travel, at the last position that counted.
+    #[inline(always)]
+    pub(super) fn within_travel(&self, dq: f32) -> (f32, bool) {
+        guard::within_travel(dq, self.position, self.travel)
+    }
+
+    /// The guard rails where the correction cannot simply follow: rate bound, then travel. At the end
+    /// of the travel the correction follows the command, at most as fast as the command itself,
+    /// and even where the rate bound would not let it.
     #[inline(never)]
-    fn catch_up(&mut self, axis: &Axis, other: &Axis, p: &Period, limited: bool) -> Passed {
-        let rise = smaller(p.rate, smaller(axis.ramp_rate, other.ramp_rate));
-        let reached = self.catch_up.advance(p, rise);
+    pub(super) fn catch_up(&mut self, p: &Period, limited: bool) -> Passed {
+        let reached = self.catch_up.advance(p, self.rise);
         // Coming to rest from a move may lead beyond the value bound, or out of the travel. After a
         // change of compensation the last correction may still be beyond the new bound.
-        let bound = -smaller(-axis.value_bound, -magnitude(p.last));
-        let bound = -smaller(-bound, -other.value_bound);
+        let bound = -smaller(-self.value_bound, -p.last.abs());
         let (bounded, _) = guard::bounded(reached, bound);
-        let (inside, again) = guard::within_travel(bounded, self.position, axis.travel);
-        let most = -smaller(-magnitude(reached - p.last), -self.moved);
+        let (inside, again) = self.within_travel(bounded);
+        let most = -smaller(-(reached - p.last).abs(), -self.moved);
         let dq = guard::within_reach(inside, p.last, most);
         if dq != reached {
-            self.catch_up.displaced(dq, p, rise);
+            self.catch_up.displaced(dq, p, self.rise);
         }
         Passed {
             dq,
@@ -164,22 +170,18 @@ impl Lane {
     }
 
     /// Prepares for updates in which nothing but the position changes. `matters`: it is referenced.
-    pub(super) fn settle(&mut self, axis: &Axis, reach: f32, matters: bool) {
+    pub(super) fn settle(&mut self, matters: bool) {
         // Generous, so that no rounding here or in the comparison matters.
         const MARGIN: f32 = 1e-6;
-        let [low, high] = axis.travel;
-        let [from, to] = [-smaller(-low, reach), smaller(high, reach)];
-        let margin = axis.value_bound + MARGIN * -smaller(from, -to);
+        let [low, high] = self.travel;
+        let [from, to] = [-smaller(-low, self.reach), smaller(high, self.reach)];
+        let margin = self.value_bound + MARGIN * -smaller(from, -to);
         self.inside = [from + margin, to - margin];
-        self.travel = axis.travel;
-        self.reach = reach;
-        self.value_bound = axis.value_bound;
-        self.rate_bound = axis.rate_bound;
-        self.watch(self.position, axis, matters);
+        self.watch(self.position, matters);
     }
 
     /// What the positions after `q` are compared with.
-    fn watch(&mut self, q: f32, axis: &Axis, matters: bool) {
+    fn watch(&mut self, q: f32, matters: bool) {
         let [low, high] = self.inside;
         let inside = q >= low && q <= high;
         self.free = if inside { self.value_bound } else { -1.0 };
@@ -189,7 +191,7 @@ impl Lane {
             (self.sense, self.front, self.end) = (0.0, 0.0, 0.0);
             return;
         }
-        let extreme = self.reversal.extreme(axis.hysteresis, axis.period);
+        let extreme = self.reversal.extreme(self.hysteresis, self.period);
         if let Some((sense, front, far)) = extreme
             && front == q
             && inside
@@ -207,18 +209,18 @@ impl Lane {
 
     /// Follows an axis that does not merely move on; its position is usable. Whether its direction
     /// is another one now.
-    pub(super) fn turn(&mut self, q: f32, last: f32, axis: &Axis) -> bool {
+    pub(super) fn turn(&mut self, q: f32, last: f32) -> bool {
         let before = self.reversal.travel();
         self.unwatch(last);
-        let travel = self.reversal.update(q, axis.hysteresis, axis.period);
+        let travel = self.reversal.update(q, self.hysteresis, self.period);
         self.turned = true;
-        self.watch(q, axis, true);
+        self.watch(q, true);
         travel != before
     }
 
     /// Whether `q` is a position of this axis.
     pub(super) fn takes(&self, q: f32) -> bool {
-        magnitude(q) <= self.reach
+        q.abs() <= self.reach
     }
 
     /// Gives what was watched back. `last`: the position of the last update.
@@ -245,7 +247,7 @@ impl Lane {
             self.position
         };
         let (goal, limited) = guard::within_travel(dq, q, self.travel);
-        let near = self.free < 0.0 && magnitude(dq) <= self.value_bound;
-        (near && magnitude(goal - last) <= self.most).then_some((goal, limited))
+        let near = self.free < 0.0 && dq.abs() <= self.value_bound;
+        (near && (goal - last).abs() <= self.most).then_some((goal, limited))
     }
 }

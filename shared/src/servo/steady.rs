@@ -22,12 +22,6 @@ pub(super) enum Steady {
 /// In the mask of turning axes: the period is another one.
 const OTHER_PERIOD: u32 = 1 << 31;
 
-/// |x|
-#[inline(always)]
-fn magnitude(x: f32) -> f32 {
-    f32::from_bits(x.to_bits() & 0x7FFF_FFFF)
-}
-
 impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
     Servo<'_, AXES, TABLES, TERMS, GRIDS>
 {
@@ -50,13 +44,12 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         if !self.enabled || self.dry_run || self.held || moving || !in_full || behind {
             return;
         }
-        let reach = &self.current.reach;
-        let axes = self.current.axes().iter().zip(&reach.axes);
         let mut bit = 1;
-        for (lane, (axis, &reach)) in self.lanes.iter_mut().zip(axes) {
-            lane.settle(axis, reach, referenced & bit != 0);
+        for lane in &mut self.lanes {
+            lane.settle(referenced & bit != 0);
             bit <<= 1;
         }
+        let reach = &self.current.reach;
         self.steady_axes = reach.all_axes;
         self.steady_referenced = reach.all_axes & referenced;
         self.steady_auxiliaries = 8 - reach.used_auxiliaries.leading_zeros() as u8;
@@ -115,8 +108,8 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         let mut limited = 0_u32;
         let values = self.correction.dq.iter().zip(&*computed);
         for (k, (lane, (&last, &dq))) in self.lanes.iter().zip(values).enumerate() {
-            let free = magnitude(dq) <= lane.free;
-            if !(free && magnitude(dq - last) <= lane.most) {
+            let free = dq.abs() <= lane.free;
+            if !(free && (dq - last).abs() <= lane.most) {
                 limited |= 1 << k;
             }
         }
@@ -151,12 +144,11 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             return false;
         }
         let positions = self.inputs.axes.iter().zip(&inputs.axes);
-        let axes = self.current.axes().iter().zip(positions);
         let lanes = self.lanes.iter_mut().zip(&mut self.travelling.0);
         let directional = u32::from(self.current.reach.directional);
         let mut steps = false;
-        for (k, ((lane, travel), (axis, (&last, &q)))) in lanes.zip(axes).enumerate() {
-            if turns(k) && lane.turn(q, last, axis) {
+        for (k, ((lane, travel), (&last, &q))) in lanes.zip(positions).enumerate() {
+            if turns(k) && lane.turn(q, last) {
                 if directional & (1 << k) != 0 {
                     steps = true;
                 } else {

@@ -22,7 +22,9 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         }
         // In place of a period that cannot be right: the last that could.
         let dt = self.period;
-        if self.silent() {
+        // At rest at zero nothing that happens now is felt.
+        let silent = self.factor.at_rest() && self.factor.value() == 0.0;
+        if silent {
             self.take_at_zero();
         }
         let (current, target) = (self.current, self.target());
@@ -44,25 +46,27 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         let hold = !(good_period && good_inputs);
         self.fault = if hold { self.fault + dt } else { 0.0 };
         // At rest at zero there is nothing to hold.
-        if unreferenced || self.fault > PATIENCE || (hold && self.silent()) {
+        if unreferenced || self.fault > PATIENCE || (hold && silent) {
             self.frozen = true;
-        } else if self.frozen && !hold && self.silent() {
+        } else if self.frozen && !hold && silent {
             self.frozen = false;
         }
         let held = hold || self.frozen;
         let mut step = self.follow(inputs, referenced, held);
         step |= held != self.held;
         self.held = held;
-        let mut given = self.inputs.auxiliaries;
+        let mut given = None;
         if !held {
             self.inputs.axes = inputs.axes;
-            given = inputs.auxiliaries;
-            if self.silent() {
-                self.inputs.auxiliaries = given;
+            given = Some(&inputs.auxiliaries);
+            if silent {
+                self.inputs.auxiliaries = inputs.auxiliaries;
             }
         }
+        let fading = self.fade.is_some();
         self.start_fade(inputs, referenced, held);
-        status.saturated = self.compute(&given, evaluated, dt);
+        let begun = self.fade.is_some() && !fading;
+        status.saturated = self.compute(given, evaluated, begun, dt);
         let up = self.enabled && !self.dry_run && !self.frozen;
         let s = self.factor.advance(up, &self.factor_pace, dt);
         self.guard(s, step, &mut status);
@@ -79,25 +83,14 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.settle(referenced);
     }
 
-    /// At rest at zero: nothing that happens now is felt.
-    pub(super) fn silent(&self) -> bool {
-        self.factor.at_rest() && self.factor.value() == 0.0
-    }
-
     /// Directions of travel and positions; whether tables change with a direction that is new.
     fn follow(&mut self, inputs: &Inputs<AXES>, referenced: u16, held: bool) -> bool {
-        let (current, target) = (self.current, self.target());
-        let reaches = current.reach.axes.iter().zip(&target.reach.axes);
-        let axes = current.axes().iter().zip(reaches).zip(&inputs.axes);
-        let travelling = self.travelling.0.iter_mut();
-        let directional = current.reach.directional | target.reach.directional;
+        let directional = self.current.reach.directional | self.target().reach.directional;
         let mut step = false;
         let mut bit = 1;
-        for ((lane, travel), ((axis, (&a, &b)), &q)) in
-            self.lanes.iter_mut().zip(travelling).zip(axes)
-        {
-            let reach = if a < b { a } else { b };
-            lane.follow(q, referenced & bit != 0, !self.frozen, axis, reach);
+        let axes = self.travelling.0.iter_mut().zip(&inputs.axes);
+        for (lane, (travel, &q)) in self.lanes.iter_mut().zip(axes) {
+            lane.follow(q, referenced & bit != 0, !self.frozen);
             if !held && lane.reversal.travel() != *travel {
                 *travel = lane.reversal.travel();
                 step |= directional & bit != 0;
@@ -109,27 +102,33 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// The common factor and the guard rails.
     fn guard(&mut self, s: f32, step: bool, status: &mut Status) {
-        let axes = self.current.axes().iter().zip(self.target().axes());
         let Correction { dq, computed, .. } = &mut self.correction;
         let values = dq.iter_mut().zip(&*computed).zip(&mut self.before);
+        let dt = self.period;
         let mut bit = 1;
-        for ((lane, (axis, other)), ((dq, &computed), before)) in
-            self.lanes.iter_mut().zip(axes).zip(values)
-        {
-            let mut period = Period {
-                goal: s * computed,
-                last: *dq,
-                velocity: (*dq - *before) * self.last_frequency,
-                step,
-                rate: 0.0,
-                dt: self.period,
-                frequency: self.frequency,
-            };
-            let passed = lane.pass(axis, other, &mut period);
-            *before = *dq;
-            *dq = passed.dq;
-            status.rate_limited |= if passed.rate_limited { bit } else { 0 };
-            status.travel_limited |= if passed.travel_limited { bit } else { 0 };
+        for (lane, ((dq, &computed), before)) in self.lanes.iter_mut().zip(values) {
+            let last = *dq;
+            let (goal, limited) = lane.within_travel(s * computed);
+            let slow = (goal - last).abs() <= lane.rate_bound * dt;
+            if slow && !step && !lane.catch_up.is_active() {
+                *dq = goal;
+                status.travel_limited |= if limited { bit } else { 0 };
+            } else {
+                let period = Period {
+                    goal,
+                    last,
+                    velocity: (last - *before) * self.last_frequency,
+                    step,
+                    rate: lane.rate_bound,
+                    dt,
+                    frequency: self.frequency,
+                };
+                let passed = lane.catch_up(&period, limited);
+                *dq = passed.dq;
+                status.rate_limited |= if passed.rate_limited { bit } else { 0 };
+                status.travel_limited |= if passed.travel_limited { bit } else { 0 };
+            }
+            *before = last;
             bit <<= 1;
         }
         self.last_frequency = self.frequency;
