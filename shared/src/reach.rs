@@ -53,7 +53,13 @@ impl<const AXES: usize> Reach<AXES> {
     }
 
     /// Whether all auxiliaries that matter are finite and within reach.
+    #[inline(always)]
     pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<AXES>) -> bool {
+        self.used_auxiliaries == 0 || self.holds_used(inputs)
+    }
+
+    #[inline(never)]
+    fn holds_used(&self, inputs: &Inputs<AXES>) -> bool {
         let mut holds = true;
         let mut used = self.used_auxiliaries;
         for (&x, &limit) in inputs.auxiliaries.iter().zip(&self.auxiliaries) {

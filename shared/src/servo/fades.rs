@@ -224,7 +224,8 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             self.correction.computed = new;
             self.arrive();
         } else {
-            for (computed, new) in self.correction.computed.iter_mut().zip(new) {
+            let both = self.correction.computed.iter_mut().zip(&new);
+            for ((computed, new), _) in both.zip(&self.lanes) {
                 *computed += (new - *computed) * f;
             }
         }

@@ -127,6 +127,12 @@ impl Lane {
         self.value_bound = -smaller(-axis.value_bound, -other.value_bound);
         self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
         self.rise = smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate));
+        // Generous, so that no rounding here or in the comparison matters.
+        const MARGIN: f32 = 1e-6;
+        let [low, high] = self.travel;
+        let [from, to] = [-smaller(-low, reach), smaller(high, reach)];
+        let margin = self.value_bound + MARGIN * -smaller(from, -to);
+        self.inside = [from + margin, to - margin];
         self.rise
     }
 
@@ -135,9 +141,18 @@ impl Lane {
         self.value_bound
     }
 
-    /// Where the correction may be: the travel, at the last position that counted.
+    /// Where a correction within its bound may be: in the travel, at the last position that counted.
     #[inline(always)]
     pub(super) fn within_travel(&self, dq: f32) -> (f32, bool) {
+        let [low, high] = self.inside;
+        if self.position >= low && self.position <= high {
+            return (dq, false);
+        }
+        self.near_travel(dq)
+    }
+
+    #[inline(never)]
+    fn near_travel(&self, dq: f32) -> (f32, bool) {
         guard::within_travel(dq, self.position, self.travel)
     }
 
@@ -151,7 +166,7 @@ impl Lane {
         // change of compensation the last correction may still be beyond the new bound.
         let bound = -smaller(-self.value_bound, -p.last.abs());
         let (bounded, _) = guard::bounded(reached, bound);
-        let (inside, again) = self.within_travel(bounded);
+        let (inside, again) = self.near_travel(bounded);
         let most = -smaller(-(reached - p.last).abs(), -self.moved);
         let dq = guard::within_reach(inside, p.last, most);
         if dq != reached {
@@ -171,12 +186,6 @@ impl Lane {
 
     /// Prepares for updates in which nothing but the position changes. `matters`: it is referenced.
     pub(super) fn settle(&mut self, matters: bool) {
-        // Generous, so that no rounding here or in the comparison matters.
-        const MARGIN: f32 = 1e-6;
-        let [low, high] = self.travel;
-        let [from, to] = [-smaller(-low, self.reach), smaller(high, self.reach)];
-        let margin = self.value_bound + MARGIN * -smaller(from, -to);
-        self.inside = [from + margin, to - margin];
         self.watch(self.position, matters);
     }
 

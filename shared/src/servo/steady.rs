@@ -26,13 +26,19 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     Servo<'_, AXES, TABLES, TERMS, GRIDS>
 {
     /// After a call or an update after which the next one is not like the last.
+    #[inline(always)]
     pub(super) fn unsettle(&mut self) {
         if !self.steady.is_nan() {
-            self.steady = f32::NAN;
-            for (lane, &q) in self.lanes.iter_mut().zip(&self.inputs.axes) {
-                lane.unwatch(q);
-                lane.turned = false;
-            }
+            self.give_back();
+        }
+    }
+
+    #[inline(never)]
+    fn give_back(&mut self) {
+        self.steady = f32::NAN;
+        for (lane, &q) in self.lanes.iter_mut().zip(&self.inputs.axes) {
+            lane.unwatch(q);
+            lane.turned = false;
         }
     }
 
@@ -40,8 +46,10 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     pub(super) fn settle(&mut self, referenced: u16) {
         let moving = self.fade.is_some() || self.queued.is_some() || self.weights_wait;
         let in_full = self.factor.at_rest() && self.factor.value() == 1.0;
-        let behind = self.lanes.iter().any(|lane| lane.catch_up.is_active());
-        if !self.enabled || self.dry_run || self.held || moving || !in_full || behind {
+        if !self.enabled || self.dry_run || self.held || moving || !in_full {
+            return;
+        }
+        if self.lanes.iter().any(|lane| lane.catch_up.is_active()) {
             return;
         }
         let mut bit = 1;

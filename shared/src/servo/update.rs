@@ -28,22 +28,23 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             self.take_at_zero();
         }
         let (current, target) = (self.current, self.target());
-        let mut good_axes = current.takes_axes(inputs, referenced);
         let mut good_auxiliaries = current.reach.holds_auxiliaries(inputs);
         let mut used = current.reach.used_axes;
         if !core::ptr::eq(current, target) {
-            good_axes &= target.takes_axes(inputs, referenced);
             good_auxiliaries &= target.reach.holds_auxiliaries(inputs);
             used |= target.reach.used_axes;
         }
+        let good_axes = self.takes_axes(inputs, used | referenced);
         let good_inputs = good_axes && good_auxiliaries;
         let unreferenced = used & !referenced != 0;
-        conditions.set(Conditions::BAD_PERIOD, !good_period);
-        conditions.set(Conditions::BAD_INPUT, !good_inputs);
-        conditions.set(Conditions::BAD_AUXILIARY, !good_auxiliaries);
         conditions.set(Conditions::UNREFERENCED, unreferenced);
 
         let hold = !(good_period && good_inputs);
+        if hold {
+            conditions.set(Conditions::BAD_PERIOD, !good_period);
+            conditions.set(Conditions::BAD_INPUT, !good_inputs);
+            conditions.set(Conditions::BAD_AUXILIARY, !good_auxiliaries);
+        }
         self.fault = if hold { self.fault + dt } else { 0.0 };
         // At rest at zero there is nothing to hold.
         if unreferenced || self.fault > PATIENCE || (hold && silent) {
@@ -83,14 +84,27 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.settle(referenced);
     }
 
+    /// Whether all axes are finite, and those that matter (bit 0 is the first) within reach.
+    fn takes_axes(&self, inputs: &Inputs<AXES>, matters: u16) -> bool {
+        let mut bit = 1;
+        for (lane, q) in self.lanes.iter().zip(&inputs.axes) {
+            if !lane.takes(*q) && (matters & bit != 0 || !q.is_finite()) {
+                return false;
+            }
+            bit <<= 1;
+        }
+        true
+    }
+
     /// Directions of travel and positions; whether tables change with a direction that is new.
     fn follow(&mut self, inputs: &Inputs<AXES>, referenced: u16, held: bool) -> bool {
         let directional = self.current.reach.directional | self.target().reach.directional;
+        let returns = !self.frozen;
         let mut step = false;
         let mut bit = 1;
         let axes = self.travelling.0.iter_mut().zip(&inputs.axes);
         for (lane, (travel, &q)) in self.lanes.iter_mut().zip(axes) {
-            lane.follow(q, referenced & bit != 0, !self.frozen);
+            lane.follow(q, referenced & bit != 0, returns);
             if !held && lane.reversal.travel() != *travel {
                 *travel = lane.reversal.travel();
                 step |= directional & bit != 0;
