@@ -82,6 +82,7 @@ pub struct Servo<
     const GRIDS: usize = 2,
 > {
     current: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
+    /// In use; only their values count.
     weights: Weights,
     fade: Option<Fade<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>>,
     /// The weights that are being faded in; only their values count.
@@ -119,6 +120,8 @@ pub struct Servo<
     steady_referenced: u16,
     /// Then how many auxiliaries are compared with those of the last call.
     steady_auxiliaries: u8,
+    /// A fade has ended in this period, which is work enough.
+    arrived: bool,
     /// The last period was held or frozen.
     held: bool,
     frozen: bool,
@@ -167,6 +170,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             steady_axes: 0,
             steady_referenced: 0,
             steady_auxiliaries: 0,
+            arrived: false,
             held: true,
             // Until the first usable inputs.
             frozen: true,

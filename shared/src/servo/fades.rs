@@ -72,10 +72,10 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.arrive();
         if let Some(to) = self.queued.take() {
             self.current = to;
-            self.weights = self.wanted;
+            self.weights.values = self.wanted.values;
             self.take_limits(to, false);
         } else if self.weights_wait {
-            self.weights = self.wanted;
+            self.weights.values = self.wanted.values;
             self.weights_wait = false;
         }
     }
@@ -128,14 +128,11 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     fn arrive(&mut self) {
         if let Some(fade) = self.fade.take() {
             self.current = fade.to;
-            if fade.swap {
-                self.weights = fade.to.weights();
-            }
             self.weights.values = self.coming.values;
             self.inputs.auxiliaries = fade.auxiliaries;
             // At least as fast as the slower of both was.
             self.take_limits(fade.to, false);
-            self.compare_weights();
+            self.arrived = true;
         }
     }
 
@@ -149,6 +146,13 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         begun: bool,
         dt: f32,
     ) -> u16 {
+        let mut f = 0.0;
+        if self.fade.is_some() && !begun {
+            f = self.blend.advance(true, &self.blend_pace, dt);
+            if f == 1.0 {
+                self.arrive();
+            }
+        }
         let mut saturated = 0;
         let (inputs, travel) = (&self.inputs, &self.travelling);
         let old = &mut self.correction.computed;
@@ -162,7 +166,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             return saturated;
         }
         if self.fade.is_some() {
-            self.blend(dt, &mut saturated);
+            self.blend(f, &mut saturated);
         } else if let Some(given) = given
             && !self
                 .current
@@ -209,7 +213,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     }
 
     /// a + (b − a)·f of what was computed and what is being faded in.
-    fn blend(&mut self, dt: f32, saturated: &mut u16) {
+    fn blend(&mut self, f: f32, saturated: &mut u16) {
         let Some(fade) = &self.fade else { return };
         let inputs = Inputs {
             axes: self.inputs.axes,
@@ -219,15 +223,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         fade.to
             .evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
         bound(fade.to, &mut new, saturated);
-        let f = self.blend.advance(true, &self.blend_pace, dt);
-        if f == 1.0 {
-            self.correction.computed = new;
-            self.arrive();
-        } else {
-            let both = self.correction.computed.iter_mut().zip(&new);
-            for ((computed, new), _) in both.zip(&self.lanes) {
-                *computed += (new - *computed) * f;
-            }
+        let both = self.correction.computed.iter_mut().zip(&new);
+        for ((computed, new), _) in both.zip(&self.lanes) {
+            *computed += (new - *computed) * f;
         }
     }
 }

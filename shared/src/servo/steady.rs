@@ -46,7 +46,8 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     pub(super) fn settle(&mut self, referenced: u16) {
         let moving = self.fade.is_some() || self.queued.is_some() || self.weights_wait;
         let in_full = self.factor.at_rest() && self.factor.value() == 1.0;
-        if !self.enabled || self.dry_run || self.held || moving || !in_full {
+        let arrived = core::mem::take(&mut self.arrived);
+        if !self.enabled || self.dry_run || self.held || moving || !in_full || arrived {
             return;
         }
         if self.lanes.iter().any(|lane| lane.catch_up.is_active()) {

@@ -28,8 +28,8 @@ const POSITIONS: usize = 512;
 const UPDATES: usize = 4096;
 /// Servo updates that are measured after the corrections are taken out; axes reverse meanwhile.
 const RAMPING: usize = 1024;
-/// Servo updates that are measured of a change of compensation, which takes about 1 s.
-const FADING: usize = 256;
+/// Servo updates that are measured of a change of compensation, to its end and beyond.
+const FADING: usize = 768;
 /// Servo period of the measurements, s.
 const PERIOD: f32 = 0.001;
 /// How far a rival may be from the tables, mm or degrees: f32 rounds products of matrices of 1 m to
@@ -175,8 +175,8 @@ fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
         first,
         &mut counts[..FADING],
     );
-    if !servo.is_swapping() {
-        fail("the change ended before the measurement");
+    if servo.is_swapping() {
+        fail("the measurement ended before the change");
     }
 }
 
