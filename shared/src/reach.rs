@@ -42,8 +42,7 @@ impl<const AXES: usize> Reach<AXES> {
             if left == 0 {
                 break;
             }
-            // Not-a-number is not.
-            if !(q.abs() <= if matters & 1 != 0 { limit } else { f32::MAX }) {
+            if !near(*q, if matters & 1 != 0 { limit } else { f32::MAX }) {
                 return false;
             }
             left >>= 1;

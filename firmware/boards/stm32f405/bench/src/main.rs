@@ -29,7 +29,7 @@ const UPDATES: usize = 4096;
 /// Servo updates that are measured after the corrections are taken out; axes reverse meanwhile.
 const RAMPING: usize = 1024;
 /// Servo updates that are measured of a change of compensation, to its end and beyond.
-const FADING: usize = 768;
+const FADING: usize = 1200;
 /// Servo period of the measurements, s.
 const PERIOD: f32 = 0.001;
 /// How far a rival may be from the tables, mm or degrees: f32 rounds products of matrices of 1 m to
