@@ -6,7 +6,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use trueaxis::{AlignedBlob, Compensation, Inputs, LoadError, Travel, Travelling};
+use trueaxis::{
+    AlignedBlob, Compensation, Inputs, LoadError, MOST_ROUNDS, Travel, Travelling, rounds,
+};
 use trueaxis_fuzz::{Fuzzed, repaired};
 
 fuzz_target!(|data: &[u8]| {
@@ -19,7 +21,14 @@ fuzz_target!(|data: &[u8]| {
         repaired(bytes)
     };
     let mut c = Fuzzed::empty();
-    match c.load(&blob) {
+    let _ = rounds();
+    let loaded = c.load(&blob);
+    let [each, first] = MOST_ROUNDS;
+    assert!(
+        rounds() <= each * blob.len() as u64 + first,
+        "loading takes as long as the blob is"
+    );
+    match loaded {
         Ok(()) => {
             walk(&c);
             // A slot may be longer than the blob in it.

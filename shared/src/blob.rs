@@ -17,6 +17,7 @@ use crate::description::{
 use crate::header::{self, ALIGNMENT, HEADER, Held};
 use crate::load_error::{Capacity, LoadError, Part};
 use crate::lookup::{BankLookup, FIXED, GridLookup, PLAIN_WIDTH, PackedTerm, Span};
+use crate::work;
 
 /// Bounds of axes lie between this …
 const LEAST_BOUND: f32 = 1e-9;
@@ -34,6 +35,7 @@ impl<'a> Reader<'a> {
     fn take<T: Deserialize<'a>>(&mut self, part: Part) -> Result<T, LoadError> {
         match postcard::take_from_bytes(self.rest) {
             Ok((value, rest)) => {
+                work::count(self.rest.len() - rest.len());
                 self.rest = rest;
                 Ok(value)
             }
@@ -353,13 +355,22 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             }
             let before = tables as usize;
             tables = tables.saturating_add(u32::from(found.tables));
-            for table in 0..found.tables {
-                let scale = if integer { r.take(part)? } else { 1.0 };
-                if !bounded(scale, LEAST_SCALE) {
-                    return Err(LoadError::Scale { part, index: table });
+            if integer {
+                for table in 0..found.tables {
+                    let scale = r.take(part)?;
+                    if !bounded(scale, LEAST_SCALE) {
+                        return Err(LoadError::Scale { part, index: table });
+                    }
+                    if let Some(place) = self.scales.get_mut(before + usize::from(table)) {
+                        *place = scale;
+                    }
                 }
-                if let Some(place) = self.scales.get_mut(before + usize::from(table)) {
-                    *place = scale;
+            } else {
+                // Those that there is room for, not those that are claimed.
+                let room = self.scales.iter_mut().skip(before);
+                for place in room.take(usize::from(found.tables)) {
+                    work::count(1);
+                    *place = 1.0;
                 }
             }
             let samples = u64::from(found.points) * u64::from(found.tables);

@@ -10,6 +10,7 @@ use crate::lookup::{
 };
 use crate::reach::Reach;
 use crate::weights::Weights;
+use crate::work;
 
 /// Tables, terms and grids that turn positions into corrections; the samples stay in the blob.
 ///
@@ -276,18 +277,23 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// or through a table of a term that is adjustable or has a weight other than 0.
     #[must_use]
     pub fn inputs_used(&self) -> u32 {
+        let mut active = [false; 256];
+        for term in &self.terms {
+            work::count(1);
+            if term.weight != 0.0 || term.place != FIXED {
+                for &factor in &term.factors[..usize::from(term.count)] {
+                    work::count(1);
+                    active[usize::from(factor)] = true;
+                }
+            }
+        }
         let mut used = 0;
         let mut table = 0;
         for bank in &self.banks {
-            let tables = table..table + bank.tables;
+            let tables = table..table + usize::from(bank.tables);
             table = tables.end;
-            let active = |term: &PackedTerm| {
-                (term.weight != 0.0 || term.place != FIXED)
-                    && term.factors[..usize::from(term.count)]
-                        .iter()
-                        .any(|&factor| tables.contains(&u16::from(factor)))
-            };
-            if self.terms.iter().any(active) {
+            work::count(usize::from(bank.tables));
+            if active[tables].contains(&true) {
                 used |= 1 << bank.input;
             }
         }

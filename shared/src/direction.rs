@@ -36,14 +36,53 @@ impl Reversal {
         self.travel
     }
 
-    /// While an axis moves on in its direction nothing is new but its extreme: the direction as ±1
-    /// and that extreme. `None` while the direction is unknown, and for an axis with a period.
-    pub(crate) fn extreme(&self, period: f32) -> Option<(f32, f32)> {
-        match self.travel {
-            Travel::Positive if period <= 0.0 => Some((1.0, self.high)),
-            Travel::Negative if period <= 0.0 => Some((-1.0, self.low)),
-            _ => None,
+    /// While an axis moves on in its direction nothing is new but its extreme: the direction as ±1,
+    /// that extreme, and how far it may go on before more than that counts. `None` while the
+    /// direction is unknown.
+    pub(crate) fn extreme(&self, hysteresis: f32, period: f32) -> Option<(f32, f32, f32)> {
+        // With up to one hysteresis behind the extreme less than half a turn: no jump.
+        let far = if period > 0.0 {
+            0.25 * period
+        } else {
+            f32::MAX
+        };
+        if far <= hysteresis {
+            return None;
         }
+        match self.travel {
+            Travel::Positive => Some((1.0, self.high, far)),
+            Travel::Negative => Some((-1.0, self.low, far)),
+            Travel::Unknown => None,
+        }
+    }
+
+    /// Takes in a position of an axis without period if it merely moves on in its direction; whether
+    /// it did.
+    #[inline(always)]
+    pub(crate) fn moves_on(&mut self, q: f32) -> bool {
+        match self.travel {
+            Travel::Positive if q >= self.high => self.high = q,
+            Travel::Negative if q <= self.low => self.low = q,
+            _ => return false,
+        }
+        self.last = q;
+        true
+    }
+
+    /// Known to have moved in direction `travel` to `q`.
+    pub(crate) fn moved(travel: Travel, q: f32) -> Self {
+        Self {
+            travel,
+            high: q,
+            low: q,
+            last: q,
+            started: true,
+        }
+    }
+
+    /// The axis has come to `q`, which is no reversal.
+    pub(crate) fn stands_at(&mut self, q: f32) {
+        self.last = q;
     }
 
     /// The axis has moved on to `q`.

@@ -1,8 +1,6 @@
-//! The guard rails: value bound, travel and rate bound of each axis.
+//! The guard rails: value bound and travel of each axis.
 //!
 //! Compare-and-select instead of `f32::clamp`, which is a slow call on the Cortex-M4F.
-
-use crate::description::Axis;
 
 /// `value` within ±`bound`, and whether the bound acted.
 #[inline(always)]
@@ -35,35 +33,14 @@ pub(crate) fn within_travel(wanted: f32, q: f32, travel: [f32; 2]) -> (f32, bool
 
 /// The value nearest to `wanted` that is at most `most` away from `last`.
 #[inline(always)]
-fn within_rate(wanted: f32, last: f32, most: f32) -> (f32, bool) {
+pub(crate) fn within_reach(wanted: f32, last: f32, most: f32) -> f32 {
     let change = wanted - last;
     if change > most {
-        (last + most, true)
+        last + most
     } else if change < -most {
-        (last - most, true)
+        last - most
     } else {
-        (wanted, false)
-    }
-}
-
-/// What the guard rails let through.
-pub(crate) struct Passed {
-    pub dq: f32,
-    pub rate_limited: bool,
-    pub travel_limited: bool,
-}
-
-/// Travel, then rate, then travel again: near the end of the travel the correction follows the
-/// command, at most as fast as the command itself, and even where the rate bound would not let it.
-#[inline(always)]
-pub(crate) fn pass(wanted: f32, last: f32, q: f32, axis: &Axis, rate: f32, dt: f32) -> Passed {
-    let (inside, limited) = within_travel(wanted, q, axis.travel);
-    let (reached, rate_limited) = within_rate(inside, last, rate * dt);
-    let (dq, again) = within_travel(reached, q, axis.travel);
-    Passed {
-        dq,
-        rate_limited,
-        travel_limited: limited | again,
+        wanted
     }
 }
 
@@ -71,19 +48,11 @@ pub(crate) fn pass(wanted: f32, last: f32, q: f32, axis: &Axis, rate: f32, dt: f
 mod tests {
     use super::*;
 
-    const AXIS: Axis = Axis {
-        name: b'X',
-        travel: [-10.0, 20.0],
-        period: 0.0,
-        value_bound: 1.0,
-        rate_bound: 1.0,
-        hysteresis: 0.0,
-        ramp_rate: 1.0,
-    };
+    const TRAVEL: [f32; 2] = [-10.0, 20.0];
 
     #[test]
     fn a_correction_ends_at_the_end_of_the_travel() {
-        let dq = |wanted, q| within_travel(wanted, q, AXIS.travel);
+        let dq = |wanted, q| within_travel(wanted, q, TRAVEL);
         assert_eq!(dq(0.5, 19.0), (0.5, false));
         assert_eq!(dq(0.5, 19.75), (0.25, true));
         assert_eq!(dq(0.5, 20.0), (0.0, true));
@@ -93,18 +62,9 @@ mod tests {
 
     #[test]
     fn outside_the_travel_only_corrections_towards_it_pass() {
-        let dq = |wanted, q| within_travel(wanted, q, AXIS.travel).0;
+        let dq = |wanted, q| within_travel(wanted, q, TRAVEL).0;
         assert_eq!([dq(0.5, 21.0), dq(-0.5, 21.0)], [0.0, -0.5]);
         assert_eq!([dq(-0.5, -11.0), dq(0.5, -11.0)], [0.0, 0.5]);
-    }
-
-    #[test]
-    fn the_rate_bound_defers_and_the_travel_wins_over_it() {
-        let passed = pass(0.5, 0.0, 0.0, &AXIS, 1.0, 0.125);
-        assert_eq!((passed.dq, passed.rate_limited), (0.125, true));
-        // The command has come 0.25 closer to the end: so much of the correction must go at once.
-        let passed = pass(0.5, 0.5, 19.75, &AXIS, 1.0, 0.125);
-        assert_eq!((passed.dq, passed.travel_limited), (0.25, true));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The 16 fixed bytes at the start of a blob, and its checksum.
 
 use crate::load_error::LoadError;
+use crate::work;
 
 /// First four bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"TRAX";
@@ -18,6 +19,7 @@ const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 ///
 /// `blob` has at least [`HEADER`] bytes.
 pub(crate) fn checksum(blob: &[u8]) -> u32 {
+    work::count(blob.len());
     let mut digest = CRC.digest();
     digest.update(&blob[..12]);
     digest.update(&blob[HEADER..]);

@@ -15,17 +15,18 @@ use crate::description::AUXILIARIES;
 pub struct Inputs<const AXES: usize = 8> {
     /// Commanded positions, mm or degrees.
     pub axes: [f32; AXES],
-    /// Tool length in mm, temperatures as K difference to their references.
+    /// Tool length in mm, temperatures as K difference to their references. What was never set
+    /// is not a number: for a servo a fault if a correction depends on it.
     pub auxiliaries: [f32; AUXILIARIES],
 }
 
 impl<const AXES: usize> Inputs<AXES> {
-    /// These positions, all auxiliaries zero.
+    /// These positions; the auxiliaries have not been set: they are not numbers.
     #[must_use]
     pub const fn at(axes: [f32; AXES]) -> Self {
         Self {
             axes,
-            auxiliaries: [0.0; AUXILIARIES],
+            auxiliaries: [f32::NAN; AUXILIARIES],
         }
     }
 }

@@ -7,6 +7,33 @@
 //! f32 with `+ − ×` and casts, in a fixed order. This presumes the default rounding and no
 //! flush-to-zero of subnormal numbers.
 //!
+//! ```
+//! use trueaxis::{Compensation, Inputs, Servo};
+//!
+//! // Five axes (in the blob's order: Y, A, C, X, Z), and room for its tables. On a controller a
+//! // `static`: it is large.
+//! type Tables<'a> = Compensation<'a, 5, 32, 64, 1>;
+//!
+//! let mut tables = Tables::empty();
+//! tables.load(trueaxis::include_blob!(concat!(
+//!     env!("CARGO_MANIFEST_DIR"),
+//!     "/examples/huron-13.trax"
+//! )))?;
+//! let mut servo = Servo::new(&tables);
+//! servo.enable();
+//! // In every servo period: uncorrected commands, which axes are referenced, the period in s.
+//! let commands = Inputs::at([100.0, 30.0, 45.0, -50.0, -120.0]);
+//! for _ in 0..2000 {
+//!     servo.update(&commands, 0b1_1111, 0.001);
+//! }
+//! let correction = servo.update(&commands, 0b1_1111, 0.001);
+//! assert_eq!(servo.factor(), 1.0);
+//! assert!(correction.status.conditions.names().next().is_none());
+//! let to_drive = commands.axes[0] + correction.dq[0];
+//! assert!((to_drive - 100.0).abs() < 0.2 && to_drive != 100.0);
+//! # Ok::<(), trueaxis::LoadError>(())
+//! ```
+//!
 //! Positions and corrections are in mm and degrees. Nothing here allocates, except the feature
 //! `encode`, with which hosts build blobs (`Draft`).
 #![no_std]
@@ -17,15 +44,17 @@ compile_error!("blobs are read in place and are little-endian");
 
 #[cfg(feature = "encode")]
 extern crate alloc;
-#[cfg(test)]
+#[cfg(any(test, feature = "count"))]
 extern crate std;
 
 mod blob;
+mod catch_up;
 mod compensation;
 mod description;
 mod direction;
 #[cfg(feature = "encode")]
 mod draft;
+mod embed;
 mod guard;
 mod header;
 mod inputs;
@@ -38,6 +67,7 @@ mod magnitude;
 mod measure;
 #[cfg(all(test, feature = "encode"))]
 mod oracle;
+mod pace;
 mod ramp;
 mod reach;
 mod servo;
@@ -45,6 +75,7 @@ mod servo;
 mod specimen;
 mod status;
 mod weights;
+mod work;
 
 pub use compensation::{Compensation, TermView};
 pub use description::{
@@ -54,11 +85,16 @@ pub use description::{
 pub use direction::Reversal;
 #[cfg(feature = "encode")]
 pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
+#[doc(hidden)]
+pub use embed::Aligned;
 pub use header::{ALIGNMENT, HEADER, Header, MAGIC, VERSION};
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};
-pub use ramp::RISE;
+pub use pace::RISE;
 pub use reach::MOST_PERIODS;
 pub use servo::{LONGEST_PERIOD, PATIENCE, Refused, Servo};
 pub use status::{Conditions, Correction, Status};
 pub use weights::{WeightError, Weights};
+#[cfg(feature = "count")]
+#[doc(hidden)]
+pub use work::{MOST_ROUNDS, rounds};

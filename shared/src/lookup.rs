@@ -2,6 +2,7 @@
 
 use crate::description::{Bank, Direction, FACTORS, GRID_INPUTS, GRID_OUTPUTS, Interpolation};
 use crate::load_error::{LoadError, Part};
+use crate::work;
 
 /// Evenly spaced points along one input.
 #[derive(Clone, Copy, Debug)]
@@ -215,6 +216,7 @@ pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize
     pairs: &mut heapless::Vec<u32, TERMS>,
 ) {
     for output in 0..outputs as u8 {
+        work::count(2 * terms.len());
         let mut head = Head {
             first: 4 * (TABLES as u16 + 1),
             output,
@@ -261,12 +263,14 @@ pub(crate) fn group(terms: &mut [PackedTerm]) {
     };
     let mut start = 0;
     while start < terms.len() {
+        work::count(1);
         let first = kind(&terms[start]);
         let length = terms[start..]
             .iter()
             .take(usize::from(u16::MAX))
             .take_while(|t| kind(t) == first)
             .count();
+        work::count(2 * length);
         let run = &mut terms[start..start + length];
         let most = run.iter().map(|t| t.count).max().unwrap_or(0);
         run[0].run = length as u16;

@@ -4,6 +4,7 @@ use crate::compensation::Compensation;
 use crate::description::{Interpolation, SampleFormat};
 use crate::load_error::LoadError;
 use crate::lookup::FIXED;
+use crate::work;
 
 /// Nothing may exceed this anywhere in an evaluation. Far above any correction, and far enough
 /// below `f32::MAX` that neither the difference of two samples nor rounding can overflow.
@@ -12,10 +13,6 @@ pub(crate) const MAGNITUDE: f32 = 1e15;
 /// Catmull-Rom exceeds its largest point by at most this factor: Σ|weights| = 1.25 at the middle
 /// of an interval (less where one slope is one-sided).
 pub(crate) const CUBIC_OVERSHOOT: f32 = 1.25;
-
-fn magnitude(value: f32) -> f32 {
-    if value < 0.0 { -value } else { value }
-}
 
 fn within(value: f32) -> bool {
     value <= MAGNITUDE
@@ -29,12 +26,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.measure_tables()?;
         let mut sums = [0.0_f32; AXES];
         for (number, term) in self.terms.iter().enumerate() {
+            work::count(1 + usize::from(term.count));
             let weight = if term.place == FIXED {
-                magnitude(term.weight)
+                term.weight.abs()
             } else {
                 self.weights
                     .limits_at(term.place)
-                    .map_or(0.0, |[low, high]| magnitude(low).max(magnitude(high)))
+                    .map_or(0.0, |[low, high]| low.abs().max(high.abs()))
             };
             let mut product = weight;
             let mut largest = weight;
@@ -62,6 +60,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             let tables = usize::from(bank.tables);
             let first = bank.first as usize;
             let count = bank.points as usize * tables;
+            work::count(count + tables);
             for column in 0..tables {
                 let mut peak = 0.0_f32;
                 match bank.format {
@@ -74,13 +73,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                                     point: point as u32,
                                 });
                             }
-                            peak = peak.max(magnitude(v));
+                            peak = peak.max(v.abs());
                         }
                     }
                     SampleFormat::I16 => {
                         let samples = self.shorts[first..first + count].iter();
                         for &v in samples.skip(column).step_by(tables) {
-                            peak = peak.max(magnitude(f32::from(v)));
+                            peak = peak.max(f32::from(v).abs());
                         }
                         peak *= self.scales[usize::from(table)];
                     }
@@ -103,6 +102,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             let width = grid.outputs.len();
             let first = grid.first as usize;
             let count = grid.nodes() as usize * width;
+            work::count(count + width);
             for (place, &output) in grid.outputs.iter().enumerate() {
                 let mut peak = 0.0_f32;
                 match grid.format {
@@ -115,13 +115,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                                     node: node as u32,
                                 });
                             }
-                            peak = peak.max(magnitude(v));
+                            peak = peak.max(v.abs());
                         }
                     }
                     SampleFormat::I16 => {
                         let samples = self.shorts[first..first + count].iter();
                         for &v in samples.skip(place).step_by(width) {
-                            peak = peak.max(magnitude(f32::from(v)));
+                            peak = peak.max(f32::from(v).abs());
                         }
                         peak *= grid.scales[place];
                     }

@@ -1,7 +1,7 @@
 //! How far the inputs of a compensation may go, found once at load.
 
 use crate::compensation::Compensation;
-use crate::description::AUXILIARIES;
+use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::Inputs;
 
 /// Most periods, of an endless axis or of a modulo table, that an input may be away from 0: beyond,
@@ -17,8 +17,10 @@ pub(crate) struct Reach<const AXES: usize> {
     pub all_axes: u16,
     /// Axes that feed an active term or a grid, bit 0 is the first.
     pub used_axes: u16,
-    /// Auxiliaries that do.
-    used_auxiliaries: u8,
+    /// Axes with tables that change with their direction.
+    pub directional: u16,
+    /// Auxiliaries that feed an active term or a grid.
+    pub used_auxiliaries: u8,
 }
 
 impl<const AXES: usize> Reach<AXES> {
@@ -27,27 +29,66 @@ impl<const AXES: usize> Reach<AXES> {
         auxiliaries: [f32::MAX; AUXILIARIES],
         all_axes: 0,
         used_axes: 0,
+        directional: 0,
         used_auxiliaries: 0,
     };
 
-    /// Whether a tool length or a temperature matters.
-    pub(crate) fn uses_auxiliaries(&self) -> bool {
-        self.used_auxiliaries != 0
+    /// Whether all axes are finite, and those that matter within reach: those that are used or
+    /// referenced (bit 0 is the first).
+    fn holds_axes(&self, inputs: &Inputs<AXES>, referenced: u16) -> bool {
+        let mut matters = self.used_axes | referenced;
+        let mut left = self.all_axes;
+        for (q, &limit) in inputs.axes.iter().zip(&self.axes) {
+            if left == 0 {
+                break;
+            }
+            if !near(*q, if matters & 1 != 0 { limit } else { f32::MAX }) {
+                return false;
+            }
+            left >>= 1;
+            matters >>= 1;
+        }
+        true
     }
 
-    /// Whether the first `count` axes and all auxiliaries that matter are finite and within reach.
-    pub(crate) fn holds(&self, inputs: &Inputs<AXES>, count: usize) -> bool {
-        // Not-a-number fails the comparison.
-        let near = |x: f32, limit: f32| x <= limit && x >= -limit;
-        let axes = inputs.axes.iter().zip(&self.axes).take(count);
-        let auxiliaries = inputs.auxiliaries.iter().zip(&self.auxiliaries);
-        axes.fold(true, |all, (&x, &limit)| all & near(x, limit))
-            & auxiliaries
-                .enumerate()
-                .fold(true, |all, (k, (&x, &limit))| {
-                    all & (near(x, limit) | (self.used_auxiliaries & (1 << k) == 0))
-                })
+    /// Whether all auxiliaries that matter are finite and within reach.
+    #[inline(always)]
+    pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<AXES>) -> bool {
+        self.used_auxiliaries == 0 || self.holds_used(inputs)
     }
+
+    #[inline(never)]
+    fn holds_used(&self, inputs: &Inputs<AXES>) -> bool {
+        let mut holds = true;
+        let mut used = self.used_auxiliaries;
+        for (&x, &limit) in inputs.auxiliaries.iter().zip(&self.auxiliaries) {
+            if used == 0 {
+                break;
+            }
+            holds &= used & 1 == 0 || near(x, limit);
+            used >>= 1;
+        }
+        holds
+    }
+
+    /// Whether two sets of auxiliaries are the same to the bit, as far as they matter.
+    pub(crate) fn same_auxiliaries(&self, a: &[f32; AUXILIARIES], b: &[f32; AUXILIARIES]) -> bool {
+        let mut same = true;
+        let mut used = self.used_auxiliaries;
+        for (a, b) in a.iter().zip(b) {
+            if used == 0 {
+                break;
+            }
+            same &= used & 1 == 0 || a.to_bits() == b.to_bits();
+            used >>= 1;
+        }
+        same
+    }
+}
+
+/// Not-a-number is not.
+fn near(x: f32, limit: f32) -> bool {
+    x <= limit && x >= -limit
 }
 
 impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
@@ -60,9 +101,9 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.reach.axes[..self.axes.len()].get(axis).copied()
     }
 
-    /// Whether these inputs can be evaluated with sense.
-    pub(crate) fn usable(&self, inputs: &Inputs<AXES>) -> bool {
-        self.reach.holds(inputs, self.axes.len())
+    /// Whether the positions can be evaluated with sense.
+    pub(crate) fn takes_axes(&self, inputs: &Inputs<AXES>, referenced: u16) -> bool {
+        self.reach.holds_axes(inputs, referenced)
     }
 
     pub(crate) fn find_reach(&mut self) {
@@ -72,6 +113,11 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         reach.all_axes = ((1_u32 << axes) - 1) as u16;
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
+        for bank in &self.banks {
+            if bank.direction != Direction::Both {
+                reach.directional |= 1 << bank.input;
+            }
+        }
         for (limit, axis) in reach.axes.iter_mut().zip(&self.axes) {
             if axis.period > 0.0 {
                 *limit = MOST_PERIODS * axis.period;

@@ -11,24 +11,29 @@
 //!    a lasting fault.
 //! 3. *Guard rails.* Travel, then rate bound, each axis by itself.
 //!
-//! What it cannot do: a reversal of a directional table, or a table steeper than the rate bound
-//! allows, is a step of the computed correction; the rate bound alone turns it into a slope, and
-//! there the ratio between axes is lost until the rest is made up.
+//! Where the computed correction steps (a reversal of directional tables, the begin and the end of a
+//! hold) or moves faster than the rate bound, each axis catches up by itself, with the acceleration
+//! of the ramp and no faster than the rate bound: see `catch_up.rs`. There the ratio between
+//! axes is lost until the rest is made up.
 //!
 //! s and f move at a rate at which no correction within its bound changes faster than the ramp
 //! rate (or the rate bound) of its axis; full rate is reached within [`RISE`](crate::RISE). During
 //! a cross-fade each of both has half of that, for s may start to move meanwhile.
+//!
+//! `update.rs` is the update in any state, `fades.rs` what is faded in, `steady.rs` the short way,
+//! `lane.rs` one axis.
 
 use core::fmt;
 
 use crate::compensation::Compensation;
-use crate::direction::Reversal;
-use crate::guard;
+use crate::description::AUXILIARIES;
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::ramp::{Pace, Ramp};
-use crate::status::{Conditions, Correction, Status};
+use crate::pace::Pace;
+use crate::ramp::Ramp;
+use crate::status::{Correction, Status};
 use crate::weights::{WeightError, Weights};
-use steady::Lane;
+use lane::Lane;
+use steady::Steady;
 
 /// Longest period of a call, s. Longer ones are a fault: time has been lost.
 pub const LONGEST_PERIOD: f32 = 0.01;
@@ -45,7 +50,7 @@ pub enum Refused {
     Busy,
     /// It has other axes (number, order, letters, travel or period).
     Axes,
-    /// An auxiliary input has another kind or name.
+    /// The auxiliary inputs differ in number, kind, name or reference.
     Auxiliaries,
 }
 
@@ -54,7 +59,7 @@ impl fmt::Display for Refused {
         f.write_str(match self {
             Self::Busy => "the previous change of compensation is not finished",
             Self::Axes => "the axes differ in number, order, letter, travel or period",
-            Self::Auxiliaries => "an auxiliary input differs in kind or name",
+            Self::Auxiliaries => "the auxiliary inputs differ in number, kind, name or reference",
         })
     }
 }
@@ -64,7 +69,7 @@ impl core::error::Error for Refused {}
 /// What is faded in.
 struct Fade<C> {
     to: C,
-    weights: Weights,
+    auxiliaries: [f32; AUXILIARIES],
     swap: bool,
 }
 
@@ -77,8 +82,11 @@ pub struct Servo<
     const GRIDS: usize = 2,
 > {
     current: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
+    /// In use; only their values count.
     weights: Weights,
     fade: Option<Fade<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>>,
+    /// The weights that are being faded in; only their values count.
+    coming: Weights,
     /// Accepted, waits until nothing else moves.
     queued: Option<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>,
     /// The weights last asked for, of the compensation last accepted.
@@ -95,42 +103,38 @@ pub struct Servo<
     blend_pace: Pace,
     /// One per axis.
     lanes: heapless::Vec<Lane, AXES>,
-    /// What is computed from: those of the last period that was neither held nor frozen.
+    /// What is computed from: the positions of the last period that was neither held nor frozen, and
+    /// the auxiliaries that have been let in.
     inputs: Inputs<AXES>,
     travelling: Travelling<AXES>,
-    /// Last finite positions, for the travel.
-    positions: [f32; AXES],
     /// Of the last period.
     correction: Correction<AXES>,
+    /// The one before.
+    before: [f32; AXES],
     /// While nothing but the positions changes, the period of the last call, s; otherwise not a
     /// number: see `steady.rs`.
     steady: f32,
+    /// Then all axes, bit 0 is the first.
+    steady_axes: u16,
+    /// And those that are referenced.
+    steady_referenced: u16,
+    /// Then how many auxiliaries are compared with those of the last call.
+    steady_auxiliaries: u8,
+    /// A fade has ended in this period, which is work enough.
+    arrived: bool,
+    /// The last period was held or frozen.
+    held: bool,
     frozen: bool,
     /// For how long inputs have been unusable, s.
     fault: f32,
+    /// The period of this call as it was given, s.
+    asked: f32,
     /// Last usable period, s.
     period: f32,
-}
-
-/// The rate at which a factor from 0 to 1 keeps every axis within its ramp rate and rate bound,
-/// where it moves each correction by up to `range` times its value bound.
-fn pace<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    a: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    b: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    range: impl Fn(f32, f32) -> f32,
-) -> Pace {
-    let slowest = a
-        .axes()
-        .iter()
-        .zip(b.axes())
-        .map(|(a, b)| {
-            let rate = a.ramp_rate.min(b.ramp_rate);
-            let bound = a.rate_bound.min(b.rate_bound);
-            rate.min(bound) / range(a.value_bound, b.value_bound)
-        })
-        .fold(f32::INFINITY, f32::min);
-    // An empty compensation has no axes and nothing to move.
-    Pace::new(if slowest.is_finite() { slowest } else { 1.0 })
+    /// 1 / period
+    frequency: f32,
+    /// That of the last update.
+    last_frequency: f32,
 }
 
 impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
@@ -139,56 +143,73 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Disabled, all corrections zero.
     #[must_use]
     pub fn new(compensation: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>) -> Self {
-        Self {
+        let mut servo = Self {
             current: compensation,
             weights: compensation.weights(),
             fade: None,
+            coming: compensation.weights(),
             queued: None,
             wanted: compensation.weights(),
             weights_wait: false,
             enabled: false,
             dry_run: false,
             factor: Ramp::ZERO,
-            factor_pace: pace(compensation, compensation, f32::max),
+            factor_pace: Pace::new(1.0, 1.0),
             blend: Ramp::ZERO,
-            blend_pace: pace(compensation, compensation, |a, b| a + b),
+            blend_pace: Pace::new(1.0, 1.0),
             lanes: compensation.axes().iter().map(|_| Lane::new()).collect(),
             inputs: Inputs::at([0.0; AXES]),
             travelling: Travelling([Travel::Unknown; AXES]),
-            positions: [0.0; AXES],
             correction: Correction {
                 dq: [0.0; AXES],
                 computed: [0.0; AXES],
                 status: Status::default(),
             },
+            before: [0.0; AXES],
             steady: f32::NAN,
+            steady_axes: 0,
+            steady_referenced: 0,
+            steady_auxiliaries: 0,
+            arrived: false,
+            held: true,
             // Until the first usable inputs.
             frozen: true,
             fault: 0.0,
+            asked: 0.0,
             period: 0.0,
-        }
+            frequency: 0.0,
+            last_frequency: 0.0,
+        };
+        servo.take_limits(compensation, false);
+        servo
     }
 
     /// Lets the corrections in.
     pub fn enable(&mut self) {
-        self.enabled = true;
-        self.unsettle();
+        if !self.enabled {
+            self.enabled = true;
+            self.unsettle();
+        }
     }
 
     /// Takes the corrections out.
     pub fn disable(&mut self) {
-        self.enabled = false;
-        self.unsettle();
+        if self.enabled {
+            self.enabled = false;
+            self.unsettle();
+        }
     }
 
     /// Starts or ends a dry run: everything is computed and reported, the output goes to zero.
     pub fn dry_run(&mut self, on: bool) {
-        self.dry_run = on;
-        self.unsettle();
+        if self.dry_run != on {
+            self.dry_run = on;
+            self.unsettle();
+        }
     }
 
     /// Fades over to another compensation, with its stored weights, as soon as nothing else moves
-    /// and its inputs are usable.
+    /// and its inputs are usable. Of the one in use only the weights are faded to those stored.
     ///
     /// # Errors
     /// [`Refused`]; nothing changes.
@@ -199,6 +220,10 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         if self.is_swapping() {
             return Err(Refused::Busy);
         }
+        if core::ptr::eq(self.current, to) {
+            self.want(to.weights());
+            return Ok(());
+        }
         let (old, new) = (self.current.axes(), to.axes());
         let same = |(a, b): (&crate::Axis, &crate::Axis)| {
             a.name == b.name && a.travel == b.travel && a.period == b.period
@@ -206,8 +231,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         if old.len() != new.len() || !old.iter().zip(new).all(same) {
             return Err(Refused::Axes);
         }
-        let mut both = self.current.auxiliaries().iter().zip(to.auxiliaries());
-        if !both.all(|(a, b)| a.kind == b.kind && a.name == b.name) {
+        if self.current.auxiliaries() != to.auxiliaries() {
             return Err(Refused::Auxiliaries);
         }
         self.unsettle();
@@ -223,11 +247,20 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// # Errors
     /// [`WeightError`]; nothing changes.
     pub fn set_weight(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
-        self.wanted.set(term, value)?;
-        self.unsettle();
-        // Of a queued compensation they are taken from `wanted` anyway.
-        self.weights_wait |= self.queued.is_none();
+        let mut wanted = self.wanted;
+        wanted.set(term, value)?;
+        self.want(wanted);
         Ok(())
+    }
+
+    /// Says in which direction an axis last moved, where the controller knows (after homing, which
+    /// ends with a move in a known direction). It holds from the next update on, if the axis is
+    /// referenced then; directional tables come in as after a reversal.
+    pub fn set_travel(&mut self, axis: usize, travel: Travel) {
+        self.unsettle();
+        if let Some(lane) = self.lanes.get_mut(axis) {
+            lane.set_travel(travel);
+        }
     }
 
     /// The compensation in use; during a change the old one. Once this returns the new one, the
@@ -265,6 +298,17 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         travelling
     }
 
+    /// How fast each correction changed in the last period, mm/s or degrees/s: to be added to the
+    /// velocity of the command where drives take one as feed-forward.
+    #[must_use]
+    pub fn velocity(&self) -> [f32; AXES] {
+        let mut velocity = self.correction.dq;
+        for (velocity, before) in velocity.iter_mut().zip(&self.before) {
+            *velocity = (*velocity - before) * self.last_frequency;
+        }
+        velocity
+    }
+
     /// Takes in the state of one servo period and returns the correction for it.
     ///
     /// `inputs`: the uncorrected commands in machine coordinates; `referenced`: bit 0 for the
@@ -277,10 +321,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// That of [`Compensation::evaluate`], and `12 · AXES` bytes.
     ///
     /// # Timing
-    /// While nothing but positions changes and all axes are well within travel and bounds, far
-    /// less than otherwise: see `servo/steady.rs`. Without divisions, but for an endless
-    /// axis whose position was reduced by a turn, and for a change of compensation in the call
-    /// that starts it.
+    /// While nothing but positions changes far less than otherwise: see `servo/steady.rs`. Without
+    /// divisions, but for a period that differs from the last, an endless axis whose position was
+    /// reduced by a turn, the begin of a catch-up, and the begin and the end of a fade.
     #[inline]
     pub fn update(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) -> Correction<AXES> {
         *self.advance(inputs, referenced, dt)
@@ -295,200 +338,20 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         referenced: u16,
         dt: f32,
     ) -> &Correction<AXES> {
-        if !self.update_steady(inputs, referenced, dt) {
-            self.update_any(inputs, referenced, dt);
+        // Put aside, or it would occupy a register all the way.
+        self.asked = dt;
+        match self.update_steady(inputs, referenced, dt) {
+            Steady::Done => {}
+            Steady::Computed => self.update_any(inputs, referenced, true),
+            Steady::No => self.update_any(inputs, referenced, false),
         }
         &self.correction
     }
-
-    /// The update in any state.
-    #[inline(never)]
-    fn update_any(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) {
-        self.unsettle();
-        let mut status = Status::default();
-        let conditions = &mut status.conditions;
-
-        let good_period = dt > 0.0 && dt <= LONGEST_PERIOD;
-        if good_period {
-            self.period = dt;
-        }
-        // In place of a period that cannot be right: the last that could.
-        let dt = self.period;
-        self.schedule(inputs, referenced);
-        let target = self.target();
-        let good_inputs = self.current.usable(inputs) && target.usable(inputs);
-        let used = self.current.reach.used_axes | target.reach.used_axes;
-        let unreferenced = used & !referenced != 0;
-        conditions.set(Conditions::BAD_PERIOD, !good_period);
-        conditions.set(Conditions::BAD_INPUT, !good_inputs);
-        conditions.set(Conditions::UNREFERENCED, unreferenced);
-
-        let hold = !(good_period && good_inputs);
-        self.fault = if hold { self.fault + dt } else { 0.0 };
-        // At rest at zero there is nothing to hold.
-        if unreferenced || self.fault > PATIENCE || (hold && self.silent()) {
-            self.frozen = true;
-        } else if self.frozen && !hold && self.silent() {
-            self.frozen = false;
-        }
-        self.follow(inputs, referenced);
-        let held = hold || self.frozen;
-        if !held {
-            self.inputs = *inputs;
-            self.travelling = self.travelling();
-        }
-        status.saturated = self.compute(dt);
-        let up = self.enabled && !self.dry_run && !self.frozen;
-        let s = self.factor.advance(up, &self.factor_pace, dt);
-        self.guard(s, dt, &mut status);
-
-        let conditions = &mut status.conditions;
-        conditions.set(Conditions::HELD, held);
-        conditions.set(Conditions::FROZEN, self.frozen);
-        conditions.set(Conditions::RAMPING, !self.factor.at_rest());
-        let waiting = self.queued.is_some() || self.weights_wait;
-        conditions.set(Conditions::FADING, self.fade.is_some() || waiting);
-        conditions.set(Conditions::DISABLED, !self.enabled);
-        conditions.set(Conditions::DRY_RUN, self.dry_run);
-        self.correction.status = status;
-        self.settle(held);
-    }
-
-    /// What is being faded in, otherwise what is in use.
-    fn target(&self) -> &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS> {
-        self.fade.as_ref().map_or(self.current, |fade| fade.to)
-    }
-
-    /// At rest at zero: nothing that happens now is felt.
-    fn silent(&self) -> bool {
-        self.factor.at_rest() && self.factor.value() == 0.0
-    }
-
-    /// Directions of travel and last finite positions. An axis that is not referenced may be given
-    /// another position: its direction starts anew.
-    fn follow(&mut self, inputs: &Inputs<AXES>, referenced: u16) {
-        let axes = self.current.axes();
-        let positions = self.positions.iter_mut().zip(&inputs.axes);
-        let all = self.lanes.iter_mut().zip(axes).zip(positions);
-        for (k, ((lane, axis), (position, &q))) in all.enumerate() {
-            if q.is_finite() {
-                *position = q;
-            }
-            if referenced & (1 << k) == 0 {
-                lane.reversal = Reversal::new();
-            } else if q.is_finite() {
-                lane.reversal.update(q, axis.hysteresis, axis.period);
-            }
-        }
-    }
-
-    /// Starts and ends fades. They end at once while s is 0. Otherwise they start from rest, and
-    /// another compensation only when its inputs are usable and referenced.
-    fn schedule(&mut self, inputs: &Inputs<AXES>, referenced: u16) {
-        let silent = self.silent();
-        if silent {
-            self.arrive();
-        }
-        if self.fade.is_some() || !self.factor.at_rest() {
-            return;
-        }
-        match self.queued {
-            Some(to) => {
-                let ready = to.usable(inputs) && to.reach.used_axes & !referenced == 0;
-                if silent || (ready && !self.frozen) {
-                    self.queued = None;
-                    self.start(to, true);
-                }
-            }
-            None if self.weights_wait => self.start(self.current, false),
-            None => {}
-        }
-        if silent {
-            self.arrive();
-        }
-    }
-
-    fn start(&mut self, to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>, swap: bool) {
-        self.weights_wait = false;
-        self.blend = Ramp::ZERO;
-        // At rest, so that the pace may be lowered.
-        self.factor_pace = pace(self.current, to, |a, b| 2.0 * f32::max(a, b));
-        self.blend_pace = pace(self.current, to, |a, b| 2.0 * (a + b));
-        self.fade = Some(Fade {
-            to,
-            weights: self.wanted,
-            swap,
-        });
-    }
-
-    /// Makes what is being faded in the current one.
-    fn arrive(&mut self) {
-        if let Some(fade) = self.fade.take() {
-            self.current = fade.to;
-            self.weights = fade.weights;
-            // At least as fast as the slower of both was.
-            self.factor_pace = pace(fade.to, fade.to, f32::max);
-        }
-    }
-
-    /// The computed correction; returns the mask of saturated axes.
-    fn compute(&mut self, dt: f32) -> u16 {
-        let (inputs, travel) = (&self.inputs, &self.travelling);
-        let mut saturated = 0;
-        let old = bounded(self.current, inputs, travel, &self.weights, &mut saturated);
-        let Some(fade) = &self.fade else {
-            self.correction.computed = old;
-            return saturated;
-        };
-        let new = bounded(fade.to, inputs, travel, &fade.weights, &mut saturated);
-        let f = self.blend.advance(true, &self.blend_pace, dt);
-        if f == 1.0 {
-            self.correction.computed = new;
-            self.arrive();
-        } else {
-            for ((computed, old), new) in self.correction.computed.iter_mut().zip(old).zip(new) {
-                *computed = old + (new - old) * f;
-            }
-        }
-        saturated
-    }
-
-    /// The common factor and the guard rails.
-    fn guard(&mut self, s: f32, dt: f32, status: &mut Status) {
-        let axes = self.current.axes().iter().zip(self.target().axes());
-        let Correction { dq, computed, .. } = &mut self.correction;
-        let values = dq.iter_mut().zip(&*computed).zip(&self.positions);
-        for (k, ((axis, other), ((dq, &computed), &q))) in axes.zip(values).enumerate() {
-            let rate = if other.rate_bound < axis.rate_bound {
-                other.rate_bound
-            } else {
-                axis.rate_bound
-            };
-            let passed = guard::pass(s * computed, *dq, q, axis, rate, dt);
-            *dq = passed.dq;
-            status.rate_limited |= u16::from(passed.rate_limited) << k;
-            status.travel_limited |= u16::from(passed.travel_limited) << k;
-        }
-    }
 }
 
-/// The evaluation within the value bounds.
-fn bounded<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    compensation: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
-    travel: &Travelling<AXES>,
-    weights: &Weights,
-    saturated: &mut u16,
-) -> [f32; AXES] {
-    let mut values = compensation.evaluate(inputs, travel, weights);
-    for (k, (value, axis)) in values.iter_mut().zip(compensation.axes()).enumerate() {
-        let (within, acted) = guard::bounded(*value, axis.value_bound);
-        *value = within;
-        *saturated |= u16::from(acted) << k;
-    }
-    values
-}
-
+mod fades;
+mod lane;
 mod steady;
 #[cfg(all(test, feature = "encode"))]
 mod tests;
+mod update;

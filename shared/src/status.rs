@@ -1,9 +1,10 @@
 //! What a servo update reports.
 
+use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
 /// Conditions that hold in this period, as a set of bits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Conditions(pub u16);
 
@@ -26,6 +27,37 @@ impl Conditions {
     pub const DISABLED: Self = Self(1 << 7);
     /// A dry run: everything is computed, the output is (on its way to) zero.
     pub const DRY_RUN: Self = Self(1 << 8);
+    /// An auxiliary input that matters is not a number (it was never set, or its sensor is lost),
+    /// infinite or out of reach: one kind of [`BAD_INPUT`](Self::BAD_INPUT), which holds as well.
+    pub const BAD_AUXILIARY: Self = Self(1 << 9);
+
+    /// Each condition with its name.
+    const NAMES: [(Self, &'static str); 10] = [
+        (Self::BAD_INPUT, "bad input"),
+        (Self::BAD_AUXILIARY, "bad auxiliary"),
+        (Self::BAD_PERIOD, "bad period"),
+        (Self::UNREFERENCED, "not referenced"),
+        (Self::HELD, "held"),
+        (Self::FROZEN, "frozen"),
+        (Self::RAMPING, "ramping"),
+        (Self::FADING, "fading"),
+        (Self::DISABLED, "disabled"),
+        (Self::DRY_RUN, "dry run"),
+    ];
+
+    /// Names of the conditions that hold, faults first.
+    ///
+    /// ```
+    /// use trueaxis::Conditions;
+    ///
+    /// let conditions = Conditions::HELD | Conditions::BAD_INPUT;
+    /// assert!(conditions.names().eq(["bad input", "held"]));
+    /// assert_eq!(format!("{conditions:?}"), "{bad input, held}");
+    /// ```
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        let named = Self::NAMES.into_iter();
+        named.filter_map(move |(condition, name)| self.contains(condition).then_some(name))
+    }
 
     /// Whether all conditions of `other` hold.
     #[must_use]
@@ -37,6 +69,18 @@ impl Conditions {
         if holds {
             *self |= condition;
         }
+    }
+}
+
+/// The names of those that hold.
+impl fmt::Debug for Conditions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("{")?;
+        for (place, name) in self.names().enumerate() {
+            f.write_str(if place == 0 { "" } else { ", " })?;
+            f.write_str(name)?;
+        }
+        f.write_str("}")
     }
 }
 

@@ -116,6 +116,9 @@ impl<'c> Twin<'c> {
             if auxiliary.kind == AuxiliaryKind::ToolLength {
                 *value = auxiliary.reference + 12.5;
                 client.set(&Request::ToolLength(*value))?;
+            } else {
+                // The board has no sensor of this name.
+                *value = 0.0;
             }
         }
         let none = Correction {

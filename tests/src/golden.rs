@@ -237,6 +237,7 @@ pub fn hash_of_evaluation(c: &Largest<'_>) -> u64 {
 pub fn hash_of_servo(c: &Largest<'_>) -> u64 {
     let mut random = Fixed::new(2);
     let mut hash = Hash::new();
+    let other = Box::new(c.clone());
     let mut servo: Servo<'_, 16, 255, 4096, 8> = Servo::new(c);
     let adjustable: Vec<usize> = c.weights().iter().map(|(term, _)| term).collect();
     servo.enable();
@@ -247,7 +248,14 @@ pub fn hash_of_servo(c: &Largest<'_>) -> u64 {
         match random.bits() % 8 {
             0 => servo.disable(),
             1 => referenced ^= 1,
-            2 if !servo.is_swapping() => servo.swap(c).expect("the same axes"),
+            2 if !servo.is_swapping() => {
+                let to = if std::ptr::eq(servo.compensation(), c) {
+                    &other
+                } else {
+                    c
+                };
+                servo.swap(to).expect("the same axes");
+            }
             3 => {
                 for &term in &adjustable {
                     servo.set_weight(term, 0.0).expect("within its limits");

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
-const CALLS: [(&str, &str, u64); 13] = [
+const CALLS: [(&str, &str, u64); 16] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
     (
         "evaluate_huron13_5_axes",
@@ -37,6 +37,12 @@ const CALLS: [(&str, &str, u64); 13] = [
         "  with capacities for five axes",
         0,
     ),
+    ("servo_long_huron13", "servo update in a ramp", 0),
+    (
+        "servo_long_huron13_5_axes",
+        "  with capacities for five axes",
+        0,
+    ),
     ("servo_fade_huron13", "servo update in a cross-fade", 0),
     (
         "servo_fade_huron13_5_axes",
@@ -46,6 +52,11 @@ const CALLS: [(&str, &str, u64); 13] = [
     ("grid25_3out", "evaluate: grid 25×25×25, three outputs", 200),
     ("document_40_tables", "evaluate: layout of 40 tables", 700),
     ("rival_closed_form_libm", "instead: closed form, libm", 0),
+    (
+        "rival_closed_form_micromath",
+        "instead: closed form, micromath",
+        0,
+    ),
     ("rival_htm_nalgebra", "instead: matrices, nalgebra f32", 0),
     (
         "rival_exact_correction",
@@ -55,6 +66,8 @@ const CALLS: [(&str, &str, u64); 13] = [
 ];
 /// What the rivals are instead of.
 const OURS: &str = "evaluate_huron13";
+/// Most instructions of any update of a kind.
+const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1500), ("servo_fade_huron13", 2200)];
 /// Most bytes of stack of any call of ours.
 const STACK: u64 = 1024;
 /// Most bytes of code that runs in the servo loop.
@@ -78,7 +91,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     // The rivals as fast as the compiler makes them; ours as the boards are built, for size.
     let fast = measure(&folder.join("fast/bench-target"))?;
     for (key, ..) in CALLS.iter().filter(|(key, ..)| key.starts_with("rival_")) {
-        for key in ["", "_min", "_max"].map(|end| format!("{key}{end}")) {
+        for key in ["", "_min", "_max", "_nm"].map(|end| format!("{key}{end}")) {
             if let Some(value) = fast.get(&key) {
                 figures.set(&key, value);
             }
@@ -197,8 +210,12 @@ fn print(figures: &Figures, version: &str) {
         );
         if budget > 0 {
             print!("  {budget:>6} {}", verdict(typical, budget));
+        } else if let Some((_, budget)) = MOST.iter().find(|(of, _)| *of == key) {
+            print!("  {budget:>6} {} at most", verdict(most, *budget));
         } else if key.starts_with("rival_") {
-            print!("  {:>5.1} × evaluate", typical as f64 / get(OURS) as f64);
+            let off = get(&format!("{key}_nm")) as f64 / 1000.0;
+            let times = typical as f64 / get(OURS) as f64;
+            print!("  {times:>5.1} × evaluate, off by {off:.3} µm or 0.001°");
         }
         println!();
     }
@@ -261,8 +278,12 @@ fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>
     let stacks = CALLS
         .iter()
         .map(|(key, ..)| (format!("stack_{key}"), STACK));
+    let most = MOST
+        .iter()
+        .map(|(key, budget)| (format!("{key}_max"), *budget));
     let code = [("code_servo_update".to_owned(), CODE)];
     let over: Vec<String> = typical
+        .chain(most)
         .chain(stacks)
         .chain(code)
         .filter_map(|(key, budget)| {

@@ -130,7 +130,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             to_zero: false,
             suspended: false,
             referenced: 0,
-            auxiliaries: [0.0; AUXILIARIES],
+            auxiliaries: [f32::NAN; AUXILIARIES],
             sensors_lost: 0,
             tool_length: None,
             last: rest,
@@ -258,8 +258,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.referenced = mask;
     }
 
-    /// Sets the tool length, mm. Until then it is that for which the first tables were made; other
-    /// tables that are faded in for another tool find the length as it was.
+    /// Sets the tool length, mm. Until then it is not a number: where tables depend on it, a fault.
     pub fn set_tool_length(&mut self, length: f32) {
         self.tool_length = Some(length);
         self.place_tool_length();
@@ -289,7 +288,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         let auxiliaries = self.driven.compensation().auxiliaries();
         for (value, auxiliary) in self.auxiliaries.iter_mut().zip(auxiliaries) {
             if auxiliary.kind == AuxiliaryKind::ToolLength {
-                *value = self.tool_length.unwrap_or(auxiliary.reference);
+                *value = self.tool_length.unwrap_or(f32::NAN);
             }
         }
     }
@@ -303,7 +302,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     }
 
     /// Takes a compensation with other axes or auxiliaries, at zero. Settings stay; auxiliaries
-    /// are zero until they are set again, but for the tool length; no axis is referenced.
+    /// are not numbers until they are set again, but for the tool length; no axis is referenced.
     ///
     /// # Errors
     /// [`Refused::Busy`] while a correction is not zero or a change is under way.
@@ -317,7 +316,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.driven.replace(loaded)?;
         self.driven.enable(self.enabled && !self.to_zero);
         self.driven.dry_run(self.dry_run);
-        self.auxiliaries = [0.0; AUXILIARIES];
+        self.auxiliaries = [f32::NAN; AUXILIARIES];
         self.place_tool_length();
         self.referenced = 0;
         self.last = zero(Conditions::DISABLED);

@@ -85,23 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 /// Names of the conditions that hold.
 fn conditions(bits: u16) -> Vec<&'static str> {
-    let names = [
-        (Conditions::BAD_INPUT, "bad input"),
-        (Conditions::BAD_PERIOD, "bad period"),
-        (Conditions::UNREFERENCED, "not referenced"),
-        (Conditions::HELD, "held"),
-        (Conditions::FROZEN, "frozen"),
-        (Conditions::RAMPING, "ramping"),
-        (Conditions::FADING, "fading"),
-        (Conditions::DISABLED, "disabled"),
-        (Conditions::DRY_RUN, "dry run"),
-    ];
-    let holds = |(condition, _): &(Conditions, _)| Conditions(bits).contains(*condition);
-    names
-        .into_iter()
-        .filter(holds)
-        .map(|(_, name)| name)
-        .collect()
+    Conditions(bits).names().collect()
 }
 
 /// The rails that act on an axis.

@@ -6,7 +6,7 @@ use std::vec::Vec;
 use proptest::prelude::*;
 use serde::Serialize;
 
-use crate::draft::{Samples, Wire, assemble};
+use crate::draft::{Samples, Wire, WireBank, assemble};
 use crate::header::checksum;
 use crate::specimen::{adjustable, bank, bare, everything, term};
 use crate::*;
@@ -69,6 +69,75 @@ fn replaced(piece: usize, by: &[u8]) -> LoadError {
     let (mut pieces, samples) = pieces(&everything());
     pieces[piece] = by.to_vec();
     refusal(&assemble(&pieces.concat(), &samples).unwrap())
+}
+
+/// Rounds of all loops while these bytes are loaded or refused, as a share of what is allowed.
+fn rounds(bytes: &[u8]) -> f64 {
+    let blob = AlignedBlob::from_bytes(bytes);
+    let mut place = std::boxed::Box::new(Largest::empty());
+    let _ = crate::work::rounds();
+    let _ = place.load(&blob);
+    let [each, first] = crate::work::MOST_ROUNDS;
+    crate::work::rounds() as f64 / (each * bytes.len() as u64 + first) as f64
+}
+
+#[test]
+fn loading_takes_as_long_as_the_blob_has_bytes() {
+    let all = good();
+    assert!(rounds(&all) < 1.0);
+    // Banks of f32 claim as many tables as there are numbers for, without a byte for any.
+    let mut draft = everything();
+    draft.terms.clear();
+    let mut samples = Samples::default();
+    let mut wire = draft.wire(&mut samples).unwrap();
+    let claims = 5000;
+    wire.banks = (0..claims)
+        .map(|number| WireBank {
+            bank: Bank {
+                input: 0,
+                start: 0.0,
+                step: 1.0,
+                points: 2,
+                modulo: false,
+                direction: Direction::Both,
+                interpolation: Interpolation::Linear,
+                format: SampleFormat::F32,
+                tables: u16::MAX,
+                first: number * 2 * u32::from(u16::MAX),
+            },
+            scales: vec![],
+        })
+        .collect();
+    wire.floats = claims * 2 * u32::from(u16::MAX);
+    let bytes = assemble(&postcard::to_allocvec(&wire).unwrap(), &samples).unwrap();
+    assert!(matches!(
+        refusal(&bytes),
+        LoadError::TooManyTables {
+            found: 327_675_000..
+        }
+    ));
+    assert!(rounds(&bytes) < 1.0, "{}", rounds(&bytes));
+    // As many of everything as there is room for.
+    let mut draft = everything();
+    draft.grids.clear();
+    let column = vec![0.001; 2];
+    draft.banks = vec![bank(0, 0.0, 1.0, vec![column.clone(); 250])];
+    draft
+        .banks
+        .extend((0..5).map(|_| bank(1, 0.0, 1.0, vec![column.clone()])));
+    draft.terms = (0..60_000_u32)
+        .map(|k| {
+            term(
+                (k % 3) as u8,
+                if k < 30_000 { 1.0 } else { 0.5 },
+                &[(k % 255) as u8; 6][..(k % 7) as usize],
+            )
+        })
+        .collect();
+    let full = draft.encode();
+    if let Ok(full) = full {
+        assert!(rounds(&full) < 1.0);
+    }
 }
 
 macro_rules! variants {

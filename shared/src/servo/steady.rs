@@ -1,146 +1,103 @@
 //! The update while nothing but the positions changes, which is almost always: enabled, everything
-//! referenced, nothing fading, and all axes well within travel and bounds.
+//! that matters referenced, nothing fading or catching up.
 //!
 //! It does what `update_any` does there, to the bit, with far fewer instructions. Whatever is
 //! not so plain it leaves to that, before anything has changed that may not change twice.
 
 use super::{LONGEST_PERIOD, Servo};
-use crate::description::Axis;
-use crate::direction::Reversal;
 use crate::inputs::Inputs;
 use crate::status::Status;
 
-/// One axis: its direction of travel, and where its guard rails cannot act.
-#[derive(Clone, Copy)]
-pub(super) struct Lane {
-    /// Direction of travel: ±1.
-    sense: f32,
-    /// The extreme reached in it, times `sense`; infinite where more than this may be new.
-    front: f32,
-    /// How far it may go on, times `sense`.
-    end: f32,
-    value_bound: f32,
-    /// Largest change in one period.
-    most: f32,
-    rate_bound: f32,
-    /// Between these (mm or degrees) a correction within its bound cannot leave the travel, and
-    /// the position is one that the tables take.
-    inside: [f32; 2],
-    pub reversal: Reversal,
+/// How far the short way led.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Steady {
+    /// To the end.
+    Done,
+    /// The corrections are evaluated, but a rail acts.
+    Computed,
+    /// Nowhere.
+    No,
 }
 
-impl Lane {
-    pub(super) const fn new() -> Self {
-        Self {
-            sense: 1.0,
-            front: f32::INFINITY,
-            end: f32::NEG_INFINITY,
-            value_bound: 0.0,
-            most: 0.0,
-            rate_bound: 0.0,
-            inside: [0.0; 2],
-            reversal: Reversal::new(),
-        }
-    }
+/// In the mask of turning axes: the period is another one.
+const OTHER_PERIOD: u32 = 1 << 31;
 
-    /// Takes the guard rails from an axis whose tables take positions up to `reach`.
-    fn settle(&mut self, axis: &Axis, reach: f32) {
-        // Generous, so that no rounding here or in the comparison matters.
-        const MARGIN: f32 = 1e-6;
-        let [low, high] = axis.travel;
-        let low = if low < -reach { -reach } else { low };
-        let high = if high > reach { reach } else { high };
-        let largest = if high > -low { high } else { -low };
-        let margin = axis.value_bound + MARGIN * largest;
-        self.inside = [low + margin, high - margin];
-        self.value_bound = axis.value_bound;
-        self.rate_bound = axis.rate_bound;
-        self.watch(axis.period);
-    }
-
-    /// Takes direction and extreme from the reversal, if the axis is well inside its travel.
-    fn watch(&mut self, period: f32) {
-        let [low, high] = self.inside;
-        let extreme = self.reversal.extreme(period);
-        let extreme = extreme.filter(|(_, q)| *q >= low && *q <= high);
-        let (sense, q) = extreme.unwrap_or((1.0, f32::INFINITY));
-        self.sense = sense;
-        self.front = sense * q;
-        self.end = if sense > 0.0 { high } else { -low };
-    }
-
-    /// Gives the extreme back to the reversal.
-    fn unwatch(&mut self) {
-        if self.front < f32::INFINITY {
-            self.reversal.moved_on(self.sense * self.front);
-        }
-    }
-}
-
-/// |x|
-#[inline(always)]
-fn magnitude(x: f32) -> f32 {
-    f32::from_bits(x.to_bits() & 0x7FFF_FFFF)
-}
-
-impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Servo<'a, AXES, TABLES, TERMS, GRIDS>
+impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
+    Servo<'_, AXES, TABLES, TERMS, GRIDS>
 {
     /// After a call or an update after which the next one is not like the last.
+    #[inline(always)]
     pub(super) fn unsettle(&mut self) {
         if !self.steady.is_nan() {
-            self.steady = f32::NAN;
-            self.positions = self.inputs.axes;
-            for lane in &mut self.lanes {
-                lane.unwatch();
-            }
+            self.give_back();
+        }
+    }
+
+    #[inline(never)]
+    fn give_back(&mut self) {
+        self.steady = f32::NAN;
+        for (lane, &q) in self.lanes.iter_mut().zip(&self.inputs.axes) {
+            lane.unwatch(q);
+            lane.turned = false;
         }
     }
 
     /// After an update: prepares for the next one if it may be steady.
-    pub(super) fn settle(&mut self, held: bool) {
+    pub(super) fn settle(&mut self, referenced: u16) {
         let moving = self.fade.is_some() || self.queued.is_some() || self.weights_wait;
         let in_full = self.factor.at_rest() && self.factor.value() == 1.0;
-        let plain = in_full && !self.current.reach.uses_auxiliaries();
-        if self.enabled && !self.dry_run && !held && !moving && plain {
-            let reach = &self.current.reach;
-            let axes = self.current.axes().iter().zip(&reach.axes);
-            for (lane, (axis, &reach)) in self.lanes.iter_mut().zip(axes) {
-                lane.settle(axis, reach);
-            }
-            self.keep_pace(self.period);
+        let arrived = core::mem::take(&mut self.arrived);
+        if !self.enabled || self.dry_run || self.held || moving || !in_full || arrived {
+            return;
         }
+        if self.lanes.iter().any(|lane| lane.catch_up.is_active()) {
+            return;
+        }
+        let mut bit = 1;
+        for lane in &mut self.lanes {
+            lane.settle(referenced & bit != 0);
+            bit <<= 1;
+        }
+        let reach = &self.current.reach;
+        self.steady_axes = reach.all_axes;
+        self.steady_referenced = reach.all_axes & referenced;
+        self.steady_auxiliaries = 8 - reach.used_auxiliaries.leading_zeros() as u8;
+        self.keep_pace(self.period);
     }
 
     /// The period of the updates from now on.
     #[cold]
     fn keep_pace(&mut self, dt: f32) {
         self.steady = dt;
-        self.period = dt;
+        self.take_period(dt);
         for lane in &mut self.lanes {
             lane.most = lane.rate_bound * dt;
         }
     }
 
-    /// The update in the steady state; false if it has to be made by `update_any`.
+    /// The update in the steady state, as far as it goes.
     #[inline(always)]
     pub(super) fn update_steady(
         &mut self,
         inputs: &Inputs<AXES>,
         referenced: u16,
         dt: f32,
-    ) -> bool {
+    ) -> Steady {
+        let mut turning = 0_u32;
         if dt != self.steady {
             let good_period = dt > 0.0 && dt <= LONGEST_PERIOD;
             if !good_period || self.steady.is_nan() {
-                return false;
+                return Steady::No;
             }
             self.keep_pace(dt);
+            turning = OTHER_PERIOD;
         }
-        if self.current.reach.all_axes & !referenced != 0 {
-            return false;
+        if referenced & self.steady_axes != self.steady_referenced {
+            return Steady::No;
         }
-        let mut turning = 0_u32;
+        if self.steady_auxiliaries != 0 && !self.same_auxiliaries(inputs) {
+            return Steady::No;
+        }
         for (k, (lane, &q)) in self.lanes.iter_mut().zip(&inputs.axes).enumerate() {
             let along = q * lane.sense;
             // Not-a-number fails the comparisons.
@@ -151,41 +108,93 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             }
         }
         if turning != 0 && !self.turn(inputs, turning) {
-            return false;
+            return Steady::No;
         }
         let computed = &mut self.correction.computed;
         let (travelling, weights) = (&self.travelling, &self.weights);
         self.current
             .evaluate_into(inputs, travelling, weights, computed);
-        for ((lane, &last), &dq) in self.lanes.iter().zip(&self.correction.dq).zip(&*computed) {
-            let within = magnitude(dq) <= lane.value_bound;
-            if !(within && magnitude(dq - last) <= lane.most) {
-                return false;
+        let mut limited = 0_u32;
+        let values = self.correction.dq.iter().zip(&*computed);
+        for (k, (lane, (&last, &dq))) in self.lanes.iter().zip(values).enumerate() {
+            let free = dq.abs() <= lane.free;
+            if !(free && (dq - last).abs() <= lane.most) {
+                limited |= 1 << k;
             }
         }
-        self.correction.dq = *computed;
+        if limited != 0 && !self.near_ends(limited) {
+            return Steady::Computed;
+        }
+        self.before = self.correction.dq;
+        self.correction.dq = self.correction.computed;
         self.correction.status = Status::default();
-        self.inputs = *inputs;
-        true
+        self.inputs.axes = inputs.axes;
+        if turning | limited != 0 {
+            self.finish(turning, limited);
+        }
+        Steady::Done
     }
 
-    /// Follows the axes that do not merely move on in their direction; false, and nothing changed,
-    /// if one of them is not well inside its travel.
+    /// Whether the auxiliaries are those of the last call.
+    #[inline(never)]
+    fn same_auxiliaries(&self, inputs: &Inputs<AXES>) -> bool {
+        let count = usize::from(self.steady_auxiliaries);
+        let both = inputs.auxiliaries.iter().zip(&self.inputs.auxiliaries);
+        both.take(count).all(|(a, b)| a.to_bits() == b.to_bits())
+    }
+
+    /// Follows the axes that do not merely move on in their direction; false if one of them is at
+    /// no usable place, or a direction changes that tables depend on.
     #[inline(never)]
     fn turn(&mut self, inputs: &Inputs<AXES>, turning: u32) -> bool {
         let turns = |k: usize| turning & (1 << k) != 0;
         let mut all = self.lanes.iter().zip(&inputs.axes).enumerate();
-        if all.any(|(k, (lane, &q))| turns(k) && !(q >= lane.inside[0] && q <= lane.inside[1])) {
+        if all.any(|(k, (lane, &q))| turns(k) && !lane.takes(q)) {
             return false;
         }
-        let axes = self.current.axes();
-        let travelling = self.travelling.0.iter_mut().zip(&inputs.axes);
-        let lanes = self.lanes.iter_mut().zip(axes).zip(travelling).enumerate();
-        for (_, ((lane, axis), (travel, &q))) in lanes.filter(|(k, _)| turns(*k)) {
-            lane.unwatch();
-            *travel = lane.reversal.update(q, axis.hysteresis, axis.period);
-            lane.watch(axis.period);
+        let positions = self.inputs.axes.iter().zip(&inputs.axes);
+        let lanes = self.lanes.iter_mut().zip(&mut self.travelling.0);
+        let directional = u32::from(self.current.reach.directional);
+        let mut steps = false;
+        for (k, ((lane, travel), (&last, &q))) in lanes.zip(positions).enumerate() {
+            if turns(k) && lane.turn(q, last) {
+                if directional & (1 << k) != 0 {
+                    steps = true;
+                } else {
+                    *travel = lane.reversal.travel();
+                }
+            }
         }
-        true
+        !steps
+    }
+
+    /// Whether the travel is the only rail that can limit these axes.
+    #[inline(never)]
+    fn near_ends(&self, limited: u32) -> bool {
+        let values = self.correction.dq.iter().zip(&self.correction.computed);
+        let mut all = self.lanes.iter().zip(values).enumerate();
+        all.all(|(k, (lane, (&last, &dq)))| {
+            limited & (1 << k) == 0 || lane.near_end(dq, last).is_some()
+        })
+    }
+
+    /// What else there is to do for axes that turned, for those near the ends of their travel, and
+    /// after another period.
+    #[inline(never)]
+    fn finish(&mut self, turning: u32, limited: u32) {
+        self.last_frequency = self.frequency;
+        let values = self.correction.dq.iter_mut().zip(&self.before);
+        for (k, (lane, (dq, &last))) in self.lanes.iter_mut().zip(values).enumerate() {
+            let bit = 1 << k;
+            if turning & bit != 0 {
+                lane.turned = false;
+            }
+            if limited & bit != 0
+                && let Some((goal, acts)) = lane.near_end(*dq, last)
+            {
+                *dq = goal;
+                self.correction.status.travel_limited |= if acts { 1 << k } else { 0 };
+            }
+        }
     }
 }

@@ -26,8 +26,10 @@ use workloads::{DOCUMENT, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION};
 const POSITIONS: usize = 512;
 /// Servo updates of each measurement; several reversals of every axis.
 const UPDATES: usize = 4096;
-/// Servo updates that are measured of a change of compensation, which takes about 1 s.
-const FADING: usize = 256;
+/// Servo updates that are measured after the corrections are taken out; axes reverse meanwhile.
+const RAMPING: usize = 1024;
+/// Servo updates that are measured of a change of compensation, to its end and beyond.
+const FADING: usize = 1200;
 /// Servo period of the measurements, s.
 const PERIOD: f32 = 0.001;
 /// How far a rival may be from the tables, mm or degrees: f32 rounds products of matrices of 1 m to
@@ -119,11 +121,12 @@ fn updates<const A: usize, const T: usize, const N: usize, const G: usize>(
     println!("stack_{key} {stack}");
 }
 
-/// Servo updates in the steady state, and through a change of compensation.
+/// Servo updates in the steady state, while the corrections go out and come in, and through a change
+/// of compensation.
 fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
     counter: &mut Counter,
-    keys: [&str; 2],
-    c: &'static Compensation<'static, A, T, N, G>,
+    keys: [&str; 3],
+    [c, other]: [&'static Compensation<'static, A, T, N, G>; 2],
     counts: &mut [u32; UPDATES],
 ) {
     let path = Path::new(c);
@@ -141,23 +144,44 @@ fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
         fail("the corrections are not in");
     }
     updates(counter, keys[0], &mut servo, &path, UPDATES, counts);
-    if servo.swap(c).is_err() {
-        fail("the compensation does not take its own place");
-    }
+    servo.disable();
+    let first = 3 * UPDATES;
     updates(
         counter,
         keys[1],
         &mut servo,
         &path,
-        3 * UPDATES,
+        first,
+        &mut counts[..RAMPING],
+    );
+    servo.enable();
+    for period in 0..UPDATES {
+        let q = path.smooth(first + 2 * RAMPING + period);
+        servo.update(
+            &Inputs::at(core::array::from_fn(|i| q[i])),
+            u16::MAX,
+            PERIOD,
+        );
+    }
+    if servo.factor() != 1.0 || servo.swap(other).is_err() {
+        fail("the compensation does not take the place of another");
+    }
+    let first = first + 2 * RAMPING + UPDATES;
+    updates(
+        counter,
+        keys[2],
+        &mut servo,
+        &path,
+        first,
         &mut counts[..FADING],
     );
-    if !servo.is_swapping() {
-        fail("the change ended before the measurement");
+    if servo.is_swapping() {
+        fail("the measurement ended before the change");
     }
 }
 
-/// What one would do without tables, at the same positions; it must find the same.
+/// What one would do without tables, at the same positions; it must find the same. How far it is off
+/// at most is printed in nm (of rotary axes: 1e-6°).
 fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32; 5]) -> [f32; 5]) {
     let mut path = Path::new(c);
     let (travel, weights) = (Travelling::default(), c.weights());
@@ -183,14 +207,17 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
         process::exit(1);
     }
     report(key, &mut counts);
+    println!("{key}_nm {}", (worst * 1e6) as u32);
 }
 
 #[entry]
 fn main() -> ! {
     static mut HURON_USUAL: Usual = Usual::empty();
+    static mut HURON_AGAIN: Usual = Usual::empty();
     static mut HURON_TIGHT: Tight = Tight::empty();
     static mut DIRECTION: Usual = Usual::empty();
     static mut KOLIBRI: Usual = Usual::empty();
+    static mut TIGHT_AGAIN: Tight = Tight::empty();
     static mut CUBE: Usual = Usual::empty();
     static mut LAYOUT: Usual = Usual::empty();
     static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
@@ -218,7 +245,13 @@ fn main() -> ! {
         counter,
         "rival_closed_form_libm",
         huron,
-        closed_form::correction,
+        closed_form::with_libm,
+    );
+    rival(
+        counter,
+        "rival_closed_form_micromath",
+        huron,
+        closed_form::with_micromath,
     );
     let direct = Direct::new();
     rival(counter, "rival_htm_nalgebra", huron, |q| {
@@ -233,10 +266,20 @@ fn main() -> ! {
         exact::correction(&kinematics, q)
     });
 
-    let keys = ["servo_update_huron13", "servo_fade_huron13"];
-    servo(counter, keys, huron, COUNTS);
-    let keys = ["servo_update_huron13_5_axes", "servo_fade_huron13_5_axes"];
-    servo(counter, keys, tight, COUNTS);
+    let keys = [
+        "servo_update_huron13",
+        "servo_long_huron13",
+        "servo_fade_huron13",
+    ];
+    let both = [huron, load(HURON_AGAIN, &HURON.0)];
+    servo(counter, keys, both, COUNTS);
+    let keys = [
+        "servo_update_huron13_5_axes",
+        "servo_long_huron13_5_axes",
+        "servo_fade_huron13_5_axes",
+    ];
+    let both = [tight, load(TIGHT_AGAIN, &HURON.0)];
+    servo(counter, keys, both, COUNTS);
     println!("done 1");
     process::exit(0)
 }

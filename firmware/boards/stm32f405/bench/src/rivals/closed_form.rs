@@ -1,16 +1,28 @@
 //! The corrections written out (Eq. 59 of the source document, with its misprints corrected, as
-//! `tests/tests/eq42.rs` proves them), with the trigonometry of `libm`.
+//! `tests/tests/eq42.rs` proves them), with the trigonometry of a library.
 
 use super::errors::*;
 use super::{DEGREES, TIP};
 
 const R: f32 = core::f32::consts::SQRT_2;
 
-/// Δq at a position. The double angle and the squares come from one sine and one cosine.
+/// Δq at a position, with the sine and cosine of `libm`.
 #[inline(never)]
-pub fn correction(q: &[f32; 5]) -> [f32; 5] {
+pub fn with_libm(q: &[f32; 5]) -> [f32; 5] {
+    correction(q, libm::sincosf)
+}
+
+/// The same with those of `micromath`, which approximates.
+#[inline(never)]
+pub fn with_micromath(q: &[f32; 5]) -> [f32; 5] {
+    correction(q, micromath::F32Ext::sin_cos)
+}
+
+/// Δq at a position. The double angle and the squares come from one sine and one cosine.
+#[inline(always)]
+fn correction(q: &[f32; 5], sin_cos: impl Fn(f32) -> (f32, f32)) -> [f32; 5] {
     let [y, a, _, x, z] = *q;
-    let (s, c) = libm::sincosf(a * (1.0 / DEGREES));
+    let (s, c) = sin_cos(a * (1.0 / DEGREES));
     let (s2, cc, ss) = (2.0 * s * c, c * c, s * s);
     let c2 = cc - ss;
     // From the tip along Z, and along X and Z together.

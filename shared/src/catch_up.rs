@@ -1,0 +1,150 @@
+//! How the correction of one axis comes back to what it should be after a step of that.
+
+use crate::pace::{Approach, Pace};
+
+/// One period of one axis, mm or degrees and seconds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Period {
+    /// What the correction should be.
+    pub goal: f32,
+    /// What it was.
+    pub last: f32,
+    /// How fast it was, in the mean of the last period.
+    pub velocity: f32,
+    /// The goal may have stepped: it is not followed as it is.
+    pub step: bool,
+    /// Largest speed.
+    pub rate: f32,
+    pub dt: f32,
+    /// 1 / dt
+    pub frequency: f32,
+}
+
+/// Nothing, while the goal is followed as it is. After a step of it, or while it moves faster than
+/// the rate, the *remainder* between correction and goal: it begins with the step, at the velocity that
+/// the correction had, and is worked off with bounded acceleration. The goal's own moves go through.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CatchUp {
+    active: bool,
+    /// The goal stepped in the last period, so that its velocity is not known.
+    stepped: bool,
+    /// The remainder is ±1 times what remains.
+    sense: f32,
+    way: Approach,
+    pace: Pace,
+    /// Of the last period.
+    goal: f32,
+    /// Of the correction at the end of the last period.
+    velocity: f32,
+}
+
+fn within(x: f32, most: f32) -> f32 {
+    if x > most {
+        most
+    } else if x < -most {
+        -most
+    } else {
+        x
+    }
+}
+
+impl CatchUp {
+    pub(crate) fn new() -> Self {
+        Self {
+            active: false,
+            stepped: false,
+            sense: 1.0,
+            way: Approach::DONE,
+            pace: Pace::new(1.0, 1.0),
+            goal: 0.0,
+            velocity: 0.0,
+        }
+    }
+
+    /// Whether the correction is not what it should be.
+    #[inline(always)]
+    pub(crate) fn is_active(&self) -> bool {
+        self.active
+    }
+
+    /// The correction of a period in which the goal cannot simply be followed: while this is active,
+    /// and where the goal may have stepped or moved faster than the rate. `rise` is the speed that is
+    /// reached in [`RISE`](crate::RISE).
+    #[inline(never)]
+    pub(crate) fn advance(&mut self, p: &Period, rise: f32) -> f32 {
+        let most = p.rate * p.dt;
+        if !self.active {
+            self.begin(p, rise);
+            let change = p.goal - p.last;
+            let jerk = (change - p.velocity * p.dt).abs();
+            if change.abs() <= most && jerk <= self.pace.acceleration * p.dt * p.dt {
+                // Followed as it is, it steps neither in position nor in velocity.
+                self.active = false;
+                return p.goal;
+            }
+            self.velocity = within(p.velocity, p.rate);
+            self.goal = p.last;
+        }
+        self.pace.rate = p.rate;
+        let moved = p.goal - self.goal;
+        let steps = p.step || moved.abs() > most;
+        // While it steps the goal is taken to stand still where it is.
+        let own = if steps { 0.0 } else { moved * p.frequency };
+        if steps {
+            self.set(p.last - p.goal, self.velocity);
+        } else if self.stepped {
+            self.set(self.sense * self.way.remaining, self.velocity - own);
+        }
+        self.stepped = steps;
+        self.goal = p.goal;
+        if self.way.remaining < 0.0 {
+            // It could not stop in time.
+            self.set(
+                self.sense * self.way.remaining,
+                -self.sense * self.way.speed,
+            );
+        }
+        self.way.advance(&self.pace, p.dt);
+        if self.way.is_done() && !steps {
+            self.active = false;
+            return p.goal;
+        }
+        let dq = p.goal + self.sense * self.way.remaining;
+        self.velocity = own - self.sense * self.way.speed;
+        let change = dq - p.last;
+        if change.abs() <= most {
+            return dq;
+        }
+        // Both the goal and the remainder move: together no faster than the rate.
+        let dq = p.last + within(change, most);
+        self.velocity = within(change * p.frequency, p.rate);
+        self.set(dq - p.goal, self.velocity - own);
+        dq
+    }
+
+    fn begin(&mut self, p: &Period, rise: f32) {
+        self.active = true;
+        self.pace = Pace::new(p.rate, rise);
+    }
+
+    /// The correction had to be `dq`: goes on from there.
+    pub(crate) fn displaced(&mut self, dq: f32, p: &Period, rise: f32) {
+        if dq == p.goal {
+            self.active = false;
+            return;
+        }
+        if !self.active {
+            self.begin(p, rise);
+        }
+        self.velocity = within((dq - p.last) * p.frequency, p.rate);
+        self.stepped = true;
+        self.goal = p.goal;
+        self.set(dq - p.goal, 0.0);
+    }
+
+    /// The remainder and its velocity.
+    fn set(&mut self, remainder: f32, velocity: f32) {
+        self.sense = if remainder < 0.0 { -1.0 } else { 1.0 };
+        self.way = Approach::from(remainder.abs(), -self.sense * velocity);
+    }
+}

@@ -1,0 +1,125 @@
+//! A way to its end with bounded speed and acceleration, whatever the period of each step.
+
+/// Seconds from standstill to the full rate.
+pub const RISE: f32 = 0.05;
+
+/// How fast an [`Approach`] may be. The divisions are here, so that none are on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pace {
+    /// Largest speed, per second.
+    pub rate: f32,
+    /// Largest acceleration, per second squared.
+    pub acceleration: f32,
+    /// 1 / (2 · acceleration): v² times this is the way to stand still; a little more, so that
+    /// it can always make up for what rounding adds to its speed on the way.
+    braking: f32,
+}
+
+impl Pace {
+    /// Up to `rate`, with the acceleration that reaches `rise` in [`RISE`] seconds.
+    pub(crate) fn new(rate: f32, rise: f32) -> Self {
+        Self {
+            rate,
+            acceleration: rise / RISE,
+            braking: 1.0002 * RISE / (2.0 * rise),
+        }
+    }
+}
+
+/// What remains of a way, and how fast it is being covered.
+///
+/// Each step is a stretch of constant acceleration from the speed at its begin to that at its end
+/// (the last one may speed up and slow down within it). So the mean speeds of neighbouring steps
+/// differ by no more than the acceleration over half of both, also where their periods differ;
+/// and as a speed is only taken from which it can still stop, whatever the next periods are, it
+/// lands exactly.
+///
+/// What remains is small near the end and therefore fine enough in f32 to be divided further;
+/// `carry` keeps what its rounding loses far from the end, so that slow ways in short steps do
+/// not stand still.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Approach {
+    pub remaining: f32,
+    carry: f32,
+    /// Towards the end, per second; negative while it still moves away.
+    pub speed: f32,
+}
+
+impl Approach {
+    pub(crate) const DONE: Self = Self::from(0.0, 0.0);
+
+    /// At a speed towards the end.
+    pub(crate) const fn from(remaining: f32, speed: f32) -> Self {
+        Self {
+            remaining,
+            carry: 0.0,
+            speed,
+        }
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        self.remaining == 0.0 && self.speed == 0.0
+    }
+
+    /// The way back along one of length 1, with what rounding took from either.
+    pub(crate) fn turned(&self) -> Self {
+        let remaining = 1.0 - self.remaining;
+        Self {
+            remaining,
+            carry: (1.0 - remaining - self.remaining) - self.carry,
+            speed: -self.speed,
+        }
+    }
+
+    /// One step of `dt` seconds. Where it was too fast to stop, what remains becomes negative.
+    ///
+    /// Of the speeds v + a·dt, v + a·dt/4, v and v − a·dt at the end of the step it takes the first
+    /// from which it can stop in what remains: v²/2a ≤ remaining.
+    pub(crate) fn advance(&mut self, pace: &Pace, dt: f32) {
+        let (v, change) = (self.speed, pace.acceleration * dt);
+        let half = 0.5 * dt;
+        let stops = |next: f32| next * next * pace.braking <= self.remaining - (v + next) * half;
+        let slower = if v > change { v - change } else { 0.0 };
+        let next = if v < 0.0 {
+            let back = v + change;
+            if back <= 0.0 || stops(back) {
+                back
+            } else {
+                0.0
+            }
+        } else if v > pace.rate {
+            if slower > pace.rate {
+                slower
+            } else {
+                pace.rate
+            }
+        } else {
+            let most = v + change;
+            if v <= change {
+                // Up to here it speeds up for a part of the step and stands still at its end.
+                let reach = (0.5 * most * most - v * v) * pace.braking;
+                let least = v * v * pace.braking;
+                if self.remaining <= reach && self.remaining >= 0.999 * least {
+                    *self = Self::DONE;
+                    return;
+                }
+            }
+            let most = if most < pace.rate { most } else { pace.rate };
+            let little = v + 0.25 * (most - v);
+            if stops(most) {
+                most
+            } else if stops(little) {
+                little
+            } else if stops(v) {
+                v
+            } else {
+                slower
+            }
+        };
+        let step = self.carry - (v + next) * half;
+        let remaining = self.remaining + step;
+        self.carry = step - (remaining - self.remaining);
+        self.remaining = remaining;
+        self.speed = next;
+    }
+}

@@ -1,0 +1,262 @@
+//! One axis of the servo: its direction of travel, its guard rails, and what both are while nothing
+//! but its position changes.
+
+use crate::catch_up::{CatchUp, Period};
+use crate::description::Axis;
+use crate::direction::Reversal;
+use crate::guard;
+use crate::inputs::Travel;
+
+/// What lets the short way pass over an axis.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Watch {
+    /// It moves on from its extreme.
+    Extreme,
+    /// It stays where it is.
+    Place,
+    /// It may be anywhere: nothing depends on it.
+    Anywhere,
+}
+
+/// One axis.
+#[derive(Clone, Copy)]
+pub(super) struct Lane {
+    /// Direction of travel: ±1; 0 where the position does not matter.
+    pub sense: f32,
+    /// The extreme reached in it, times `sense`; infinite where more than this may be new.
+    pub front: f32,
+    /// How far it may go on, times `sense`.
+    pub end: f32,
+    /// Largest correction that no rail can limit; negative near the ends of the travel.
+    pub free: f32,
+    /// Largest change in one period.
+    pub most: f32,
+    watch: Watch,
+    /// In this period the reversal has been followed already.
+    pub turned: bool,
+    pub rate_bound: f32,
+    /// The rate that is reached in [`RISE`](crate::RISE) seconds.
+    rise: f32,
+    value_bound: f32,
+    travel: [f32; 2],
+    hysteresis: f32,
+    /// Of an endless axis, otherwise 0.
+    period: f32,
+    /// How far from 0 it may be.
+    reach: f32,
+    /// Between these (mm or degrees) a correction within its bound cannot leave the travel.
+    inside: [f32; 2],
+    /// Where it was last, referenced and within reach: that of the travel.
+    position: f32,
+    /// That is not where it is now: it has lost its reference since.
+    lost: bool,
+    /// How far it moved in this period.
+    moved: f32,
+    pub reversal: Reversal,
+    pub catch_up: CatchUp,
+}
+
+/// What the guard rails let through.
+pub(super) struct Passed {
+    pub dq: f32,
+    pub rate_limited: bool,
+    pub travel_limited: bool,
+}
+
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+impl Lane {
+    pub(super) fn new() -> Self {
+        Self {
+            sense: 1.0,
+            front: f32::INFINITY,
+            end: f32::NEG_INFINITY,
+            free: 0.0,
+            most: 0.0,
+            watch: Watch::Anywhere,
+            turned: false,
+            rate_bound: 0.0,
+            rise: 0.0,
+            value_bound: 0.0,
+            travel: [0.0; 2],
+            hysteresis: 0.0,
+            period: 0.0,
+            reach: 0.0,
+            inside: [0.0; 2],
+            position: 0.0,
+            lost: true,
+            moved: 0.0,
+            reversal: Reversal::new(),
+            catch_up: CatchUp::new(),
+        }
+    }
+
+    /// Takes in the position of a period.
+    ///
+    /// An axis that is not referenced may be given any other position: its direction starts anew,
+    /// and its travel is that of the last position that counted, until it `returns`.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, q: f32, referenced: bool, returns: bool) {
+        self.moved = 0.0;
+        if !referenced {
+            self.lost = true;
+            self.reversal = Reversal::new();
+        } else if q.abs() <= self.reach {
+            if self.period != 0.0 || !self.reversal.moves_on(q) {
+                self.reversal.update(q, self.hysteresis, self.period);
+            }
+            if !self.lost {
+                self.moved = (q - self.position).abs();
+                self.position = q;
+            } else if returns {
+                self.lost = false;
+                self.position = q;
+            }
+        }
+    }
+
+    /// Takes limits from the axis of the compensation in use, and of the one that is being faded in:
+    /// the narrower ones. Returns the rate that neither ramp rate nor rate bound exceeds.
+    pub(super) fn take(&mut self, axis: &Axis, other: &Axis, reach: f32) -> f32 {
+        self.travel = axis.travel;
+        self.hysteresis = axis.hysteresis;
+        self.period = axis.period;
+        self.reach = reach;
+        self.value_bound = -smaller(-axis.value_bound, -other.value_bound);
+        self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
+        self.rise = smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate));
+        // Generous, so that no rounding here or in the comparison matters.
+        const MARGIN: f32 = 1e-6;
+        let [low, high] = self.travel;
+        let [from, to] = [-smaller(-low, reach), smaller(high, reach)];
+        let margin = self.value_bound + MARGIN * -smaller(from, -to);
+        self.inside = [from + margin, to - margin];
+        self.rise
+    }
+
+    /// The larger value bound.
+    pub(super) fn value_bound(&self) -> f32 {
+        self.value_bound
+    }
+
+    /// Where a correction within its bound may be: in the travel, at the last position that counted.
+    #[inline(always)]
+    pub(super) fn within_travel(&self, dq: f32) -> (f32, bool) {
+        let [low, high] = self.inside;
+        if self.position >= low && self.position <= high {
+            return (dq, false);
+        }
+        self.near_travel(dq)
+    }
+
+    #[inline(never)]
+    fn near_travel(&self, dq: f32) -> (f32, bool) {
+        guard::within_travel(dq, self.position, self.travel)
+    }
+
+    /// The guard rails where the correction cannot simply follow: rate bound, then travel. At the end
+    /// of the travel the correction follows the command, at most as fast as the command itself,
+    /// and even where the rate bound would not let it.
+    #[inline(never)]
+    pub(super) fn catch_up(&mut self, p: &Period, limited: bool) -> Passed {
+        let reached = self.catch_up.advance(p, self.rise);
+        // Coming to rest from a move may lead beyond the value bound, or out of the travel. After a
+        // change of compensation the last correction may still be beyond the new bound.
+        let bound = -smaller(-self.value_bound, -p.last.abs());
+        let (bounded, _) = guard::bounded(reached, bound);
+        let (inside, again) = self.near_travel(bounded);
+        let most = -smaller(-(reached - p.last).abs(), -self.moved);
+        let dq = guard::within_reach(inside, p.last, most);
+        if dq != reached {
+            self.catch_up.displaced(dq, p, self.rise);
+        }
+        Passed {
+            dq,
+            rate_limited: dq != p.goal,
+            travel_limited: limited | again,
+        }
+    }
+
+    /// It last moved in direction `travel`, to where it is.
+    pub(super) fn set_travel(&mut self, travel: Travel) {
+        self.reversal = Reversal::moved(travel, self.position);
+    }
+
+    /// Prepares for updates in which nothing but the position changes. `matters`: it is referenced.
+    pub(super) fn settle(&mut self, matters: bool) {
+        self.watch(self.position, matters);
+    }
+
+    /// What the positions after `q` are compared with.
+    fn watch(&mut self, q: f32, matters: bool) {
+        let [low, high] = self.inside;
+        let inside = q >= low && q <= high;
+        self.free = if inside { self.value_bound } else { -1.0 };
+        if !matters {
+            self.watch = Watch::Anywhere;
+            // Times 0 all finite positions are 0.
+            (self.sense, self.front, self.end) = (0.0, 0.0, 0.0);
+            return;
+        }
+        let extreme = self.reversal.extreme(self.hysteresis, self.period);
+        if let Some((sense, front, far)) = extreme
+            && front == q
+            && inside
+        {
+            self.watch = Watch::Extreme;
+            self.sense = sense;
+            self.front = sense * q;
+            let end = if sense > 0.0 { high } else { -low };
+            self.end = smaller(end, self.front + far);
+        } else {
+            self.watch = Watch::Place;
+            (self.sense, self.front, self.end) = (1.0, q, q);
+        }
+    }
+
+    /// Follows an axis that does not merely move on; its position is usable. Whether its direction
+    /// is another one now.
+    pub(super) fn turn(&mut self, q: f32, last: f32) -> bool {
+        let before = self.reversal.travel();
+        self.unwatch(last);
+        let travel = self.reversal.update(q, self.hysteresis, self.period);
+        self.turned = true;
+        self.watch(q, true);
+        travel != before
+    }
+
+    /// Whether `q` is a position of this axis.
+    pub(super) fn takes(&self, q: f32) -> bool {
+        q.abs() <= self.reach
+    }
+
+    /// Gives what was watched back. `last`: the position of the last update.
+    pub(super) fn unwatch(&mut self, last: f32) {
+        if self.watch == Watch::Extreme {
+            self.reversal.moved_on(self.sense * self.front);
+        }
+        if self.watch != Watch::Anywhere {
+            self.position = last;
+            if !self.turned {
+                self.reversal.stands_at(last);
+            }
+        }
+        self.watch = Watch::Anywhere;
+    }
+
+    /// Near the ends of the travel: what is left of `dq`, and whether that is less; `None` if another
+    /// bound acts.
+    #[inline(never)]
+    pub(super) fn near_end(&self, dq: f32, last: f32) -> Option<(f32, bool)> {
+        let q = if self.watch == Watch::Place {
+            self.front
+        } else {
+            self.position
+        };
+        let (goal, limited) = guard::within_travel(dq, q, self.travel);
+        let near = self.free < 0.0 && dq.abs() <= self.value_bound;
+        (near && (goal - last).abs() <= self.most).then_some((goal, limited))
+    }
+}
