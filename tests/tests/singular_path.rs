@@ -10,8 +10,9 @@ use trueaxis_tests::{errors, golden::load, machine};
 
 /// Servo period (s).
 const PERIOD: f64 = 0.001;
-/// Periods at the beginning in which directions of travel become known.
-const SET_OUT: usize = 50;
+/// Periods at the beginning in which directions of travel become known and the corrections of backlash
+/// come in: 50 ms at the rate bound, and as much to speed up and slow down.
+const SET_OUT: usize = 100;
 /// Half of the way of the rotary axes (deg), with the singular position in its middle.
 const HALF: f64 = 30.0;
 
@@ -83,7 +84,7 @@ fn passes(machine: &Machine, c: &Largest<'_>) -> (usize, f64) {
                 }
             }
             let rails = status.saturated | status.rate_limited | status.travel_limited;
-            // As axes set out, the corrections of their backlash come in, at the rate bound.
+            // As axes set out, the corrections of their backlash come in.
             acting += usize::from(rails != 0 && period > SET_OUT);
         }
     }
