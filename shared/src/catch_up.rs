@@ -105,7 +105,7 @@ impl CatchUp {
             );
         }
         self.way.advance(&self.pace, p.dt);
-        if self.way.is_done() && !steps {
+        if self.way.is_done() && !steps && (p.goal - p.last).abs() <= most {
             self.active = false;
             return p.goal;
         }

@@ -69,14 +69,14 @@ impl Reversal {
         true
     }
 
-    /// Known to have moved in direction `travel` to `q`.
-    pub(crate) fn moved(travel: Travel, q: f32) -> Self {
+    /// Known to have moved in direction `travel`, to the position that comes next: until then there is
+    /// no extreme.
+    pub(crate) fn moved(travel: Travel) -> Self {
         Self {
             travel,
-            high: q,
-            low: q,
-            last: q,
-            started: true,
+            high: f32::INFINITY,
+            low: f32::NEG_INFINITY,
+            ..Self::new()
         }
     }
 

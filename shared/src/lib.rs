@@ -92,7 +92,7 @@ pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};
 pub use pace::RISE;
 pub use reach::MOST_PERIODS;
-pub use servo::{LONGEST_PERIOD, PATIENCE, Refused, Servo};
+pub use servo::{LONGEST_PERIOD, PATIENCE, Refused, SHORTEST_PERIOD, Servo};
 pub use status::{Conditions, Correction, Status};
 pub use weights::{WeightError, Weights};
 #[cfg(feature = "count")]

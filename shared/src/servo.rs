@@ -35,6 +35,9 @@ use crate::weights::{WeightError, Weights};
 use lane::Lane;
 use steady::Steady;
 
+/// Shortest period of a call, s. Shorter ones are a fault: no controller is so fast.
+pub const SHORTEST_PERIOD: f32 = 1e-6;
+
 /// Longest period of a call, s. Longer ones are a fault: time has been lost.
 pub const LONGEST_PERIOD: f32 = 0.01;
 

@@ -11,7 +11,8 @@ pub struct Conditions(pub u16);
 impl Conditions {
     /// An input is not a number, infinite, or beyond 2¹³ periods of an endless axis or a modulo table.
     pub const BAD_INPUT: Self = Self(1);
-    /// The period is not a number from above 0 to [`LONGEST_PERIOD`](crate::LONGEST_PERIOD).
+    /// The period is not a number from [`SHORTEST_PERIOD`](crate::SHORTEST_PERIOD) to
+    /// [`LONGEST_PERIOD`](crate::LONGEST_PERIOD).
     pub const BAD_PERIOD: Self = Self(1 << 1);
     /// An input axis of an active term is not referenced.
     pub const UNREFERENCED: Self = Self(1 << 2);

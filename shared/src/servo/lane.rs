@@ -179,9 +179,9 @@ impl Lane {
         }
     }
 
-    /// It last moved in direction `travel`, to where it is.
+    /// It last moved in direction `travel`, to where it will be seen next.
     pub(super) fn set_travel(&mut self, travel: Travel) {
-        self.reversal = Reversal::moved(travel, self.position);
+        self.reversal = Reversal::moved(travel);
     }
 
     /// Prepares for updates in which nothing but the position changes. `matters`: it is referenced.

@@ -224,6 +224,8 @@ fn periods_that_cannot_be_right_hold_the_correction() {
         f32::NAN,
         f32::INFINITY,
         0.0,
+        f32::from_bits(1),
+        0.9e-6,
         -0.001,
         0.010_001,
         -f32::INFINITY,
@@ -465,6 +467,21 @@ fn the_direction_after_homing_can_be_said() {
     assert_eq!(settle(&mut servo, &at(5.0, 0.0, 0.0)).dq[0], -0.05);
     // An axis that does not exist has none.
     servo.set_travel(3, Travel::Positive);
+    // Homing ends somewhere else than the last place that counted, or where none has counted yet.
+    for begin in [None, Some(5.0)] {
+        for (travel, expected) in [(Travel::Negative, -0.05), (Travel::Positive, 0.05)] {
+            let mut servo = S::new(c);
+            servo.enable();
+            if let Some(begin) = begin {
+                settle(&mut servo, &at(begin, 0.0, 0.0));
+            }
+            for _ in 0..2000 {
+                servo.update(&at(900.0, 0.0, 0.0), ALL & !1, DT);
+            }
+            servo.set_travel(0, travel);
+            assert_eq!(settle(&mut servo, &at(250.0, 0.0, 0.0)).dq[0], expected);
+        }
+    }
 }
 
 /// Updates with these positions (from period 0 on), all of which but the first take the short way and
@@ -887,7 +904,7 @@ proptest! {
             let mut held = false;
             for step in 0..steps {
                 let dt = wrong.unwrap_or(base * share);
-                if dt > 0.0 && dt <= LONGEST_PERIOD {
+                if (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt) {
                     period = dt;
                 }
                 plant.travel_on(base * share);

@@ -2,7 +2,7 @@
 
 use super::along::{Along, Column, Shows};
 use super::generators::{Generator, products};
-use super::limits::{APART, ROUNDING};
+use super::limits::{APART, MUCH_LESS, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable};
 use crate::kinematics::NotConverged;
@@ -244,21 +244,28 @@ fn telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usi
     if values.ncols() < values.nrows() {
         return (0..values.ncols()).collect();
     }
-    let explain = |functions: &[usize]| {
-        let rest = residual(samples, &values.select_columns(functions));
-        rest.is_some_and(|(rest, _)| largest(&rest) < leave)
+    let squares = samples * samples.transpose();
+    // The sum of squares that functions leave.
+    let left = |functions: &[usize]| {
+        let part = values.select_columns(functions);
+        let inverse = part.clone().pseudo_inverse(ROUNDING);
+        let n = values.nrows();
+        let rest = DMatrix::identity(n, n)
+            - part * inverse.unwrap_or_else(|_| DMatrix::zeros(functions.len(), n));
+        (&rest * &squares * rest.transpose()).trace()
     };
-    let most = most_telling(samples, values, leave);
+    let most = most_telling(squares.clone(), values, leave);
     let first: Vec<usize> = (0..values.nrows() - 1).collect();
-    if !explain(&most) && explain(&first) {
+    let left_by_most = left(&most);
+    if left_by_most > leave * leave && left(&first) < MUCH_LESS * left_by_most {
         return first;
     }
     most
 }
 
-/// Those of some functions that explain most of samples, one after the other, with two nodes to spare.
-fn most_telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
-    let mut left = samples * samples.transpose();
+/// Those of some functions that explain most of samples, of which `left` are the sums of products (nodes ×
+/// nodes), one after the other, with two nodes to spare.
+fn most_telling(mut left: DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
     let mut functions = values.clone();
     let mut chosen = Vec::new();
     while chosen.len() + 2 < values.nrows() && left.trace() > leave * leave {

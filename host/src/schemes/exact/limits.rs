@@ -91,6 +91,9 @@ pub const ROUNDING: f64 = 1e-12;
 /// Of a function, at least this part must be no sum of others that are used with it: coefficients
 /// grow by its inverse.
 pub const APART: f64 = 1e-4;
+/// Where some functions leave less than this part of the squares that others leave, the samples are made of
+/// them: a tenth of the size.
+pub const MUCH_LESS: f64 = 0.01;
 /// Products that contribute less than this (in units of the tolerance) are dropped: a thousand of
 /// them would not add up to a tenth.
 pub const NOISE: f64 = 1e-4;

@@ -260,12 +260,18 @@ impl<'a> Search<'a> {
     pub fn coarser(&mut self, tolerance: &PerAxis) -> Result<(), SchemeError> {
         // What is made for a tolerance not much coarser than what is reached already may better it;
         // where a tolerance is missed, finer ones are.
-        let reached = self
-            .best
-            .as_ref()
-            .map_or(f64::INFINITY, |b| b.verdict.error);
-        for factor in COARSER.into_iter().rev().filter(|f| *f < 2.0 * reached) {
-            if !self.run(&tolerance.map(|t| t * factor))? && self.best.is_some() {
+        let error =
+            |best: &Option<Candidate>| best.as_ref().map_or(f64::INFINITY, |b| b.verdict.error);
+        let reached = error(&self.best);
+        for factor in COARSER.into_iter().rev().filter(|f| *f < 4.0 * reached) {
+            // What is made for it may be worse before its weights are fitted.
+            let before = self.best.take();
+            let met = self.run(&tolerance.map(|t| t * factor))?;
+            self.fit()?;
+            if error(&before) <= error(&self.best) {
+                self.best = before;
+            }
+            if !met && self.best.is_some() {
                 break;
             }
         }
