@@ -211,9 +211,26 @@ fn scales_of(uses: usize) -> std::ops::RangeInclusive<f64> {
 /// A factor: a table of a variable.
 type Factor = (usize, Function);
 
+/// The largest weight of a term whose tables take the weights of others. Those must make up for it, and
+/// along a chain of many terms it would grow until a blob cannot hold it.
+const MOST_WEIGHT: f64 = 1e6;
+
 /// The terms with weights in mm or degrees, and what each table is multiplied by so that as many
 /// weights as possible are 1: those cost nothing.
 fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<Factor, f64>) {
+    let (terms, scales) = weighed_with(machine, found, true);
+    if terms.iter().all(|t| t.weight.abs() <= MOST_WEIGHT) {
+        return (terms, scales);
+    }
+    weighed_with(machine, found, false)
+}
+
+/// The same; `freely`: tables also take weights as small as the tolerance.
+fn weighed_with(
+    machine: &Machine,
+    found: &Found<'_>,
+    freely: bool,
+) -> (Vec<cover::Term>, HashMap<Factor, f64>) {
     let mut terms = found.structure.terms.clone();
     let mut uses: HashMap<Factor, usize> = HashMap::new();
     for term in &mut terms {
@@ -241,7 +258,7 @@ fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<F
                 let unit = machine.axes[term.output].to_command(found.tolerance[term.output]);
                 let size = term.weight.abs();
                 let fits = scales_of(uses[factor]);
-                fits.contains(&size) || fits.contains(&(size / unit))
+                fits.contains(&size) || freely && fits.contains(&(size / unit))
             }
         {
             scales.insert(*factor, term.weight);
