@@ -148,3 +148,41 @@ impl CatchUp {
         self.way = Approach::from(remainder.abs(), -self.sense * velocity);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_bound_holds_to_the_end_of_a_catch_up_of_a_moving_goal() {
+        let rate = 1.0;
+        for dt in [0.01, 0.003, 0.001] {
+            for (step, part) in (1..200).map(|k| (1e-4 * k as f32, 0.005 * k as f32)) {
+                let mut way = CatchUp::new();
+                let (mut goal, mut last, mut before) = (step, 0.0, 0.0);
+                for period in 0..4000 {
+                    let now = Period {
+                        goal,
+                        last,
+                        velocity: (last - before) / dt,
+                        step: period == 0,
+                        rate,
+                        dt,
+                        frequency: 1.0 / dt,
+                    };
+                    let dq = way.advance(&now, rate);
+                    // Rounding of positions of a few mm in f32.
+                    assert!((dq - last).abs() <= rate * dt + 1e-6, "{step} {part} {dt}");
+                    if !way.is_active() {
+                        assert_eq!(dq, goal);
+                        break;
+                    }
+                    (before, last) = (last, dq);
+                    goal += part * rate * dt;
+                }
+                // A goal nearly as fast as the rate is reached late.
+                assert!(part > 0.9 || !way.is_active(), "{step} {part} {dt}");
+            }
+        }
+    }
+}

@@ -78,7 +78,12 @@ fn compile_says_what_it_did_and_writes_what_it_says() {
         assert!((number("ramp_rate") - (2.0 * number("value_bound")).max(0.01)).abs() < 1e-6);
         assert!(number("rate_bound") >= 0.1 && number("rate_bound") > number("ramp_rate"));
     }
-    assert!(answer["um_per_mm_of_tool_length"].as_f64().unwrap() > 0.0);
+    // Much less than where rotation about the tool axis is corrected, too.
+    let per_mm = |answer: &Value| answer["um_per_mm_of_tool_length"].as_f64().unwrap();
+    assert!(per_mm(&answer) > 0.003);
+    let orientation = ["--policy", "orientation", "--random", "500", "--json"];
+    let files = ["compile", &machine, &errors, "-o", &path];
+    assert!(per_mm(&json(0, &[&files[..], &orientation].concat())) > 0.01);
 }
 
 #[test]

@@ -7,7 +7,8 @@ pub enum Policy {
     /// rotation of the remaining twist (rad, tool frame) and P the projection across the tool axis.
     /// Rotation about the tool axis does not count. With Δ = 0 at hand, |P·r| does not grow.
     Direction {
-        /// The damping λ, [`Policy::LEAST_DAMPING`] to 1: what a radian of correction is worth, seen from
+        /// The damping λ, [`Policy::LEAST_DAMPING`] to 1 (not checked here; with 0 there is no correction
+        /// where the tool is parallel to a rotary axis): what a radian of correction is worth, seen from
         /// a radian of direction. Where the tool is parallel to a rotary axis, corrections of that
         /// axis grow to |P·r| / 2λ at most.
         damping: f64,

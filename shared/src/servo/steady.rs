@@ -4,7 +4,7 @@
 //! It does what `update_any` does there, to the bit, with far fewer instructions. Whatever is
 //! not so plain it leaves to that, before anything has changed that may not change twice.
 
-use super::{LONGEST_PERIOD, SHORTEST_PERIOD, Servo};
+use super::{Servo, is_period};
 use crate::inputs::Inputs;
 use crate::status::Status;
 
@@ -85,8 +85,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ) -> Steady {
         let mut turning = 0_u32;
         if dt != self.steady {
-            let good_period = (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt);
-            if !good_period || self.steady.is_nan() {
+            if !is_period(dt) || self.steady.is_nan() {
                 return Steady::No;
             }
             self.keep_pace(dt);

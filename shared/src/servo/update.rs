@@ -1,6 +1,6 @@
 //! The update in any state.
 
-use super::{LONGEST_PERIOD, PATIENCE, SHORTEST_PERIOD, Servo};
+use super::{PATIENCE, Servo, is_period};
 use crate::catch_up::Period;
 use crate::inputs::Inputs;
 use crate::status::{Conditions, Correction, Status};
@@ -16,7 +16,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         let mut status = Status::default();
         let conditions = &mut status.conditions;
 
-        let good_period = (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt);
+        let good_period = is_period(dt);
         if good_period {
             self.take_period(dt);
         }

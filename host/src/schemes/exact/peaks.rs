@@ -1,10 +1,9 @@
 //! Where a correction changes quickly along a rotary axis: where the tool is nearly parallel to another,
 //! the damped solution has a peak as wide as its damping.
 
-use super::turning::responses;
+use super::turning::{responses, within_travel};
 use crate::kinematics::{Kinematics, Policy};
-use crate::machine::PerAxis;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
@@ -35,13 +34,7 @@ pub fn nodes(kinematics: &Kinematics<'_>, index: usize) -> Vec<f64> {
     // How far the responses go in each step, as a part of their size.
     let mut ways = vec![0.0; steps];
     for _ in 0..PLACES {
-        let start: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
-            Some(axis) => {
-                let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
-                low + (high - low) * random.random::<f64>()
-            }
-            None => 0.0,
-        });
+        let start = within_travel(machine, &mut random);
         let rows: Vec<Vec<f64>> = (0..=steps)
             .map(|k| {
                 let mut q = start;

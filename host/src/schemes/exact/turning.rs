@@ -4,7 +4,7 @@
 use super::variables;
 use crate::errors::{Parameter, ParameterKind, Situation};
 use crate::kinematics::{Kinematics, Linearised};
-use crate::machine::PerAxis;
+use crate::machine::{Machine, PerAxis};
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -59,13 +59,7 @@ impl Turning {
         let mut random = Pcg64Mcg::seed_from_u64(3);
         let mut columns = Vec::new();
         for _ in 0..PLACES {
-            let start: PerAxis = std::array::from_fn(|i| match machine.axes.get(i) {
-                Some(axis) => {
-                    let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
-                    low + (high - low) * random.random::<f64>()
-                }
-                None => 0.0,
-            });
+            let start = within_travel(machine, &mut random);
             let rows: Vec<Vec<f64>> = at
                 .iter()
                 .map(|x| {
@@ -102,6 +96,17 @@ impl Turning {
             others: count,
         }
     }
+}
+
+/// A random position in the travel (mm, rad).
+pub fn within_travel(machine: &Machine, random: &mut Pcg64Mcg) -> PerAxis {
+    std::array::from_fn(|i| match machine.axes.get(i) {
+        Some(axis) => {
+            let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+            low + (high - low) * random.random::<f64>()
+        }
+        None => 0.0,
+    })
 }
 
 /// The corrections (mm, rad times a lever) of every small location and motion error of every axis,
@@ -145,7 +150,6 @@ mod tests {
     use super::super::specimen::{errors, with_rotary};
     use super::*;
     use crate::kinematics::Policy;
-    use crate::machine::Machine;
 
     fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
         let errors = errors(machine, "");
