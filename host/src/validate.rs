@@ -8,6 +8,7 @@ use crate::machine::{MAX_AXES, Machine, PerAxis};
 use crate::policy::of_blob;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
 pub use verification::{AxisDeviation, Measured, Quality, Statistics, Verification, verify};
 
@@ -215,53 +216,72 @@ pub fn random_commands(
     if region == Region::Outside && !holds_anywhere(machine, errors) {
         return Ok(commands);
     }
+    let is_there = |command: &Command| {
+        if region == Region::Travel {
+            return Ok(true);
+        }
+        // The corrected position counts: there the motions are evaluated.
+        let (q, situation) = command.kinematic(machine);
+        let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+        Ok(holds(machine, errors, &q, &dq) != (region == Region::Inside))
+    };
     let mut draws = 0;
     while commands.len() < count {
-        let found = commands.len();
-        if draws >= DRAWS + RARE * found {
-            return Err(DrawError::Rare {
-                region,
-                draws,
-                found,
-            });
-        }
-        draws += 1;
-        let mut command = Command::at(machine, &[]);
-        for (i, axis) in machine.axes.iter().enumerate() {
-            let [mut low, mut high] = axis.travel;
-            if region == Region::Inside && errors.motions[i].iter().any(Motion::holds) {
-                let [from, to] = calibrated(machine, errors, i);
-                (low, high) = (low.max(from), high.min(to));
+        let missing = count - commands.len();
+        let drawn: Vec<Command> = (0..missing)
+            .map(|_| random_command(machine, errors, region, &mut random))
+            .collect();
+        let there: Vec<Result<bool, NotConverged>> = drawn.par_iter().map(is_there).collect();
+        for (command, there) in drawn.into_iter().zip(there) {
+            let found = commands.len();
+            if draws >= DRAWS + RARE * found {
+                return Err(DrawError::Rare {
+                    region,
+                    draws,
+                    found,
+                });
             }
-            // Rounded as the runtime sees it, and not beyond the ends by rounding.
-            let q = (low + (high - low) * random.random::<f64>()) as f32;
-            command.axes[i] = q.max(low as f32).min(high as f32);
-            command.travel[i] = if random.random::<bool>() {
-                Travel::Positive
-            } else {
-                Travel::Negative
-            };
-        }
-        let with_length = usize::from(machine.length_range.is_some());
-        if let Some([low, high]) = machine.length_range {
-            command.auxiliaries[0] = (low + (high - low) * random.random::<f64>()) as f32;
-        }
-        for (k, sensor) in errors.sensors.iter().enumerate() {
-            let [low, high] = sensor.range_kelvin;
-            command.auxiliaries[with_length + k] =
-                (low + (high - low) * random.random::<f64>()) as f32;
-        }
-        if region != Region::Travel {
-            // The corrected position counts: there the motions are evaluated.
-            let (q, situation) = command.kinematic(machine);
-            let dq = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
-            if holds(machine, errors, &q, &dq) == (region == Region::Inside) {
-                continue;
+            draws += 1;
+            if there? {
+                commands.push(command);
             }
         }
-        commands.push(command);
     }
     Ok(commands)
+}
+
+/// One of them, which may turn out to be somewhere else.
+fn random_command(
+    machine: &Machine,
+    errors: &ErrorModel,
+    region: Region,
+    random: &mut Pcg64Mcg,
+) -> Command {
+    let mut command = Command::at(machine, &[]);
+    for (i, axis) in machine.axes.iter().enumerate() {
+        let [mut low, mut high] = axis.travel;
+        if region == Region::Inside && errors.motions[i].iter().any(Motion::holds) {
+            let [from, to] = calibrated(machine, errors, i);
+            (low, high) = (low.max(from), high.min(to));
+        }
+        // Rounded as the runtime sees it, and not beyond the ends by rounding.
+        let q = (low + (high - low) * random.random::<f64>()) as f32;
+        command.axes[i] = q.max(low as f32).min(high as f32);
+        command.travel[i] = if random.random::<bool>() {
+            Travel::Positive
+        } else {
+            Travel::Negative
+        };
+    }
+    let with_length = usize::from(machine.length_range.is_some());
+    if let Some([low, high]) = machine.length_range {
+        command.auxiliaries[0] = (low + (high - low) * random.random::<f64>()) as f32;
+    }
+    for (k, sensor) in errors.sensors.iter().enumerate() {
+        let [low, high] = sensor.range_kelvin;
+        command.auxiliaries[with_length + k] = (low + (high - low) * random.random::<f64>()) as f32;
+    }
+    command
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub struct Kinematics<'a, P = &'static [f64]> {
     pub errors: &'a ErrorModel<P>,
     /// What its rotary axes are corrected for.
     pub policy: Policy,
-    nominal: Nominal<'a>,
+    pub(crate) nominal: Nominal<'a>,
     /// Each axis' frame seen from the frame before it with the inter-axis error behind it, at
     /// reference temperature; then the spindle's.
     located: Frames,

@@ -70,11 +70,11 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
         limit: f64,
     ) -> Result<Correction, NotConverged> {
         let failed = |step, iterations| NotConverged { step, iterations };
-        let solver = self
-            .jacobian(q, situation.length)
+        let (nominal, jacobian) = self.nominal.pose_and_jacobian(q, situation.length);
+        let solver = jacobian
             .solver(self.policy)
             .ok_or_else(|| failed(f64::INFINITY, 0))?;
-        let to_nominal = self.nominal(q, situation.length).inverse();
+        let to_nominal = nominal.inverse();
         let mut dq = PerAxis::default();
         let mut last = f64::INFINITY;
         for iteration in 1..=ITERATIONS {

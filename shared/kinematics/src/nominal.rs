@@ -115,11 +115,17 @@ impl<'a> Nominal<'a> {
     /// per mm or rad of each axis.
     #[must_use]
     pub fn jacobian(&self, q: &PerAxis, length: Option<f64>) -> Jacobian {
+        self.pose_and_jacobian(q, length).1
+    }
+
+    /// [`Self::pose`] and [`Self::jacobian`], in little more time than one of them.
+    pub(crate) fn pose_and_jacobian(&self, q: &PerAxis, length: Option<f64>) -> (Htm, Jacobian) {
         let n = self.machine.axes.len();
         let (before, frames) = self.frames(q);
-        let spindle = before[n];
-        let tip = spindle.r * self.tip(length) + spindle.t;
-        let to_tool = spindle.r.transpose();
+        let last = self.workpiece.last();
+        let workpiece = last.map_or(Htm::identity(), |link| frames[link.index]) * self.to_workpiece;
+        let tool = before[n] * Htm::translation(self.tip(length));
+        let to_tool = tool.r.transpose();
         let mut jacobian = Jacobian::new(n, self.machine.tool_axis);
         // A workpiece-branch axis moves the tool the other way relative to the workpiece.
         for (links, way) in [(&self.workpiece, -1.0), (&self.tool, 1.0)] {
@@ -127,7 +133,7 @@ impl<'a> Nominal<'a> {
                 let frame = &frames[link.index];
                 let direction = frame.r.column(link.component).into_owned();
                 let (t, r) = if link.rotary {
-                    (direction.cross(&(tip - frame.t)), direction)
+                    (direction.cross(&(tool.t - frame.t)), direction)
                 } else {
                     (direction, Vector3::zeros())
                 };
@@ -140,7 +146,7 @@ impl<'a> Nominal<'a> {
                 );
             }
         }
-        jacobian
+        (workpiece.inverse() * tool, jacobian)
     }
 }
 

@@ -134,14 +134,15 @@ pub fn entries(
         }
         found
     });
-    let parts: Vec<_> = parts.collect();
-    let mut sums: HashMap<(usize, Key), f64> = HashMap::new();
-    for (key, value) in parts.into_iter().flatten() {
-        *sums.entry(key).or_insert(0.0) += value;
-    }
-    let mut entries: Vec<Entry> = sums
-        .into_iter()
-        .map(|((output, key), value)| {
+    let parts: Vec<Vec<((usize, Key), f64)>> = parts.collect();
+    let mut parts = parts.concat();
+    // Stable, and so is the order in which they are added up.
+    parts.par_sort_by_key(|(key, _)| *key);
+    let mut entries: Vec<Entry> = parts
+        .chunk_by(|(a, _), (b, _)| a == b)
+        .map(|same| {
+            let (output, key) = same[0].0;
+            let value: f64 = same.iter().map(|(_, value)| value).sum();
             let peaks: f64 = key
                 .iter()
                 .zip(bases)
@@ -164,9 +165,8 @@ pub fn entries(
                 .then_with(|| (a.output, a.key).cmp(&(b.output, b.key)))
         });
         entries.truncate(MOST_ENTRIES);
+        entries.sort_by_key(|e| (e.output, e.key));
     }
-    // A fixed order, so that the same input gives the same file.
-    entries.sort_by_key(|e| (e.output, e.key));
     Ok(entries)
 }
 

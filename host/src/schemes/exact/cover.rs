@@ -4,7 +4,9 @@ use super::basis::Basis;
 use super::core::{Entry, Key, merges};
 use super::generators::Generator;
 use super::variables::{Kind, Variable};
-use std::collections::{BTreeMap, BinaryHeap, HashMap};
+use crate::machine::PerAxis;
+use rayon::prelude::*;
+use std::collections::{BinaryHeap, HashMap};
 
 /// A table of one variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -94,15 +96,15 @@ impl Ord for Score {
 struct Left {
     taken: Vec<bool>,
     /// Sum of squared peaks, per output.
-    squares: BTreeMap<usize, f64>,
+    squares: PerAxis,
     share: f64,
 }
 
 impl Left {
     fn new(entries: &[Entry], share: f64) -> Self {
-        let mut squares = BTreeMap::new();
+        let mut squares = PerAxis::default();
         for entry in entries {
-            *squares.entry(entry.output).or_insert(0.0) += entry.peak.powi(2);
+            squares[entry.output] += entry.peak.powi(2);
         }
         Self {
             taken: vec![false; entries.len()],
@@ -127,17 +129,13 @@ impl Left {
         if std::mem::replace(&mut self.taken[i], true) {
             return false;
         }
-        if let Some(squares) = self.squares.get_mut(&entries[i].output) {
-            *squares -= entries[i].peak.powi(2);
-        }
+        self.squares[entries[i].output] -= entries[i].peak.powi(2);
         true
     }
 
     fn is_little(&self, output: usize) -> bool {
         // Subtraction leaves rounding of the largest squares behind.
-        self.squares
-            .get(&output)
-            .is_none_or(|s| 2.0 * s.max(0.0).sqrt() <= self.share)
+        2.0 * self.squares[output].max(0.0).sqrt() <= self.share
     }
 }
 
@@ -165,22 +163,25 @@ impl<'a> Cover<'a> {
         bases: &'a [Basis],
         minimize: Minimize,
     ) -> Self {
-        let mut fibres: HashMap<Fibre, Vec<usize>> = HashMap::new();
+        let mut along: Vec<(Fibre, usize)> = Vec::new();
         if minimize == Minimize::Cost {
             for (i, entry) in entries.iter().enumerate() {
                 for (v, variable) in variables.iter().enumerate() {
                     if merges(&variable.kind) {
                         let mut key = entry.key;
                         key[v] = u8::MAX;
-                        fibres.entry((entry.output, v, key)).or_default().push(i);
+                        along.push(((entry.output, v, key), i));
                     }
                 }
             }
         }
-        // Alone, an entry gains nothing from a table of its own; and a fixed order, so that the
-        // same input gives the same file.
-        let mut fibres: Vec<_> = fibres.into_iter().filter(|(_, m)| m.len() > 1).collect();
-        fibres.sort_unstable_by_key(|(fibre, _)| *fibre);
+        along.par_sort_unstable();
+        // Alone, an entry gains nothing from a table of its own.
+        let fibres = along
+            .chunk_by(|(a, _), (b, _)| a == b)
+            .filter(|members| members.len() > 1)
+            .map(|members| (members[0].0, members.iter().map(|(_, i)| *i).collect()))
+            .collect();
         let mut order: Vec<usize> = (0..entries.len()).collect();
         order.sort_by(|a, b| entries[*b].peak.total_cmp(&entries[*a].peak).then(a.cmp(b)));
         Self {
@@ -201,11 +202,7 @@ impl<'a> Cover<'a> {
     /// The share at which nothing is chosen.
     pub fn share_of_nothing(&self) -> f64 {
         let squares = Left::new(self.entries, 0.0).squares;
-        2.0 * squares
-            .values()
-            .fold(0.0, |most: f64, s| most.max(*s))
-            .sqrt()
-            * (1.0 + 1e-9)
+        2.0 * squares.into_iter().fold(0.0, f64::max).sqrt() * (1.0 + 1e-9)
     }
 
     /// Chooses terms until what is left out is less than `share` of the tolerance in every output

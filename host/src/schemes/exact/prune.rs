@@ -3,16 +3,16 @@
 
 use super::basis::Basis;
 use super::cover::{Function, Merged, Structure, Term};
-use std::collections::BTreeMap;
+use crate::machine::PerAxis;
 
 impl Structure {
     /// Leaves out what is small, the smallest first, as long as what is left out of an output is less than
     /// `share` of the tolerance (root of the sum of squares, twice); `squares` is what has been left out
     /// before.
-    pub fn prune(&mut self, bases: &[Basis], squares: &BTreeMap<usize, f64>, share: f64) {
-        let mut squares = squares.clone();
+    pub fn prune(&mut self, bases: &[Basis], squares: &PerAxis, share: f64) {
+        let mut squares = *squares;
         let mut spare = |output: usize, peak: f64| {
-            let left = squares.entry(output).or_insert(0.0);
+            let left = &mut squares[output];
             let next = left.max(0.0) + peak * peak;
             let is_little = 2.0 * next.sqrt() <= share;
             if is_little {
