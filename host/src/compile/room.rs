@@ -2,6 +2,7 @@
 
 use super::verdict::wanted;
 use super::{Built, Options, Proof};
+use crate::kinematics::Policy;
 use crate::policy::tolerance_urad;
 use crate::target::Usage;
 use serde::Serialize;
@@ -11,7 +12,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
     "the target {target} holds too little for {}; the best that fits takes {}{}",
-    wanted(*.tolerance_um, *.tolerance_urad), list(.used), or(.fits_um)
+    wanted(*.policy, *.tolerance_um), list(.used), or(.fits_um)
 )]
 pub struct Full {
     /// Name of the target.
@@ -20,6 +21,9 @@ pub struct Full {
     pub tolerance_um: f64,
     /// What was wanted of rotary axes, or of the tool's direction (µrad).
     pub tolerance_urad: f64,
+    /// What rotary axes are corrected for.
+    #[serde(skip)]
+    pub policy: Policy,
     /// What was found takes so much of it.
     pub used: Vec<Usage>,
     /// A coarser tolerance (µm) with which it fits, if the scheme has found one. That less was
@@ -40,6 +44,7 @@ impl Full {
             target: tables.target.name.clone(),
             tolerance_um,
             tolerance_urad: tolerance_urad(tables.policy, tolerance_um),
+            policy: tables.policy,
             used: tables.target.usage(&built.size),
             // The scheme has measured at positions of its own: those of the proof decide.
             fits_um: built
@@ -84,6 +89,7 @@ mod tests {
             target: "small".to_owned(),
             tolerance_um: 0.05,
             tolerance_urad: 0.05,
+            policy: Policy::Orientation,
             used: vec![usage("tables", 9, 9), usage("terms", 11, 12)],
             fits_um: Some(0.5),
         };
@@ -92,5 +98,10 @@ mod tests {
         assert_eq!(full.to_string(), text.to_owned() + fits);
         full.fits_um = None;
         assert_eq!(full.to_string(), text);
+        // From 1 µm on the two numbers are the same, and still not of the axes.
+        full.policy = Policy::default();
+        full.tolerance_um = 2.0;
+        let tool = "2 µm at the tip and 2 µrad of the tool's direction";
+        assert!(full.to_string().contains(tool), "{full}");
     }
 }

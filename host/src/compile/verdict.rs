@@ -1,6 +1,7 @@
 //! Whether a proven compensation may be written.
 
 use super::Proof;
+use crate::kinematics::Policy;
 use crate::policy::tolerance_urad;
 use serde::Serialize;
 
@@ -26,13 +27,16 @@ pub enum Refusal {
     /// The tables are farther from the kinematic correction than wanted.
     #[error(
         "the tolerance of {} is not met: {reached_um:.4} µm and {reached_urad:.4} µrad were reached",
-        wanted(*.tolerance_um, *.tolerance_urad)
+        wanted(*.policy, *.tolerance_um)
     )]
     Tolerance {
         /// What was wanted of linear axes, or at the tip (µm).
         tolerance_um: f64,
         /// What was wanted of rotary axes, or of the tool's direction (µrad).
         tolerance_urad: f64,
+        /// What rotary axes are corrected for.
+        #[serde(skip)]
+        policy: Policy,
         /// What was reached of the first (µm).
         reached_um: f64,
         /// What was reached of the second (µrad).
@@ -40,12 +44,14 @@ pub enum Refusal {
     },
 }
 
-/// A tolerance in µm and in µrad.
-pub(super) fn wanted(um: f64, urad: f64) -> String {
-    if um == urad {
-        format!("{um} µm and µrad")
-    } else {
-        format!("{um} µm at the tip and {urad} µrad of the tool's direction")
+/// What a tolerance of so many µm asks for.
+pub(super) fn wanted(policy: Policy, um: f64) -> String {
+    match policy {
+        Policy::Direction { .. } => format!(
+            "{um} µm at the tip and {} µrad of the tool's direction",
+            tolerance_urad(policy, um)
+        ),
+        Policy::Orientation | Policy::Position => format!("{um} µm and µrad"),
     }
 }
 
@@ -87,6 +93,7 @@ impl Proof {
         let missed = (!self.meets(tolerance)).then_some(Refusal::Tolerance {
             tolerance_um: tolerance,
             tolerance_urad: tolerance_urad(inside.policy, tolerance),
+            policy: inside.policy,
             reached_um: inside.difference_um,
             reached_urad: inside.difference_urad,
         });

@@ -1,6 +1,6 @@
 //! Which components a correction is split into, and how finely each is sampled.
 
-use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, MOST_WORK, PAIR_PLACES, PAIRS_SHOW};
+use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIRS_SHOW};
 use super::sampling::{Component, Sampler};
 use super::trials::{random_place, to_corner};
 use super::variables::{Kind, Place};
@@ -58,18 +58,19 @@ fn first(sampler: &Sampler<'_>) -> Vec<u32> {
     sets
 }
 
-/// What two of these sets add together, where it shows, the strongest first; no more than there is time
-/// for.
+/// What two of these sets add together, where it shows, the strongest first; no more than can be had for
+/// so much work (nodes, each as often as there are subsets of its switches).
 pub fn second_order(
     sampler: &Sampler<'_>,
     tolerance: &PerAxis,
+    most: usize,
 ) -> Result<Vec<Component>, NotConverged> {
     let mut work = 0;
     let pairs = pairs(sampler, tolerance)?.into_iter();
     let affordable = pairs.take_while(|on| {
         let nodes = size(sampler, *on, &counts(sampler, *on));
         work += nodes << on.count_ones();
-        work <= MOST_WORK
+        work <= most
     });
     let sampled = affordable.map(|on| component(sampler, on, false));
     sampled.collect()

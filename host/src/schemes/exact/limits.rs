@@ -36,7 +36,7 @@ pub const REFINEMENTS: usize = 4;
 /// Random positions at which what is good is confirmed; so many of those where it is not, the worst,
 /// are measured from then on.
 pub const CONFIRMED: usize = 8000;
-pub const MOST_MISSED: usize = 200;
+pub const MOST_MISSED: usize = 1000;
 /// From so many of the worst of these positions corners are looked for that are worse still, at most
 /// so often around; of rotary axes, whose sines are largest anywhere, also at these parts of the range.
 pub const CLIMBS: usize = 24;
@@ -75,8 +75,9 @@ pub const PAIRS_SHOW: f64 = 0.3;
 /// Random places at which joint effects are looked for.
 pub const PAIR_PLACES: usize = 24;
 /// Nodes of joint effects, each as often as there are subsets of its switches: half a minute's work on
-/// one core. Weaker effects are left out.
+/// one core, and two minutes' where nothing would come near without them. Weaker effects are left out.
 pub const MOST_WORK: usize = 600_000;
+pub const MOST_WORK_IF_HOPELESS: usize = 4 * MOST_WORK;
 /// Nodes of each axis whose motions are on together with another's: what several motions add
 /// together is small.
 pub const JOINT_NODES: usize = 13;

@@ -496,7 +496,7 @@ mod tests {
         let variables = variables(&kinematics, 1e-6);
         let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
         let mut components = first_order(&sampler).unwrap();
-        components.extend(second_order(&sampler, &[1e-6; MAX_AXES]).unwrap());
+        components.extend(second_order(&sampler, &[1e-6; MAX_AXES], 600_000).unwrap());
         assert!(components.len() > 6);
         for component in &components {
             for monomial in 0..component.monomials.len() {

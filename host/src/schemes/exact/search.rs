@@ -6,7 +6,8 @@ use super::judge::{Judge, Verdict};
 use super::limits::{
     BLAMELESS, CLOSER, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS,
     FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_COARSER, LEAST_POINT_SHARE,
-    REFINEMENTS, ROOM_STEPS, SHARES, STARVING, STUCK, TOO_GOOD, TOOL_SHARE,
+    MOST_WORK, MOST_WORK_IF_HOPELESS, REFINEMENTS, ROOM_STEPS, SHARES, STARVING, STUCK, TOO_GOOD,
+    TOOL_SHARE,
 };
 use super::sampling::{Component, Sampler};
 use super::seen::Seen;
@@ -107,14 +108,20 @@ impl<'a> Search<'a> {
         let first = self.attempt(tolerance, share, false)?;
         self.is_full |= first.attempt.is_full;
         // Joint effects do not help where most of the error is what there was no room for.
+        let hopeless = first.error > HOPELESS;
         let joint = |search: &mut Self| -> Result<bool, SchemeError> {
             let other = first.error > CUT * first.attempt.left_out;
-            Ok(other && search.joint(tolerance)? > 0)
+            let work = match hopeless {
+                true => MOST_WORK_IF_HOPELESS,
+                false => MOST_WORK,
+            };
+            Ok(other && search.joint(tolerance, work)? > 0)
         };
-        let hopeless = first.error > HOPELESS;
         if hopeless && first.attempt.is_full && joint(self)? {
             let second = self.attempt(tolerance, FIRST_SHARE, true)?;
-            return self.finish(tolerance, &second, true);
+            return Ok(
+                self.finish(tolerance, &second, true)? || self.finish(tolerance, &first, true)?
+            );
         }
         if !(hopeless && joint(self)?)
             && (self.finish(tolerance, &first, false)?
@@ -212,8 +219,8 @@ impl<'a> Search<'a> {
             let confirmed = self.judge.confirms(&draft, factor)?;
             if !confirmed {
                 verdict = self.judge.measure(&draft, target).unwrap_or(verdict);
-                let before = self.judge.measure(&best.draft, target);
-                best.verdict = before.unwrap_or(best.verdict);
+                let known = self.judge.measure(&best.draft, target);
+                best.verdict = known.unwrap_or(best.verdict);
             }
             let keeps = confirmed || best.meets().is_none();
             let harmless = verdict.harm <= HARMLESS;
@@ -223,9 +230,6 @@ impl<'a> Search<'a> {
             }
             if good && confirmed && harmless {
                 return Ok(true);
-            }
-            if verdict.error > HOPELESS {
-                break;
             }
         }
         if let Some(best) = &mut self.best {
@@ -278,10 +282,10 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// How many pairs of motions have a joint effect that shows.
-    fn joint(&mut self, tolerance: &PerAxis) -> Result<usize, SchemeError> {
+    /// How many pairs of motions have a joint effect that shows and can be had for so much work.
+    fn joint(&mut self, tolerance: &PerAxis, work: usize) -> Result<usize, SchemeError> {
         if self.pairs.is_none() {
-            let joint = components::second_order(&self.sampler, tolerance)?;
+            let joint = components::second_order(&self.sampler, tolerance, work)?;
             self.pairs = Some(joint.len());
             self.components.extend(joint);
         }
