@@ -19,7 +19,8 @@
 //!    modulo and `PLAIN_WIDTH` f32 outputs;
 //! 8. `heads` have outputs `< AXES`, and as many words of `pairs` as they say, one head's behind
 //!    the other's; each word, and each `first`, names tables as a term does, or the value behind
-//!    `one`.
+//!    `one`;
+//! 9. where there are banks or grids, there are both sections of samples, though one may be empty.
 //!
 //! The fields are `pub(crate)`, are written in `blob.rs`, `magnitude.rs`, `lookup.rs` and
 //! `compensation.rs` only, and are checked again in debug builds.
@@ -34,12 +35,13 @@ use crate::compensation::Compensation;
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::lookup::{BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Span};
+use crate::room::{Room, Row};
 use crate::weights::Weights;
 
 /// Table values of one evaluation; read as one array, `one` is number `TABLES`, `zero` the next.
 #[repr(C)]
-struct Scratch<const TABLES: usize> {
-    tables: [MaybeUninit<f32>; TABLES],
+struct Scratch<C: Room> {
+    tables: MaybeUninit<C::TableValues>,
     one: f32,
     zero: f32,
 }
@@ -75,39 +77,35 @@ impl Sample for i16 {
 
 /// Tables and terms, then grids, into the outputs of all axes.
 #[inline(never)]
-pub(crate) fn evaluate_tables<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
-    travel: &Travelling<AXES>,
+pub(crate) fn evaluate_tables<C: Room>(
+    c: &Compensation<'_, C>,
+    inputs: &Inputs<C::Axes<f32>>,
+    travel: &Travelling<C::Axes<Travel>>,
     weights: &Weights,
-    corrections: &mut [f32; AXES],
+    corrections: &mut C::Axes<f32>,
 ) {
-    let mut scratch = Scratch::<TABLES> {
-        tables: [const { MaybeUninit::uninit() }; TABLES],
+    let mut scratch = Scratch::<C> {
+        tables: MaybeUninit::uninit(),
         one: 1.0,
         zero: 0.0,
     };
     let mut out = scratch.tables.as_mut_ptr().cast::<f32>();
-    for bank in &c.lookups {
+    for bank in c.lookups.iter() {
         // SAFETY: guarantee 1.
         let x = unsafe { input(inputs, bank.span.slot) };
         // SAFETY: `out` has room for the tables of this bank and of those behind it (guarantee 4);
-        // what each kind reads of the samples is stated there.
+        // what each kind reads of the samples is stated there; guarantee 9.
         unsafe {
+            let floats = c.floats.unwrap_unchecked();
             match bank.kind {
                 Kind::Straight => {
-                    *out = straight(bank, x, c.floats);
+                    *out = straight(bank, x, floats);
                     out = out.add(1);
                 }
                 Kind::Linear => {
                     match interval(&bank.span, x) {
-                        Some((i, t)) => mix(bank, c.floats, i, t, out),
-                        None => end(bank, x, c.floats, out),
+                        Some((i, t)) => mix(bank, floats, i, t, out),
+                        None => end(bank, x, floats, out),
                     }
                     out = out.add(usize::from(bank.tables));
                 }
@@ -136,16 +134,16 @@ pub(crate) fn evaluate_tables<
 
 /// Zeros, without the call that the compiler makes of it where code is to be small.
 #[inline(always)]
-fn clear<const AXES: usize>(corrections: &mut [f32; AXES]) {
-    let mut out = corrections.as_mut_ptr();
+fn clear<C: Room>(corrections: &mut C::Axes<f32>) {
+    let mut out = corrections.as_mut().as_mut_ptr();
     // SAFETY: `AXES & !3`, then `AXES & 3` values.
     unsafe {
-        let last = out.add(AXES & !3);
+        let last = out.add(C::AXES & !3);
         while out != last {
             out.cast::<[f32; 4]>().write([0.0; 4]);
             out = opaque(out.add(4)).cast_mut();
         }
-        let last = out.add(AXES & 3);
+        let last = out.add(C::AXES & 3);
         while out != last {
             out.write(0.0);
             out = opaque(out.add(1)).cast_mut();
@@ -156,36 +154,32 @@ fn clear<const AXES: usize>(corrections: &mut [f32; AXES]) {
 /// All grids.
 #[cold]
 #[inline(never)]
-fn add_grids<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
-    corrections: &mut [f32; AXES],
+fn add_grids<C: Room>(
+    c: &Compensation<'_, C>,
+    inputs: &Inputs<C::Axes<f32>>,
+    corrections: &mut C::Axes<f32>,
 ) {
-    for grid in &c.grid_lookups {
-        if !(grid.plain && add_cell(grid, inputs, c.floats.as_ptr(), corrections)) {
-            add_grid(grid, inputs, c.floats, c.shorts, corrections);
+    for grid in c.grid_lookups.iter() {
+        let (floats, shorts) = (c.floats(), c.shorts());
+        if !(grid.plain && add_cell(grid, inputs, floats.as_ptr(), corrections)) {
+            add_grid(grid, inputs, floats, shorts, corrections);
         }
     }
 }
 
 /// The only grid of a compensation without terms: [`Compensation::one_cell`].
 #[inline(always)]
-pub(crate) fn evaluate_cell<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
-    corrections: &mut [f32; AXES],
+pub(crate) fn evaluate_cell<C: Room>(
+    c: &Compensation<'_, C>,
+    inputs: &Inputs<C::Axes<f32>>,
+    corrections: &mut C::Axes<f32>,
 ) {
-    clear(corrections);
+    clear::<C>(corrections);
     debug_assert!(!c.grid_lookups.is_empty());
-    // SAFETY: there is one.
-    let grid = unsafe { c.grid_lookups.get_unchecked(0) };
-    if !add_cell(grid, inputs, c.floats.as_ptr(), corrections) {
-        add_grid(grid, inputs, c.floats, c.shorts, corrections);
+    // SAFETY: there is one; guarantee 9.
+    let (grid, floats) = unsafe { (c.grid_lookups.get_unchecked(0), c.floats.unwrap_unchecked()) };
+    if !add_cell(grid, inputs, floats.as_ptr(), corrections) {
+        add_grid(grid, inputs, floats, c.shorts(), corrections);
     }
 }
 
@@ -194,8 +188,8 @@ pub(crate) fn evaluate_cell<
 /// # Safety
 /// `slot < AXES + AUXILIARIES`.
 #[inline(always)]
-unsafe fn input<const AXES: usize>(inputs: &Inputs<AXES>, slot: u8) -> f32 {
-    debug_assert!(usize::from(slot) < AXES + AUXILIARIES);
+unsafe fn input<A: Row<f32>>(inputs: &Inputs<A>, slot: u8) -> f32 {
+    debug_assert!(usize::from(slot) < inputs.axes.as_ref().len() + AUXILIARIES);
     // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
     // of them; the pointer comes from the whole.
     unsafe {
@@ -378,11 +372,11 @@ unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: *mut f32) {
 /// `out` has room for the tables of the bank, which is one of `c`.
 #[cold]
 #[inline(never)]
-unsafe fn other<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+unsafe fn other<C: Room>(
+    c: &Compensation<'_, C>,
     bank: &BankLookup,
     x: f32,
-    travel: &Travelling<AXES>,
+    travel: &Travelling<C::Axes<Travel>>,
     out: *mut f32,
 ) {
     let width = usize::from(bank.tables);
@@ -391,9 +385,9 @@ unsafe fn other<const AXES: usize, const TABLES: usize, const TERMS: usize, cons
     let last = if bank.direction == Direction::Both {
         Travel::Unknown
     } else {
-        debug_assert!(usize::from(bank.span.slot) < AXES);
+        debug_assert!(usize::from(bank.span.slot) < C::AXES);
         // SAFETY: guarantee 1.
-        unsafe { *travel.0.get_unchecked(usize::from(bank.span.slot)) }
+        unsafe { *travel.0.as_ref().get_unchecked(usize::from(bank.span.slot)) }
     };
     if !holds(bank.direction, last) {
         values.fill(MaybeUninit::new(0.0));
@@ -403,9 +397,9 @@ unsafe fn other<const AXES: usize, const TABLES: usize, const TERMS: usize, cons
         let table = usize::from(bank.table);
         // SAFETY: guarantee 4.
         let scales = unsafe { c.scales.get_unchecked(table..table + width) };
-        fill(bank, x, c.shorts, scales, values);
+        fill(bank, x, c.shorts(), scales, values);
     } else {
-        fill(bank, x, c.floats, &c.scales, values);
+        fill(bank, x, c.floats(), &c.scales, values);
     }
     if bank.direction == Direction::Signed && last == Travel::Negative {
         for value in values {
@@ -516,15 +510,15 @@ fn fill_cubic<S: Sample>(
 /// # Safety
 /// All tables that a factor names are written.
 #[inline(always)]
-unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    scratch: &Scratch<TABLES>,
-    corrections: &mut [f32; AXES],
+unsafe fn sum<C: Room>(
+    c: &Compensation<'_, C>,
+    scratch: &Scratch<C>,
+    corrections: &mut C::Axes<f32>,
 ) {
     // `Scratch` is `repr(C)`: TABLES values, then `one`; the pointer comes from the whole.
     let values = core::ptr::from_ref(scratch).cast::<f32>();
     let mut pair = c.pairs.as_ptr();
-    for head in &c.heads {
+    for head in c.heads.iter() {
         // SAFETY: guarantee 8; the tables were written (caller).
         unsafe {
             let mut total = *values.byte_add(usize::from(head.first));
@@ -543,7 +537,9 @@ unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const 
                     rest -= 1;
                 }
             }
-            *corrections.get_unchecked_mut(usize::from(head.output)) = total;
+            *corrections
+                .as_mut()
+                .get_unchecked_mut(usize::from(head.output)) = total;
         }
     }
 }
@@ -569,16 +565,11 @@ fn opaque<T>(pointer: *const T) -> *const T {
 /// # Safety
 /// That of [`sum`].
 #[inline(never)]
-unsafe fn sum_runs<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    scratch: &Scratch<TABLES>,
+unsafe fn sum_runs<C: Room>(
+    c: &Compensation<'_, C>,
+    scratch: &Scratch<C>,
     weights: &Weights,
-    corrections: &mut [f32; AXES],
+    corrections: &mut C::Axes<f32>,
 ) {
     let values = core::ptr::from_ref(scratch).cast::<f32>();
     let mut rest = &c.terms[..];
@@ -590,9 +581,13 @@ unsafe fn sum_runs<
         if first.most == PAIRED {
             continue;
         }
-        debug_assert!(usize::from(first.output) < AXES);
+        debug_assert!(usize::from(first.output) < C::AXES);
         // SAFETY: guarantee 5.
-        let total = unsafe { corrections.get_unchecked_mut(usize::from(first.output)) };
+        let total = unsafe {
+            corrections
+                .as_mut()
+                .get_unchecked_mut(usize::from(first.output))
+        };
         // SAFETY: as for the caller.
         *total = unsafe { weighted(*total, run, values, weights) };
     }
@@ -669,11 +664,11 @@ fn line(a: f32, b: f32, t: f32) -> f32 {
 /// # Operations
 /// As [`add_grid`], of which this is the straight way through.
 #[inline(never)]
-fn add_cell<const AXES: usize>(
+fn add_cell<A: Row<f32>>(
     grid: &GridLookup,
-    inputs: &Inputs<AXES>,
+    inputs: &Inputs<A>,
     samples: *const f32,
-    corrections: &mut [f32; AXES],
+    corrections: &mut A,
 ) -> bool {
     const WIDTH: usize = PLAIN_WIDTH;
     let mut start = grid.first as usize;
@@ -706,7 +701,9 @@ fn add_cell<const AXES: usize>(
                 let c = line(*far.add($k), *far.add($k + WIDTH), w);
                 let d = line(*far_far.add($k), *far_far.add($k + WIDTH), w);
                 let value = line(line(a, b, v), line(c, d, v), u);
-                *corrections.get_unchecked_mut(usize::from(grid.outputs[$k])) += value;
+                *corrections
+                    .as_mut()
+                    .get_unchecked_mut(usize::from(grid.outputs[$k])) += value;
             };
         }
         output!(0);
@@ -728,12 +725,12 @@ fn add_cell<const AXES: usize>(
 /// Independent of the position, except for wrapping.
 #[cold]
 #[inline(never)]
-fn add_grid<const AXES: usize>(
+fn add_grid<A: Row<f32>>(
     grid: &GridLookup,
-    inputs: &Inputs<AXES>,
+    inputs: &Inputs<A>,
     floats: &[f32],
     shorts: &[i16],
-    corrections: &mut [f32; AXES],
+    corrections: &mut A,
 ) {
     // SAFETY: guarantee 1.
     let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
@@ -744,11 +741,11 @@ fn add_grid<const AXES: usize>(
     }
 }
 
-fn add_nodes<S: Sample, const AXES: usize>(
+fn add_nodes<S: Sample, A: Row<f32>>(
     grid: &GridLookup,
     x: [f32; 3],
     samples: &[S],
-    corrections: &mut [f32; AXES],
+    corrections: &mut A,
 ) {
     let mut near = [0_usize; 3];
     let mut far = [0_usize; 3];
@@ -784,9 +781,9 @@ fn add_nodes<S: Sample, const AXES: usize>(
         let face1 = line(line(v[4], v[5], t[2]), line(v[6], v[7], t[2]), t[1]);
         let value = S::scaled(line(face0, face1, t[0]), grid.scales[k]);
         let output = usize::from(grid.outputs[k]);
-        debug_assert!(output < AXES);
+        debug_assert!(output < corrections.as_ref().len());
         // SAFETY: guarantee 7.
-        unsafe { *corrections.get_unchecked_mut(output) += value };
+        unsafe { *corrections.as_mut().get_unchecked_mut(output) += value };
     };
     // The bound that guarantee 7 gives is repeated for the compiler.
     for k in 0..width.min(grid.outputs.len()) {
