@@ -47,6 +47,7 @@ extern crate alloc;
 #[cfg(any(test, feature = "count"))]
 extern crate std;
 
+mod access;
 mod blob;
 mod catch_up;
 mod compensation;
