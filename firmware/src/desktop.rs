@@ -12,6 +12,8 @@ use std::vec::Vec;
 
 use embedded_io::{ErrorType, Read, ReadReady, Write};
 
+use trueaxis::Usual;
+
 use crate::device::{Device, Identity, LinkOnly, Machine, NoClock, ServoAccess, ServoSide};
 use crate::link::Link;
 use crate::mock_flash::MockFlash;
@@ -19,7 +21,7 @@ use crate::places::Places;
 use crate::slots::Slots;
 
 /// The servo side with the default capacities.
-pub type Side = ServoSide<8, 96, 256, 2>;
+pub type Side = ServoSide<Usual>;
 
 /// The servo side behind a lock in place of a masked interrupt.
 #[derive(Clone)]
@@ -38,7 +40,7 @@ impl Shared {
     }
 }
 
-impl ServoAccess<8, 96, 256, 2> for Shared {
+impl ServoAccess<Usual> for Shared {
     fn with<R>(&mut self, f: impl FnOnce(&mut Side) -> R) -> R {
         self.lock(f)
     }
@@ -103,7 +105,7 @@ impl Write for Line {
 
 /// The device over a mock flash.
 pub type MockDevice<const WRITE: usize, const ERASE: usize> =
-    Device<MockFlash<WRITE, ERASE>, Shared, Standstill, 8, 96, 256, 2>;
+    Device<MockFlash<WRITE, ERASE>, Shared, Standstill, Usual>;
 
 /// A controller with default capacities.
 pub struct Desktop<const WRITE: usize = 4, const ERASE: usize = 256> {

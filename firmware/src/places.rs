@@ -26,16 +26,13 @@ use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-use trueaxis::{Compensation, Correction, Inputs, LoadError, Refused, Servo, WeightError};
+use trueaxis::{
+    Compensation, Correction, Inputs, LoadError, Refused, Room, Servo, Usual, WeightError,
+};
 
 /// Two compensations in static memory, empty at first.
-pub struct Places<
-    const AXES: usize = 8,
-    const TABLES: usize = 96,
-    const TERMS: usize = 256,
-    const GRIDS: usize = 2,
-> {
-    cells: [UnsafeCell<Compensation<'static, AXES, TABLES, TERMS, GRIDS>>; 2],
+pub struct Places<C: Room = Usual> {
+    cells: [UnsafeCell<Compensation<'static, C>>; 2],
     /// Bit of each place that the servo holds. Written by [`Driven`] only.
     read: AtomicU8,
     taken: AtomicBool,
@@ -44,10 +41,7 @@ pub struct Places<
 // SAFETY: the cells are written only by the one `Loader`, and only while no reference into them
 // exists (the rules at the head of this file); otherwise they are shared for reading, which a
 // `Compensation` allows: it is plain data. The other fields are atomic.
-unsafe impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize> Sync
-    for Places<AXES, TABLES, TERMS, GRIDS>
-{
-}
+unsafe impl<C: Room> Sync for Places<C> {}
 
 /// Why no compensation was loaded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,17 +63,13 @@ impl fmt::Display for NotLoaded {
 
 impl core::error::Error for NotLoaded {}
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize> Default
-    for Places<AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> Default for Places<C> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Places<AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> Places<C> {
     /// Both empty; for a `static`.
     #[must_use]
     pub const fn new() -> Self {
@@ -92,12 +82,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     }
 
     /// The two sides, the first time it is called.
-    pub fn split(
-        &'static self,
-    ) -> Option<(
-        Loader<AXES, TABLES, TERMS, GRIDS>,
-        Driven<AXES, TABLES, TERMS, GRIDS>,
-    )> {
+    pub fn split(&'static self) -> Option<(Loader<C>, Driven<C>)> {
         if self.taken.swap(true, Ordering::AcqRel) {
             return None;
         }
@@ -111,11 +96,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// Takes both sides back, which ends the servo; both places are empty, and can be split again.
     /// False if the sides are of other places: those stay split for ever.
-    pub fn unite(
-        &'static self,
-        mut loader: Loader<AXES, TABLES, TERMS, GRIDS>,
-        driven: Driven<AXES, TABLES, TERMS, GRIDS>,
-    ) -> bool {
+    pub fn unite(&'static self, mut loader: Loader<C>, driven: Driven<C>) -> bool {
         // Of the driven side nothing is used from here on: its references are gone.
         let Driven { places, .. } = driven;
         let ours = core::ptr::eq(self, loader.places) && core::ptr::eq(self, places);
@@ -130,13 +111,13 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         ours
     }
 
-    fn cell(&self, place: u8) -> &UnsafeCell<Compensation<'static, AXES, TABLES, TERMS, GRIDS>> {
+    fn cell(&self, place: u8) -> &UnsafeCell<Compensation<'static, C>> {
         let [first, second] = &self.cells;
         if place == 0 { first } else { second }
     }
 
     /// Private: whoever calls it keeps the rules at the head of this file.
-    fn shared(&self, place: u8) -> &Compensation<'static, AXES, TABLES, TERMS, GRIDS> {
+    fn shared(&self, place: u8) -> &Compensation<'static, C> {
         // SAFETY: it is called from `split`, before anything can be written; from `Loaded` and
         // `Loader`, whose borrows keep the one writer from writing; and from `Driven` for a place
         // whose bit in `read` it has set, which keeps the writer off. So no `&mut` exists while
@@ -150,21 +131,16 @@ fn bit(place: u8) -> u8 {
 }
 
 /// The side that loads: that of the main loop.
-pub struct Loader<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize> {
-    places: &'static Places<AXES, TABLES, TERMS, GRIDS>,
+pub struct Loader<C: Room> {
+    places: &'static Places<C>,
 }
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Loader<AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> Loader<C> {
     /// Loads a slot into the vacant place; bytes after the blob are ignored.
     ///
     /// # Errors
     /// [`NotLoaded`]
-    pub fn load(
-        &mut self,
-        slot: &'static [u8],
-    ) -> Result<Loaded<'_, AXES, TABLES, TERMS, GRIDS>, NotLoaded> {
+    pub fn load(&mut self, slot: &'static [u8]) -> Result<Loaded<'_, C>, NotLoaded> {
         let place = self.vacant().ok_or(NotLoaded::Busy)?;
         self.write(place, slot).map_err(NotLoaded::Refused)?;
         Ok(Loaded {
@@ -189,7 +165,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// The compensation that the servo uses; during a change the old one or the new one.
     #[must_use]
-    pub fn current(&self) -> &Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
+    pub fn current(&self) -> &Compensation<'_, C> {
         let first = self.places.read.load(Ordering::Acquire) & bit(0) != 0;
         self.places.shared(u8::from(!first))
     }
@@ -213,65 +189,61 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 }
 
 /// A compensation that is loaded and can be given to the servo.
-pub struct Loaded<
-    'l,
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
-> {
-    places: &'static Places<AXES, TABLES, TERMS, GRIDS>,
+pub struct Loaded<'l, C: Room> {
+    places: &'static Places<C>,
     place: u8,
     loader: PhantomData<&'l mut ()>,
 }
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Loaded<'_, AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> Loaded<'_, C> {
     /// What is loaded.
     #[must_use]
-    pub fn compensation(&self) -> &Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
+    pub fn compensation(&self) -> &Compensation<'_, C> {
         self.places.shared(self.place)
     }
 
     /// What the servo uses.
     #[must_use]
-    pub fn active(&self) -> &Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
+    pub fn active(&self) -> &Compensation<'_, C> {
         self.places.shared(1 - self.place)
     }
 }
 
 /// The servo with the places it reads: the side of the interrupt.
-pub struct Driven<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize> {
-    places: &'static Places<AXES, TABLES, TERMS, GRIDS>,
+pub struct Driven<C: Room> {
+    places: &'static Places<C>,
     /// Always there. References within arguments count as in use for as long as the function
     /// runs, and a driven side may be an argument of `main` itself; what is possibly uninitialised
     /// is exempt from that.
-    servo: MaybeUninit<Servo<'static, AXES, TABLES, TERMS, GRIDS>>,
+    servo: MaybeUninit<Servo<&'static Compensation<'static, C>>>,
     /// The place that is being faded in.
     next: Option<u8>,
 }
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Driven<AXES, TABLES, TERMS, GRIDS>
-{
-    fn servo(&self) -> &Servo<'static, AXES, TABLES, TERMS, GRIDS> {
+impl<C: Room> Driven<C> {
+    fn servo(&self) -> &Servo<&'static Compensation<'static, C>> {
         // SAFETY: it is initialised in `split`, and only ever assigned as a whole.
         unsafe { self.servo.assume_init_ref() }
     }
 
-    fn servo_mut(&mut self) -> &mut Servo<'static, AXES, TABLES, TERMS, GRIDS> {
+    fn servo_mut(&mut self) -> &mut Servo<&'static Compensation<'static, C>> {
         // SAFETY: as in `servo`.
         unsafe { self.servo.assume_init_mut() }
     }
 
     /// See [`Servo::update`].
-    pub fn update(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) -> Correction<AXES> {
+    pub fn update(
+        &mut self,
+        inputs: &Inputs<C::Axes<f32>>,
+        referenced: u16,
+        dt: f32,
+    ) -> Correction<C::Axes<f32>> {
         let correction = self.servo_mut().update(inputs, referenced, dt);
         if let Some(next) = self.next
             && !self.servo().is_swapping()
         {
-            // The servo holds only `compensation()` now, and that is the new one.
+            // With this the servo holds only `compensation()`, and that is the new one.
+            self.servo_mut().take_retired();
             self.next = None;
             self.places.read.store(bit(next), Ordering::Release);
         }
@@ -282,20 +254,25 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ///
     /// # Errors
     /// [`Refused`]; nothing changes.
-    pub fn swap(&mut self, loaded: Loaded<'_, AXES, TABLES, TERMS, GRIDS>) -> Result<(), Refused> {
+    pub fn swap(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
         if self.next.is_some() || !core::ptr::eq(self.places, loaded.places) {
             return Err(Refused::Busy);
         }
         let before = self.places.read.load(Ordering::Relaxed);
         self.places.read.store(0b11, Ordering::Release);
         let places = self.places;
-        let result = self.servo_mut().swap(places.shared(loaded.place));
-        match result {
-            Ok(()) => self.next = Some(loaded.place),
+        match self.servo_mut().swap(places.shared(loaded.place)) {
+            // None was retired: it is taken back as soon as it is.
+            Ok(_) => {
+                self.next = Some(loaded.place);
+                Ok(())
+            }
             // The servo has not taken it.
-            Err(_) => self.places.read.store(before, Ordering::Release),
+            Err(refused) => {
+                self.places.read.store(before, Ordering::Release);
+                Err(refused.why)
+            }
         }
-        result
     }
 
     /// Starts a new servo with a compensation that may have other axes: disabled, zero, directions
@@ -303,10 +280,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ///
     /// # Errors
     /// [`Refused::Busy`] while a change is under way.
-    pub fn replace(
-        &mut self,
-        loaded: Loaded<'_, AXES, TABLES, TERMS, GRIDS>,
-    ) -> Result<(), Refused> {
+    pub fn replace(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
         if self.next.is_some() || !core::ptr::eq(self.places, loaded.places) {
             return Err(Refused::Busy);
         }
@@ -342,7 +316,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// See [`Servo::compensation`].
     #[must_use]
-    pub fn compensation(&self) -> &Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
+    pub fn compensation(&self) -> &Compensation<'_, C> {
         self.servo().compensation()
     }
 

@@ -133,8 +133,8 @@ fn get<const AXES: usize>(frame: &[u8; MOST]) -> Option<(u8, u16, [f32; AXES])> 
     Some((frame[1], u16::from_le_bytes([frame[2], frame[3]]), values))
 }
 
-impl<D: SpiDevice, const AXES: usize> PositionSource<AXES> for Commands<'_, D> {
-    fn take(&mut self) -> Option<Command<AXES>> {
+impl<D: SpiDevice, const AXES: usize> PositionSource<[f32; AXES]> for Commands<'_, D> {
+    fn take(&mut self) -> Option<Command<[f32; AXES]>> {
         let sent = self.outgoing.frame.get();
         let mut received = [0; MOST];
         let length = check_at(AXES) + CHECK;
@@ -157,8 +157,8 @@ impl<D: SpiDevice, const AXES: usize> PositionSource<AXES> for Commands<'_, D> {
     }
 }
 
-impl<const AXES: usize> CorrectionSink<AXES> for Corrections<'_> {
-    fn give(&mut self, correction: &Correction<AXES>) {
+impl<const AXES: usize> CorrectionSink<[f32; AXES]> for Corrections<'_> {
+    fn give(&mut self, correction: &Correction<[f32; AXES]>) {
         let conditions = correction.status.conditions.0;
         if let Some(frame) = put(self.outgoing.count.get(), conditions, &correction.dq) {
             self.outgoing.frame.set(frame);

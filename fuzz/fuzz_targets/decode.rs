@@ -7,7 +7,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use trueaxis::{
-    AlignedBlob, Compensation, Inputs, LoadError, MOST_ROUNDS, Travel, Travelling, rounds,
+    AlignedBlob, Compensation, Holds, Inputs, LoadError, MOST_ROUNDS, Travel, Travelling, rounds,
 };
 use trueaxis_fuzz::{Fuzzed, repaired};
 
@@ -53,7 +53,7 @@ fuzz_target!(|data: &[u8]| {
         }
     }
     // A target with little room refuses or takes it, too.
-    let mut small = Compensation::<'_, 2, 3, 4, 1>::empty();
+    let mut small = Compensation::<'_, Holds<2, 3, 3, 4, 1>>::empty();
     if small.load(&blob).is_ok() {
         assert!(small.axes().len() <= 2 && small.tables() <= 3);
     }

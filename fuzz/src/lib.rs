@@ -4,12 +4,12 @@
 
 use trueaxis::{
     AUXILIARIES, AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Compensation, Direction, Draft,
-    DraftBank, DraftGrid, FACTORS, GridAxis, HEADER, Interpolation, LoadError, MAGIC, Policy,
-    SampleFormat, Term, VERSION,
+    DraftBank, DraftGrid, FACTORS, GridAxis, HEADER, Holds, Interpolation, LoadError, MAGIC,
+    Policy, SampleFormat, Term, VERSION,
 };
 
 /// Large enough for every seed and for what the fuzzer makes of them.
-pub type Fuzzed<'a> = Compensation<'a, 8, 32, 64, 2>;
+pub type Fuzzed<'a> = Compensation<'a, Holds<8, 16, 32, 64, 2>>;
 
 /// The input, read from front to back; zeros after its end.
 pub struct Bytes<'a>(pub &'a [u8]);
@@ -243,8 +243,8 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
 }
 
 /// Positions and auxiliaries, with any bits.
-pub fn inputs(b: &mut Bytes<'_>) -> trueaxis::Inputs<8> {
-    let mut inputs = trueaxis::Inputs::default();
+pub fn inputs(b: &mut Bytes<'_>) -> trueaxis::Inputs<[f32; 8]> {
+    let mut inputs = trueaxis::Inputs::at([0.0; 8]);
     for axis in &mut inputs.axes[..4] {
         *axis = b.number();
     }

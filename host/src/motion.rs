@@ -35,7 +35,7 @@ pub fn evaluate(compensation: &Largest<'_>, rows: &[Vec<f64>]) -> Result<Vec<Vec
     let mut reversals = [Reversal::new(); MOST_AXES];
     let mut corrections = Vec::with_capacity(rows.len());
     for (row, values) in rows.iter().enumerate() {
-        let mut inputs = Inputs::<MOST_AXES>::at([0.0; MOST_AXES]);
+        let mut inputs = Inputs::at([0.0; MOST_AXES]);
         let mut travelling = Travelling([Travel::Unknown; MOST_AXES]);
         for (i, axis) in axes.iter().enumerate() {
             let q = values[i] as f32;

@@ -7,7 +7,7 @@ use crate::size::Size;
 use serde::{Serialize, Serializer};
 use trueaxis::SampleFormat;
 
-/// Capacities of a controller: the type parameters of its [`Compensation`](trueaxis::Compensation)
+/// Capacities of a controller: what its [`Compensation`](trueaxis::Compensation)s have room for,
 /// and the size of its table slots.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Target {
@@ -15,7 +15,9 @@ pub struct Target {
     pub name: String,
     /// Axes of a compensation.
     pub axes: usize,
-    /// Tables, and banks of them.
+    /// Banks: tables that share their points.
+    pub banks: usize,
+    /// Tables.
     pub tables: usize,
     /// Terms.
     pub terms: usize,
@@ -39,7 +41,7 @@ fn sample_format<S: Serializer>(format: &SampleFormat, to: S) -> Result<S::Ok, S
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{needed} {what} are needed, {held} are held")]
 pub struct Shortage {
-    /// `axes`, `tables`, `terms`, `grids` or `bytes`.
+    /// `axes`, `banks`, `tables`, `terms`, `grids` or `bytes`.
     pub what: &'static str,
     /// As many as the compensation has.
     pub needed: usize,
@@ -80,6 +82,7 @@ impl Target {
         Self {
             name: "stm32f405".to_owned(),
             axes: 8,
+            banks: 32,
             tables: 96,
             terms: 256,
             grids: 2,
@@ -95,6 +98,7 @@ impl Target {
         Self {
             name: "desktop".to_owned(),
             axes: 16,
+            banks: 255,
             tables: 255,
             terms: 4096,
             grids: 8,
@@ -110,6 +114,7 @@ impl Target {
         Self {
             name: controller.board.clone(),
             axes: room.axes.into(),
+            banks: room.banks.into(),
             tables: room.tables.into(),
             terms: room.terms.into(),
             grids: room.grids.into(),
@@ -123,6 +128,7 @@ impl Target {
     pub fn shortages(&self, size: &Size) -> Vec<Shortage> {
         [
             ("axes", size.axes, Some(self.axes)),
+            ("banks", size.banks, Some(self.banks)),
             ("tables", size.tables, Some(self.tables)),
             ("terms", size.terms, Some(self.terms)),
             ("grids", size.grids, Some(self.grids)),
@@ -179,7 +185,7 @@ mod tests {
         let mut size = Size {
             axes: 8,
             tables: 96,
-            banks: 96,
+            banks: 32,
             terms: 256,
             grids: 2,
             samples: 0,

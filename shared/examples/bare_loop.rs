@@ -1,27 +1,27 @@
-//! A bare loop with two compensations, one after the other: `cargo run -p trueaxis --example bare_loop`.
+//! A bare loop with room for two compensations, which are loaded one after the other while it runs:
+//! `cargo run -p trueaxis --example bare_loop`.
 //!
 //! The blob is part of the program; in a controller that is given new tables it lies in flash.
 
-use trueaxis::{Compensation, Inputs, Servo, include_blob};
+use trueaxis::{Compensation, Holds, Inputs, LoadError, Servo, include_blob};
 
-/// Axes of this machine, and room for the tables of one compensation.
-type Tables<'a> = Compensation<'a, 5, 32, 64, 1>;
+/// Room for five axes and the tables of this machine.
+type Tables = Compensation<'static, Holds<5, 8, 32, 64, 1>>;
 
 static BLOB: &[u8] = include_blob!("huron-13.trax");
 /// All five axes.
 const REFERENCED: u16 = 0b1_1111;
 /// Servo period, s.
 const PERIOD: f32 = 0.001;
+/// Servo periods from one change of the tables to the next.
+const CHANGE: u16 = 2000;
 
-fn main() {
-    let (mut first, mut second) = (Tables::empty(), Tables::empty());
-    for tables in [&mut first, &mut second] {
-        if let Err(error) = tables.load(BLOB) {
-            println!("not corrected: {error}");
-            return;
-        }
-    }
-    let mut servo = Servo::new(&first);
+fn main() -> Result<(), LoadError> {
+    // On a controller the places are statics.
+    let place: &'static mut Tables = Box::leak(Box::new(Tables::empty()));
+    place.load(BLOB)?;
+    let mut servo = Servo::new(place);
+    let mut vacant: Option<&'static mut Tables> = Some(Box::leak(Box::new(Tables::empty())));
     servo.enable();
     for period in 0..6000_u16 {
         // The commands before any correction: Y, A, C, X, Z; mm and degrees.
@@ -29,11 +29,18 @@ fn main() {
         let commands = Inputs::at([y, 30.0, 45.0, -50.0, -120.0]);
         let correction = *servo.advance(&commands, REFERENCED, PERIOD);
         let to_drive = f64::from(y) + f64::from(correction.dq[0]);
-        if period == 2000 {
-            match servo.swap(&second) {
-                Ok(()) => println!("the other tables are being faded in"),
+        if period % CHANGE == CHANGE - 1
+            && let Some(place) = vacant.take()
+        {
+            place.load(BLOB)?;
+            match servo.swap(place) {
+                Ok(_) => println!("other tables are being faded in"),
                 Err(refused) => println!("not changed: {refused}"),
             }
+        }
+        if let Some(place) = servo.take_retired() {
+            println!("a place is vacant");
+            vacant = Some(place);
         }
         if period % 1000 == 999 {
             // The drives' feed-forward gets what the correction adds to the velocity.
@@ -42,5 +49,5 @@ fn main() {
             println!("Y {y:.2} to {to_drive:.5} at {velocity:.5} mm/s {conditions:?}");
         }
     }
-    assert!(std::ptr::eq(servo.compensation(), &second));
+    Ok(())
 }

@@ -17,6 +17,7 @@ use crate::description::{
 use crate::header::{self, ALIGNMENT, HEADER, Held};
 use crate::load_error::{Capacity, LoadError, Part};
 use crate::lookup::{BankLookup, FIXED, GridLookup, PLAIN_WIDTH, PackedTerm, Span};
+use crate::room::{List, Room, Usual};
 use crate::work;
 
 /// Bounds of axes lie between this …
@@ -29,31 +30,48 @@ const LEAST_SCALE: f32 = 1e-30;
 /// Walks through the description.
 struct Reader<'a> {
     rest: &'a [u8],
+    /// Why the rest is not read.
+    error: Option<LoadError>,
 }
 
+/// The reader says why. The error itself, handed through every item, would be a third of the code.
+struct Damaged;
+
 impl<'a> Reader<'a> {
-    fn take<T: Deserialize<'a>>(&mut self, part: Part) -> Result<T, LoadError> {
+    fn refuse<T>(&mut self, error: LoadError) -> Result<T, Damaged> {
+        self.error = Some(error);
+        Err(Damaged)
+    }
+
+    /// What others have found.
+    fn checked<T>(&mut self, result: Result<T, LoadError>) -> Result<T, Damaged> {
+        result.or_else(|error| self.refuse(error))
+    }
+
+    fn take<T: Deserialize<'a>>(&mut self, part: Part) -> Result<T, Damaged> {
         match postcard::take_from_bytes(self.rest) {
             Ok((value, rest)) => {
                 work::count(self.rest.len() - rest.len());
                 self.rest = rest;
                 Ok(value)
             }
-            Err(postcard::Error::DeserializeUnexpectedEnd) => Err(LoadError::Truncated { part }),
-            Err(_) => Err(LoadError::Malformed { part }),
+            Err(postcard::Error::DeserializeUnexpectedEnd) => {
+                self.refuse(LoadError::Truncated { part })
+            }
+            Err(_) => self.refuse(LoadError::Malformed { part }),
         }
     }
 
     /// The variant of an enumeration, out of those that version 1 knows.
-    fn variant<T: Copy>(&mut self, part: Part, known: &[T]) -> Result<T, LoadError> {
+    fn variant<T: Copy>(&mut self, part: Part, known: &[T]) -> Result<T, Damaged> {
         let found: u32 = self.take(part)?;
-        usize::try_from(found)
-            .ok()
-            .and_then(|i| known.get(i).copied())
-            .ok_or(LoadError::UnknownVariant { part, found })
+        match known.get(found as usize) {
+            Some(&variant) => Ok(variant),
+            None => self.refuse(LoadError::UnknownVariant { part, found }),
+        }
     }
 
-    fn policy(&mut self) -> Result<Policy, LoadError> {
+    fn policy(&mut self) -> Result<Policy, Damaged> {
         let damping = 1.0;
         let known = [
             Policy::Orientation,
@@ -64,7 +82,7 @@ impl<'a> Reader<'a> {
             Policy::Direction { .. } => {
                 let damping: f32 = self.take(Part::Policy)?;
                 if !(Policy::LEAST_DAMPING..=1.0).contains(&damping) {
-                    return Err(LoadError::Damping);
+                    return self.refuse(LoadError::Damping);
                 }
                 Ok(Policy::Direction { damping })
             }
@@ -72,7 +90,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn format(&mut self, part: Part) -> Result<SampleFormat, LoadError> {
+    fn format(&mut self, part: Part) -> Result<SampleFormat, Damaged> {
         self.variant(part, &[SampleFormat::F32, SampleFormat::I16])
     }
 }
@@ -86,9 +104,7 @@ fn bounded(value: f32, least: f32) -> bool {
     value >= least && value <= LARGEST_BOUND
 }
 
-impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Compensation<'a, AXES, TABLES, TERMS, GRIDS>
-{
+impl<'a, C: Room> Compensation<'a, C> {
     /// Reads a file: `blob` has exactly the stated length and starts at a multiple of 4 bytes.
     ///
     /// The samples are used where they are. On error `self` is left [empty](Self::empty).
@@ -107,14 +123,17 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.load_held(slot, Held::AtLeast)
     }
 
-    /// Like [`load`](Self::load), by value: convenient where the stack is large.
+    /// Like [`load`](Self::load), by value: convenient where the stack is large, for it takes twice the size
+    /// of a compensation. [`empty`](Self::empty) and `load` take nothing but the place itself.
     ///
     /// # Errors
     /// See [`LoadError`].
-    pub fn decode(blob: &'a [u8]) -> Result<Self, LoadError> {
+    pub fn from_blob(blob: &'a [u8]) -> Result<Self, LoadError> {
         let mut compensation = Self::empty();
-        compensation.load(blob)?;
-        Ok(compensation)
+        match compensation.load(blob) {
+            Ok(()) => Ok(compensation),
+            Err(error) => Err(error),
+        }
     }
 
     fn load_held(&mut self, bytes: &'a [u8], held: Held) -> Result<(), LoadError> {
@@ -134,23 +153,35 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     fn read(&mut self, blob: &'a [u8]) -> Result<(), LoadError> {
         let mut reader = Reader {
             rest: &blob[HEADER..],
+            error: None,
         };
-        let r = &mut reader;
-        self.machine = r.take(Part::Machine)?;
+        let counts = self.read_description(&mut reader);
+        match (counts, reader.error) {
+            (Ok([floats, shorts]), None) => {
+                let described = blob.len() - reader.rest.len();
+                self.place_samples(blob, described, floats, shorts)
+            }
+            // There is one wherever reading ends early.
+            (_, error) => Err(error.unwrap_or(LoadError::UnusedSamples)),
+        }
+    }
+
+    /// All but the samples; how many there are of each format.
+    fn read_description(&mut self, r: &mut Reader<'a>) -> Result<[u32; 2], Damaged> {
+        self.machine = Some(r.take(Part::Machine)?);
         self.policy = r.policy()?;
-        let floats: u32 = r.take(Part::SampleCounts)?;
-        let shorts: u32 = r.take(Part::SampleCounts)?;
+        let held = [r.take(Part::SampleCounts)?, r.take(Part::SampleCounts)?];
         self.read_axes(r)?;
         self.read_auxiliaries(r)?;
         let mut used = [0_u32; 2];
-        self.read_banks(r, [floats, shorts], &mut used)?;
+        self.read_banks(r, held, &mut used)?;
         self.read_terms(r)?;
-        self.read_grids(r, [floats, shorts], &mut used)?;
-        if used != [floats, shorts] {
-            return Err(LoadError::UnusedSamples);
+        self.read_grids(r, held, &mut used)?;
+        if used == held {
+            Ok(held)
+        } else {
+            r.refuse(LoadError::UnusedSamples)
         }
-        let described = blob.len() - reader.rest.len();
-        self.place_samples(blob, described, floats, shorts)
     }
 
     /// Finds the two sample sections and takes them as they lie.
@@ -176,24 +207,24 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             return Err(LoadError::Misaligned);
         }
         let split = start + 4 * floats as usize;
-        self.floats =
-            bytemuck::try_cast_slice(&blob[start..split]).map_err(|_| LoadError::Misaligned)?;
-        self.shorts =
-            bytemuck::try_cast_slice(&blob[split..]).map_err(|_| LoadError::Misaligned)?;
+        let misaligned = |_| LoadError::Misaligned;
+        let (floats, shorts) = (&blob[start..split], &blob[split..]);
+        self.floats = Some(bytemuck::try_cast_slice(floats).map_err(misaligned)?);
+        self.shorts = Some(bytemuck::try_cast_slice(shorts).map_err(misaligned)?);
         self.length = blob.len() as u32;
         Ok(())
     }
 
-    fn read_axes(&mut self, r: &mut Reader<'a>) -> Result<(), LoadError> {
+    fn read_axes(&mut self, r: &mut Reader<'a>) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Axes)?;
         if count == 0 {
-            return Err(LoadError::NoAxes);
+            return r.refuse(LoadError::NoAxes);
         }
-        if count as usize > AXES {
-            return Err(LoadError::TooSmall {
+        if count as usize > C::AXES {
+            return r.refuse(LoadError::TooSmall {
                 capacity: Capacity::Axes,
                 needed: count,
-                held: AXES as u32,
+                held: C::AXES as u32,
             });
         }
         for axis in 0..index(count) {
@@ -208,44 +239,44 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 ramp_rate: r.take(part)?,
             };
             if !found.name.is_ascii_alphabetic() {
-                return Err(LoadError::AxisName { axis });
+                return r.refuse(LoadError::AxisName { axis });
             }
             if self.axes.iter().any(|a| a.name == found.name) {
-                return Err(LoadError::DuplicateAxis { axis });
+                return r.refuse(LoadError::DuplicateAxis { axis });
             }
             let [low, high] = found.travel;
             if !(low.is_finite() && high.is_finite() && low < high) {
-                return Err(LoadError::Travel { axis });
+                return r.refuse(LoadError::Travel { axis });
             }
             if found.period != 0.0 {
                 if !bounded(found.period, LEAST_BOUND) {
-                    return Err(LoadError::AxisPeriod { axis });
+                    return r.refuse(LoadError::AxisPeriod { axis });
                 }
                 if found.travel != [-f32::MAX, f32::MAX] {
-                    return Err(LoadError::EndlessTravel { axis });
+                    return r.refuse(LoadError::EndlessTravel { axis });
                 }
             }
             if !bounded(found.value_bound, LEAST_BOUND) {
-                return Err(LoadError::ValueBound { axis });
+                return r.refuse(LoadError::ValueBound { axis });
             }
             if !bounded(found.rate_bound, LEAST_BOUND) {
-                return Err(LoadError::RateBound { axis });
+                return r.refuse(LoadError::RateBound { axis });
             }
             if !bounded(found.hysteresis, 0.0) {
-                return Err(LoadError::Hysteresis { axis });
+                return r.refuse(LoadError::Hysteresis { axis });
             }
             if !bounded(found.ramp_rate, LEAST_BOUND) {
-                return Err(LoadError::RampRate { axis });
+                return r.refuse(LoadError::RampRate { axis });
             }
-            let _ = self.axes.push(found);
+            self.axes.append(found);
         }
         Ok(())
     }
 
-    fn read_auxiliaries(&mut self, r: &mut Reader<'a>) -> Result<(), LoadError> {
+    fn read_auxiliaries(&mut self, r: &mut Reader<'a>) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Auxiliaries)?;
         if count as usize > AUXILIARIES {
-            return Err(LoadError::TooManyAuxiliaries { found: count });
+            return r.refuse(LoadError::TooManyAuxiliaries { found: count });
         }
         for auxiliary in 0..index(count) {
             let part = Part::Auxiliary(auxiliary);
@@ -258,7 +289,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 reference: r.take(part)?,
             };
             if !found.reference.is_finite() {
-                return Err(LoadError::Reference { auxiliary });
+                return r.refuse(LoadError::Reference { auxiliary });
             }
             let _ = self.auxiliaries.push(found);
         }
@@ -271,7 +302,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         if number < self.axes.len() {
             Ok(input)
         } else if number < self.axes.len() + self.auxiliaries.len() {
-            Ok((AXES + number - self.axes.len()) as u8)
+            Ok((C::AXES + number - self.axes.len()) as u8)
         } else {
             Err(LoadError::Input { part, input })
         }
@@ -302,7 +333,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         r: &mut Reader<'a>,
         held: [u32; 2],
         used: &mut [u32; 2],
-    ) -> Result<(), LoadError> {
+    ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Banks)?;
         // Counted on beyond the capacity, so that the error says how much is needed.
         let mut tables = 0_u32;
@@ -330,25 +361,25 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 first: r.take(part)?,
             };
             if found.tables == 0 {
-                return Err(LoadError::EmptyBank { bank: number });
+                return r.refuse(LoadError::EmptyBank { bank: number });
             }
-            let slot = self.slot(part, found.input)?;
-            let span = Span::new(
+            let slot = r.checked(self.slot(part, found.input))?;
+            let span = r.checked(Span::new(
                 part,
                 slot,
                 found.start,
                 found.step,
                 found.points,
                 found.modulo,
-            )?;
-            self.closes(part, found.input, &span)?;
-            if found.direction != Direction::Both && usize::from(slot) >= AXES {
-                return Err(LoadError::DirectionOfAuxiliary { bank: number });
+            ))?;
+            r.checked(self.closes(part, found.input, &span))?;
+            if found.direction != Direction::Both && usize::from(slot) >= C::AXES {
+                return r.refuse(LoadError::DirectionOfAuxiliary { bank: number });
             }
             let scales: u32 = r.take(part)?;
             let integer = found.format == SampleFormat::I16;
             if scales != if integer { u32::from(found.tables) } else { 0 } {
-                return Err(LoadError::ScaleCount {
+                return r.refuse(LoadError::ScaleCount {
                     part,
                     found: scales,
                 });
@@ -359,51 +390,61 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 for table in 0..found.tables {
                     let scale = r.take(part)?;
                     if !bounded(scale, LEAST_SCALE) {
-                        return Err(LoadError::Scale { part, index: table });
+                        return r.refuse(LoadError::Scale { part, index: table });
                     }
-                    if let Some(place) = self.scales.get_mut(before + usize::from(table)) {
-                        *place = scale;
-                    }
+                    self.scales.append(scale);
                 }
             } else {
                 // Those that there is room for, not those that are claimed.
-                let room = self.scales.iter_mut().skip(before);
-                for place in room.take(usize::from(found.tables)) {
+                let room = C::TABLES - self.scales.len();
+                for _ in 0..room.min(usize::from(found.tables)) {
                     work::count(1);
-                    *place = 1.0;
+                    self.scales.append(1.0);
                 }
             }
             let samples = u64::from(found.points) * u64::from(found.tables);
-            take_samples(part, integer, found.first, samples, held, used)?;
-            if tables as usize <= TABLES {
-                // One table at least in each bank: as many banks fit as tables do.
-                let _ = self.banks.push(found);
-                let _ = self
-                    .lookups
-                    .push(BankLookup::new(&found, span, integer, before as u16));
-            }
+            r.checked(take_samples(
+                part,
+                integer,
+                found.first,
+                samples,
+                held,
+                used,
+            ))?;
+            // Beyond their capacity they are counted only.
+            self.banks.append(found);
+            let first = before.min(C::TABLES) as u16;
+            self.lookups
+                .append(BankLookup::new(&found, span, integer, first));
         }
         if tables > 255 {
-            return Err(LoadError::TooManyTables { found: tables });
+            return r.refuse(LoadError::TooManyTables { found: tables });
         }
-        if tables as usize > TABLES {
-            return Err(LoadError::TooSmall {
+        if tables as usize > C::TABLES {
+            return r.refuse(LoadError::TooSmall {
                 capacity: Capacity::Tables,
                 needed: tables,
-                held: TABLES as u32,
+                held: C::TABLES as u32,
+            });
+        }
+        if count as usize > C::BANKS {
+            return r.refuse(LoadError::TooSmall {
+                capacity: Capacity::Banks,
+                needed: count,
+                held: C::BANKS as u32,
             });
         }
         self.tables = tables as u16;
         Ok(())
     }
 
-    fn read_terms(&mut self, r: &mut Reader<'a>) -> Result<(), LoadError> {
+    fn read_terms(&mut self, r: &mut Reader<'a>) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Terms)?;
-        if count as usize > TERMS {
-            return Err(LoadError::TooSmall {
+        if count as usize > C::TERMS {
+            return r.refuse(LoadError::TooSmall {
                 capacity: Capacity::Terms,
                 needed: count,
-                held: TERMS as u32,
+                held: C::TERMS as u32,
             });
         }
         for term in 0..index(count) {
@@ -412,38 +453,39 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             let weight: f32 = r.take(part)?;
             let limits: Option<[f32; 2]> = r.take(part)?;
             if usize::from(output) >= self.axes.len() {
-                return Err(LoadError::TermOutput { term });
+                return r.refuse(LoadError::TermOutput { term });
             }
             if !weight.is_finite() {
-                return Err(LoadError::Weight { term });
+                return r.refuse(LoadError::Weight { term });
             }
             let place = match limits {
                 None => FIXED,
                 Some([low, high]) => {
                     if !(low.is_finite() && high.is_finite() && low <= high) {
-                        return Err(LoadError::Limits { term });
+                        return r.refuse(LoadError::Limits { term });
                     }
                     if !(weight >= low && weight <= high) {
-                        return Err(LoadError::WeightOutsideLimits { term });
+                        return r.refuse(LoadError::WeightOutsideLimits { term });
                     }
-                    self.weights
-                        .push(term, weight, [low, high])
-                        .ok_or(LoadError::TooManyAdjustable { term })?
+                    match self.weights.push(term, weight, [low, high]) {
+                        Some(place) => place,
+                        None => return r.refuse(LoadError::TooManyAdjustable { term }),
+                    }
                 }
             };
             let found: u32 = r.take(part)?;
             if found as usize > FACTORS {
-                return Err(LoadError::TooManyFactors { term, found });
+                return r.refuse(LoadError::TooManyFactors { term, found });
             }
-            let mut factors = [TABLES as u8; FACTORS];
+            let mut factors = [C::TABLES as u8; FACTORS];
             for factor in &mut factors[..found as usize] {
                 let table: u8 = r.take(part)?;
                 if u16::from(table) >= self.tables {
-                    return Err(LoadError::Factor { term, table });
+                    return r.refuse(LoadError::Factor { term, table });
                 }
                 *factor = table;
             }
-            let _ = self.terms.push(PackedTerm {
+            self.terms.append(PackedTerm {
                 weight,
                 factors,
                 run: 0,
@@ -461,13 +503,13 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         r: &mut Reader<'a>,
         held: [u32; 2],
         used: &mut [u32; 2],
-    ) -> Result<(), LoadError> {
+    ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Grids)?;
-        if count as usize > GRIDS {
-            return Err(LoadError::TooSmall {
+        if count as usize > C::GRIDS {
+            return r.refuse(LoadError::TooSmall {
                 capacity: Capacity::Grids,
                 needed: count,
-                held: GRIDS as u32,
+                held: C::GRIDS as u32,
             });
         }
         for grid in 0..index(count) {
@@ -482,14 +524,14 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         grid: u16,
         held: [u32; 2],
         used: &mut [u32; 2],
-    ) -> Result<(), LoadError> {
+    ) -> Result<(), Damaged> {
         let part = Part::Grid(grid);
         let mut axes = heapless::Vec::<GridAxis, GRID_INPUTS>::new();
         // Missing inputs come first, so that the last input of every grid varies fastest.
         let mut spans = [Span::EMPTY; GRID_INPUTS];
         let inputs: u32 = r.take(part)?;
         if inputs == 0 || inputs as usize > GRID_INPUTS {
-            return Err(LoadError::GridInputs {
+            return r.refuse(LoadError::GridInputs {
                 grid,
                 found: inputs,
             });
@@ -502,21 +544,28 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 points: r.take(part)?,
                 modulo: r.take(part)?,
             };
-            let slot = self.slot(part, axis.input)?;
-            *span = Span::new(part, slot, axis.start, axis.step, axis.points, axis.modulo)?;
-            self.closes(part, axis.input, span)?;
+            let slot = r.checked(self.slot(part, axis.input))?;
+            *span = r.checked(Span::new(
+                part,
+                slot,
+                axis.start,
+                axis.step,
+                axis.points,
+                axis.modulo,
+            ))?;
+            r.checked(self.closes(part, axis.input, span))?;
             let _ = axes.push(axis);
         }
         let width: u32 = r.take(part)?;
         if width == 0 || width as usize > GRID_OUTPUTS {
-            return Err(LoadError::GridOutputs { grid });
+            return r.refuse(LoadError::GridOutputs { grid });
         }
         let mut list = heapless::Vec::<u8, GRID_OUTPUTS>::new();
         let mut outputs = [0; GRID_OUTPUTS];
         for output in &mut outputs[..width as usize] {
             *output = r.take(part)?;
             if usize::from(*output) >= self.axes.len() || list.contains(output) {
-                return Err(LoadError::GridOutputs { grid });
+                return r.refuse(LoadError::GridOutputs { grid });
             }
             let _ = list.push(*output);
         }
@@ -524,14 +573,14 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         let integer = format == SampleFormat::I16;
         let found: u32 = r.take(part)?;
         if found != if integer { width } else { 0 } {
-            return Err(LoadError::ScaleCount { part, found });
+            return r.refuse(LoadError::ScaleCount { part, found });
         }
         let mut stored = heapless::Vec::new();
         let mut scales = [1.0; GRID_OUTPUTS];
         for (number, scale) in scales[..found as usize].iter_mut().enumerate() {
             *scale = r.take(part)?;
             if !bounded(*scale, LEAST_SCALE) {
-                return Err(LoadError::Scale {
+                return r.refuse(LoadError::Scale {
                     part,
                     index: number as u16,
                 });
@@ -546,13 +595,20 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             first: r.take(part)?,
         };
         let samples = found.nodes().saturating_mul(u64::from(width));
-        take_samples(part, integer, found.first, samples, held, used)?;
+        r.checked(take_samples(
+            part,
+            integer,
+            found.first,
+            samples,
+            held,
+            used,
+        ))?;
         // Every stride is at most the sample count, which was just found to be a u32.
         let mut strides = [width; GRID_INPUTS];
         for i in (0..GRID_INPUTS - 1).rev() {
             strides[i] = strides[i + 1] * (spans[i + 1].last + 1);
         }
-        let _ = self.grid_lookups.push(GridLookup {
+        self.grid_lookups.append(GridLookup {
             spans,
             strides,
             first: found.first,
@@ -565,8 +621,25 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 && width as usize == PLAIN_WIDTH
                 && !spans.iter().any(Span::is_modulo),
         });
-        let _ = self.grids.push(found);
+        self.grids.append(found);
         Ok(())
+    }
+}
+
+impl<'a> Compensation<'a, Usual> {
+    /// [Empty](Self::empty), with the capacities that hold unless told otherwise.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self::empty()
+    }
+
+    /// Reads a file by value, with the capacities that hold unless told otherwise: see
+    /// [`from_blob`](Self::from_blob).
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn decode(blob: &'a [u8]) -> Result<Self, LoadError> {
+        Self::from_blob(blob)
     }
 }
 

@@ -3,12 +3,13 @@
 use core::fmt;
 
 use crate::description::{AUXILIARIES, Auxiliary, Axis, Bank, Grid, Policy, SampleFormat};
-use crate::inputs::{Inputs, Travelling};
+use crate::inputs::{Inputs, Travel, Travelling};
 use crate::kernel;
 use crate::lookup::{
     BankLookup, FIXED, GridLookup, Head, Kind, PAIRED, PackedTerm, group, pair_up,
 };
 use crate::reach::Reach;
+use crate::room::{List, Room, Row, Usual};
 use crate::weights::Weights;
 use crate::work;
 
@@ -17,48 +18,39 @@ use crate::work;
 /// Only [`load`](Self::load), [`load_slot`](Self::load_slot) and [`decode`](Self::decode) fill one,
 /// and they check everything: evaluation cannot fail, cannot panic and needs no further checks.
 ///
-/// | const generic | holds | at most |
-/// |---|---|---|
-/// | `AXES` | axes | 16 |
-/// | `TABLES` | tables, and banks | 255 |
-/// | `TERMS` | terms | 65 535 |
-/// | `GRIDS` | grids | |
+/// `C` is what there is room for: [`Holds`](crate::Holds).
+// `repr(C)`: what every evaluation reads stands in front, where single instructions reach it.
 #[derive(Clone)]
-pub struct Compensation<
-    'a,
-    const AXES: usize = 8,
-    const TABLES: usize = 96,
-    const TERMS: usize = 256,
-    const GRIDS: usize = 2,
-> {
-    pub(crate) machine: &'a str,
-    pub(crate) policy: Policy,
-    pub(crate) axes: heapless::Vec<Axis, AXES>,
-    pub(crate) auxiliaries: heapless::Vec<Auxiliary, AUXILIARIES>,
-    pub(crate) banks: heapless::Vec<Bank, TABLES>,
-    /// One per bank.
-    pub(crate) lookups: heapless::Vec<BankLookup, TABLES>,
-    /// One per table; 1 for tables of f32 samples.
-    pub(crate) scales: [f32; TABLES],
-    /// Largest magnitude of each table.
-    pub(crate) peaks: [f32; TABLES],
-    pub(crate) tables: u16,
-    pub(crate) terms: heapless::Vec<PackedTerm, TERMS>,
-    /// What the kernel adds first, see `pair_up`.
-    pub(crate) heads: heapless::Vec<Head, AXES>,
-    pub(crate) pairs: heapless::Vec<u32, TERMS>,
-    /// Whether there are others.
-    pub(crate) runs: bool,
+#[repr(C)]
+pub struct Compensation<'a, C: Room = Usual> {
     /// Nothing but one plain grid.
     pub(crate) one_cell: bool,
-    pub(crate) weights: Weights,
-    pub(crate) grids: heapless::Vec<Grid, GRIDS>,
-    /// One per grid.
-    pub(crate) grid_lookups: heapless::Vec<GridLookup, GRIDS>,
-    pub(crate) floats: &'a [f32],
-    pub(crate) shorts: &'a [i16],
+    /// Whether there are terms other than `pairs`.
+    pub(crate) runs: bool,
+    pub(crate) tables: u16,
     pub(crate) length: u32,
-    pub(crate) reach: Reach<AXES>,
+    pub(crate) floats: Option<&'a [f32]>,
+    pub(crate) shorts: Option<&'a [i16]>,
+    /// What the kernel adds first, see `pair_up`.
+    pub(crate) heads: C::AxisList<Head>,
+    pub(crate) reach: Reach<C>,
+    pub(crate) axes: C::AxisList<Axis>,
+    pub(crate) machine: Option<&'a str>,
+    pub(crate) policy: Policy,
+    pub(crate) weights: Weights,
+    pub(crate) auxiliaries: heapless::Vec<Auxiliary, AUXILIARIES>,
+    /// One per bank.
+    pub(crate) lookups: C::BankList<BankLookup>,
+    pub(crate) grids: C::GridList<Grid>,
+    /// One per grid.
+    pub(crate) grid_lookups: C::GridList<GridLookup>,
+    /// One per table; 1 for tables of f32 samples.
+    pub(crate) scales: C::TableList<f32>,
+    pub(crate) pairs: C::TermList<u32>,
+    pub(crate) terms: C::TermList<PackedTerm>,
+    pub(crate) banks: C::BankList<Bank>,
+    /// Largest magnitude of each table.
+    pub(crate) peaks: C::TableList<f32>,
 }
 
 /// A term as stored, see [`Term`](crate::Term).
@@ -74,51 +66,49 @@ pub struct TermView<'c> {
     pub factors: &'c [u8],
 }
 
-impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Compensation<'a, AXES, TABLES, TERMS, GRIDS>
-{
-    /// Nothing: no axes, all corrections zero. For a `static` or a `Box` to load into.
+impl<'a, C: Room> Compensation<'a, C> {
+    /// Nothing: no axes, all corrections zero. For a `static` or a `Box` to load into; all of it is
+    /// zeros, so that a `static` takes no flash.
     #[must_use]
     pub const fn empty() -> Self {
-        const {
-            assert!(AXES >= 1 && AXES <= 16, "masks of axes have 16 bits");
-            assert!(TABLES <= 255, "factors number tables with 8 bits");
-            assert!(TERMS <= 65_535, "terms are numbered with 16 bits");
-            assert!(GRIDS <= 65_535, "grids are numbered with 16 bits");
-        };
+        // What does not fit the masks and numbers does not compile.
+        const { assert!(C::AXES + C::BANKS + C::TABLES + C::TERMS + C::GRIDS > 0) };
         Self {
-            machine: "",
+            machine: None,
             policy: Policy::Orientation,
-            axes: heapless::Vec::new(),
+            axes: C::AxisList::EMPTY,
             auxiliaries: heapless::Vec::new(),
-            banks: heapless::Vec::new(),
-            lookups: heapless::Vec::new(),
-            scales: [1.0; TABLES],
-            peaks: [0.0; TABLES],
+            banks: C::BankList::EMPTY,
+            lookups: C::BankList::EMPTY,
+            scales: C::TableList::EMPTY,
+            peaks: C::TableList::EMPTY,
             tables: 0,
-            terms: heapless::Vec::new(),
-            heads: heapless::Vec::new(),
-            pairs: heapless::Vec::new(),
+            terms: C::TermList::EMPTY,
+            heads: C::AxisList::EMPTY,
+            pairs: C::TermList::EMPTY,
             runs: false,
             one_cell: false,
             weights: Weights::empty(),
-            grids: heapless::Vec::new(),
-            grid_lookups: heapless::Vec::new(),
-            floats: &[],
-            shorts: &[],
+            grids: C::GridList::EMPTY,
+            grid_lookups: C::GridList::EMPTY,
+            floats: None,
+            shorts: None,
             length: 0,
             reach: Reach::EMPTY,
         }
     }
 
     /// Makes `self` [empty](Self::empty) in place.
+    #[inline(never)]
     pub(crate) fn clear(&mut self) {
-        self.machine = "";
+        self.machine = None;
         self.policy = Policy::Orientation;
         self.axes.clear();
         self.auxiliaries.clear();
         self.banks.clear();
         self.lookups.clear();
+        self.scales.clear();
+        self.peaks.clear();
         self.tables = 0;
         self.terms.clear();
         self.heads.clear();
@@ -128,22 +118,33 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         self.weights = Weights::empty();
         self.grids.clear();
         self.grid_lookups.clear();
-        self.floats = &[];
-        self.shorts = &[];
+        self.floats = None;
+        self.shorts = None;
         self.length = 0;
         self.reach = Reach::EMPTY;
     }
 
+    /// All samples of the format f32.
+    pub(crate) fn floats(&self) -> &'a [f32] {
+        self.floats.unwrap_or_default()
+    }
+
+    /// All samples of the format i16.
+    pub(crate) fn shorts(&self) -> &'a [i16] {
+        self.shorts.unwrap_or_default()
+    }
+
     /// Last step of loading: prepares the terms for the kernel and the inputs for the servo.
     pub(crate) fn finish(&mut self) {
-        for bank in &mut self.lookups {
+        let floats = self.floats();
+        for bank in self.lookups.iter_mut() {
             if bank.kind == Kind::Straight {
                 let first = bank.first as usize;
-                let (a, b) = (self.floats[first], self.floats[first + 1]);
+                let (a, b) = (floats[first], floats[first + 1]);
                 bank.line = [a, b - a];
             }
         }
-        pair_up::<AXES, TABLES, TERMS>(
+        pair_up::<C>(
             self.axes.len(),
             &mut self.terms,
             &mut self.heads,
@@ -159,7 +160,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Name of the machine.
     #[must_use]
     pub fn machine(&self) -> &'a str {
-        self.machine
+        self.machine.unwrap_or_default()
     }
 
     /// How the rotary corrections were solved.
@@ -201,7 +202,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Number of samples, of both formats.
     #[must_use]
     pub fn samples(&self) -> usize {
-        self.floats.len() + self.shorts.len()
+        self.floats().len() + self.shorts().len()
     }
 
     /// Bytes of the blob, header included, without what follows it in its slot; 0 when empty.
@@ -236,7 +237,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     #[must_use]
     pub fn sample(&self, table: usize, point: usize) -> Option<f32> {
         let mut column = table;
-        for bank in &self.banks {
+        for bank in self.banks.iter() {
             let tables = usize::from(bank.tables);
             if column < tables {
                 if point >= bank.points as usize {
@@ -244,9 +245,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
                 }
                 let place = bank.first as usize + point * tables + column;
                 return match bank.format {
-                    SampleFormat::F32 => self.floats.get(place).copied(),
+                    SampleFormat::F32 => self.floats().get(place).copied(),
                     SampleFormat::I16 => {
-                        let raw = f32::from(*self.shorts.get(place)?);
+                        let raw = f32::from(*self.shorts().get(place)?);
                         Some(raw * self.scales[table])
                     }
                 };
@@ -266,9 +267,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
         let place = grid.first as usize + node * width + output;
         match grid.format {
-            SampleFormat::F32 => self.floats.get(place).copied(),
+            SampleFormat::F32 => self.floats().get(place).copied(),
             SampleFormat::I16 => {
-                Some(f32::from(*self.shorts.get(place)?) * grid.scales.get(output)?)
+                Some(f32::from(*self.shorts().get(place)?) * grid.scales.get(output)?)
             }
         }
     }
@@ -278,7 +279,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     #[must_use]
     pub fn inputs_used(&self) -> u32 {
         let mut active = [false; 256];
-        for term in &self.terms {
+        for term in self.terms.iter() {
             work::count(1);
             if term.weight != 0.0 || term.place != FIXED {
                 for &factor in &term.factors[..usize::from(term.count)] {
@@ -289,7 +290,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
         let mut used = 0;
         let mut table = 0;
-        for bank in &self.banks {
+        for bank in self.banks.iter() {
             let tables = table..table + usize::from(bank.tables);
             table = tables.end;
             work::count(usize::from(bank.tables));
@@ -328,11 +329,11 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     #[inline(always)]
     pub fn evaluate(
         &self,
-        inputs: &Inputs<AXES>,
-        travel: &Travelling<AXES>,
+        inputs: &Inputs<C::Axes<f32>>,
+        travel: &Travelling<C::Axes<Travel>>,
         weights: &Weights,
-    ) -> [f32; AXES] {
-        let mut corrections = [0.0; AXES];
+    ) -> C::Axes<f32> {
+        let mut corrections = C::Axes::<f32>::all(0.0);
         self.evaluate_into(inputs, travel, weights, &mut corrections);
         corrections
     }
@@ -342,10 +343,10 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     #[inline(always)]
     pub fn evaluate_into(
         &self,
-        inputs: &Inputs<AXES>,
-        travel: &Travelling<AXES>,
+        inputs: &Inputs<C::Axes<f32>>,
+        travel: &Travelling<C::Axes<Travel>>,
         weights: &Weights,
-        corrections: &mut [f32; AXES],
+        corrections: &mut C::Axes<f32>,
     ) {
         if self.one_cell {
             kernel::evaluate_cell(self, inputs, corrections);
@@ -355,13 +356,17 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     }
 }
 
+impl<C: Room> Default for Compensation<'_, C> {
+    fn default() -> Self {
+        Self::empty()
+    }
+}
+
 /// What it is and how large; not its contents.
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize> fmt::Debug
-    for Compensation<'_, AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> fmt::Debug for Compensation<'_, C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Compensation")
-            .field("machine", &self.machine)
+            .field("machine", &self.machine())
             .field("axes", &self.axes.len())
             .field("tables", &self.tables)
             .field("terms", &self.terms.len())

@@ -15,10 +15,11 @@ use crate::description::{
 };
 use crate::header::{self, ALIGNMENT, HEADER, MAGIC, VERSION};
 use crate::load_error::LoadError;
+use crate::room::Holds;
 
 /// The capacities with which [`Draft::encode`] tries what it wrote: any smaller target refuses
 /// with [`LoadError::TooSmall`].
-pub type Largest<'a> = Compensation<'a, 16, 255, 4096, 8>;
+pub type Largest<'a> = Compensation<'a, Holds<16, 255, 255, 4096, 8>>;
 
 /// What a blob is made from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -406,7 +407,7 @@ mod tests {
         let draft = specimen::everything();
         let blob = draft.encode().unwrap();
         assert_eq!(blob.as_ptr() as usize % ALIGNMENT, 0);
-        let c = Compensation::<'_, 3, 8, 16, 2>::decode(&blob).unwrap();
+        let c = Compensation::<'_, Holds<3, 8, 8, 16, 2>>::from_blob(&blob).unwrap();
         assert_eq!(c.machine(), draft.machine);
         assert_eq!(c.policy(), draft.policy);
         assert_eq!(c.axes(), draft.axes);
@@ -482,7 +483,7 @@ mod tests {
         let mut draft = specimen::everything();
         draft.banks[3].columns[0] = vec![0.0; 3];
         let blob = draft.encode().unwrap();
-        let c = Largest::decode(&blob).unwrap();
+        let c = Largest::from_blob(&blob).unwrap();
         assert_eq!(c.sample(4, 1), Some(0.0));
     }
 }

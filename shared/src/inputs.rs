@@ -1,8 +1,9 @@
 //! What an evaluation is given.
 
 use crate::description::AUXILIARIES;
+use crate::room::Row;
 
-/// Positions and auxiliary values of one servo period.
+/// Positions and auxiliary values of one servo period; `A` is `[f32; AXES]`.
 ///
 /// `axes` are the uncorrected commands in machine coordinates, mm or degrees, in the order of
 /// [`Compensation::axes`](crate::Compensation::axes); never a corrected or measured position,
@@ -12,18 +13,21 @@ use crate::description::AUXILIARIES;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Inputs<const AXES: usize = 8> {
+pub struct Inputs<A = [f32; 8]> {
     /// Commanded positions, mm or degrees.
-    pub axes: [f32; AXES],
+    pub axes: A,
     /// Tool length in mm, temperatures as K difference to their references. What was never set
     /// is not a number: for a servo a fault if a correction depends on it.
     pub auxiliaries: [f32; AUXILIARIES],
 }
 
-impl<const AXES: usize> Inputs<AXES> {
+impl<A> Inputs<A> {
     /// These positions; the auxiliaries have not been set: they are not numbers.
     #[must_use]
-    pub const fn at(axes: [f32; AXES]) -> Self {
+    pub const fn at(axes: A) -> Self
+    where
+        A: Copy,
+    {
         Self {
             axes,
             auxiliaries: [f32::NAN; AUXILIARIES],
@@ -31,9 +35,9 @@ impl<const AXES: usize> Inputs<AXES> {
     }
 }
 
-impl<const AXES: usize> Default for Inputs<AXES> {
+impl<A: Row<f32>> Default for Inputs<A> {
     fn default() -> Self {
-        Self::at([0.0; AXES])
+        Self::at(A::all(0.0))
     }
 }
 
@@ -50,13 +54,13 @@ pub enum Travel {
     Negative,
 }
 
-/// Direction of each axis, in the order of [`Compensation::axes`](crate::Compensation::axes).
+/// Direction of each axis (`A` is `[Travel; AXES]`), in the order of [`Compensation::axes`](crate::Compensation::axes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Travelling<const AXES: usize = 8>(pub [Travel; AXES]);
+pub struct Travelling<A = [Travel; 8]>(pub A);
 
-impl<const AXES: usize> Default for Travelling<AXES> {
+impl<A: Row<Travel>> Default for Travelling<A> {
     fn default() -> Self {
-        Self([Travel::Unknown; AXES])
+        Self(A::all(Travel::Unknown))
     }
 }

@@ -1,4 +1,4 @@
-//! The evaluation, and all `unsafe` code of this crate.
+//! The evaluation; with `access.rs`, through which it gets at memory, all `unsafe` code of this crate.
 //!
 //! **What the proofs rest on.** A [`Compensation`] is either empty or was filled by `load`, which
 //! guarantees (names as in `lookup.rs`):
@@ -19,7 +19,8 @@
 //!    modulo and `PLAIN_WIDTH` f32 outputs;
 //! 8. `heads` have outputs `< AXES`, and as many words of `pairs` as they say, one head's behind
 //!    the other's; each word, and each `first`, names tables as a term does, or the value behind
-//!    `one`.
+//!    `one`;
+//! 9. where there are banks or grids, there are both sections of samples, though one may be empty.
 //!
 //! The fields are `pub(crate)`, are written in `blob.rs`, `magnitude.rs`, `lookup.rs` and
 //! `compensation.rs` only, and are checked again in debug builds.
@@ -30,16 +31,19 @@
 
 use core::mem::MaybeUninit;
 
+use crate::access::{From, To, at, at_mut, opaque, part, split, whole};
+
 use crate::compensation::Compensation;
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::lookup::{BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Span};
+use crate::room::{Room, Row};
 use crate::weights::Weights;
 
 /// Table values of one evaluation; read as one array, `one` is number `TABLES`, `zero` the next.
 #[repr(C)]
-struct Scratch<const TABLES: usize> {
-    tables: [MaybeUninit<f32>; TABLES],
+struct Scratch<C: Room> {
+    tables: MaybeUninit<C::TableValues>,
     one: f32,
     zero: f32,
 }
@@ -75,48 +79,45 @@ impl Sample for i16 {
 
 /// Tables and terms, then grids, into the outputs of all axes.
 #[inline(never)]
-pub(crate) fn evaluate_tables<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
-    travel: &Travelling<AXES>,
+pub(crate) fn evaluate_tables<C: Room>(
+    c: &Compensation<'_, C>,
+    inputs: &Inputs<C::Axes<f32>>,
+    travel: &Travelling<C::Axes<Travel>>,
     weights: &Weights,
-    corrections: &mut [f32; AXES],
+    corrections: &mut C::Axes<f32>,
 ) {
-    let mut scratch = Scratch::<TABLES> {
-        tables: [const { MaybeUninit::uninit() }; TABLES],
+    let mut scratch = Scratch::<C> {
+        tables: MaybeUninit::uninit(),
         one: 1.0,
         zero: 0.0,
     };
-    let mut out = scratch.tables.as_mut_ptr().cast::<f32>();
-    for bank in &c.lookups {
+    // SAFETY: `TableValues` are TABLES values.
+    let mut out = unsafe { To::start(scratch.tables.as_mut_ptr().cast(), C::TABLES) };
+    for bank in c.lookups.iter() {
         // SAFETY: guarantee 1.
         let x = unsafe { input(inputs, bank.span.slot) };
         // SAFETY: `out` has room for the tables of this bank and of those behind it (guarantee 4);
-        // what each kind reads of the samples is stated there.
+        // what each kind reads of the samples is stated there; guarantee 9.
         unsafe {
+            let floats = c.floats.unwrap_unchecked();
             match bank.kind {
                 Kind::Straight => {
-                    *out = straight(bank, x, c.floats);
-                    out = out.add(1);
+                    out.set(0, straight(bank, x, floats));
+                    out = out.skip(1);
                 }
                 Kind::Linear => {
                     match interval(&bank.span, x) {
-                        Some((i, t)) => mix(bank, c.floats, i, t, out),
-                        None => end(bank, x, c.floats, out),
+                        Some((i, t)) => mix(bank, floats, i, t, out.again()),
+                        None => end(bank, x, floats, out.again()),
                     }
-                    out = out.add(usize::from(bank.tables));
+                    out = out.skip(usize::from(bank.tables));
                 }
                 Kind::Other => {
-                    other(c, bank, x, travel, out);
-                    out = out.add(usize::from(bank.tables));
+                    other(c, bank, x, travel, out.again());
+                    out = out.skip(usize::from(bank.tables));
                 }
             }
-            out = opaque(out).cast_mut();
+            out = out.opaque();
         }
     }
 
@@ -136,16 +137,16 @@ pub(crate) fn evaluate_tables<
 
 /// Zeros, without the call that the compiler makes of it where code is to be small.
 #[inline(always)]
-fn clear<const AXES: usize>(corrections: &mut [f32; AXES]) {
-    let mut out = corrections.as_mut_ptr();
+fn clear<C: Room>(corrections: &mut C::Axes<f32>) {
+    let mut out = corrections.as_mut().as_mut_ptr();
     // SAFETY: `AXES & !3`, then `AXES & 3` values.
     unsafe {
-        let last = out.add(AXES & !3);
+        let last = out.add(C::AXES & !3);
         while out != last {
             out.cast::<[f32; 4]>().write([0.0; 4]);
             out = opaque(out.add(4)).cast_mut();
         }
-        let last = out.add(AXES & 3);
+        let last = out.add(C::AXES & 3);
         while out != last {
             out.write(0.0);
             out = opaque(out.add(1)).cast_mut();
@@ -156,36 +157,32 @@ fn clear<const AXES: usize>(corrections: &mut [f32; AXES]) {
 /// All grids.
 #[cold]
 #[inline(never)]
-fn add_grids<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
-    corrections: &mut [f32; AXES],
+fn add_grids<C: Room>(
+    c: &Compensation<'_, C>,
+    inputs: &Inputs<C::Axes<f32>>,
+    corrections: &mut C::Axes<f32>,
 ) {
-    for grid in &c.grid_lookups {
-        if !(grid.plain && add_cell(grid, inputs, c.floats.as_ptr(), corrections)) {
-            add_grid(grid, inputs, c.floats, c.shorts, corrections);
+    for grid in c.grid_lookups.iter() {
+        let (floats, shorts) = (c.floats(), c.shorts());
+        if !(grid.plain && add_cell(grid, inputs, floats, corrections)) {
+            add_grid(grid, inputs, floats, shorts, corrections);
         }
     }
 }
 
 /// The only grid of a compensation without terms: [`Compensation::one_cell`].
 #[inline(always)]
-pub(crate) fn evaluate_cell<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    inputs: &Inputs<AXES>,
-    corrections: &mut [f32; AXES],
+pub(crate) fn evaluate_cell<C: Room>(
+    c: &Compensation<'_, C>,
+    inputs: &Inputs<C::Axes<f32>>,
+    corrections: &mut C::Axes<f32>,
 ) {
-    clear(corrections);
+    clear::<C>(corrections);
     debug_assert!(!c.grid_lookups.is_empty());
-    // SAFETY: there is one.
-    let grid = unsafe { c.grid_lookups.get_unchecked(0) };
-    if !add_cell(grid, inputs, c.floats.as_ptr(), corrections) {
-        add_grid(grid, inputs, c.floats, c.shorts, corrections);
+    // SAFETY: there is one; guarantee 9.
+    let (grid, floats) = unsafe { (at(&c.grid_lookups, 0), c.floats.unwrap_unchecked()) };
+    if !add_cell(grid, inputs, floats, corrections) {
+        add_grid(grid, inputs, floats, c.shorts(), corrections);
     }
 }
 
@@ -194,14 +191,14 @@ pub(crate) fn evaluate_cell<
 /// # Safety
 /// `slot < AXES + AUXILIARIES`.
 #[inline(always)]
-unsafe fn input<const AXES: usize>(inputs: &Inputs<AXES>, slot: u8) -> f32 {
-    debug_assert!(usize::from(slot) < AXES + AUXILIARIES);
+unsafe fn input<A: Row<f32>>(inputs: &Inputs<A>, slot: u8) -> f32 {
+    debug_assert!(usize::from(slot) < inputs.axes.as_ref().len() + AUXILIARIES);
+    let count = inputs.axes.as_ref().len() + AUXILIARIES;
     // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
     // of them; the pointer comes from the whole.
     unsafe {
-        *core::ptr::from_ref(inputs)
-            .cast::<f32>()
-            .add(usize::from(slot))
+        let all = core::slice::from_raw_parts(core::ptr::from_ref(inputs).cast::<f32>(), count);
+        *at(all, usize::from(slot))
     }
 }
 
@@ -223,7 +220,7 @@ fn floor(p: f32) -> f32 {
     let p = if p < END { p } else { END };
     let p = if p > -END { p } else { -END };
     // SAFETY: −2²² ≤ p ≤ 2²² after the two selections (not-a-number became 2²² in the first).
-    let k = unsafe { p.to_int_unchecked::<i32>() } as f32;
+    let k = unsafe { whole(p) } as f32;
     if k > p { k - 1.0 } else { k }
 }
 
@@ -238,7 +235,7 @@ fn interval(span: &Span, x: f32) -> Option<(u32, f32)> {
         return None;
     }
     // SAFETY: 0 ≤ u < last (guarantee 2).
-    let i = unsafe { u.to_int_unchecked::<i32>() };
+    let i = unsafe { whole(u) };
     Some((i as u32, u - i as f32))
 }
 
@@ -262,7 +259,7 @@ fn beyond(bank: &BankLookup, u: f32, samples: &[f32]) -> f32 {
     let place = bank.first as usize + usize::from(u >= 1.0);
     debug_assert!(place < samples.len());
     // SAFETY: guarantee 3: two points.
-    unsafe { *samples.get_unchecked(place) }
+    unsafe { *at(samples, place) }
 }
 
 /// The interval around `x` of any span: indices of its points and fraction in between.
@@ -279,7 +276,7 @@ fn any_interval(span: &Span, x: f32) -> (u32, u32, f32) {
     let u = if u < span.limit { u } else { span.beyond };
     debug_assert!(u >= 0.0 && u <= span.last as f32 + 1.0);
     // SAFETY: 0 ≤ u < 2²⁴ + 1 (guarantee 2).
-    let i = unsafe { u.to_int_unchecked::<i32>() };
+    let i = unsafe { whole(u) };
     let t = u - i as f32;
     let i = i as u32;
     let next = if i < span.last { i + 1 } else { span.after };
@@ -298,7 +295,7 @@ unsafe fn row<'s, S: Sample>(bank: &BankLookup, samples: &'s [S], index: u32) ->
     let start = bank.first as usize + index as usize * width;
     debug_assert!(start + width <= samples.len());
     // SAFETY: guarantee 3.
-    unsafe { samples.get_unchecked(start..start + width) }
+    unsafe { part(samples, start, width) }
 }
 
 /// All tables of a bank of f32 samples between its points `i` and `i + 1`.
@@ -315,18 +312,18 @@ unsafe fn row<'s, S: Sample>(bank: &BankLookup, samples: &'s [S], index: u32) ->
 /// # Safety
 /// `i < bank.span.last`; the samples are f32; `out` has room for the tables of the bank.
 #[inline(always)]
-unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: *mut f32) {
+unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: To<'_>) {
     let width = usize::from(bank.tables);
     let start = bank.first as usize + i as usize * width;
     debug_assert!(width >= 1 && start + 2 * width <= samples.len());
     // SAFETY: guarantee 3.
     let (mut a, mut b) = unsafe {
-        let a = samples.as_ptr().add(start);
-        (a, a.add(width))
+        let a = From::start(samples).skip(start);
+        (a, a.skip(width))
     };
     macro_rules! several {
         ($($k:literal)*) => {{
-            $(*out.add($k) = *a.add($k) + (*b.add($k) - *a.add($k)) * t;)*
+            $(out.set($k, a.at($k) + (b.at($k) - a.at($k)) * t);)*
         }}
     }
     // SAFETY: from a, b and out on there are `rest` values.
@@ -334,11 +331,7 @@ unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: *mut 
         let mut rest = width;
         while rest >= 8 {
             several!(0 1 2 3 4 5 6 7);
-            (a, b, out) = (
-                opaque(a.add(8)),
-                opaque(b.add(8)),
-                opaque(out.add(8)).cast_mut(),
-            );
+            (a, b, out) = (a.skip(8).opaque(), b.skip(8).opaque(), out.skip(8).opaque());
             rest -= 8;
         }
         match rest {
@@ -362,13 +355,13 @@ unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: *mut 
 /// The samples are f32; `out` has room for the tables of the bank.
 #[cold]
 #[inline(never)]
-unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: *mut f32) {
+unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: To<'_>) {
     let u = (x - bank.span.start) * bank.span.inverse_step;
     let i = if u >= 1.0 { bank.span.last } else { 0 };
     // SAFETY: i ≤ last; `out` has room for a row.
     unsafe {
         let row = row(bank, samples, i);
-        core::ptr::copy_nonoverlapping(row.as_ptr(), out, row.len());
+        core::ptr::copy_nonoverlapping(row.as_ptr(), out.pointer(row.len()), row.len());
     }
 }
 
@@ -378,22 +371,25 @@ unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: *mut f32) {
 /// `out` has room for the tables of the bank, which is one of `c`.
 #[cold]
 #[inline(never)]
-unsafe fn other<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+unsafe fn other<C: Room>(
+    c: &Compensation<'_, C>,
     bank: &BankLookup,
     x: f32,
-    travel: &Travelling<AXES>,
-    out: *mut f32,
+    travel: &Travelling<C::Axes<Travel>>,
+    out: To<'_>,
 ) {
     let width = usize::from(bank.tables);
     // SAFETY: the caller's.
-    let values = unsafe { core::slice::from_raw_parts_mut(out.cast::<MaybeUninit<f32>>(), width) };
+    let values = unsafe {
+        let first = out.pointer(width).cast::<MaybeUninit<f32>>();
+        core::slice::from_raw_parts_mut(first, width)
+    };
     let last = if bank.direction == Direction::Both {
         Travel::Unknown
     } else {
-        debug_assert!(usize::from(bank.span.slot) < AXES);
+        debug_assert!(usize::from(bank.span.slot) < C::AXES);
         // SAFETY: guarantee 1.
-        unsafe { *travel.0.get_unchecked(usize::from(bank.span.slot)) }
+        unsafe { *at(travel.0.as_ref(), usize::from(bank.span.slot)) }
     };
     if !holds(bank.direction, last) {
         values.fill(MaybeUninit::new(0.0));
@@ -402,10 +398,10 @@ unsafe fn other<const AXES: usize, const TABLES: usize, const TERMS: usize, cons
     if bank.integer {
         let table = usize::from(bank.table);
         // SAFETY: guarantee 4.
-        let scales = unsafe { c.scales.get_unchecked(table..table + width) };
-        fill(bank, x, c.shorts, scales, values);
+        let scales = unsafe { part(&c.scales, table, width) };
+        fill(bank, x, c.shorts(), scales, values);
     } else {
-        fill(bank, x, c.floats, &c.scales, values);
+        fill(bank, x, c.floats(), &c.scales, values);
     }
     if bank.direction == Direction::Signed && last == Travel::Negative {
         for value in values {
@@ -516,52 +512,50 @@ fn fill_cubic<S: Sample>(
 /// # Safety
 /// All tables that a factor names are written.
 #[inline(always)]
-unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    scratch: &Scratch<TABLES>,
-    corrections: &mut [f32; AXES],
+unsafe fn sum<C: Room>(
+    c: &Compensation<'_, C>,
+    scratch: &Scratch<C>,
+    corrections: &mut C::Axes<f32>,
 ) {
     // `Scratch` is `repr(C)`: TABLES values, then `one`; the pointer comes from the whole.
-    let values = core::ptr::from_ref(scratch).cast::<f32>();
-    let mut pair = c.pairs.as_ptr();
-    for head in &c.heads {
+    // SAFETY: the caller's.
+    let values = unsafe { values(scratch) };
+    let mut pair = From::start(&c.pairs);
+    for head in c.heads.iter() {
         // SAFETY: guarantee 8; the tables were written (caller).
         unsafe {
-            let mut total = *values.byte_add(usize::from(head.first));
+            let mut total = values.at_byte(usize::from(head.first));
             let mut rest = u32::from(head.pairs);
             while rest != 0 {
-                let [a, b] = [*pair & 0xFFFF, *pair >> 16];
-                total += *values.byte_add(a as usize) * *values.byte_add(b as usize);
-                pair = opaque(pair.add(1));
+                let both = pair.at(0);
+                let [a, b] = [both & 0xFFFF, both >> 16];
+                total += values.at_byte(a as usize) * values.at_byte(b as usize);
+                pair = pair.skip(1).opaque();
                 rest -= 1;
             }
             if head.pairs == 0 {
                 let mut rest = u32::from(head.singles);
                 while rest != 0 {
-                    total += *values.byte_add(*pair as usize);
-                    pair = opaque(pair.add(1));
+                    total += values.at_byte(pair.at(0) as usize);
+                    pair = pair.skip(1).opaque();
                     rest -= 1;
                 }
             }
-            *corrections.get_unchecked_mut(usize::from(head.output)) = total;
+            *at_mut(corrections.as_mut(), usize::from(head.output)) = total;
         }
     }
 }
 
-/// The pointer itself, but the compiler does not know: it neither unrolls a loop that walks with it
-/// nor splits the address. On the Cortex-M both cost more than they save in loops that run a few
-/// times.
+/// Values of all tables, then 1 and 0.
+///
+/// # Safety
+/// All tables that are read from it are written.
 #[inline(always)]
-fn opaque<T>(pointer: *const T) -> *const T {
-    #[cfg(target_arch = "arm")]
-    // SAFETY: no instruction at all.
-    unsafe {
-        let same;
-        core::arch::asm!("/* {0} */", inlateout(reg) pointer => same, options(pure, nomem, nostack, preserves_flags));
-        same
-    }
-    #[cfg(not(target_arch = "arm"))]
-    pointer
+unsafe fn values<C: Room>(scratch: &Scratch<C>) -> From<'_, f32> {
+    let first = core::ptr::from_ref(scratch).cast::<f32>();
+    // SAFETY: `Scratch` is `repr(C)`: TABLES values, then two; the pointer comes from the whole. What
+    // is not written is not read.
+    unsafe { From::raw(first, C::TABLES + 2) }
 }
 
 /// Adds the terms that are not among the pairs, run by run.
@@ -569,30 +563,26 @@ fn opaque<T>(pointer: *const T) -> *const T {
 /// # Safety
 /// That of [`sum`].
 #[inline(never)]
-unsafe fn sum_runs<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    scratch: &Scratch<TABLES>,
+unsafe fn sum_runs<C: Room>(
+    c: &Compensation<'_, C>,
+    scratch: &Scratch<C>,
     weights: &Weights,
-    corrections: &mut [f32; AXES],
+    corrections: &mut C::Axes<f32>,
 ) {
-    let values = core::ptr::from_ref(scratch).cast::<f32>();
+    // SAFETY: the caller's.
+    let values = unsafe { values(scratch) };
     let mut rest = &c.terms[..];
     while let Some(first) = rest.first() {
         debug_assert!(first.run >= 1 && usize::from(first.run) <= rest.len());
         // SAFETY: guarantee 6.
-        let (run, others) = unsafe { rest.split_at_unchecked(usize::from(first.run)) };
+        let (run, others) = unsafe { split(rest, usize::from(first.run)) };
         rest = others;
         if first.most == PAIRED {
             continue;
         }
-        debug_assert!(usize::from(first.output) < AXES);
+        debug_assert!(usize::from(first.output) < C::AXES);
         // SAFETY: guarantee 5.
-        let total = unsafe { corrections.get_unchecked_mut(usize::from(first.output)) };
+        let total = unsafe { at_mut(corrections.as_mut(), usize::from(first.output)) };
         // SAFETY: as for the caller.
         *total = unsafe { weighted(*total, run, values, weights) };
     }
@@ -606,13 +596,13 @@ unsafe fn sum_runs<
 unsafe fn weighted(
     mut total: f32,
     run: &[PackedTerm],
-    values: *const f32,
+    values: From<'_, f32>,
     weights: &Weights,
 ) -> f32 {
     let factor = |term: &PackedTerm, k: usize| {
         // SAFETY: k < FACTORS (constants below, or `count`); the factor is a table that was
         // written or number TABLES, which is `one` (guarantee 5).
-        unsafe { *values.add(usize::from(*term.factors.get_unchecked(k))) }
+        unsafe { values.at(usize::from(*at(&term.factors, k))) }
     };
     let Some(&PackedTerm { most, place, .. }) = run.first() else {
         return total;
@@ -622,7 +612,7 @@ unsafe fn weighted(
             let k = usize::from(place) + k;
             debug_assert!(k < weights.values.len());
             // SAFETY: guarantee 5: the places of adjustable terms follow each other.
-            let weight = unsafe { *weights.values.get_unchecked(k) };
+            let weight = unsafe { *at(&weights.values, k) };
             total += product(weight, term, factor);
         }
         return total;
@@ -669,11 +659,11 @@ fn line(a: f32, b: f32, t: f32) -> f32 {
 /// # Operations
 /// As [`add_grid`], of which this is the straight way through.
 #[inline(never)]
-fn add_cell<const AXES: usize>(
+fn add_cell<A: Row<f32>>(
     grid: &GridLookup,
-    inputs: &Inputs<AXES>,
-    samples: *const f32,
-    corrections: &mut [f32; AXES],
+    inputs: &Inputs<A>,
+    samples: &[f32],
+    corrections: &mut A,
 ) -> bool {
     const WIDTH: usize = PLAIN_WIDTH;
     let mut start = grid.first as usize;
@@ -694,19 +684,19 @@ fn add_cell<const AXES: usize>(
     // SAFETY: guarantees 2 and 3: each index is below `last`, so that all eight nodes are in the
     // grid, two and two neighbours; guarantee 7.
     unsafe {
-        let near = samples.add(start);
-        let far = near.add(far);
-        let [near_far, far_far] = [near.add(middle), far.add(middle)];
+        let near = From::start(samples).skip(start);
+        let far = near.skip(far);
+        let [near_far, far_far] = [near.skip(middle), far.skip(middle)];
         // Written out, so that no optimisation level makes a loop of it.
         let [u, v, w] = t;
         macro_rules! output {
             ($k:literal) => {
-                let a = line(*near.add($k), *near.add($k + WIDTH), w);
-                let b = line(*near_far.add($k), *near_far.add($k + WIDTH), w);
-                let c = line(*far.add($k), *far.add($k + WIDTH), w);
-                let d = line(*far_far.add($k), *far_far.add($k + WIDTH), w);
+                let a = line(near.at($k), near.at($k + WIDTH), w);
+                let b = line(near_far.at($k), near_far.at($k + WIDTH), w);
+                let c = line(far.at($k), far.at($k + WIDTH), w);
+                let d = line(far_far.at($k), far_far.at($k + WIDTH), w);
                 let value = line(line(a, b, v), line(c, d, v), u);
-                *corrections.get_unchecked_mut(usize::from(grid.outputs[$k])) += value;
+                *at_mut(corrections.as_mut(), usize::from(grid.outputs[$k])) += value;
             };
         }
         output!(0);
@@ -728,12 +718,12 @@ fn add_cell<const AXES: usize>(
 /// Independent of the position, except for wrapping.
 #[cold]
 #[inline(never)]
-fn add_grid<const AXES: usize>(
+fn add_grid<A: Row<f32>>(
     grid: &GridLookup,
-    inputs: &Inputs<AXES>,
+    inputs: &Inputs<A>,
     floats: &[f32],
     shorts: &[i16],
-    corrections: &mut [f32; AXES],
+    corrections: &mut A,
 ) {
     // SAFETY: guarantee 1.
     let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
@@ -744,11 +734,11 @@ fn add_grid<const AXES: usize>(
     }
 }
 
-fn add_nodes<S: Sample, const AXES: usize>(
+fn add_nodes<S: Sample, A: Row<f32>>(
     grid: &GridLookup,
     x: [f32; 3],
     samples: &[S],
-    corrections: &mut [f32; AXES],
+    corrections: &mut A,
 ) {
     let mut near = [0_usize; 3];
     let mut far = [0_usize; 3];
@@ -765,7 +755,7 @@ fn add_nodes<S: Sample, const AXES: usize>(
         let start = first + a + b + c;
         debug_assert!(start + width <= samples.len());
         // SAFETY: guarantees 2 and 3: each index is at most `last`, so the node is in the grid.
-        unsafe { samples.as_ptr().add(start) }
+        unsafe { From::start(samples).skip(start) }
     };
     let nodes = [
         node(near[0], near[1], near[2]),
@@ -779,14 +769,14 @@ fn add_nodes<S: Sample, const AXES: usize>(
     ];
     let mut add = |k: usize| {
         // SAFETY: k < width, and `node` points at `width` samples of the section.
-        let v = nodes.map(|node| unsafe { *node.add(k) }.value());
+        let v = nodes.map(|node| unsafe { node.at(k) }.value());
         let face0 = line(line(v[0], v[1], t[2]), line(v[2], v[3], t[2]), t[1]);
         let face1 = line(line(v[4], v[5], t[2]), line(v[6], v[7], t[2]), t[1]);
         let value = S::scaled(line(face0, face1, t[0]), grid.scales[k]);
         let output = usize::from(grid.outputs[k]);
-        debug_assert!(output < AXES);
+        debug_assert!(output < corrections.as_ref().len());
         // SAFETY: guarantee 7.
-        unsafe { *corrections.get_unchecked_mut(output) += value };
+        unsafe { *at_mut(corrections.as_mut(), output) += value };
     };
     // The bound that guarantee 7 gives is repeated for the compiler.
     for k in 0..width.min(grid.outputs.len()) {

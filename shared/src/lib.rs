@@ -8,11 +8,11 @@
 //! flush-to-zero of subnormal numbers.
 //!
 //! ```
-//! use trueaxis::{Compensation, Inputs, Servo};
+//! use trueaxis::{Compensation, Holds, Inputs, Servo};
 //!
 //! // Five axes (in the blob's order: Y, A, C, X, Z), and room for its tables. On a controller a
 //! // `static`: it is large.
-//! type Tables<'a> = Compensation<'a, 5, 32, 64, 1>;
+//! type Tables<'a> = Compensation<'a, Holds<5, 8, 32, 64, 1>>;
 //!
 //! let mut tables = Tables::empty();
 //! tables.load(trueaxis::include_blob!(concat!(
@@ -47,6 +47,7 @@ extern crate alloc;
 #[cfg(any(test, feature = "count"))]
 extern crate std;
 
+mod access;
 mod blob;
 mod catch_up;
 mod compensation;
@@ -56,6 +57,7 @@ mod direction;
 mod draft;
 mod embed;
 mod guard;
+mod handle;
 mod header;
 mod inputs;
 mod kernel;
@@ -70,6 +72,7 @@ mod oracle;
 mod pace;
 mod ramp;
 mod reach;
+mod room;
 mod servo;
 #[cfg(all(test, feature = "encode"))]
 mod specimen;
@@ -87,12 +90,14 @@ pub use direction::Reversal;
 pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
 #[doc(hidden)]
 pub use embed::Aligned;
+pub use handle::Handle;
 pub use header::{ALIGNMENT, HEADER, Header, MAGIC, VERSION};
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};
 pub use pace::RISE;
 pub use reach::MOST_PERIODS;
-pub use servo::{LONGEST_PERIOD, PATIENCE, Refused, SHORTEST_PERIOD, Servo};
+pub use room::{Holds, List, Room, Row, Usual};
+pub use servo::{LONGEST_PERIOD, NotTaken, PATIENCE, Refused, SHORTEST_PERIOD, Servo};
 pub use status::{Conditions, Correction, Status};
 pub use weights::{WeightError, Weights};
 #[cfg(feature = "count")]

@@ -55,13 +55,15 @@ impl fmt::Display for Part {
     }
 }
 
-/// A const generic of [`Compensation`](crate::Compensation).
+/// A capacity of [`Holds`](crate::Holds).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum Capacity {
     /// `AXES`
     Axes,
+    /// `BANKS`
+    Banks,
     /// `TABLES`
     Tables,
     /// `TERMS`
@@ -379,6 +381,7 @@ impl fmt::Display for LoadError {
             } => {
                 let (what, generic) = match capacity {
                     Capacity::Axes => ("axes", "AXES"),
+                    Capacity::Banks => ("banks", "BANKS"),
                     Capacity::Tables => ("tables", "TABLES"),
                     Capacity::Terms => ("terms", "TERMS"),
                     Capacity::Grids => ("grids", "GRIDS"),

@@ -2,6 +2,7 @@
 
 use crate::description::{Bank, Direction, FACTORS, GRID_INPUTS, GRID_OUTPUTS, Interpolation};
 use crate::load_error::{LoadError, Part};
+use crate::room::{List, Room};
 use crate::work;
 
 /// Evenly spaced points along one input.
@@ -209,16 +210,16 @@ pub(crate) struct Head {
 /// are pairs: where the values of both factors lie among those of all tables, in bytes, the first
 /// factor in the lower half. Behind the tables stand 1 for a missing factor, which changes no bit
 /// of the product, and 0 for a missing first value. If all have one factor, no pairs are needed.
-pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize>(
+pub(crate) fn pair_up<C: Room>(
     outputs: usize,
     terms: &mut [PackedTerm],
-    heads: &mut heapless::Vec<Head, AXES>,
-    pairs: &mut heapless::Vec<u32, TERMS>,
+    heads: &mut C::AxisList<Head>,
+    pairs: &mut C::TermList<u32>,
 ) {
     for output in 0..outputs as u8 {
         work::count(2 * terms.len());
         let mut head = Head {
-            first: 4 * (TABLES as u16 + 1),
+            first: 4 * (C::TABLES as u16 + 1),
             output,
             pairs: 0,
             singles: 0,
@@ -239,16 +240,16 @@ pub(crate) fn pair_up<const AXES: usize, const TABLES: usize, const TERMS: usize
                 head.first = a as u16;
             } else if single {
                 // As many fit as terms do.
-                let _ = pairs.push(a);
+                pairs.append(a);
                 head.singles += 1;
             } else {
-                let _ = pairs.push(a | b << 16);
+                pairs.append(a | b << 16);
                 head.pairs += 1;
             }
             found = true;
             term.most = PAIRED;
         }
-        let _ = heads.push(head);
+        heads.append(head);
     }
 }
 

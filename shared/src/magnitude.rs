@@ -4,6 +4,7 @@ use crate::compensation::Compensation;
 use crate::description::{Interpolation, SampleFormat};
 use crate::load_error::LoadError;
 use crate::lookup::FIXED;
+use crate::room::{List, Room, Row};
 use crate::work;
 
 /// Nothing may exceed this anywhere in an evaluation. Far above any correction, and far enough
@@ -18,13 +19,12 @@ fn within(value: f32) -> bool {
     value <= MAGNITUDE
 }
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Compensation<'_, AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> Compensation<'_, C> {
     /// Checks every sample and bounds every table, every (partial) product and every sum.
     pub(crate) fn measure(&mut self) -> Result<(), LoadError> {
         self.measure_tables()?;
-        let mut sums = [0.0_f32; AXES];
+        let mut row = C::Axes::<f32>::all(0.0);
+        let sums = row.as_mut();
         for (number, term) in self.terms.iter().enumerate() {
             work::count(1 + usize::from(term.count));
             let weight = if term.place == FIXED {
@@ -47,7 +47,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             }
             sums[usize::from(term.output)] += product;
         }
-        self.measure_grids(&mut sums)?;
+        self.measure_grids(sums)?;
         match sums.iter().position(|&sum| !within(sum)) {
             Some(axis) => Err(LoadError::OutputMagnitude { axis: axis as u16 }),
             None => Ok(()),
@@ -56,7 +56,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     fn measure_tables(&mut self) -> Result<(), LoadError> {
         let mut table = 0_u16;
-        for bank in &self.banks {
+        for bank in self.banks.iter() {
             let tables = usize::from(bank.tables);
             let first = bank.first as usize;
             let count = bank.points as usize * tables;
@@ -65,7 +65,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                 let mut peak = 0.0_f32;
                 match bank.format {
                     SampleFormat::F32 => {
-                        let samples = self.floats[first..first + count].iter();
+                        let samples = self.floats()[first..first + count].iter();
                         for (point, &v) in samples.skip(column).step_by(tables).enumerate() {
                             if !v.is_finite() {
                                 return Err(LoadError::TableSample {
@@ -77,7 +77,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                         }
                     }
                     SampleFormat::I16 => {
-                        let samples = self.shorts[first..first + count].iter();
+                        let samples = self.shorts()[first..first + count].iter();
                         for &v in samples.skip(column).step_by(tables) {
                             peak = peak.max(f32::from(v).abs());
                         }
@@ -90,14 +90,14 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                 if !within(peak) {
                     return Err(LoadError::TableMagnitude { table });
                 }
-                self.peaks[usize::from(table)] = peak;
+                self.peaks.append(peak);
                 table += 1;
             }
         }
         Ok(())
     }
 
-    fn measure_grids(&self, sums: &mut [f32; AXES]) -> Result<(), LoadError> {
+    fn measure_grids(&self, sums: &mut [f32]) -> Result<(), LoadError> {
         for (number, grid) in self.grids.iter().enumerate() {
             let width = grid.outputs.len();
             let first = grid.first as usize;
@@ -107,7 +107,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                 let mut peak = 0.0_f32;
                 match grid.format {
                     SampleFormat::F32 => {
-                        let samples = self.floats[first..first + count].iter();
+                        let samples = self.floats()[first..first + count].iter();
                         for (node, &v) in samples.skip(place).step_by(width).enumerate() {
                             if !v.is_finite() {
                                 return Err(LoadError::GridSample {
@@ -119,7 +119,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                         }
                     }
                     SampleFormat::I16 => {
-                        let samples = self.shorts[first..first + count].iter();
+                        let samples = self.shorts()[first..first + count].iter();
                         for &v in samples.skip(place).step_by(width) {
                             peak = peak.max(f32::from(v).abs());
                         }

@@ -1,12 +1,11 @@
 //! Measurement mode: from measured positions to true ones.
 
 use crate::compensation::Compensation;
-use crate::inputs::{Inputs, Travelling};
+use crate::inputs::{Inputs, Travel, Travelling};
+use crate::room::Room;
 use crate::weights::Weights;
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Compensation<'_, AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> Compensation<'_, C> {
     /// The correction Δq at the true position q that belongs to the measured one, to be
     /// *subtracted* from it: q = measured − Δq(q).
     ///
@@ -25,15 +24,21 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     #[must_use]
     pub fn measured(
         &self,
-        measured: &Inputs<AXES>,
-        travel: &Travelling<AXES>,
+        measured: &Inputs<C::Axes<f32>>,
+        travel: &Travelling<C::Axes<Travel>>,
         weights: &Weights,
         steps: u32,
-    ) -> [f32; AXES] {
+    ) -> C::Axes<f32> {
         let mut at = *measured;
         let mut dq = self.evaluate(&at, travel, weights);
         for _ in 1..steps {
-            for ((q, measured), dq) in at.axes.iter_mut().zip(measured.axes).zip(dq) {
+            for ((q, measured), dq) in at
+                .axes
+                .as_mut()
+                .iter_mut()
+                .zip(measured.axes.as_ref())
+                .zip(dq.as_ref())
+            {
                 *q = measured - dq;
             }
             dq = self.evaluate(&at, travel, weights);
@@ -62,7 +67,7 @@ mod tests {
             term(1, 2.0, &[]),
         ];
         let blob = draft.encode().unwrap();
-        let c = Compensation::<'_, 3, 4, 8, 1>::decode(&blob).unwrap();
+        let c = Compensation::<'_, Holds<3, 4, 4, 8, 1>>::from_blob(&blob).unwrap();
         let travel = Travelling::default();
         for (x, y) in [(32.0, -16.0), (-50.0, 40.0), (0.0, 0.0), (10.0, 10.0)] {
             let truth = c.evaluate(&Inputs::at([x, y, 0.0]), &travel, &c.weights());
@@ -84,7 +89,7 @@ mod tests {
     #[test]
     fn one_evaluation_is_the_correction_at_the_measured_position() {
         let blob = specimen::everything().encode().unwrap();
-        let c = Compensation::<'_, 3, 8, 16, 2>::decode(&blob).unwrap();
+        let c = Compensation::<'_, Holds<3, 8, 8, 16, 2>>::from_blob(&blob).unwrap();
         let inputs = Inputs::at([10.0, 20.0, 30.0]);
         let travel = Travelling([Travel::Positive; 3]);
         for steps in [0, 1] {

@@ -3,15 +3,17 @@
 use crate::compensation::Compensation;
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::Inputs;
+use crate::room::{List, Room};
 
 /// Most periods, of an endless axis or of a modulo table, that an input may be away from 0: beyond,
 /// f32 has no sense of the position within the turn.
 pub const MOST_PERIODS: f32 = 8192.0;
 
 /// Limits of the inputs, and which matter.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach<const AXES: usize> {
-    pub axes: [f32; AXES],
+#[derive(Clone)]
+pub(crate) struct Reach<C: Room> {
+    /// Of each axis.
+    pub axes: C::AxisList<f32>,
     auxiliaries: [f32; AUXILIARIES],
     /// All axes, bit 0 is the first.
     pub all_axes: u16,
@@ -23,10 +25,10 @@ pub(crate) struct Reach<const AXES: usize> {
     pub used_auxiliaries: u8,
 }
 
-impl<const AXES: usize> Reach<AXES> {
+impl<C: Room> Reach<C> {
     pub(crate) const EMPTY: Self = Self {
-        axes: [f32::MAX; AXES],
-        auxiliaries: [f32::MAX; AUXILIARIES],
+        axes: C::AxisList::EMPTY,
+        auxiliaries: [0.0; AUXILIARIES],
         all_axes: 0,
         used_axes: 0,
         directional: 0,
@@ -35,10 +37,10 @@ impl<const AXES: usize> Reach<AXES> {
 
     /// Whether all axes are finite, and those that matter within reach: those that are used or
     /// referenced (bit 0 is the first).
-    fn holds_axes(&self, inputs: &Inputs<AXES>, referenced: u16) -> bool {
+    fn holds_axes(&self, inputs: &Inputs<C::Axes<f32>>, referenced: u16) -> bool {
         let mut matters = self.used_axes | referenced;
         let mut left = self.all_axes;
-        for (q, &limit) in inputs.axes.iter().zip(&self.axes) {
+        for (q, &limit) in inputs.axes.as_ref().iter().zip(self.axes.iter()) {
             if left == 0 {
                 break;
             }
@@ -53,12 +55,12 @@ impl<const AXES: usize> Reach<AXES> {
 
     /// Whether all auxiliaries that matter are finite and within reach.
     #[inline(always)]
-    pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<AXES>) -> bool {
+    pub(crate) fn holds_auxiliaries(&self, inputs: &Inputs<C::Axes<f32>>) -> bool {
         self.used_auxiliaries == 0 || self.holds_used(inputs)
     }
 
     #[inline(never)]
-    fn holds_used(&self, inputs: &Inputs<AXES>) -> bool {
+    fn holds_used(&self, inputs: &Inputs<C::Axes<f32>>) -> bool {
         let mut holds = true;
         let mut used = self.used_auxiliaries;
         for (&x, &limit) in inputs.auxiliaries.iter().zip(&self.auxiliaries) {
@@ -91,37 +93,38 @@ fn near(x: f32, limit: f32) -> bool {
     x <= limit && x >= -limit
 }
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Compensation<'_, AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> Compensation<'_, C> {
     /// How far from 0 axis `axis` may be, mm or degrees: [`MOST_PERIODS`] of its own period and of
     /// every modulo table and grid on it; `f32::MAX` without. Beyond, its position is a bad input.
     #[must_use]
     pub fn farthest(&self, axis: usize) -> Option<f32> {
-        self.reach.axes[..self.axes.len()].get(axis).copied()
+        self.reach.axes.get(axis).copied()
     }
 
     /// Whether the positions can be evaluated with sense.
-    pub(crate) fn takes_axes(&self, inputs: &Inputs<AXES>, referenced: u16) -> bool {
+    pub(crate) fn takes_axes(&self, inputs: &Inputs<C::Axes<f32>>, referenced: u16) -> bool {
         self.reach.holds_axes(inputs, referenced)
     }
 
     pub(crate) fn find_reach(&mut self) {
-        let mut reach = Reach::EMPTY;
+        let mut reach = Reach::<C>::EMPTY;
+        reach.auxiliaries = [f32::MAX; AUXILIARIES];
         let axes = self.axes.len();
         let used = self.inputs_used();
         reach.all_axes = ((1_u32 << axes) - 1) as u16;
         reach.used_axes = (used & ((1 << axes) - 1)) as u16;
         reach.used_auxiliaries = (used >> axes) as u8;
-        for bank in &self.banks {
+        for bank in self.banks.iter() {
             if bank.direction != Direction::Both {
                 reach.directional |= 1 << bank.input;
             }
         }
-        for (limit, axis) in reach.axes.iter_mut().zip(&self.axes) {
-            if axis.period > 0.0 {
-                *limit = MOST_PERIODS * axis.period;
-            }
+        for axis in self.axes.iter() {
+            reach.axes.append(if axis.period > 0.0 {
+                MOST_PERIODS * axis.period
+            } else {
+                f32::MAX
+            });
         }
         let banks = self
             .banks

@@ -27,9 +27,11 @@ use core::fmt;
 
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
+use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::pace::Pace;
 use crate::ramp::Ramp;
+use crate::room::{List, Room, Row};
 use crate::status::{Correction, Status};
 use crate::weights::{WeightError, Weights};
 use lane::Lane;
@@ -75,29 +77,86 @@ impl fmt::Display for Refused {
 
 impl core::error::Error for Refused {}
 
-/// What is faded in.
-struct Fade<C> {
-    to: C,
-    auxiliaries: [f32; AUXILIARIES],
-    swap: bool,
+/// A compensation that a servo does not take.
+pub struct NotTaken<H> {
+    /// Why.
+    pub why: Refused,
+    /// What was to be taken.
+    pub handle: H,
 }
 
+impl<H> fmt::Debug for NotTaken<H> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("NotTaken").field(&self.why).finish()
+    }
+}
+
+impl<H> fmt::Display for NotTaken<H> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.why.fmt(f)
+    }
+}
+
+impl<H> core::error::Error for NotTaken<H> {}
+
+/// What is faded in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fading {
+    Nothing,
+    /// Weights or auxiliaries of the compensation in use.
+    Values,
+    /// Another compensation.
+    Other,
+}
+
+/// A number for each axis.
+type Values<H> = <<H as Handle>::Room as Room>::Axes<f32>;
+
+/// A direction for each axis.
+type Travels<H> = <<H as Handle>::Room as Room>::Axes<Travel>;
+
 /// One compensation in a control loop. See the head of `servo.rs` for what it does in which order.
-pub struct Servo<
-    'a,
-    const AXES: usize = 8,
-    const TABLES: usize = 96,
-    const TERMS: usize = 256,
-    const GRIDS: usize = 2,
-> {
-    current: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
+///
+/// `H` is what it holds compensations by: a reference, or something owned, which comes back when another
+/// has taken its place. So a place can be loaded into again while the servo runs:
+///
+/// ```
+/// use trueaxis::{Compensation, Servo};
+/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/huron-13.trax");
+/// # let blob: &'static [u8] = trueaxis::include_blob!(concat!(
+/// #     env!("CARGO_MANIFEST_DIR"),
+/// #     "/examples/huron-13.trax"
+/// # ));
+///
+/// // Two places; on a controller they are statics.
+/// let first: &'static mut _ = Box::leak(Box::new(Compensation::new()));
+/// let second: &'static mut _ = Box::leak(Box::new(Compensation::new()));
+/// first.load(blob)?;
+/// second.load(blob)?;
+/// let mut servo = Servo::new(first);
+/// servo.swap(second)?;
+/// # let commands = trueaxis::Inputs::default();
+/// // In every servo period:
+/// servo.update(&commands, 0b1_1111, 0.001);
+/// // When the change is done the first place is back.
+/// let vacant = servo.take_retired().expect("nothing had to be faded");
+/// vacant.load(blob)?;
+/// servo.swap(vacant)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Servo<H: Handle> {
+    current: H,
     /// In use; only their values count.
     weights: Weights,
-    fade: Option<Fade<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>>,
+    /// While `queued`, accepted: it waits until nothing else moves. While it is being faded in, that.
+    /// Otherwise the one that was in use before, until it is taken back.
+    other: Option<H>,
+    queued: bool,
+    fading: Fading,
+    /// The auxiliaries that are being faded in.
+    coming_auxiliaries: [f32; AUXILIARIES],
     /// The weights that are being faded in; only their values count.
     coming: Weights,
-    /// Accepted, waits until nothing else moves.
-    queued: Option<&'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>>,
     /// The weights last asked for, of the compensation last accepted.
     wanted: Weights,
     /// `wanted` are not those in use or being faded in.
@@ -111,15 +170,15 @@ pub struct Servo<
     blend: Ramp,
     blend_pace: Pace,
     /// One per axis.
-    lanes: heapless::Vec<Lane, AXES>,
+    lanes: <H::Room as Room>::AxisList<Lane>,
     /// What is computed from: the positions of the last period that was neither held nor frozen, and
     /// the auxiliaries that have been let in.
-    inputs: Inputs<AXES>,
-    travelling: Travelling<AXES>,
+    inputs: Inputs<Values<H>>,
+    travelling: Travelling<Travels<H>>,
     /// Of the last period.
-    correction: Correction<AXES>,
+    correction: Correction<Values<H>>,
     /// The one before.
-    before: [f32; AXES],
+    before: Values<H>,
     /// While nothing but the positions changes, the period of the last call, s; otherwise not a
     /// number: see `steady.rs`.
     steady: f32,
@@ -127,8 +186,8 @@ pub struct Servo<
     steady_axes: u16,
     /// And those that are referenced.
     steady_referenced: u16,
-    /// Then how many auxiliaries are compared with those of the last call.
-    steady_auxiliaries: u8,
+    /// Then whether auxiliaries are compared with those of the last call.
+    steady_auxiliaries: bool,
     /// A fade has ended in this period, which is work enough.
     arrived: bool,
     /// The last period was held or frozen.
@@ -146,19 +205,26 @@ pub struct Servo<
     last_frequency: f32,
 }
 
-impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Servo<'a, AXES, TABLES, TERMS, GRIDS>
-{
+impl<H: Handle> Servo<H> {
     /// Disabled, all corrections zero.
     #[must_use]
-    pub fn new(compensation: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>) -> Self {
+    pub fn new(handle: H) -> Self {
+        let compensation = handle.get();
+        let weights = compensation.weights();
+        let mut lanes = <H::Room as Room>::AxisList::EMPTY;
+        for _ in compensation.axes() {
+            lanes.append(Lane::new());
+        }
+        let zeros = Values::<H>::all(0.0);
         let mut servo = Self {
-            current: compensation,
-            weights: compensation.weights(),
-            fade: None,
-            coming: compensation.weights(),
-            queued: None,
-            wanted: compensation.weights(),
+            current: handle,
+            weights,
+            other: None,
+            queued: false,
+            fading: Fading::Nothing,
+            coming_auxiliaries: [0.0; AUXILIARIES],
+            coming: weights,
+            wanted: weights,
             weights_wait: false,
             enabled: false,
             dry_run: false,
@@ -166,19 +232,19 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             factor_pace: Pace::new(1.0, 1.0),
             blend: Ramp::ZERO,
             blend_pace: Pace::new(1.0, 1.0),
-            lanes: compensation.axes().iter().map(|_| Lane::new()).collect(),
-            inputs: Inputs::at([0.0; AXES]),
-            travelling: Travelling([Travel::Unknown; AXES]),
+            lanes,
+            inputs: Inputs::at(zeros),
+            travelling: Travelling::default(),
             correction: Correction {
-                dq: [0.0; AXES],
-                computed: [0.0; AXES],
+                dq: zeros,
+                computed: zeros,
                 status: Status::default(),
             },
-            before: [0.0; AXES],
+            before: zeros,
             steady: f32::NAN,
             steady_axes: 0,
             steady_referenced: 0,
-            steady_auxiliaries: 0,
+            steady_auxiliaries: false,
             arrived: false,
             held: true,
             // Until the first usable inputs.
@@ -189,7 +255,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             frequency: 0.0,
             last_frequency: 0.0,
         };
-        servo.take_limits(compensation, false);
+        servo.take_limits();
         servo
     }
 
@@ -220,34 +286,52 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Fades over to another compensation, with its stored weights, as soon as nothing else moves
     /// and its inputs are usable. Of the one in use only the weights are faded to those stored.
     ///
+    /// Returns what the servo does not hold any more: one that was in use before and was not
+    /// [taken back](Self::take_retired), or `to` if that is in use already.
+    ///
     /// # Errors
-    /// [`Refused`]; nothing changes.
-    pub fn swap(
-        &mut self,
-        to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
-    ) -> Result<(), Refused> {
-        if self.is_swapping() {
-            return Err(Refused::Busy);
+    /// [`Refused`], and `to`; nothing changes.
+    pub fn swap(&mut self, to: H) -> Result<Option<H>, NotTaken<H>> {
+        let wanted = to.get().weights();
+        if let Some(why) = self.refusal(to.get()) {
+            return Err(NotTaken { why, handle: to });
         }
-        if core::ptr::eq(self.current, to) {
-            self.want(to.weights());
-            return Ok(());
+        if core::ptr::eq(self.current.get(), to.get()) {
+            self.want(wanted);
+            return Ok(Some(to));
         }
-        let (old, new) = (self.current.axes(), to.axes());
+        self.wanted = wanted;
+        self.unsettle();
+        self.weights_wait = false;
+        self.queued = true;
+        Ok(self.other.replace(to))
+    }
+
+    /// Why this compensation is not taken.
+    fn refusal(&self, new: &Compensation<'_, H::Room>) -> Option<Refused> {
+        let current = self.current.get();
         let same = |(a, b): (&crate::Axis, &crate::Axis)| {
             a.name == b.name && a.travel == b.travel && a.period == b.period
         };
-        if old.len() != new.len() || !old.iter().zip(new).all(same) {
-            return Err(Refused::Axes);
+        let (axes, others) = (current.axes(), new.axes());
+        if self.is_swapping() {
+            Some(Refused::Busy)
+        } else if axes.len() != others.len() || !axes.iter().zip(others).all(same) {
+            Some(Refused::Axes)
+        } else if current.auxiliaries() != new.auxiliaries() {
+            Some(Refused::Auxiliaries)
+        } else {
+            None
         }
-        if self.current.auxiliaries() != to.auxiliaries() {
-            return Err(Refused::Auxiliaries);
+    }
+
+    /// The compensation that was in use before the last change, once that is finished: the servo
+    /// no longer reads it. Given once.
+    pub fn take_retired(&mut self) -> Option<H> {
+        if self.is_swapping() {
+            return None;
         }
-        self.unsettle();
-        self.queued = Some(to);
-        self.wanted = to.weights();
-        self.weights_wait = false;
-        Ok(())
+        self.other.take()
     }
 
     /// Sets the weight of an adjustable term of the compensation last accepted. It is faded in;
@@ -272,17 +356,22 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         }
     }
 
-    /// The compensation in use; during a change the old one. Once this returns the new one, the
-    /// servo no longer reads the old one.
+    /// The compensation in use; during a change the old one.
     #[must_use]
-    pub fn compensation(&self) -> &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS> {
-        self.current
+    pub fn compensation(&self) -> &Compensation<'_, H::Room> {
+        self.current.get()
+    }
+
+    /// What holds the compensation in use; once this is the new one, the servo no longer reads the old one.
+    #[must_use]
+    pub fn handle(&self) -> &H {
+        &self.current
     }
 
     /// Whether a change of compensation is waiting or under way.
     #[must_use]
     pub fn is_swapping(&self) -> bool {
-        self.queued.is_some() || self.fade.as_ref().is_some_and(|fade| fade.swap)
+        self.queued || self.fading == Fading::Other
     }
 
     /// The common factor s, 0…1.
@@ -299,9 +388,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
 
     /// Direction in which each axis last moved.
     #[must_use]
-    pub fn travelling(&self) -> Travelling<AXES> {
-        let mut travelling = Travelling::default();
-        for (travel, lane) in travelling.0.iter_mut().zip(&self.lanes) {
+    pub fn travelling(&self) -> Travelling<Travels<H>> {
+        let mut travelling = Travelling(Travels::<H>::all(Travel::Unknown));
+        for (travel, lane) in travelling.0.as_mut().iter_mut().zip(self.lanes.iter()) {
             *travel = lane.reversal.travel();
         }
         travelling
@@ -310,9 +399,9 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// How fast each correction changed in the last period, mm/s or degrees/s: to be added to the
     /// velocity of the command where drives take one as feed-forward.
     #[must_use]
-    pub fn velocity(&self) -> [f32; AXES] {
+    pub fn velocity(&self) -> Values<H> {
         let mut velocity = self.correction.dq;
-        for (velocity, before) in velocity.iter_mut().zip(&self.before) {
+        for (velocity, before) in velocity.as_mut().iter_mut().zip(self.before.as_ref()) {
             *velocity = (*velocity - before) * self.last_frequency;
         }
         velocity
@@ -334,7 +423,12 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// divisions, but for a period that differs from the last, an endless axis whose position was
     /// reduced by a turn, the begin of a catch-up, and the begin and the end of a fade.
     #[inline]
-    pub fn update(&mut self, inputs: &Inputs<AXES>, referenced: u16, dt: f32) -> Correction<AXES> {
+    pub fn update(
+        &mut self,
+        inputs: &Inputs<Values<H>>,
+        referenced: u16,
+        dt: f32,
+    ) -> Correction<Values<H>> {
         *self.advance(inputs, referenced, dt)
     }
 
@@ -343,10 +437,10 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     #[inline(never)]
     pub fn advance(
         &mut self,
-        inputs: &Inputs<AXES>,
+        inputs: &Inputs<Values<H>>,
         referenced: u16,
         dt: f32,
-    ) -> &Correction<AXES> {
+    ) -> &Correction<Values<H>> {
         // Put aside, or it would occupy a register all the way.
         self.asked = dt;
         match self.update_steady(inputs, referenced, dt) {

@@ -121,14 +121,14 @@ impl Status {
     }
 }
 
-/// The result of a servo update.
+/// The result of a servo update; `A` is `[f32; AXES]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Correction<const AXES: usize = 8> {
+pub struct Correction<A = [f32; 8]> {
     /// To be added to the commands, mm or degrees.
-    pub dq: [f32; AXES],
+    pub dq: A,
     /// As computed, within the value bounds, before the common factor, travel and rate bounds.
-    pub computed: [f32; AXES],
+    pub computed: A,
     /// What acted.
     pub status: Status,
 }

@@ -1,9 +1,9 @@
 //! The runtime in a controller: load, enable, update in every servo period.
 
-use trueaxis::{Compensation, Conditions, Inputs, Servo};
+use trueaxis::{Compensation, Conditions, Holds, Inputs, Servo};
 
-/// Axes of this machine, and room for the tables of one compensation.
-type Tables<'a> = Compensation<'a, 5, 32, 64, 1>;
+/// Room for five axes and the tables of this machine.
+type Tables<'a> = Compensation<'a, Holds<5, 8, 32, 64, 1>>;
 
 fn main() {
     // In flash the blob lies at a multiple of 32; `load_slot` ignores what follows it.

@@ -131,7 +131,7 @@ pub fn auxiliaries(c: &Compensation<'_>, random: &mut Fixed) -> [f32; AUXILIARIE
 }
 
 /// Anywhere, with any directions of travel.
-pub fn row(c: &Compensation<'_>, random: &mut Fixed) -> EvaluateRow<8> {
+pub fn row(c: &Compensation<'_>, random: &mut Fixed) -> EvaluateRow {
     const { assert!(MOST_AXES >= 8) };
     EvaluateRow {
         inputs: Inputs {

@@ -70,7 +70,7 @@ pub fn run(setup: &Setup) -> Seen {
         Activation::Fading(Slot::B) => {}
         other => return Err(format!("activation: {other:?}").into()),
     }
-    twin.servo.swap(&after)?;
+    twin.servo.swap(&after).map_err(|refused| refused.why)?;
     let mut fades = 0;
     let mut steepest = 0.0_f32;
     while twin.servo.is_swapping() {
@@ -108,8 +108,8 @@ pub fn run(setup: &Setup) -> Seen {
 fn step(
     before: &Compensation<'_>,
     after: &Compensation<'_>,
-    last: &Correction<8>,
-    next: &Correction<8>,
+    last: &Correction<[f32; 8]>,
+    next: &Correction<[f32; 8]>,
     period: f32,
 ) -> Result<f32, Failure> {
     let mut most = 0.0_f32;

@@ -93,11 +93,11 @@ pub fn evaluations(
 
 /// The servo of the desktop, given what the firmware's is given.
 pub struct Twin<'c> {
-    pub servo: Servo<'c>,
-    pub inputs: Inputs<8>,
+    pub servo: Servo<&'c Compensation<'c>>,
+    pub inputs: Inputs<[f32; 8]>,
     axes: usize,
     pub period: f32,
-    pub last: Correction<8>,
+    pub last: Correction<[f32; 8]>,
 }
 
 impl<'c> Twin<'c> {
@@ -136,7 +136,7 @@ impl<'c> Twin<'c> {
     }
 
     /// One period of the desktop.
-    pub fn update(&mut self, position: &[f32; 8]) -> Correction<8> {
+    pub fn update(&mut self, position: &[f32; 8]) -> Correction<[f32; 8]> {
         self.inputs.axes = *position;
         self.last = self.servo.update(&self.inputs, u16::MAX, self.period);
         self.last
@@ -147,7 +147,7 @@ impl<'c> Twin<'c> {
         &mut self,
         client: &mut Client<Tcp>,
         path: &[[f32; 8]],
-    ) -> Result<Vec<Correction<8>>, Failure> {
+    ) -> Result<Vec<Correction<[f32; 8]>>, Failure> {
         let found = client.motion(path, self.axes)?;
         for (period, (position, found)) in path.iter().zip(&found).enumerate() {
             // Axes that the machine does not have are not sent.
@@ -163,7 +163,7 @@ impl<'c> Twin<'c> {
 }
 
 /// Everything that a correction says, as integers.
-fn bits(c: &Correction<8>) -> ([u32; 8], [u32; 8], trueaxis::Status) {
+fn bits(c: &Correction<[f32; 8]>) -> ([u32; 8], [u32; 8], trueaxis::Status) {
     (
         c.dq.map(f32::to_bits),
         c.computed.map(f32::to_bits),

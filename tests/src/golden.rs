@@ -2,8 +2,8 @@
 
 use crate::Fixed;
 use trueaxis::{
-    Auxiliary, AuxiliaryKind, Axis, Compensation, Direction, Draft, DraftBank, DraftGrid, GridAxis,
-    Inputs, Interpolation, Largest, Policy, SampleFormat, Servo, Term, Travel, Travelling,
+    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis, Inputs,
+    Interpolation, Largest, Policy, SampleFormat, Servo, Term, Travel, Travelling,
 };
 
 fn axis(name: u8, travel: f32) -> Axis {
@@ -200,7 +200,7 @@ fn beyond(random: &mut Fixed, travel: [f32; 2]) -> f32 {
     ((random.bits() >> 8) as f32 - 8_388_608.0) * (half / 8_388_608.0)
 }
 
-fn inputs(random: &mut Fixed, c: &Largest<'_>) -> Inputs<16> {
+fn inputs(random: &mut Fixed, c: &Largest<'_>) -> Inputs<[f32; 16]> {
     let mut inputs = Inputs::at([0.0; 16]);
     for (q, axis) in inputs.axes.iter_mut().zip(c.axes()) {
         *q = beyond(random, axis.travel);
@@ -238,7 +238,7 @@ pub fn hash_of_servo(c: &Largest<'_>) -> u64 {
     let mut random = Fixed::new(2);
     let mut hash = Hash::new();
     let other = Box::new(c.clone());
-    let mut servo: Servo<'_, 16, 255, 4096, 8> = Servo::new(c);
+    let mut servo: Servo<&Largest<'_>> = Servo::new(c);
     let adjustable: Vec<usize> = c.weights().iter().map(|(term, _)| term).collect();
     servo.enable();
     let mut from = inputs(&mut random, c);
@@ -298,7 +298,7 @@ pub fn blob(name: &str) -> trueaxis::AlignedBlob {
 /// It is refused.
 #[must_use]
 pub fn load(blob: &[u8]) -> Box<Largest<'_>> {
-    let mut c = Box::new(Compensation::empty());
+    let mut c = Box::new(Largest::empty());
     c.load(blob).unwrap_or_else(|e| panic!("{e}"));
     c
 }

@@ -58,7 +58,7 @@ fn passes(machine: &Machine, c: &Largest<'_>) -> (usize, f64) {
     let (mut acting, mut taken) = (0, 0.0_f64);
     let mut last = None;
     for way in 0..1 << machine.axes.len() {
-        let mut servo: Servo<'_, 16, 255, 4096, 8> = Servo::new(c);
+        let mut servo: Servo<&Largest<'_>> = Servo::new(c);
         let inputs = |time: f64| {
             let mut inputs = Inputs::at([0.0; 16]);
             let position = position(machine, time, duration, way);

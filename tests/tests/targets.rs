@@ -1,6 +1,6 @@
 //! The built-in targets hold what the controllers hold.
 
-use trueaxis::{Compensation, Largest};
+use trueaxis::{Compensation, Largest, Room};
 use trueaxis_host::target::Target;
 use trueaxis_tests::read;
 
@@ -22,6 +22,7 @@ fn the_reference_board_is_built_with_the_capacities_of_its_target() {
     };
     let target = Target::stm32f405();
     assert_eq!(target.axes, board("AXES"));
+    assert_eq!(target.banks, board("BANKS"));
     assert_eq!(target.tables, board("TABLES"));
     assert_eq!(target.terms, board("TERMS"));
     assert_eq!(target.grids, board("GRIDS"));
@@ -33,30 +34,29 @@ fn the_reference_board_is_built_with_the_capacities_of_its_target() {
     assert_eq!(target.bytes, Some(slot - trailer));
     // The manual says so too.
     let row = format!(
-        "| {} | {} | {} | {} | 262 016 |",
-        target.axes, target.tables, target.terms, target.grids
+        "| {} | {} | {} | {} | {} | 262 016 |",
+        target.axes, target.banks, target.tables, target.terms, target.grids
     );
     assert!(read("docs/src/commands.md").contains(&row), "{row}");
 }
 
-/// The type parameters of a compensation.
-const fn capacities<const A: usize, const T: usize, const M: usize, const G: usize>(
-    _: &Compensation<'_, A, T, M, G>,
-) -> [usize; 4] {
-    [A, T, M, G]
+/// What a compensation has room for.
+fn capacities<C: Room>(_: &Compensation<'_, C>) -> [usize; 5] {
+    [C::AXES, C::BANKS, C::TABLES, C::TERMS, C::GRIDS]
 }
 
 #[test]
 fn the_desktop_holds_as_much_as_a_blob_can() {
     let Target {
         axes,
+        banks,
         tables,
         terms,
         grids,
         ..
     } = Target::desktop();
     let largest = Box::new(Largest::empty());
-    assert_eq!([axes, tables, terms, grids], capacities(&largest));
-    let row = format!("| {axes} | {tables} | {terms} | {grids} | no limit |");
+    assert_eq!([axes, banks, tables, terms, grids], capacities(&largest));
+    let row = format!("| {axes} | {banks} | {tables} | {terms} | {grids} | no limit |");
     assert!(read("docs/src/commands.md").contains(&row), "{row}");
 }

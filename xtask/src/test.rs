@@ -1,6 +1,6 @@
 //! `cargo xtask test`: everything that must hold before a change is taken.
 
-use crate::process::{self, cargo, provide, target};
+use crate::process::{self, cargo, provide, target, works};
 use std::process::Command;
 use std::time::Instant;
 
@@ -40,6 +40,10 @@ fn steps() -> Vec<Step> {
         step(
             "runtime that encodes",
             "test -q -p trueaxis --features encode",
+        ),
+        step(
+            "runtime that checks every index",
+            "test -q -p trueaxis --features encode,checked",
         ),
         step(
             "kinematics with the sine of libm",
@@ -125,9 +129,46 @@ fn run_steps(steps: Vec<Step>) -> Result<(), String> {
     }
 }
 
+/// The `unsafe` code under Miri, which needs a nightly toolchain with that component; adds it if it can.
+fn miri() -> Option<Step> {
+    // The variables would keep the proxy from choosing the toolchain.
+    let nightly = || {
+        let mut command = Command::new("cargo");
+        command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
+        command.current_dir(process::root()).arg("+nightly");
+        command
+    };
+    if !works(nightly().args(["miri", "--version"])) {
+        eprintln!("no Miri: trying rustup");
+        let add = "component add --toolchain nightly miri rust-src";
+        works(Command::new("rustup").args(add.split(' ')));
+    }
+    works(nightly().args(["miri", "--version"])).then(|| {
+        let mut command = nightly();
+        let words = "miri test -q -p trueaxis --features encode --lib -- kernel::tests::every_bit kernel::tests::before_the_first";
+        command
+            .args(words.split(' '))
+            .env("CARGO_TARGET_DIR", target("miri"));
+        Step {
+            name: "the kernel under Miri",
+            command,
+        }
+    })
+}
+
 /// `cargo xtask test`.
 pub fn run() -> Result<(), String> {
-    run_steps(steps())
+    let mut steps = steps();
+    let miri = miri();
+    let without = miri.is_none();
+    steps.extend(miri);
+    let result = run_steps(steps);
+    if without {
+        println!(
+            "NOT RUN: the kernel under Miri, for which `rustup` has no nightly toolchain here"
+        );
+    }
+    result
 }
 
 /// `cargo xtask deny`: installs a tool and asks the advisory database, hence no part of `test`.

@@ -4,16 +4,16 @@ use trueaxis::link::{
     EvaluateRow, Hello, MotionResult, Refusal, Reply, Request, motion_rows, positions,
     put_positions,
 };
+use trueaxis::{Room, Travel};
 
 use super::{Change, Device, Machine, ServoAccess, Stage};
 use crate::link::{Answer, Controller};
 use crate::slots::TableFlash;
 
-impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+impl<F, S, M, C: Room> Device<F, S, M, C>
 where
     F: TableFlash,
-    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    S: ServoAccess<C>,
     M: Machine,
 {
     /// The settings of the servo.
@@ -62,7 +62,7 @@ where
         }
         let compensation = self.loader.current();
         let auxiliaries = compensation.auxiliaries().len();
-        let length = EvaluateRow::<AXES>::bytes(axes, auxiliaries);
+        let length = EvaluateRow::bytes(axes, auxiliaries);
         if bytes.is_empty() || !bytes.len().is_multiple_of(length) {
             return Err(Refusal::BadRows);
         }
@@ -71,10 +71,11 @@ where
         let mut rest_out = &mut *out;
         while !rest_in.is_empty() {
             let (row, rest) =
-                EvaluateRow::get(rest_in, axes, auxiliaries).ok_or(Refusal::BadRows)?;
+                EvaluateRow::<C::Axes<f32>, C::Axes<Travel>>::get(rest_in, axes, auxiliaries)
+                    .ok_or(Refusal::BadRows)?;
             rest_in = rest;
             let dq = compensation.evaluate(&row.inputs, &row.travelling, &weights);
-            rest_out = put_positions(&dq, axes, rest_out).ok_or(Refusal::LogicBug)?;
+            rest_out = put_positions(dq.as_ref(), axes, rest_out).ok_or(Refusal::LogicBug)?;
         }
         out.get(..written).ok_or(Refusal::LogicBug)
     }
@@ -104,7 +105,7 @@ where
         })?;
         let mut rest = bytes;
         while !rest.is_empty() {
-            let (q, after) = positions(rest, axes).ok_or(Refusal::LogicBug)?;
+            let (q, after) = positions::<C::Axes<f32>>(rest, axes).ok_or(Refusal::LogicBug)?;
             rest = after;
             // One by one, so that the interrupt never waits long.
             self.servo.with(|side| side.push(q));
@@ -114,11 +115,10 @@ where
     }
 }
 
-impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Controller for Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+impl<F, S, M, C: Room> Controller for Device<F, S, M, C>
 where
     F: TableFlash,
-    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    S: ServoAccess<C>,
     M: Machine,
 {
     fn hello(&self, session: u32) -> Hello<'_> {
@@ -157,7 +157,7 @@ where
         self.servo.with(|side| side.result(rows.checked_sub(1)?))?;
         self.motion = None;
         let axes = self.loader.current().axes().len();
-        let written = rows * MotionResult::<AXES>::bytes(axes);
+        let written = rows * MotionResult::bytes(axes);
         let mut rest = &mut *out;
         for row in 0..rows {
             let correction = self.servo.with(|side| side.result(row))?;

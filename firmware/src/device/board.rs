@@ -1,43 +1,43 @@
 //! What a board provides.
 
-use trueaxis::Correction;
 use trueaxis::link::CostUnit;
+use trueaxis::{Correction, Room};
 
 use super::servo_side::ServoSide;
 
-/// Uncorrected commands of one servo period.
+/// Uncorrected commands of one servo period; `A` is `[f32; AXES]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Command<const AXES: usize> {
+pub struct Command<A> {
     /// Commanded positions in machine coordinates, mm or degrees, in the order of the axes.
-    pub axes: [f32; AXES],
+    pub axes: A,
     /// Bit 0 for the first axis: set while it is referenced and not homing.
     pub referenced: u16,
 }
 
 /// Where commands come from, in the servo interrupt: SPI, shared memory, a fieldbus.
-pub trait PositionSource<const AXES: usize> {
+pub trait PositionSource<A> {
     /// The command of this period; `None` if none has come.
-    fn take(&mut self) -> Option<Command<AXES>>;
+    fn take(&mut self) -> Option<Command<A>>;
 }
 
 /// Where corrections go, in the servo interrupt.
-pub trait CorrectionSink<const AXES: usize> {
+pub trait CorrectionSink<A> {
     /// Takes the correction of this period, to be added to its command.
-    fn give(&mut self, correction: &Correction<AXES>);
+    fn give(&mut self, correction: &Correction<A>);
 }
 
 /// For a board on which only the link commands positions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinkOnly;
 
-impl<const AXES: usize> PositionSource<AXES> for LinkOnly {
-    fn take(&mut self) -> Option<Command<AXES>> {
+impl<A> PositionSource<A> for LinkOnly {
+    fn take(&mut self) -> Option<Command<A>> {
         None
     }
 }
 
-impl<const AXES: usize> CorrectionSink<AXES> for LinkOnly {
-    fn give(&mut self, _: &Correction<AXES>) {}
+impl<A> CorrectionSink<A> for LinkOnly {
+    fn give(&mut self, _: &Correction<A>) {}
 }
 
 /// A counter to see what an update costs. It may wrap.
@@ -62,16 +62,10 @@ impl Clock for NoClock {
 }
 
 /// Access to the servo side from the main loop, with the servo interrupt masked.
-pub trait ServoAccess<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->
-{
+pub trait ServoAccess<C: Room> {
     /// Calls `f` while no tick can run. What `f` does here is short: nothing in it depends on the
     /// size of a table.
-    fn with<R>(&mut self, f: impl FnOnce(&mut ServoSide<AXES, TABLES, TERMS, GRIDS>) -> R) -> R;
+    fn with<R>(&mut self, f: impl FnOnce(&mut ServoSide<C>) -> R) -> R;
 }
 
 /// The state of the machine around the controller.

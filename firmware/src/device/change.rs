@@ -1,7 +1,7 @@
 //! The change to another compensation: loaded beside the one in use, then swapped in.
 
-use trueaxis::Refused;
 use trueaxis::link::{Activation, Refusal, Slot};
+use trueaxis::{Refused, Room};
 
 use super::upload::same_machine;
 use super::{Device, Machine, ServoAccess, Stage};
@@ -27,11 +27,10 @@ impl From<NotLoaded> for Refusal {
     }
 }
 
-impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+impl<F, S, M, C: Room> Device<F, S, M, C>
 where
     F: TableFlash,
-    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    S: ServoAccess<C>,
     M: Machine,
 {
     /// Changes over to a slot, or says how far that has come.

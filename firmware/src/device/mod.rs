@@ -15,6 +15,7 @@ mod servo_side;
 mod tests;
 mod upload;
 
+use trueaxis::Room;
 use trueaxis::link::{Activation, Fault, Slot, Upload};
 
 use crate::places::{Loader, NotLoaded};
@@ -29,17 +30,9 @@ pub use board::{
 pub use servo_side::{Counters, ServoSide, Snapshot};
 
 /// The side of the main loop.
-pub struct Device<
-    F,
-    S,
-    M,
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
-> {
+pub struct Device<F, S, M, C: Room> {
     slots: Slots<F>,
-    loader: Loader<AXES, TABLES, TERMS, GRIDS>,
+    loader: Loader<C>,
     servo: S,
     machine: M,
     identity: Identity,
@@ -50,11 +43,10 @@ pub struct Device<
     motion: Option<usize>,
 }
 
-impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+impl<F, S, M, C: Room> Device<F, S, M, C>
 where
     F: TableFlash,
-    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    S: ServoAccess<C>,
     M: Machine,
 {
     /// Starts: the newest valid slot that this firmware can use becomes active; with none the
@@ -65,7 +57,7 @@ where
     #[must_use]
     pub fn start(
         slots: Slots<F>,
-        loader: Loader<AXES, TABLES, TERMS, GRIDS>,
+        loader: Loader<C>,
         servo: S,
         machine: M,
         identity: Identity,
@@ -145,7 +137,7 @@ where
 
     /// The compensation that the servo uses; during a change the old one or the new one.
     #[must_use]
-    pub fn compensation(&self) -> &trueaxis::Compensation<'_, AXES, TABLES, TERMS, GRIDS> {
+    pub fn compensation(&self) -> &trueaxis::Compensation<'_, C> {
         self.loader.current()
     }
 
@@ -160,7 +152,7 @@ where
     }
 
     /// Stops: gives back what it was started with, as it is.
-    pub fn close(self) -> (Slots<F>, Loader<AXES, TABLES, TERMS, GRIDS>, S) {
+    pub fn close(self) -> (Slots<F>, Loader<C>, S) {
         (self.slots, self.loader, self.servo)
     }
 

@@ -1,5 +1,6 @@
 //! What hello and status tell.
 
+use trueaxis::Room;
 use trueaxis::link::{Capacities, Hello, Report, Slot, SlotReport, short_name};
 
 use super::{Device, Machine, ServoAccess};
@@ -10,11 +11,10 @@ fn told<T: TryFrom<usize>>(number: usize, largest: T) -> T {
     T::try_from(number).unwrap_or(largest)
 }
 
-impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+impl<F, S, M, C: Room> Device<F, S, M, C>
 where
     F: TableFlash,
-    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    S: ServoAccess<C>,
     M: Machine,
 {
     pub(super) fn identify(&self, session: u32) -> Hello<'_> {
@@ -25,10 +25,11 @@ where
             board: self.identity.board,
             formats: [trueaxis::VERSION; 2],
             capacities: Capacities {
-                axes: told(AXES, u8::MAX),
-                tables: told(TABLES, u16::MAX),
-                terms: told(TERMS, u16::MAX),
-                grids: told(GRIDS, u16::MAX),
+                axes: told(C::AXES, u8::MAX),
+                banks: told(C::BANKS, u16::MAX),
+                tables: told(C::TABLES, u16::MAX),
+                terms: told(C::TERMS, u16::MAX),
+                grids: told(C::GRIDS, u16::MAX),
                 slot: self.slots.capacity(),
             },
             period: self.identity.period,
@@ -55,7 +56,7 @@ where
         let compensation = self.loader.current();
         let axes = compensation.axes().len();
         let auxiliaries = compensation.auxiliaries().len();
-        let first = |values: &[f32; AXES]| values.iter().take(axes).copied().collect();
+        let first = |values: &C::Axes<f32>| values.as_ref().iter().take(axes).copied().collect();
         let weight = |(term, weight)| (told(term, u16::MAX), weight);
         let (status, counters) = (&now.last.status, &now.counters);
         Report {
@@ -74,7 +75,7 @@ where
             saturated: status.saturated,
             rate_limited: status.rate_limited,
             travel_limited: status.travel_limited,
-            rails: counters.rails.iter().take(axes).copied().collect(),
+            rails: counters.rails.as_ref().iter().take(axes).copied().collect(),
             updates: counters.updates,
             missed: counters.missed,
             cost: counters.cost,

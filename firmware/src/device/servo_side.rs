@@ -2,8 +2,8 @@
 
 use trueaxis::link::{CostUnit, MOST_ROWS, Rails};
 use trueaxis::{
-    AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, PATIENCE, Refused, Status,
-    WeightError, Weights,
+    AUXILIARIES, AuxiliaryKind, Conditions, Correction, Inputs, PATIENCE, Refused, Room, Row,
+    Status, WeightError, Weights,
 };
 
 use super::board::{Clock, Command, CorrectionSink, PositionSource};
@@ -11,13 +11,13 @@ use crate::places::{Driven, Loaded};
 
 /// What has been counted since start.
 #[derive(Clone, Copy, Debug)]
-pub struct Counters<const AXES: usize> {
+pub struct Counters<C: Room> {
     /// Servo updates.
     pub updates: u32,
     /// Periods without a command, of a source that has given commands before.
     pub missed: u32,
     /// In how many periods the guard rails of each axis have acted.
-    pub rails: [Rails; AXES],
+    pub rails: C::Axes<Rails>,
     /// Cost of the last update.
     pub cost: u32,
     /// Cost of the most expensive update.
@@ -28,11 +28,11 @@ pub struct Counters<const AXES: usize> {
 
 /// How things are after a period.
 #[derive(Clone, Copy, Debug)]
-pub struct Snapshot<const AXES: usize> {
+pub struct Snapshot<C: Room> {
     /// The correction.
-    pub last: Correction<AXES>,
+    pub last: Correction<C::Axes<f32>>,
     /// The last finite commanded positions, mm or degrees.
-    pub positions: [f32; AXES],
+    pub positions: C::Axes<f32>,
     /// Auxiliary inputs, mm and K.
     pub auxiliaries: [f32; AUXILIARIES],
     /// Auxiliaries that have lost their sensor, bit 0 for the first.
@@ -50,26 +50,26 @@ pub struct Snapshot<const AXES: usize> {
     /// Common factor, 0…1.
     pub factor: f32,
     /// What has been counted since start.
-    pub counters: Counters<AXES>,
+    pub counters: Counters<C>,
 }
 
 /// Commanded positions from the link, and what the servo gave for them.
-struct Batch<const AXES: usize> {
-    commands: [[f32; AXES]; MOST_ROWS],
-    results: [Correction<AXES>; MOST_ROWS],
+struct Batch<C: Room> {
+    commands: [C::Axes<f32>; MOST_ROWS],
+    results: [Correction<C::Axes<f32>>; MOST_ROWS],
     given: usize,
     done: usize,
 }
 
-impl<const AXES: usize> Batch<AXES> {
+impl<C: Room> Batch<C> {
     /// The next command that waits.
-    fn next(&self) -> Option<[f32; AXES]> {
+    fn next(&self) -> Option<C::Axes<f32>> {
         let waits = self.done < self.given;
         self.commands.get(self.done).filter(|_| waits).copied()
     }
 
     /// What the servo gave for it.
-    fn put(&mut self, correction: Correction<AXES>) {
+    fn put(&mut self, correction: Correction<C::Axes<f32>>) {
         if let Some(result) = self.results.get_mut(self.done) {
             *result = correction;
             self.done += 1;
@@ -79,9 +79,8 @@ impl<const AXES: usize> Batch<AXES> {
 
 /// The servo, its inputs, and what it reports. In an interrupt, shared with the main loop through
 /// [`ServoAccess`](super::ServoAccess).
-pub struct ServoSide<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-{
-    driven: Driven<AXES, TABLES, TERMS, GRIDS>,
+pub struct ServoSide<C: Room> {
+    driven: Driven<C>,
     /// Nominal period, s.
     period: f32,
     enabled: bool,
@@ -94,18 +93,18 @@ pub struct ServoSide<const AXES: usize, const TABLES: usize, const TERMS: usize,
     auxiliaries: [f32; AUXILIARIES],
     sensors_lost: u8,
     tool_length: Option<f32>,
-    last: Correction<AXES>,
-    positions: [f32; AXES],
+    last: Correction<C::Axes<f32>>,
+    positions: C::Axes<f32>,
     /// For how long the source of the board has been silent, s; `None` before its first command.
     silent: Option<f32>,
-    batch: Batch<AXES>,
-    counters: Counters<AXES>,
+    batch: Batch<C>,
+    counters: Counters<C>,
 }
 
-const fn zero<const AXES: usize>(conditions: Conditions) -> Correction<AXES> {
+fn zero<A: Row<f32>>(conditions: Conditions) -> Correction<A> {
     Correction {
-        dq: [0.0; AXES],
-        computed: [0.0; AXES],
+        dq: A::all(0.0),
+        computed: A::all(0.0),
         status: Status {
             conditions,
             saturated: 0,
@@ -115,12 +114,10 @@ const fn zero<const AXES: usize>(conditions: Conditions) -> Correction<AXES> {
     }
 }
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    ServoSide<AXES, TABLES, TERMS, GRIDS>
-{
+impl<C: Room> ServoSide<C> {
     /// Disabled, no axis referenced. `period`: the nominal servo period, s.
     #[must_use]
-    pub fn new(driven: Driven<AXES, TABLES, TERMS, GRIDS>, period: f32) -> Self {
+    pub fn new(driven: Driven<C>, period: f32) -> Self {
         let rest = zero(Conditions::DISABLED);
         Self {
             driven,
@@ -134,10 +131,10 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             sensors_lost: 0,
             tool_length: None,
             last: rest,
-            positions: [0.0; AXES],
+            positions: C::Axes::<f32>::all(0.0),
             silent: None,
             batch: Batch {
-                commands: [[0.0; AXES]; MOST_ROWS],
+                commands: [C::Axes::<f32>::all(0.0); MOST_ROWS],
                 results: [rest; MOST_ROWS],
                 given: 0,
                 done: 0,
@@ -145,7 +142,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             counters: Counters {
                 updates: 0,
                 missed: 0,
-                rails: [Rails::default(); AXES],
+                rails: C::Axes::<Rails>::all(Rails::default()),
                 cost: 0,
                 worst_cost: 0,
                 cost_unit: CostUnit::None,
@@ -155,7 +152,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// Stops: gives back what it was made with.
     #[must_use]
-    pub fn into_driven(self) -> Driven<AXES, TABLES, TERMS, GRIDS> {
+    pub fn into_driven(self) -> Driven<C> {
         self.driven
     }
 
@@ -165,11 +162,11 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     /// then gives none is a fault: the correction is held, and after
     /// [`PATIENCE`] ramped to zero. Before its first command, and with the
     /// link alone, a period without a command does not count: the one who commands is the clock.
-    pub fn tick<C: Clock>(
+    pub fn tick<K: Clock>(
         &mut self,
-        source: &mut impl PositionSource<AXES>,
-        sink: &mut impl CorrectionSink<AXES>,
-        clock: &C,
+        source: &mut impl PositionSource<C::Axes<f32>>,
+        sink: &mut impl CorrectionSink<C::Axes<f32>>,
+        clock: &K,
     ) {
         let command = source.take();
         if self.suspended {
@@ -177,7 +174,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             if let Some(Command { axes, referenced }) = command {
                 self.silent = Some(0.0);
                 self.referenced = referenced;
-                if axes.iter().all(|q| q.is_finite()) {
+                if axes.as_ref().iter().all(|q| q.is_finite()) {
                     self.positions = axes;
                 }
             }
@@ -195,7 +192,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             *silent += self.period;
             self.counters.missed = self.counters.missed.wrapping_add(1);
             // Not a number: the servo holds, and ramps to zero if that lasts.
-            self.update([f32::NAN; AXES], clock);
+            self.update(C::Axes::<f32>::all(f32::NAN), clock);
         } else if self.wants_zero() {
             // Nobody commands, so nobody minds that time goes on where the machine is.
             self.update(self.positions, clock);
@@ -211,7 +208,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         (self.to_zero && !at_zero) || (self.driven.is_swapping() && at_zero)
     }
 
-    fn update<C: Clock>(&mut self, axes: [f32; AXES], clock: &C) {
+    fn update<K: Clock>(&mut self, axes: C::Axes<f32>, clock: &K) {
         let inputs = Inputs {
             axes,
             auxiliaries: self.auxiliaries,
@@ -220,19 +217,19 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         let correction = self.driven.update(&inputs, self.referenced, self.period);
         let cost = clock.now().wrapping_sub(begin);
         self.last = correction;
-        if axes.iter().all(|q| q.is_finite()) {
+        if axes.as_ref().iter().all(|q| q.is_finite()) {
             self.positions = axes;
         }
         let counters = &mut self.counters;
         counters.updates = counters.updates.wrapping_add(1);
         counters.cost = cost;
-        counters.cost_unit = C::UNIT;
+        counters.cost_unit = K::UNIT;
         if cost > counters.worst_cost {
             counters.worst_cost = cost;
         }
         let status = &correction.status;
         if status.saturated | status.rate_limited | status.travel_limited != 0 {
-            for (k, rails) in counters.rails.iter_mut().enumerate() {
+            for (k, rails) in counters.rails.as_mut().iter_mut().enumerate() {
                 let acts = |mask: u16| u32::from((mask >> k) & 1);
                 rails.value = rails.value.saturating_add(acts(status.saturated));
                 rails.rate = rails.rate.saturating_add(acts(status.rate_limited));
@@ -297,7 +294,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ///
     /// # Errors
     /// See [`Servo::swap`](trueaxis::Servo::swap).
-    pub fn swap(&mut self, loaded: Loaded<'_, AXES, TABLES, TERMS, GRIDS>) -> Result<(), Refused> {
+    pub fn swap(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
         self.driven.swap(loaded)
     }
 
@@ -306,10 +303,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     ///
     /// # Errors
     /// [`Refused::Busy`] while a correction is not zero or a change is under way.
-    pub fn replace(
-        &mut self,
-        loaded: Loaded<'_, AXES, TABLES, TERMS, GRIDS>,
-    ) -> Result<(), Refused> {
+    pub fn replace(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
         if !self.is_at_zero() {
             return Err(Refused::Busy);
         }
@@ -320,7 +314,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         self.place_tool_length();
         self.referenced = 0;
         self.last = zero(Conditions::DISABLED);
-        self.counters.rails = [Rails::default(); AXES];
+        self.counters.rails = C::Axes::<Rails>::all(Rails::default());
         Ok(())
     }
 
@@ -340,7 +334,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     #[must_use]
     pub fn is_at_zero(&self) -> bool {
         let ramping = self.last.status.is(Conditions::RAMPING);
-        self.driven.factor() == 0.0 && !ramping && self.last.dq.iter().all(|dq| *dq == 0.0)
+        self.driven.factor() == 0.0 && !ramping && self.last.dq.as_ref().iter().all(|dq| *dq == 0.0)
     }
 
     /// Begins a batch of commands from the link; what was left of the one before is dropped.
@@ -357,7 +351,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     }
 
     /// Appends a command to the batch: one servo period will take it. False if it is full.
-    pub fn push(&mut self, axes: [f32; AXES]) -> bool {
+    pub fn push(&mut self, axes: C::Axes<f32>) -> bool {
         match self.batch.commands.get_mut(self.batch.given) {
             Some(place) => {
                 *place = axes;
@@ -370,32 +364,32 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// What the servo gave for a command of the batch, once its period has come.
     #[must_use]
-    pub fn result(&self, row: usize) -> Option<Correction<AXES>> {
+    pub fn result(&self, row: usize) -> Option<Correction<C::Axes<f32>>> {
         let done = row < self.batch.done;
         self.batch.results.get(row).filter(|_| done).copied()
     }
 
     /// See [`Driven`].
     #[must_use]
-    pub fn driven(&self) -> &Driven<AXES, TABLES, TERMS, GRIDS> {
+    pub fn driven(&self) -> &Driven<C> {
         &self.driven
     }
 
     /// What has been counted since start.
     #[must_use]
-    pub fn counters(&self) -> &Counters<AXES> {
+    pub fn counters(&self) -> &Counters<C> {
         &self.counters
     }
 
     /// The correction of the last period.
     #[must_use]
-    pub fn last(&self) -> &Correction<AXES> {
+    pub fn last(&self) -> &Correction<C::Axes<f32>> {
         &self.last
     }
 
     /// The last finite commanded positions, mm or degrees.
     #[must_use]
-    pub fn positions(&self) -> &[f32; AXES] {
+    pub fn positions(&self) -> &C::Axes<f32> {
         &self.positions
     }
 
@@ -413,7 +407,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// How things are after the last period: a copy, so that the interrupt waits only for that.
     #[must_use]
-    pub fn snapshot(&self) -> Snapshot<AXES> {
+    pub fn snapshot(&self) -> Snapshot<C> {
         Snapshot {
             last: self.last,
             positions: self.positions,

@@ -137,7 +137,7 @@ fn flashed(desktop: &mut Desktop, blob: &[u8]) -> Slot {
     panic!("not active")
 }
 
-fn moved(desktop: &mut Desktop, rows: &[[f32; 2]]) -> Vec<Correction<8>> {
+fn moved(desktop: &mut Desktop, rows: &[[f32; 2]]) -> Vec<Correction<[f32; 8]>> {
     let mut bytes = vec![0; rows.len() * 8];
     let mut rest = &mut bytes[..];
     for row in rows {
@@ -263,16 +263,16 @@ fn a_motion_gives_what_a_servo_on_the_desktop_gives() {
     }
     assert!(status(&mut desktop).dq[0] != 0.0);
     // And evaluated without state.
-    let row = EvaluateRow::<8> {
+    let row = EvaluateRow {
         inputs: Inputs::at([1.0, 33.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         travelling: Travelling([Travel::Positive; 8]),
     };
-    let mut bytes = vec![0; EvaluateRow::<8>::bytes(2, 0)];
+    let mut bytes = vec![0; EvaluateRow::bytes(2, 0)];
     row.put(2, 0, &mut bytes).unwrap();
     let Reply::Corrections(answer) = ask(&mut desktop, &Request::Evaluate(&bytes)) else {
         panic!()
     };
-    let (dq, rest) = trueaxis::link::positions::<8>(answer, 2).unwrap();
+    let (dq, rest) = trueaxis::link::positions::<[f32; 8]>(answer, 2).unwrap();
     let weights = *servo.wanted_weights();
     assert_eq!(
         dq,
@@ -440,15 +440,15 @@ fn another_machine_is_taken_only_by_force() {
 
 #[test]
 fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
-    struct Spi(Option<Command<8>>);
-    impl PositionSource<8> for Spi {
-        fn take(&mut self) -> Option<Command<8>> {
+    struct Spi(Option<Command<[f32; 8]>>);
+    impl PositionSource<[f32; 8]> for Spi {
+        fn take(&mut self) -> Option<Command<[f32; 8]>> {
             self.0
         }
     }
-    struct Drives(Option<Correction<8>>);
-    impl CorrectionSink<8> for Drives {
-        fn give(&mut self, correction: &Correction<8>) {
+    struct Drives(Option<Correction<[f32; 8]>>);
+    impl CorrectionSink<[f32; 8]> for Drives {
+        fn give(&mut self, correction: &Correction<[f32; 8]>) {
             self.0 = Some(*correction);
         }
     }

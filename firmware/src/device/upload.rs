@@ -1,8 +1,8 @@
 //! An upload: where the flash stalls the processor, only at standstill and with corrections at
 //! zero and the servo suspended.
 
-use trueaxis::Compensation;
 use trueaxis::link::{Refusal, Upload, short_name};
+use trueaxis::{Compensation, Room, Row};
 
 use super::change::Change;
 use super::{Device, Machine, ServoAccess};
@@ -51,18 +51,13 @@ impl From<SlotError> for Refusal {
 }
 
 /// Whether a compensation is for the machine of the one in use: name and axis letters.
-pub(super) fn same_machine<
-    const AXES: usize,
-    const TABLES: usize,
-    const TERMS: usize,
-    const GRIDS: usize,
->(
-    active: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    new: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
+pub(super) fn same_machine<C: Room>(
+    active: &Compensation<'_, C>,
+    new: &Compensation<'_, C>,
 ) -> bool {
-    let letters = |c: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>| {
-        let mut letters = [0; AXES];
-        for (letter, axis) in letters.iter_mut().zip(c.axes()) {
+    let letters = |c: &Compensation<'_, C>| {
+        let mut letters = C::Axes::<u8>::all(0);
+        for (letter, axis) in letters.as_mut().iter_mut().zip(c.axes()) {
             *letter = axis.name;
         }
         letters
@@ -73,8 +68,8 @@ pub(super) fn same_machine<
 }
 
 /// Loads a blob to see whether it can be used, and on this machine.
-fn acceptable<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    loader: &mut Loader<AXES, TABLES, TERMS, GRIDS>,
+fn acceptable<C: Room>(
+    loader: &mut Loader<C>,
     blob: &'static [u8],
     force: bool,
 ) -> Result<(), Refusal> {
@@ -85,11 +80,10 @@ fn acceptable<const AXES: usize, const TABLES: usize, const TERMS: usize, const 
     accepted.then_some(()).ok_or(Refusal::OtherMachine)
 }
 
-impl<F, S, M, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Device<F, S, M, AXES, TABLES, TERMS, GRIDS>
+impl<F, S, M, C: Room> Device<F, S, M, C>
 where
     F: TableFlash,
-    S: ServoAccess<AXES, TABLES, TERMS, GRIDS>,
+    S: ServoAccess<C>,
     M: Machine,
 {
     /// Begins an upload, continues it, or says how far it has come.

@@ -2,13 +2,14 @@ use std::boxed::Box;
 use std::vec;
 
 use trueaxis::{
-    AlignedBlob, Axis, Direction, Draft, DraftBank, Inputs, Interpolation, Refused, SampleFormat,
-    Term,
+    AlignedBlob, Axis, Direction, Draft, DraftBank, Holds, Inputs, Interpolation, Refused,
+    SampleFormat, Term,
 };
 
 use super::*;
 
-type Small = Places<2, 4, 4, 1>;
+type Two = Holds<2, 4, 4, 4, 1>;
+type Small = Places<Two>;
 
 fn places() -> &'static Small {
     Box::leak(Box::new(Small::new()))
@@ -49,7 +50,7 @@ fn blob(machine: &str, scale: f32) -> &'static [u8] {
     blob
 }
 
-fn update(driven: &mut Driven<2, 4, 4, 1>) -> f32 {
+fn update(driven: &mut Driven<Two>) -> f32 {
     driven.update(&Inputs::at([5.0, 0.0]), 1, 0.001).dq[0]
 }
 

@@ -12,13 +12,13 @@ use std::vec::Vec;
 
 use trueaxis::{
     AlignedBlob, Axis, Compensation, Direction, Draft, DraftBank, DraftGrid, GridAxis, Header,
-    Interpolation, LoadError, SampleFormat, Term,
+    Holds, Interpolation, LoadError, SampleFormat, Term,
 };
 
 use super::{Progress, Slot, SlotError, Slots, TableFlash};
 
 /// Takes every blob of these tests.
-type Target<'a> = Compensation<'a, 2, 4, 4, 1>;
+type Target<'a> = Compensation<'a, Holds<2, 4, 4, 4, 1>>;
 
 fn draft(machine: &str) -> Draft {
     let axis = |name| Axis {

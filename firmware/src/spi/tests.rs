@@ -38,7 +38,7 @@ fn motion(says: [u8; MOST]) -> SpiMotion<Wire> {
     })
 }
 
-fn take(motion: &mut SpiMotion<Wire>) -> Option<Command<3>> {
+fn take(motion: &mut SpiMotion<Wire>) -> Option<Command<[f32; 3]>> {
     motion.ends().0.take()
 }
 

@@ -4,12 +4,12 @@ use super::port::Port;
 use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::time::{Duration, Instant};
-use trueaxis::Correction;
 use trueaxis::link::{
     self, Activation, Capacities, END, EvaluateRow, Fault, Framed, Header, Hello, MOST_AXES,
     MOST_BODY, MOST_WIRE, MotionResult, PROTOCOL, Received, Receiver, Refusal, Reply, Report,
     Request, Slot, SlotReport, Upload, WhileBusy, encode,
 };
+use trueaxis::{Correction, Travel};
 
 /// Why a request has no answer, or not the one wanted.
 #[derive(Debug, thiserror::Error)]
@@ -293,14 +293,14 @@ impl<P: Port> Client<P> {
     /// [`LinkError`]
     pub fn evaluate<const AXES: usize>(
         &mut self,
-        rows: &[EvaluateRow<AXES>],
+        rows: &[EvaluateRow<[f32; AXES], [Travel; AXES]>],
         axes: usize,
         auxiliaries: usize,
     ) -> Result<Vec<[f32; AXES]>, LinkError> {
         let most = link::evaluate_rows(axes, auxiliaries);
         let mut corrections = Vec::with_capacity(rows.len());
         for rows in rows.chunks(most.max(1)) {
-            let mut bytes = vec![0; rows.len() * EvaluateRow::<AXES>::bytes(axes, auxiliaries)];
+            let mut bytes = vec![0; rows.len() * EvaluateRow::bytes(axes, auxiliaries)];
             let mut rest = &mut bytes[..];
             for row in rows {
                 rest = row
@@ -328,7 +328,7 @@ impl<P: Port> Client<P> {
         &mut self,
         rows: &[[f32; AXES]],
         axes: usize,
-    ) -> Result<Vec<Correction<AXES>>, LinkError> {
+    ) -> Result<Vec<Correction<[f32; AXES]>>, LinkError> {
         let most = link::motion_rows(axes.min(MOST_AXES));
         let mut corrections = Vec::with_capacity(rows.len());
         for rows in rows.chunks(most) {

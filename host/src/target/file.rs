@@ -3,6 +3,7 @@
 //! ```toml
 //! name = "my-board"
 //! axes = 8
+//! banks = 32
 //! tables = 96
 //! terms = 256
 //! grids = 2
@@ -21,6 +22,7 @@ use trueaxis::SampleFormat;
 struct TargetFile {
     name: String,
     axes: Spanned<usize>,
+    banks: Spanned<usize>,
     tables: Spanned<usize>,
     terms: Spanned<usize>,
     grids: Spanned<usize>,
@@ -55,7 +57,7 @@ impl Target {
     /// cannot be built with.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: TargetFile = toml::from_str(text).map_err(|error| FileError {
-            remedy: "write name, axes, tables, terms, grids, and where they apply bytes and samples; `trueaxis flash --dry-run` prints those of a controller".to_owned(),
+            remedy: "write name, axes, banks, tables, terms, grids, and where they apply bytes and samples; `trueaxis flash --dry-run` prints those of a controller".to_owned(),
             ..FileError::syntax(&error, text)
         })?;
         let most = Self::desktop();
@@ -77,6 +79,7 @@ impl Target {
         Ok(Self {
             name: file.name,
             axes: count(&file.axes, "axes", 1, most.axes)?,
+            banks: count(&file.banks, "banks", 0, most.banks)?,
             tables: count(&file.tables, "tables", 0, most.tables)?,
             // The firmware may be built with more than this program writes.
             terms: count(&file.terms, "terms", 0, 65_535)?,
@@ -96,6 +99,7 @@ impl Target {
         let Self {
             name,
             axes,
+            banks,
             tables,
             terms,
             grids,
@@ -104,7 +108,7 @@ impl Target {
         } = self;
         let name = toml::Value::from(name.as_str());
         let mut text = format!(
-            "name = {name}\naxes = {axes}\ntables = {tables}\nterms = {terms}\ngrids = {grids}\n"
+            "name = {name}\naxes = {axes}\nbanks = {banks}\ntables = {tables}\nterms = {terms}\ngrids = {grids}\n"
         );
         if let Some(bytes) = bytes {
             text += &format!("bytes = {bytes}\n");
@@ -138,16 +142,16 @@ mod tests {
             (
                 "tables = 96",
                 "tables = 256",
-                3,
+                4,
                 "no controller holds 256 tables",
             ),
             ("axes = 8", "axes = 0", 2, "no controller holds 0 axes"),
-            ("terms = 256", "terms = -1", 4, "invalid value"),
-            ("grids = 2", "grid = 2", 5, "unknown field `grid`"),
+            ("terms = 256", "terms = -1", 5, "invalid value"),
+            ("grids = 2", "grid = 2", 6, "unknown field `grid`"),
             (
                 "bytes = 262016",
                 "samples = \"f64\"",
-                6,
+                7,
                 "`f64` is no format",
             ),
         ] {

@@ -117,7 +117,7 @@ proptest! {
             let results = client.motion(&rows, 2).unwrap();
             for (row, result) in rows.iter().zip(results) {
                 let inputs = Inputs::at([row[0], row[1]]);
-                let mut q = Inputs::<8>::default();
+                let mut q = Inputs::<[f32; 8]>::default();
                 q.axes[..2].copy_from_slice(&inputs.axes);
                 let here = servo.update(&q, 3, PERIOD);
                 prop_assert_eq!(result.dq, [here.dq[0], here.dq[1]]);

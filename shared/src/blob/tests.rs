@@ -11,10 +11,10 @@ use crate::header::checksum;
 use crate::specimen::{adjustable, bank, bare, everything, term};
 use crate::*;
 
-type Small<'a> = Compensation<'a, 3, 8, 16, 2>;
+type Small<'a> = Compensation<'a, Holds<3, 8, 8, 16, 2>>;
 
 fn refusal(bytes: &[u8]) -> LoadError {
-    Small::decode(&AlignedBlob::from_bytes(bytes)).unwrap_err()
+    Small::from_blob(&AlignedBlob::from_bytes(bytes)).unwrap_err()
 }
 
 /// Puts the right checksum on damaged bytes.
@@ -195,7 +195,7 @@ fn header_damages() -> Vec<(LoadError, LoadError)> {
             LoadError::BadChecksum,
         ),
         (
-            Small::decode(&aligned[2..]).unwrap_err(),
+            Small::from_blob(&aligned[2..]).unwrap_err(),
             LoadError::Misaligned,
         ),
     ]
@@ -281,19 +281,23 @@ fn capacity_damages() -> Vec<(LoadError, LoadError)> {
     let blob = everything().encode().unwrap();
     vec![
         (
-            Compensation::<'_, 2, 8, 16, 2>::decode(&blob).unwrap_err(),
+            Compensation::<'_, Holds<2, 8, 8, 16, 2>>::from_blob(&blob).unwrap_err(),
             small(Capacity::Axes, 3, 2),
         ),
         (
-            Compensation::<'_, 3, 4, 16, 2>::decode(&blob).unwrap_err(),
+            Compensation::<'_, Holds<3, 4, 4, 16, 2>>::from_blob(&blob).unwrap_err(),
             small(Capacity::Tables, 7, 4),
         ),
         (
-            Compensation::<'_, 3, 8, 9, 2>::decode(&blob).unwrap_err(),
+            Compensation::<'_, Holds<3, 5, 8, 16, 2>>::from_blob(&blob).unwrap_err(),
+            small(Capacity::Banks, 6, 5),
+        ),
+        (
+            Compensation::<'_, Holds<3, 8, 8, 9, 2>>::from_blob(&blob).unwrap_err(),
             small(Capacity::Terms, 10, 9),
         ),
         (
-            Compensation::<'_, 3, 8, 16, 1>::decode(&blob).unwrap_err(),
+            Compensation::<'_, Holds<3, 8, 8, 16, 1>>::from_blob(&blob).unwrap_err(),
             small(Capacity::Grids, 2, 1),
         ),
         (
@@ -305,7 +309,7 @@ fn capacity_damages() -> Vec<(LoadError, LoadError)> {
             LoadError::TooManyAuxiliaries { found: 9 },
         ),
         (
-            Compensation::<'_, 3, 8, 32, 2>::decode(&{
+            Compensation::<'_, Holds<3, 8, 8, 32, 2>>::from_blob(&{
                 let mut draft = everything();
                 draft.terms = vec![adjustable(0, 1.0, [0.0, 1.0], &[]); 17];
                 let mut samples = Samples::default();
@@ -701,7 +705,7 @@ fn every_damage_has_its_own_error_and_every_error_its_damage() {
 #[test]
 fn a_capacity_that_is_too_small_says_what_to_raise() {
     let blob = everything().encode().unwrap();
-    let error = Compensation::<'_, 3, 4, 16, 2>::decode(&blob).unwrap_err();
+    let error = Compensation::<'_, Holds<3, 4, 4, 16, 2>>::from_blob(&blob).unwrap_err();
     assert_eq!(
         error.to_string(),
         "the compensation has 7 tables, this target holds 4: raise TABLES"
@@ -731,20 +735,20 @@ fn every_single_flipped_bit_is_detected() {
     for bit in 0..good.len() * 8 {
         blob[bit / 8] ^= 1 << (bit % 8);
         assert!(
-            Small::decode(&AlignedBlob::from_bytes(&blob)).is_err(),
+            Small::from_blob(&AlignedBlob::from_bytes(&blob)).is_err(),
             "bit {bit} of {}",
             good.len() * 8
         );
         blob[bit / 8] ^= 1 << (bit % 8);
     }
-    assert!(Small::decode(&AlignedBlob::from_bytes(&blob)).is_ok());
+    assert!(Small::from_blob(&AlignedBlob::from_bytes(&blob)).is_ok());
 }
 
 #[test]
 fn every_truncation_is_detected() {
     let good = good();
     for length in 0..good.len() {
-        assert!(Small::decode(&AlignedBlob::from_bytes(&good[..length])).is_err());
+        assert!(Small::from_blob(&AlignedBlob::from_bytes(&good[..length])).is_err());
     }
 }
 
@@ -778,7 +782,7 @@ fn what_is_refused_leaves_nothing_behind() {
     assert_eq!(found, [0.0; 3]);
     // And it can be used again.
     c.load(&blob).unwrap();
-    let fresh = Small::decode(&blob).unwrap();
+    let fresh = Small::from_blob(&blob).unwrap();
     assert_eq!(
         c.evaluate(&inputs, &Travelling::default(), &c.weights()),
         fresh.evaluate(&inputs, &Travelling::default(), &fresh.weights())
@@ -795,7 +799,7 @@ fn inputs_of_inactive_terms_are_not_used() {
     ];
     draft.terms = vec![term(0, 0.0, &[0]), adjustable(0, 0.0, [0.0, 1.0], &[1])];
     let blob = draft.encode().unwrap();
-    assert_eq!(Small::decode(&blob).unwrap().inputs_used(), 0b010);
+    assert_eq!(Small::from_blob(&blob).unwrap().inputs_used(), 0b010);
 }
 
 /// The bytes of version 1 do not change: files written once stay readable.
@@ -848,7 +852,7 @@ proptest! {
             bytes[place] = byte;
         }
         let blob = AlignedBlob::from_bytes(&seal(bytes));
-        if let Ok(c) = Small::decode(&blob) {
+        if let Ok(c) = Small::from_blob(&blob) {
             for travel in [Travel::Unknown, Travel::Positive, Travel::Negative] {
                 let found = c.evaluate(&Inputs::at(at), &Travelling([travel; 3]), &c.weights());
                 prop_assert!(found.iter().all(|v| v.is_finite()), "{:?}", found);

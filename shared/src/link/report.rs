@@ -166,6 +166,8 @@ pub enum WhileBusy {
 pub struct Capacities {
     /// Axes of a compensation.
     pub axes: u8,
+    /// Banks of tables.
+    pub banks: u16,
     /// Tables.
     pub tables: u16,
     /// Terms.

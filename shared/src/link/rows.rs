@@ -4,6 +4,7 @@
 use super::frame::MOST_BODY;
 use super::report::MOST_AXES;
 use crate::inputs::{Inputs, Travel, Travelling};
+use crate::room::Row;
 use crate::status::{Conditions, Correction, Status};
 
 /// Most rows of a motion, whatever the number of axes.
@@ -23,7 +24,7 @@ pub const fn motion_rows(axes: usize) -> usize {
 /// So many rows of an evaluation fit into one request.
 #[must_use]
 pub const fn evaluate_rows(axes: usize, auxiliaries: usize) -> usize {
-    (MOST_BODY - AROUND) / EvaluateRow::<1>::bytes(axes, auxiliaries)
+    (MOST_BODY - AROUND) / EvaluateRow::bytes(axes, auxiliaries)
 }
 
 const _: () = assert!(motion_rows(MOST_AXES) >= 1, "a row of results fits");
@@ -39,10 +40,15 @@ pub fn put_positions<'o>(q: &[f32], axes: usize, out: &'o mut [u8]) -> Option<&'
 
 /// Reads a row of `axes` positions (or corrections); the others are 0. Also returns the rest.
 #[must_use]
-pub fn positions<const AXES: usize>(bytes: &[u8], axes: usize) -> Option<([f32; AXES], &[u8])> {
+pub fn positions<A: Row<f32>>(bytes: &[u8], axes: usize) -> Option<(A, &[u8])> {
     let (row, rest) = bytes.split_at_checked(4 * axes)?;
-    let mut q = [0.0; AXES];
-    for (value, bytes) in q.get_mut(..axes)?.iter_mut().zip(row.chunks_exact(4)) {
+    let mut q = A::all(0.0);
+    for (value, bytes) in q
+        .as_mut()
+        .get_mut(..axes)?
+        .iter_mut()
+        .zip(row.chunks_exact(4))
+    {
         *value = f32::from_le_bytes(bytes.try_into().ok()?);
     }
     Some((q, rest))
@@ -50,20 +56,22 @@ pub fn positions<const AXES: usize>(bytes: &[u8], axes: usize) -> Option<([f32; 
 
 /// Where a compensation is to be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EvaluateRow<const AXES: usize> {
+pub struct EvaluateRow<A = [f32; 8], T = [Travel; 8]> {
     /// Positions and auxiliaries.
-    pub inputs: Inputs<AXES>,
+    pub inputs: Inputs<A>,
     /// Directions of travel.
-    pub travelling: Travelling<AXES>,
+    pub travelling: Travelling<T>,
 }
 
-impl<const AXES: usize> EvaluateRow<AXES> {
+impl EvaluateRow {
     /// Bytes of a row.
     #[must_use]
     pub const fn bytes(axes: usize, auxiliaries: usize) -> usize {
         4 * axes + 4 * auxiliaries + 4
     }
+}
 
+impl<A: Row<f32>, T: Row<Travel>> EvaluateRow<A, T> {
     /// Writes a row: positions, auxiliaries, and two bits for the direction of each axis (0
     /// unknown, 1 positive, 2 negative; the first axis lowest). Returns the rest of `out`.
     pub fn put<'o>(
@@ -72,11 +80,18 @@ impl<const AXES: usize> EvaluateRow<AXES> {
         auxiliaries: usize,
         out: &'o mut [u8],
     ) -> Option<&'o mut [u8]> {
-        let rest = put_positions(&self.inputs.axes, axes, out)?;
+        let rest = put_positions(self.inputs.axes.as_ref(), axes, out)?;
         let rest = put_positions(&self.inputs.auxiliaries, auxiliaries, rest)?;
         let (row, rest) = rest.split_first_chunk_mut::<4>()?;
         let mut directions = 0_u32;
-        for (k, travel) in self.travelling.0.iter().take(MOST_AXES).enumerate() {
+        for (k, travel) in self
+            .travelling
+            .0
+            .as_ref()
+            .iter()
+            .take(MOST_AXES)
+            .enumerate()
+        {
             directions |= match travel {
                 Travel::Unknown => 0,
                 Travel::Positive => 1,
@@ -99,8 +114,8 @@ impl<const AXES: usize> EvaluateRow<AXES> {
         };
         let (row, rest) = rest.split_first_chunk::<4>()?;
         let directions = u32::from_le_bytes(*row);
-        let mut travelling = Travelling::default();
-        for (k, travel) in travelling.0.iter_mut().take(MOST_AXES).enumerate() {
+        let mut travelling = Travelling(T::all(Travel::Unknown));
+        for (k, travel) in travelling.0.as_mut().iter_mut().take(MOST_AXES).enumerate() {
             *travel = match (directions >> (2 * k)) & 3 {
                 0 => Travel::Unknown,
                 1 => Travel::Positive,
@@ -114,15 +129,17 @@ impl<const AXES: usize> EvaluateRow<AXES> {
 
 /// What a servo update gave.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionResult<const AXES: usize>(pub Correction<AXES>);
+pub struct MotionResult<A = [f32; 8]>(pub Correction<A>);
 
-impl<const AXES: usize> MotionResult<AXES> {
+impl MotionResult {
     /// Bytes of a row.
     #[must_use]
     pub const fn bytes(axes: usize) -> usize {
         8 * axes + STATUS
     }
+}
 
+impl<A: Row<f32>> MotionResult<A> {
     /// Writes a row: corrections, computed corrections, conditions, masks of saturated, of
     /// rate-limited and of travel-limited axes. Returns the rest of `out`.
     pub fn put<'o>(&self, axes: usize, out: &'o mut [u8]) -> Option<&'o mut [u8]> {
@@ -131,8 +148,8 @@ impl<const AXES: usize> MotionResult<AXES> {
             computed,
             status,
         } = &self.0;
-        let rest = put_positions(dq, axes, out)?;
-        let rest = put_positions(computed, axes, rest)?;
+        let rest = put_positions(dq.as_ref(), axes, out)?;
+        let rest = put_positions(computed.as_ref(), axes, rest)?;
         let (row, rest) = rest.split_first_chunk_mut::<STATUS>()?;
         let masks = [
             status.conditions.0,

@@ -205,6 +205,7 @@ fn the_largest_messages_fit_into_a_frame() {
         formats: [u16::MAX; 2],
         capacities: Capacities {
             axes: 16,
+            banks: u16::MAX,
             tables: u16::MAX,
             terms: u16::MAX,
             grids: u16::MAX,
@@ -226,7 +227,7 @@ fn the_largest_messages_fit_into_a_frame() {
         wire(&Request::Motion(&vec![1; rows * 4 * axes]));
         for auxiliaries in 0..=crate::AUXILIARIES {
             let rows = evaluate_rows(axes, auxiliaries);
-            let length = EvaluateRow::<16>::bytes(axes, auxiliaries);
+            let length = EvaluateRow::bytes(axes, auxiliaries);
             wire(&Request::Evaluate(&vec![1; rows * length]));
         }
     }
@@ -246,9 +247,12 @@ fn a_long_name_is_cut_between_characters() {
     assert_eq!(short_name("Huron"), "Huron");
 }
 
+type Six = EvaluateRow<[f32; 6], [Travel; 6]>;
+type Three = EvaluateRow<[f32; 3], [Travel; 3]>;
+
 #[test]
 fn rows_come_back_as_they_were_written() {
-    let row = EvaluateRow::<6> {
+    let row = EvaluateRow {
         inputs: Inputs {
             axes: [1.0, -2.0, f32::NAN, 4.0, 0.0, 0.0],
             auxiliaries: [7.0, 8.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -264,15 +268,15 @@ fn rows_come_back_as_they_were_written() {
     };
     let mut bytes = [0; 28];
     assert!(row.put(4, 2, &mut bytes).unwrap().is_empty());
-    let (back, rest) = EvaluateRow::<6>::get(&bytes, 4, 2).unwrap();
+    let (back, rest) = Six::get(&bytes, 4, 2).unwrap();
     assert!(rest.is_empty());
     assert_eq!(back.inputs.axes[2].to_bits(), f32::NAN.to_bits());
     assert_eq!(back.travelling, row.travelling);
     assert_eq!(back.inputs.auxiliaries, row.inputs.auxiliaries);
     bytes[24] |= 3;
-    assert!(EvaluateRow::<6>::get(&bytes, 4, 2).is_none(), "direction 3");
-    assert!(EvaluateRow::<6>::get(&bytes[..27], 4, 2).is_none());
-    assert!(EvaluateRow::<3>::get(&bytes, 4, 2).is_none(), "no room");
+    assert!(Six::get(&bytes, 4, 2).is_none(), "direction 3");
+    assert!(Six::get(&bytes[..27], 4, 2).is_none());
+    assert!(Three::get(&bytes, 4, 2).is_none(), "no room");
 
     let result = MotionResult(Correction {
         dq: [1.0, 2.0],
@@ -286,7 +290,7 @@ fn rows_come_back_as_they_were_written() {
     });
     let mut bytes = [0; 24];
     assert!(result.put(2, &mut bytes).unwrap().is_empty());
-    let (back, rest) = MotionResult::<2>::get(&bytes, 2).unwrap();
+    let (back, rest) = MotionResult::<[f32; 2]>::get(&bytes, 2).unwrap();
     assert_eq!((back, rest.len()), (result, 0));
     assert!(result.put(2, &mut bytes[..23]).is_none());
 }

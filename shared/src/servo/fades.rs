@@ -1,35 +1,32 @@
 //! What is faded in: another compensation, other weights, another tool length or temperature.
 
-use super::{Fade, Servo};
+use super::{Fading, Servo, Values};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
 use crate::guard;
+use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::pace::{Pace, RISE};
 use crate::ramp::Ramp;
+use crate::room::{Room, Row};
 use crate::weights::Weights;
 
-impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Servo<'a, AXES, TABLES, TERMS, GRIDS>
-{
+impl<H: Handle> Servo<H> {
     /// What is being faded in, otherwise what is in use.
-    pub(super) fn target(&self) -> &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS> {
-        self.fade.as_ref().map_or(self.current, |fade| fade.to)
+    pub(super) fn target(&self) -> &Compensation<'_, H::Room> {
+        target(&self.current, &self.other, self.fading)
     }
 
     /// Takes the limits of the axes: of the compensation in use, and of one that is faded in. The
     /// factors move at a rate that keeps every axis within its ramp rate and rate bound: s moves
     /// it by up to its value bound, f at the worst from bound to bound, and during a fade each
     /// has half of that, for both may move.
-    pub(super) fn take_limits(
-        &mut self,
-        to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
-        fading: bool,
-    ) {
-        let from = self.current;
+    pub(super) fn take_limits(&mut self) {
+        let from = self.current.get();
+        let to = target(&self.current, &self.other, self.fading);
         let (mut factor, mut blend) = (f32::INFINITY, f32::INFINITY);
         let axes = from.axes().iter().zip(to.axes());
-        let reaches = from.reach.axes.iter().zip(&to.reach.axes);
+        let reaches = from.reach.axes.iter().zip(to.reach.axes.iter());
         for (lane, ((a, b), (&near, &far))) in self.lanes.iter_mut().zip(axes.zip(reaches)) {
             let rise = lane.take(a, b, if near < far { near } else { far });
             let (one, both) = (lane.value_bound(), a.value_bound + b.value_bound);
@@ -42,7 +39,11 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             let rate = if rate < f32::INFINITY { rate } else { 1.0 };
             Pace::new(rate, rate)
         };
-        self.factor_pace = pace(if fading { 0.5 * factor } else { factor });
+        self.factor_pace = pace(if self.fading == Fading::Nothing {
+            factor
+        } else {
+            0.5 * factor
+        });
         self.blend_pace = pace(0.5 * blend);
     }
 
@@ -59,21 +60,21 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
     /// Whether other weights wait than those that are in use or being faded in. Of a queued
     /// compensation they are taken from `wanted` anyway.
     fn compare_weights(&mut self) {
-        let coming = if self.fade.is_some() {
-            &self.coming
-        } else {
+        let coming = if self.fading == Fading::Nothing {
             &self.weights
+        } else {
+            &self.coming
         };
-        self.weights_wait = self.queued.is_none() && coming.values != self.wanted.values;
+        self.weights_wait = !self.queued && coming.values != self.wanted.values;
     }
 
     /// While s rests at 0 nothing of this is felt: all that waits is taken at once.
     pub(super) fn take_at_zero(&mut self) {
         self.arrive();
-        if let Some(to) = self.queued.take() {
-            self.current = to;
+        if core::mem::take(&mut self.queued) {
+            self.exchange();
             self.weights.values = self.wanted.values;
-            self.take_limits(to, false);
+            self.take_limits();
         } else if self.weights_wait {
             self.weights.values = self.wanted.values;
             self.weights_wait = false;
@@ -82,57 +83,59 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
 
     /// Starts to fade in what waits, as soon as nothing else moves: another compensation only when
     /// its inputs are usable and referenced.
-    pub(super) fn start_fade(&mut self, inputs: &Inputs<AXES>, referenced: u16, held: bool) {
-        if self.fade.is_some() || !self.factor.at_rest() {
+    pub(super) fn start_fade(&mut self, inputs: &Inputs<Values<H>>, referenced: u16, held: bool) {
+        if self.fading != Fading::Nothing || !self.factor.at_rest() {
             return;
         }
-        match self.queued {
-            Some(to) => {
+        if self.queued {
+            if let Some(to) = &self.other {
+                let to = to.get();
                 let reach = &to.reach;
                 let ready = to.takes_axes(inputs, referenced)
                     && reach.holds_auxiliaries(inputs)
                     && reach.used_axes & !referenced == 0;
                 if ready && !held {
-                    self.queued = None;
-                    self.start(to, &inputs.auxiliaries, true);
+                    self.queued = false;
+                    self.start(&inputs.auxiliaries, Fading::Other);
                 }
             }
-            None if self.weights_wait => {
-                let in_use = self.inputs.auxiliaries;
-                let auxiliaries = if held { &in_use } else { &inputs.auxiliaries };
-                self.start(self.current, auxiliaries, false);
-            }
-            None => {}
+        } else if self.weights_wait {
+            let in_use = self.inputs.auxiliaries;
+            let auxiliaries = if held { &in_use } else { &inputs.auxiliaries };
+            self.start(auxiliaries, Fading::Values);
         }
     }
 
-    fn start(
-        &mut self,
-        to: &'a Compensation<'a, AXES, TABLES, TERMS, GRIDS>,
-        auxiliaries: &[f32; AUXILIARIES],
-        swap: bool,
-    ) {
+    fn start(&mut self, auxiliaries: &[f32; AUXILIARIES], fading: Fading) {
         self.weights_wait = false;
         self.blend = Ramp::ZERO;
-        // At rest, so that the pace may be lowered.
-        self.take_limits(to, true);
         self.coming.values = self.wanted.values;
-        self.fade = Some(Fade {
-            to,
-            auxiliaries: *auxiliaries,
-            swap,
-        });
+        self.coming_auxiliaries = *auxiliaries;
+        self.fading = fading;
+        // At rest, so that the pace may be lowered.
+        self.take_limits();
     }
 
     /// Makes what is being faded in the current one.
     fn arrive(&mut self) {
-        if let Some(fade) = self.fade.take() {
-            self.current = fade.to;
-            self.weights.values = self.coming.values;
-            self.inputs.auxiliaries = fade.auxiliaries;
-            // At least as fast as the slower of both was.
-            self.take_limits(fade.to, false);
-            self.arrived = true;
+        if self.fading == Fading::Nothing {
+            return;
+        }
+        if self.fading == Fading::Other {
+            self.exchange();
+        }
+        self.fading = Fading::Nothing;
+        self.weights.values = self.coming.values;
+        self.inputs.auxiliaries = self.coming_auxiliaries;
+        // At least as fast as the slower of both was.
+        self.take_limits();
+        self.arrived = true;
+    }
+
+    /// The other compensation is in use from now on; the one that was is retired.
+    fn exchange(&mut self) {
+        if let Some(other) = &mut self.other {
+            core::mem::swap(&mut self.current, other);
         }
     }
 
@@ -147,7 +150,7 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         dt: f32,
     ) -> u16 {
         let mut f = 0.0;
-        if self.fade.is_some() && !begun {
+        if self.fading != Fading::Nothing && !begun {
             f = self.blend.advance(true, &self.blend_pace, dt);
             if f == 1.0 {
                 self.arrive();
@@ -158,18 +161,20 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
         let old = &mut self.correction.computed;
         if !evaluated {
             self.current
+                .get()
                 .evaluate_into(inputs, travel, &self.weights, old);
         }
-        bound(self.current, old, &mut saturated);
+        bound(self.current.get(), old, &mut saturated);
         if begun {
             // f is 0 in this period.
             return saturated;
         }
-        if self.fade.is_some() {
+        if self.fading != Fading::Nothing {
             self.blend(f, &mut saturated);
         } else if let Some(given) = given
             && !self
                 .current
+                .get()
                 .reach
                 .same_auxiliaries(&inputs.auxiliaries, given)
         {
@@ -186,14 +191,17 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             axes: self.inputs.axes,
             auxiliaries: *given,
         };
-        let mut new = [0.0; AXES];
-        self.current
-            .evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
+        let mut new = Values::<H>::all(0.0);
+        let current = self.current.get();
+        current.evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
         let mut acted = 0;
-        bound(self.current, &mut new, &mut acted);
-        let axes = self.current.axes().iter();
+        bound(current, &mut new, &mut acted);
+        let axes = current.axes().iter();
         let mut slow = true;
-        for ((axis, old), new) in axes.zip(&self.correction.computed).zip(&new) {
+        for ((axis, old), new) in axes
+            .zip(self.correction.computed.as_ref())
+            .zip(new.as_ref())
+        {
             let rate = if axis.rate_bound < axis.ramp_rate {
                 axis.rate_bound
             } else {
@@ -208,36 +216,52 @@ impl<'a, const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS
             self.correction.computed = new;
             *saturated = acted;
         } else if self.factor.at_rest() {
-            self.start(self.current, given, false);
+            self.start(given, Fading::Values);
         }
     }
 
     /// a + (b − a)·f of what was computed and what is being faded in.
     fn blend(&mut self, f: f32, saturated: &mut u16) {
-        let Some(fade) = &self.fade else { return };
+        let to = target(&self.current, &self.other, self.fading);
         let inputs = Inputs {
             axes: self.inputs.axes,
-            auxiliaries: fade.auxiliaries,
+            auxiliaries: self.coming_auxiliaries,
         };
-        let mut new = [0.0; AXES];
-        fade.to
-            .evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
-        bound(fade.to, &mut new, saturated);
-        let both = self.correction.computed.iter_mut().zip(&new);
-        for ((computed, new), _) in both.zip(&self.lanes) {
+        let mut new = Values::<H>::all(0.0);
+        to.evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
+        bound(to, &mut new, saturated);
+        let both = self
+            .correction
+            .computed
+            .as_mut()
+            .iter_mut()
+            .zip(new.as_ref());
+        for ((computed, new), _) in both.zip(self.lanes.iter()) {
             *computed += (new - *computed) * f;
         }
     }
 }
 
+/// What is being faded in, otherwise what is in use.
+fn target<'h, H: Handle>(
+    current: &'h H,
+    other: &'h Option<H>,
+    fading: Fading,
+) -> &'h Compensation<'h, H::Room> {
+    match other {
+        Some(other) if fading == Fading::Other => other.get(),
+        _ => current.get(),
+    }
+}
+
 /// Keeps corrections within the value bounds.
-fn bound<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>(
-    compensation: &Compensation<'_, AXES, TABLES, TERMS, GRIDS>,
-    values: &mut [f32; AXES],
+fn bound<C: Room>(
+    compensation: &Compensation<'_, C>,
+    values: &mut C::Axes<f32>,
     saturated: &mut u16,
 ) {
     let mut bit = 1;
-    for (value, axis) in values.iter_mut().zip(compensation.axes()) {
+    for (value, axis) in values.as_mut().iter_mut().zip(compensation.axes()) {
         if value.abs() > axis.value_bound {
             *value = guard::bounded(*value, axis.value_bound).0;
             *saturated |= bit;

@@ -4,7 +4,8 @@
 //! It does what `update_any` does there, to the bit, with far fewer instructions. Whatever is
 //! not so plain it leaves to that, before anything has changed that may not change twice.
 
-use super::{Servo, is_period};
+use super::{Fading, Servo, Values, is_period};
+use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Status;
 
@@ -22,9 +23,7 @@ pub(super) enum Steady {
 /// In the mask of turning axes: the period is another one.
 const OTHER_PERIOD: u32 = 1 << 31;
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Servo<'_, AXES, TABLES, TERMS, GRIDS>
-{
+impl<H: Handle> Servo<H> {
     /// After a call or an update after which the next one is not like the last.
     #[inline(always)]
     pub(super) fn unsettle(&mut self) {
@@ -36,7 +35,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     #[inline(never)]
     fn give_back(&mut self) {
         self.steady = f32::NAN;
-        for (lane, &q) in self.lanes.iter_mut().zip(&self.inputs.axes) {
+        for (lane, &q) in self.lanes.iter_mut().zip(self.inputs.axes.as_ref()) {
             lane.unwatch(q);
             lane.turned = false;
         }
@@ -44,7 +43,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
 
     /// After an update: prepares for the next one if it may be steady.
     pub(super) fn settle(&mut self, referenced: u16) {
-        let moving = self.fade.is_some() || self.queued.is_some() || self.weights_wait;
+        let moving = self.fading != Fading::Nothing || self.queued || self.weights_wait;
         let in_full = self.factor.at_rest() && self.factor.value() == 1.0;
         let arrived = core::mem::take(&mut self.arrived);
         if !self.enabled || self.dry_run || self.held || moving || !in_full || arrived {
@@ -54,14 +53,14 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
             return;
         }
         let mut bit = 1;
-        for lane in &mut self.lanes {
+        for lane in self.lanes.iter_mut() {
             lane.settle(referenced & bit != 0);
             bit <<= 1;
         }
-        let reach = &self.current.reach;
+        let reach = &self.current.get().reach;
         self.steady_axes = reach.all_axes;
         self.steady_referenced = reach.all_axes & referenced;
-        self.steady_auxiliaries = 8 - reach.used_auxiliaries.leading_zeros() as u8;
+        self.steady_auxiliaries = reach.used_auxiliaries != 0;
         self.keep_pace(self.period);
     }
 
@@ -70,7 +69,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     fn keep_pace(&mut self, dt: f32) {
         self.steady = dt;
         self.take_period(dt);
-        for lane in &mut self.lanes {
+        for lane in self.lanes.iter_mut() {
             lane.most = lane.rate_bound * dt;
         }
     }
@@ -79,7 +78,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     #[inline(always)]
     pub(super) fn update_steady(
         &mut self,
-        inputs: &Inputs<AXES>,
+        inputs: &Inputs<Values<H>>,
         referenced: u16,
         dt: f32,
     ) -> Steady {
@@ -94,10 +93,10 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         if referenced & self.steady_axes != self.steady_referenced {
             return Steady::No;
         }
-        if self.steady_auxiliaries != 0 && !self.same_auxiliaries(inputs) {
+        if self.steady_auxiliaries && !self.same_auxiliaries(inputs) {
             return Steady::No;
         }
-        for (k, (lane, &q)) in self.lanes.iter_mut().zip(&inputs.axes).enumerate() {
+        for (k, (lane, &q)) in self.lanes.iter_mut().zip(inputs.axes.as_ref()).enumerate() {
             let along = q * lane.sense;
             // Not-a-number fails the comparisons.
             if along >= lane.front && along <= lane.end {
@@ -112,9 +111,10 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         let computed = &mut self.correction.computed;
         let (travelling, weights) = (&self.travelling, &self.weights);
         self.current
+            .get()
             .evaluate_into(inputs, travelling, weights, computed);
         let mut limited = 0_u32;
-        let values = self.correction.dq.iter().zip(&*computed);
+        let values = self.correction.dq.as_ref().iter().zip(computed.as_ref());
         for (k, (lane, (&last, &dq))) in self.lanes.iter().zip(values).enumerate() {
             let free = dq.abs() <= lane.free;
             if !(free && (dq - last).abs() <= lane.most) {
@@ -134,26 +134,25 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         Steady::Done
     }
 
-    /// Whether the auxiliaries are those of the last call.
+    /// Whether the auxiliaries that matter are those of the last call.
     #[inline(never)]
-    fn same_auxiliaries(&self, inputs: &Inputs<AXES>) -> bool {
-        let count = usize::from(self.steady_auxiliaries);
-        let both = inputs.auxiliaries.iter().zip(&self.inputs.auxiliaries);
-        both.take(count).all(|(a, b)| a.to_bits() == b.to_bits())
+    fn same_auxiliaries(&self, inputs: &Inputs<Values<H>>) -> bool {
+        let reach = &self.current.get().reach;
+        reach.same_auxiliaries(&self.inputs.auxiliaries, &inputs.auxiliaries)
     }
 
     /// Follows the axes that do not merely move on in their direction; false if one of them is at
     /// no usable place, or a direction changes that tables depend on.
     #[inline(never)]
-    fn turn(&mut self, inputs: &Inputs<AXES>, turning: u32) -> bool {
+    fn turn(&mut self, inputs: &Inputs<Values<H>>, turning: u32) -> bool {
         let turns = |k: usize| turning & (1 << k) != 0;
-        let mut all = self.lanes.iter().zip(&inputs.axes).enumerate();
+        let mut all = self.lanes.iter().zip(inputs.axes.as_ref()).enumerate();
         if all.any(|(k, (lane, &q))| turns(k) && !lane.takes(q)) {
             return false;
         }
-        let positions = self.inputs.axes.iter().zip(&inputs.axes);
-        let lanes = self.lanes.iter_mut().zip(&mut self.travelling.0);
-        let directional = u32::from(self.current.reach.directional);
+        let positions = self.inputs.axes.as_ref().iter().zip(inputs.axes.as_ref());
+        let lanes = self.lanes.iter_mut().zip(self.travelling.0.as_mut());
+        let directional = u32::from(self.current.get().reach.directional);
         let mut steps = false;
         for (k, ((lane, travel), (&last, &q))) in lanes.zip(positions).enumerate() {
             if turns(k) && lane.turn(q, last) {
@@ -170,7 +169,12 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     /// Whether the travel is the only rail that can limit these axes.
     #[inline(never)]
     fn near_ends(&self, limited: u32) -> bool {
-        let values = self.correction.dq.iter().zip(&self.correction.computed);
+        let values = self
+            .correction
+            .dq
+            .as_ref()
+            .iter()
+            .zip(self.correction.computed.as_ref());
         let mut all = self.lanes.iter().zip(values).enumerate();
         all.all(|(k, (lane, (&last, &dq)))| {
             limited & (1 << k) == 0 || lane.near_end(dq, last).is_some()
@@ -182,7 +186,12 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     #[inline(never)]
     fn finish(&mut self, turning: u32, limited: u32) {
         self.last_frequency = self.frequency;
-        let values = self.correction.dq.iter_mut().zip(&self.before);
+        let values = self
+            .correction
+            .dq
+            .as_mut()
+            .iter_mut()
+            .zip(self.before.as_ref());
         for (k, (lane, (dq, &last))) in self.lanes.iter_mut().zip(values).enumerate() {
             let bit = 1 << k;
             if turning & bit != 0 {

@@ -5,11 +5,16 @@ use std::vec::Vec;
 
 use proptest::prelude::*;
 
+use super::steady::Steady;
+use crate::handle::Handle;
 use crate::specimen::{adjustable, bank, bare, term};
 use crate::*;
 
-type C = Compensation<'static, 3, 8, 16, 1>;
-type S = Servo<'static, 3, 8, 16, 1>;
+mod reload;
+
+type Three = Holds<3, 8, 8, 16, 1>;
+type C = Compensation<'static, Three>;
+type S = Servo<&'static C>;
 
 const DT: f32 = 0.001;
 const ALL: u16 = 0b111;
@@ -67,7 +72,7 @@ fn draft(scale: f32) -> Draft {
 
 fn leak(draft: &Draft) -> &'static C {
     let blob: &'static AlignedBlob = Box::leak(Box::new(draft.encode().unwrap()));
-    Box::leak(Box::new(C::decode(blob).unwrap()))
+    Box::leak(Box::new(C::from_blob(blob).unwrap()))
 }
 
 static A: LazyLock<&'static C> = LazyLock::new(|| leak(&draft(1.0)));
@@ -84,21 +89,21 @@ static B: LazyLock<&'static C> = LazyLock::new(|| {
     leak(&draft)
 });
 
-fn at(x: f32, y: f32, c: f32) -> Inputs<3> {
+fn at(x: f32, y: f32, c: f32) -> Inputs<[f32; 3]> {
     let mut inputs = Inputs::at([x, y, c]);
     inputs.auxiliaries[0] = 50.0;
     inputs
 }
 
 /// Runs until nothing moves any more.
-fn settle(servo: &mut S, inputs: &Inputs<3>) -> Correction<3> {
+fn settle(servo: &mut S, inputs: &Inputs<[f32; 3]>) -> Correction<[f32; 3]> {
     for _ in 0..8000 {
         servo.update(inputs, ALL, DT);
     }
     servo.update(inputs, ALL, DT)
 }
 
-fn settled(inputs: &Inputs<3>) -> S {
+fn settled(inputs: &Inputs<[f32; 3]>) -> S {
     let mut servo = S::new(*A);
     servo.enable();
     let correction = settle(&mut servo, inputs);
@@ -486,19 +491,21 @@ fn the_direction_after_homing_can_be_said() {
 
 /// Updates with these positions (from period 0 on), all of which but the first take the short way and
 /// agree with the long one.
-fn stays_short(c: &'static C, referenced: u16, positions: impl Fn(u16) -> Inputs<3>) {
+fn stays_short(c: &'static C, referenced: u16, positions: impl Fn(u16) -> Inputs<[f32; 3]>) {
     let (mut servo, mut twin) = (S::new(c), S::new(c));
     servo.enable();
     twin.enable();
     for period in 0..12_000 {
         let inputs = positions(period);
-        let correction = servo.update(&inputs, referenced, DT);
-        twin.unsettle();
-        assert_eq!(correction, twin.update(&inputs, referenced, DT));
         if period > 8000 {
-            assert!(!servo.steady.is_nan(), "period {period}");
-            assert_ne!(correction.dq, [0.0; 3]);
+            let way = servo.update_steady(&inputs, referenced, DT);
+            assert!(way == Steady::Done, "period {period}");
+            assert_ne!(servo.correction.dq, [0.0; 3]);
+        } else {
+            servo.update(&inputs, referenced, DT);
         }
+        twin.unsettle();
+        assert_eq!(servo.correction, twin.update(&inputs, referenced, DT));
     }
 }
 
@@ -531,6 +538,22 @@ fn the_short_way_also_leads_past_tool_lengths_turns_ends_and_axes_without_a_refe
 }
 
 #[test]
+fn an_auxiliary_that_feeds_nothing_may_change_in_front_of_one_that_does() {
+    let mut draft = draft(1.0);
+    draft.auxiliaries.push(draft.auxiliaries[0].clone());
+    draft.banks.push(bank(4, 0.0, 100.0, vec![vec![0.0, 0.02]]));
+    draft.terms.push(term(1, 1.0, &[5]));
+    let c = leak(&draft);
+    let with = |first: f32| {
+        let mut inputs = at(20.0, 10.0, 45.0);
+        inputs.auxiliaries[..2].copy_from_slice(&[first, 50.0]);
+        inputs
+    };
+    stays_short(c, ALL, |period| with(f32::from(period)));
+    stays_short(c, ALL, |_| with(f32::NAN));
+}
+
+#[test]
 fn an_axis_that_feeds_no_table_need_not_be_referenced() {
     let mut servo = settled(&at(20.0, 10.0, 45.0));
     let correction = servo.update(&at(20.0, 10.0, 45.0), 0b101, DT);
@@ -544,7 +567,7 @@ fn a_swap_fades_from_the_old_compensation_to_the_new() {
     let old = servo.update(&inputs, ALL, DT).dq;
     servo.swap(*B).unwrap();
     assert!(servo.is_swapping());
-    assert_eq!(servo.swap(*B), Err(Refused::Busy));
+    assert_eq!(servo.swap(*B).unwrap_err().why, Refused::Busy);
     let mut last = old;
     let travel = servo.travelling();
     let new = B.evaluate(&inputs, &travel, &B.weights());
@@ -594,13 +617,13 @@ fn a_compensation_of_another_machine_is_refused() {
     let mut servo = S::new(*A);
     let mut other = draft(1.0);
     other.axes[1].name = b'Z';
-    assert_eq!(servo.swap(leak(&other)), Err(Refused::Axes));
+    assert_eq!(servo.swap(leak(&other)).unwrap_err().why, Refused::Axes);
     let mut other = draft(1.0);
     other.axes[1].travel[1] = 60.0;
-    assert_eq!(servo.swap(leak(&other)), Err(Refused::Axes));
+    assert_eq!(servo.swap(leak(&other)).unwrap_err().why, Refused::Axes);
     let mut other = draft(1.0);
     other.axes[2].period = 720.0;
-    assert_eq!(servo.swap(leak(&other)), Err(Refused::Axes));
+    assert_eq!(servo.swap(leak(&other)).unwrap_err().why, Refused::Axes);
 }
 
 #[test]
@@ -609,7 +632,10 @@ fn a_compensation_with_other_auxiliaries_is_refused() {
     let mut refuses = |change: fn(&mut Vec<Auxiliary>)| {
         let mut other = draft(1.0);
         change(&mut other.auxiliaries);
-        assert_eq!(servo.swap(leak(&other)), Err(Refused::Auxiliaries));
+        assert_eq!(
+            servo.swap(leak(&other)).unwrap_err().why,
+            Refused::Auxiliaries
+        );
     };
     refuses(|all| all[0].kind = AuxiliaryKind::Temperature);
     refuses(|all| all[0].name = "other".try_into().unwrap());
@@ -813,7 +839,10 @@ fn command(servo: &mut S, event: &Event) {
         Event::Disable => servo.disable(),
         Event::DryRun(on) => servo.dry_run(on),
         Event::Swap(b) => match servo.swap(if b { *B } else { *A }) {
-            Ok(()) | Err(Refused::Busy) => {}
+            Ok(_)
+            | Err(NotTaken {
+                why: Refused::Busy, ..
+            }) => {}
             Err(refused) => panic!("{refused}"),
         },
         Event::Weight(weight) => {
@@ -826,7 +855,7 @@ fn command(servo: &mut S, event: &Event) {
 /// A machine around the servo.
 struct Plant {
     servo: S,
-    inputs: Inputs<3>,
+    inputs: Inputs<[f32; 3]>,
     velocity: [f32; 3],
     referenced: u16,
 }
@@ -871,7 +900,7 @@ impl Plant {
     }
 }
 
-fn with(mut inputs: Inputs<3>, other: Option<(usize, f32)>) -> Inputs<3> {
+fn with(mut inputs: Inputs<[f32; 3]>, other: Option<(usize, f32)>) -> Inputs<[f32; 3]> {
     match other {
         Some((3, v)) => inputs.auxiliaries[0] = v,
         Some((k, v)) => inputs.axes[k] = v,

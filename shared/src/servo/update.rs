@@ -1,16 +1,20 @@
 //! The update in any state.
 
-use super::{PATIENCE, Servo, is_period};
+use super::{Fading, PATIENCE, Servo, Values, is_period};
 use crate::catch_up::Period;
+use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::{Conditions, Correction, Status};
 
-impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: usize>
-    Servo<'_, AXES, TABLES, TERMS, GRIDS>
-{
+impl<H: Handle> Servo<H> {
     /// `evaluated`: as far as that the corrections are evaluated, but nothing more.
     #[inline(never)]
-    pub(super) fn update_any(&mut self, inputs: &Inputs<AXES>, referenced: u16, evaluated: bool) {
+    pub(super) fn update_any(
+        &mut self,
+        inputs: &Inputs<Values<H>>,
+        referenced: u16,
+        evaluated: bool,
+    ) {
         self.unsettle();
         let dt = self.asked;
         let mut status = Status::default();
@@ -27,7 +31,7 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         if silent {
             self.take_at_zero();
         }
-        let (current, target) = (self.current, self.target());
+        let (current, target) = (self.current.get(), self.target());
         let mut good_auxiliaries = current.reach.holds_auxiliaries(inputs);
         let mut used = current.reach.used_axes;
         if !core::ptr::eq(current, target) {
@@ -64,9 +68,9 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
                 self.inputs.auxiliaries = inputs.auxiliaries;
             }
         }
-        let fading = self.fade.is_some();
+        let fading = self.fading != Fading::Nothing;
         self.start_fade(inputs, referenced, held);
-        let begun = self.fade.is_some() && !fading;
+        let begun = self.fading != Fading::Nothing && !fading;
         status.saturated = self.compute(given, evaluated, begun, dt);
         let up = self.enabled && !self.dry_run && !self.frozen;
         let s = self.factor.advance(up, &self.factor_pace, dt);
@@ -76,8 +80,11 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
         conditions.set(Conditions::HELD, held);
         conditions.set(Conditions::FROZEN, self.frozen);
         conditions.set(Conditions::RAMPING, !self.factor.at_rest());
-        let waiting = self.queued.is_some() || self.weights_wait;
-        conditions.set(Conditions::FADING, self.fade.is_some() || waiting);
+        let waiting = self.queued || self.weights_wait;
+        conditions.set(
+            Conditions::FADING,
+            self.fading != Fading::Nothing || waiting,
+        );
         conditions.set(Conditions::DISABLED, !self.enabled);
         conditions.set(Conditions::DRY_RUN, self.dry_run);
         self.correction.status = status;
@@ -85,9 +92,9 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     }
 
     /// Whether all axes are finite, and those that matter (bit 0 is the first) within reach.
-    fn takes_axes(&self, inputs: &Inputs<AXES>, matters: u16) -> bool {
+    fn takes_axes(&self, inputs: &Inputs<Values<H>>, matters: u16) -> bool {
         let mut bit = 1;
-        for (lane, q) in self.lanes.iter().zip(&inputs.axes) {
+        for (lane, q) in self.lanes.iter().zip(inputs.axes.as_ref()) {
             if !lane.takes(*q) && (matters & bit != 0 || !q.is_finite()) {
                 return false;
             }
@@ -97,12 +104,17 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     }
 
     /// Directions of travel and positions; whether tables change with a direction that is new.
-    fn follow(&mut self, inputs: &Inputs<AXES>, referenced: u16, held: bool) -> bool {
-        let directional = self.current.reach.directional | self.target().reach.directional;
+    fn follow(&mut self, inputs: &Inputs<Values<H>>, referenced: u16, held: bool) -> bool {
+        let directional = self.current.get().reach.directional | self.target().reach.directional;
         let returns = !self.frozen;
         let mut step = false;
         let mut bit = 1;
-        let axes = self.travelling.0.iter_mut().zip(&inputs.axes);
+        let axes = self
+            .travelling
+            .0
+            .as_mut()
+            .iter_mut()
+            .zip(inputs.axes.as_ref());
         for (lane, (travel, &q)) in self.lanes.iter_mut().zip(axes) {
             lane.follow(q, referenced & bit != 0, returns);
             if !held && lane.reversal.travel() != *travel {
@@ -117,7 +129,8 @@ impl<const AXES: usize, const TABLES: usize, const TERMS: usize, const GRIDS: us
     /// The common factor and the guard rails.
     fn guard(&mut self, s: f32, step: bool, status: &mut Status) {
         let Correction { dq, computed, .. } = &mut self.correction;
-        let values = dq.iter_mut().zip(&*computed).zip(&mut self.before);
+        let values = dq.as_mut().iter_mut().zip(computed.as_ref());
+        let values = values.zip(self.before.as_mut());
         let dt = self.period;
         let mut bit = 1;
         for (lane, ((dq, &computed), before)) in self.lanes.iter_mut().zip(values) {

@@ -29,7 +29,7 @@ const HURON: [&str; 2] = [
 /// Positions in the travel of the Huron, in the order of its blob, and the compensation itself.
 struct Huron {
     blob: AlignedBlob,
-    inputs: Vec<Inputs<8>>,
+    inputs: Vec<Inputs<[f32; 8]>>,
 }
 
 impl Huron {
@@ -109,7 +109,7 @@ impl Cube {
         }
     }
 
-    fn inputs(&self) -> Vec<Inputs<8>> {
+    fn inputs(&self) -> Vec<Inputs<[f32; 8]>> {
         let at = |i: usize| {
             let mut q = [0.0; 8];
             for (q, points) in q.iter_mut().zip(&self.points) {
@@ -121,14 +121,14 @@ impl Cube {
     }
 }
 
-fn evaluations(compensation: &Compensation<'_>, inputs: &[Inputs<8>]) {
+fn evaluations(compensation: &Compensation<'_>, inputs: &[Inputs<[f32; 8]>]) {
     let (travel, weights) = (Travelling::default(), compensation.weights());
     for q in inputs {
         black_box(compensation.evaluate(black_box(q), &travel, &weights));
     }
 }
 
-fn servo_updates(servo: &mut Servo<'_>, inputs: &[Inputs<8>]) {
+fn servo_updates(servo: &mut Servo<&Compensation<'_>>, inputs: &[Inputs<[f32; 8]>]) {
     for q in inputs {
         black_box(servo.update(black_box(q), u16::MAX, 0.001));
     }
@@ -208,7 +208,7 @@ fn thirteen_errors() {
 fn grid() {
     println!("grid of {NODES}×{NODES}×{NODES} nodes, three outputs");
     let cube = Cube::new();
-    let compensation: Compensation<'_> = Compensation::decode(&cube.blob).expect("loads");
+    let compensation = Compensation::decode(&cube.blob).expect("loads");
     let inputs = cube.inputs();
     let ours = per_call(|| evaluations(&compensation, &inputs));
     line("grid: evaluate", ours);
@@ -276,7 +276,7 @@ fn calls(workload: &str, count: usize) -> Result<(), String> {
     let cube = Cube::new();
     let (on_huron, on_cube) = (
         huron.load(),
-        Compensation::<'_>::decode(&cube.blob).expect("loads"),
+        Compensation::decode(&cube.blob).expect("loads"),
     );
     let cube_inputs = cube.inputs();
     let mut servo = Servo::new(&on_huron);

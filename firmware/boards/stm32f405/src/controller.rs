@@ -9,10 +9,10 @@ use trueaxis_firmware::places::Loader;
 use trueaxis_firmware::slots::{Slot, Slots, TableFlash};
 use trueaxis_firmware::temperature::{Temperatures, Thermometer};
 
+use crate::Tables;
 use crate::servo::{Access, milliseconds};
 use crate::signals::{Shown, Signals};
 use crate::standstill::Standstill;
-use crate::{AXES, GRIDS, TABLES, TERMS};
 
 /// Between two readings of the sensors, ms.
 const SENSOR_PERIOD: u32 = 1000;
@@ -39,7 +39,7 @@ pub struct Board<F, P, D, L, H, T, const N: usize> {
 pub fn run<F, P, D, L, H, T, const N: usize>(
     board: Board<F, P, D, L, H, T, N>,
     link: &mut Link,
-    loader: Loader<AXES, TABLES, TERMS, GRIDS>,
+    loader: Loader<Tables>,
     mut servo: Access,
     identity: Identity,
 ) -> !
@@ -104,12 +104,8 @@ struct Duties<L, H, T, const N: usize> {
 }
 
 impl<L: OutputPin, H: OutputPin, T: Thermometer, const N: usize> Duties<L, H, T, N> {
-    fn step<F, M>(
-        &mut self,
-        device: &Device<F, Access, M, AXES, TABLES, TERMS, GRIDS>,
-        servo: &mut Access,
-        now: u32,
-    ) where
+    fn step<F, M>(&mut self, device: &Device<F, Access, M, Tables>, servo: &mut Access, now: u32)
+    where
         F: TableFlash,
         M: Machine,
     {

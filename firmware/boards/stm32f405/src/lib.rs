@@ -22,10 +22,13 @@ pub mod standstill;
 pub mod stm32f405;
 
 use heapless::spsc::Consumer;
+use trueaxis::Holds;
 use trueaxis_firmware::places;
 
 /// Axes of a compensation.
 pub const AXES: usize = 8;
+/// Banks of a compensation.
+pub const BANKS: usize = 32;
 /// Tables of a compensation.
 pub const TABLES: usize = 96;
 /// Terms of a compensation.
@@ -38,10 +41,12 @@ pub const RATE: u32 = 4000;
 /// Nominal servo period, s.
 pub const PERIOD: f32 = 1.0 / RATE as f32;
 
+/// What a compensation has room for.
+pub type Tables = Holds<AXES, BANKS, TABLES, TERMS, GRIDS>;
 /// Room for two compensations.
-pub type Places = places::Places<AXES, TABLES, TERMS, GRIDS>;
+pub type Places = places::Places<Tables>;
 /// See [`trueaxis_firmware::device::ServoSide`].
-pub type ServoSide = trueaxis_firmware::device::ServoSide<AXES, TABLES, TERMS, GRIDS>;
+pub type ServoSide = trueaxis_firmware::device::ServoSide<Tables>;
 
 /// Takes what an interrupt has received; waits for the first byte, as `embedded_io` wants it.
 pub fn received(bytes: &mut Consumer<'static, u8>, buffer: &mut [u8]) -> usize {

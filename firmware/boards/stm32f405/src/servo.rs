@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use critical_section::Mutex;
 use trueaxis_firmware::device::{Clock, CorrectionSink, PositionSource, ServoAccess};
 
-use crate::{AXES, GRIDS, RATE, ServoSide, TABLES, TERMS};
+use crate::{AXES, RATE, ServoSide, Tables};
 
 /// The servo side where both can reach it.
 pub type Shared = Mutex<RefCell<ServoSide>>;
@@ -32,7 +32,7 @@ impl Access {
     }
 }
 
-impl ServoAccess<AXES, TABLES, TERMS, GRIDS> for Access {
+impl ServoAccess<Tables> for Access {
     fn with<R>(&mut self, f: impl FnOnce(&mut ServoSide) -> R) -> R {
         // Nobody else holds it: the interrupt is masked, and the main loop is here.
         critical_section::with(|token| f(&mut self.side.borrow_ref_mut(token)))
@@ -41,8 +41,8 @@ impl ServoAccess<AXES, TABLES, TERMS, GRIDS> for Access {
 
 /// One servo period: to be called by the servo interrupt.
 pub fn tick(
-    source: &mut impl PositionSource<AXES>,
-    sink: &mut impl CorrectionSink<AXES>,
+    source: &mut impl PositionSource<[f32; AXES]>,
+    sink: &mut impl CorrectionSink<[f32; AXES]>,
     clock: &impl Clock,
 ) {
     let ticks = TICKS.load(Ordering::Relaxed).wrapping_add(1);

@@ -18,7 +18,7 @@ use path::Path;
 use rivals::htm::Direct;
 use rivals::{closed_form, exact};
 use semihosting::{println, process};
-use trueaxis::{Compensation, Inputs, Servo, Travelling};
+use trueaxis::{Compensation, Holds, Inputs, Room, Row, Servo, Travel, Travelling};
 use trueaxis_kinematics::{Kinematics, Policy};
 use workloads::{DOCUMENT, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION};
 
@@ -39,7 +39,7 @@ const AGREE: f32 = 0.005;
 /// The capacities that the runtime has unless told otherwise: for the headline figures.
 type Usual = Compensation<'static>;
 /// Capacities of a controller for five axes.
-type Tight = Compensation<'static, 5, 32, 64, 1>;
+type Tight = Compensation<'static, Holds<5, 16, 32, 64, 1>>;
 
 /// Ends the run with a message.
 fn fail(what: &str) -> ! {
@@ -47,10 +47,10 @@ fn fail(what: &str) -> ! {
     process::exit(1)
 }
 
-fn load<const A: usize, const T: usize, const N: usize, const G: usize>(
-    place: &'static mut Compensation<'static, A, T, N, G>,
+fn load<C: Room>(
+    place: &'static mut Compensation<'static, C>,
     blob: &'static [u8],
-) -> &'static Compensation<'static, A, T, N, G> {
+) -> &'static Compensation<'static, C> {
     if let Err(error) = place.load(blob) {
         println!("failed load: {error}");
         process::exit(1);
@@ -70,19 +70,18 @@ fn report(key: &str, counts: &mut [u32]) {
 }
 
 /// Evaluations anywhere in the travel.
-fn evaluate<const A: usize, const T: usize, const N: usize, const G: usize>(
-    counter: &mut Counter,
-    key: &str,
-    c: &Compensation<'static, A, T, N, G>,
-) {
+fn evaluate<C: Room>(counter: &mut Counter, key: &str, c: &Compensation<'static, C>) {
     let mut path = Path::new(c);
-    let (travel, weights) = (Travelling::default(), c.weights());
+    let (travel, weights) = (
+        Travelling(C::Axes::<Travel>::all(Travel::Unknown)),
+        c.weights(),
+    );
     let mut stack = 0;
     let mut counts = [0; POSITIONS];
     for count in &mut counts {
         let q = path.random();
-        let inputs = Inputs::at(core::array::from_fn(|i| q[i]));
-        let mut corrections = [0.0; A];
+        let inputs = path::inputs(q);
+        let mut corrections = C::Axes::<f32>::all(0.0);
         *count = counter.instructions(|| {
             c.evaluate_into(&inputs, &travel, &weights, black_box(&mut corrections));
         });
@@ -95,10 +94,10 @@ fn evaluate<const A: usize, const T: usize, const N: usize, const G: usize>(
 }
 
 /// Servo updates with all axes moving, one per period from period `first` on.
-fn updates<const A: usize, const T: usize, const N: usize, const G: usize>(
+fn updates<C: Room>(
     counter: &mut Counter,
     key: &str,
-    servo: &mut Servo<'_, A, T, N, G>,
+    servo: &mut Servo<&'static Compensation<'static, C>>,
     path: &Path,
     first: usize,
     counts: &mut [u32],
@@ -108,7 +107,7 @@ fn updates<const A: usize, const T: usize, const N: usize, const G: usize>(
     let mut call = |measured: &mut dyn FnMut(&mut dyn FnMut())| {
         let q = path.smooth(period);
         period += 1;
-        let inputs = Inputs::at(core::array::from_fn(|i| q[i]));
+        let inputs = path::inputs(q);
         measured(&mut || {
             black_box(servo.advance(&inputs, black_box(u16::MAX), black_box(PERIOD)));
         });
@@ -123,10 +122,10 @@ fn updates<const A: usize, const T: usize, const N: usize, const G: usize>(
 
 /// Servo updates in the steady state, while the corrections go out and come in, and through a change
 /// of compensation.
-fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
+fn servo<C: Room>(
     counter: &mut Counter,
     keys: [&str; 3],
-    [c, other]: [&'static Compensation<'static, A, T, N, G>; 2],
+    [c, other]: [&'static Compensation<'static, C>; 2],
     counts: &mut [u32; UPDATES],
 ) {
     let path = Path::new(c);
@@ -134,11 +133,7 @@ fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
     servo.enable();
     for period in 0..UPDATES {
         let q = path.smooth(period);
-        servo.update(
-            &Inputs::at(core::array::from_fn(|i| q[i])),
-            u16::MAX,
-            PERIOD,
-        );
+        servo.update(&path::inputs(q), u16::MAX, PERIOD);
     }
     if servo.factor() != 1.0 {
         fail("the corrections are not in");
@@ -157,11 +152,7 @@ fn servo<const A: usize, const T: usize, const N: usize, const G: usize>(
     servo.enable();
     for period in 0..UPDATES {
         let q = path.smooth(first + 2 * RAMPING + period);
-        servo.update(
-            &Inputs::at(core::array::from_fn(|i| q[i])),
-            u16::MAX,
-            PERIOD,
-        );
+        servo.update(&path::inputs(q), u16::MAX, PERIOD);
     }
     if servo.factor() != 1.0 || servo.swap(other).is_err() {
         fail("the compensation does not take the place of another");

@@ -1,9 +1,18 @@
 //! Where the machine is during a measurement.
 
-use trueaxis::Compensation;
+use trueaxis::{Compensation, Inputs, Room, Row};
 
 /// Half of the way of an axis of endless travel, degrees.
 const ENDLESS: f32 = 720.0;
+
+/// The first positions of `q`, of as many axes as there is room for.
+pub fn inputs<A: Row<f32>>(q: [f32; 8]) -> Inputs<A> {
+    let mut axes = A::all(0.0);
+    for (axis, q) in axes.as_mut().iter_mut().zip(q) {
+        *axis = q;
+    }
+    Inputs::at(axes)
+}
 
 /// Travel of each axis, and what draws positions within it.
 pub struct Path {
@@ -12,9 +21,7 @@ pub struct Path {
 }
 
 impl Path {
-    pub fn new<const A: usize, const T: usize, const N: usize, const G: usize>(
-        c: &Compensation<'_, A, T, N, G>,
-    ) -> Self {
+    pub fn new<C: Room>(c: &Compensation<'_, C>) -> Self {
         let mut travel = [[0.0; 2]; 8];
         for (travel, axis) in travel.iter_mut().zip(c.axes()) {
             *travel = axis.travel.map(|end| {

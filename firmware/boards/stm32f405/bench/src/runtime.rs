@@ -24,7 +24,12 @@ mod servo_path {
     }
 
     #[inline(never)]
-    pub fn update(servo: &mut Servo<'_>, inputs: &Inputs, referenced: u16, dt: f32) -> Correction {
+    pub fn update(
+        servo: &mut Servo<&Compensation<'_>>,
+        inputs: &Inputs,
+        referenced: u16,
+        dt: f32,
+    ) -> Correction {
         servo.update(inputs, referenced, dt)
     }
 }
@@ -37,7 +42,7 @@ fn main() -> ! {
     // Nothing is known about the slots, so that nothing is left out.
     black_box(FIRST.load_slot(black_box(&[])).is_ok());
     black_box(SECOND.load_slot(black_box(&[])).is_ok());
-    let mut servo = Servo::new(FIRST);
+    let mut servo = Servo::new(&*FIRST);
     let (travel, weights) = (Travelling::default(), FIRST.weights());
     loop {
         let inputs: Inputs = black_box(Inputs::default());
