@@ -162,7 +162,7 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
             "-p",
             "trueaxis-bench-target",
         ];
-        let (mut command, folder) = cross.cargo(&words);
+        let (mut command, folder) = cross.cargo("stm32f405", &words);
         run(command.env("TRUEAXIS_BENCH_BLOBS", &blobs)).map(|()| folder)
     };
     build("fast")?;
