@@ -315,42 +315,62 @@ unsafe fn row<'s, S: Sample>(bank: &BankLookup, samples: &'s [S], index: u32) ->
 /// # Safety
 /// `i < bank.span.last`; the samples are f32; `out` has room for the tables of the bank.
 #[inline(always)]
-unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: *mut f32) {
+unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, out: *mut f32) {
     let width = usize::from(bank.tables);
     let start = bank.first as usize + i as usize * width;
     debug_assert!(width >= 1 && start + 2 * width <= samples.len());
     // SAFETY: guarantee 3.
-    let (mut a, mut b) = unsafe {
+    let (a, b) = unsafe {
         let a = samples.as_ptr().add(start);
         (a, a.add(width))
     };
-    macro_rules! several {
-        ($($k:literal)*) => {{
-            $(*out.add($k) = *a.add($k) + (*b.add($k) - *a.add($k)) * t;)*
-        }}
-    }
-    // SAFETY: from a, b and out on there are `rest` values.
-    unsafe {
-        let mut rest = width;
-        while rest >= 8 {
-            several!(0 1 2 3 4 5 6 7);
-            (a, b, out) = (
-                opaque(a.add(8)),
-                opaque(b.add(8)),
-                opaque(out.add(8)).cast_mut(),
-            );
-            rest -= 8;
+    // SAFETY: from a and b on there are `width` values, and room for them from `out` on.
+    unsafe { rows::mix(a, b, width, t, out) }
+}
+
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+#[path = "kernel/cortex_m.rs"]
+mod rows;
+
+/// Rows of samples; on a Cortex-M `kernel/cortex_m.rs` takes its place.
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+mod rows {
+    /// a + (b − a)·t of `width` neighbouring values.
+    ///
+    /// # Safety
+    /// From `a` and `b` on there are `width` values, and from `out` on there is room for them.
+    #[inline(always)]
+    pub(super) unsafe fn mix(
+        mut a: *const f32,
+        mut b: *const f32,
+        width: usize,
+        t: f32,
+        mut out: *mut f32,
+    ) {
+        macro_rules! several {
+            ($($k:literal)*) => {{
+                $(*out.add($k) = *a.add($k) + (*b.add($k) - *a.add($k)) * t;)*
+            }}
         }
-        match rest {
-            0 => {}
-            1 => several!(0),
-            2 => several!(0 1),
-            3 => several!(0 1 2),
-            4 => several!(0 1 2 3),
-            5 => several!(0 1 2 3 4),
-            6 => several!(0 1 2 3 4 5),
-            7 => several!(0 1 2 3 4 5 6),
-            _ => core::hint::unreachable_unchecked(),
+        // SAFETY: from a, b and out on there are `rest` values.
+        unsafe {
+            let mut rest = width;
+            while rest >= 8 {
+                several!(0 1 2 3 4 5 6 7);
+                (a, b, out) = (a.add(8), b.add(8), out.add(8));
+                rest -= 8;
+            }
+            match rest {
+                0 => {}
+                1 => several!(0),
+                2 => several!(0 1),
+                3 => several!(0 1 2),
+                4 => several!(0 1 2 3),
+                5 => several!(0 1 2 3 4),
+                6 => several!(0 1 2 3 4 5),
+                7 => several!(0 1 2 3 4 5 6),
+                _ => core::hint::unreachable_unchecked(),
+            }
         }
     }
 }

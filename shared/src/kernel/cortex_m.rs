@@ -1,0 +1,64 @@
+//! Rows of samples on a Cortex-M with floating-point unit, in its own instructions.
+//!
+//! A load of one value takes two cycles there, one of n values n + 1, and a result that is used at once
+//! one more. A compiler gives neighbouring values no neighbouring registers, so it cannot load several.
+//! The operations are those of `mix`, each rounded once: the same bits.
+
+use core::arch::asm;
+
+/// a + (b − a)·t of so many neighbouring values; a, b and the place of the result move on behind them.
+macro_rules! several {
+    ($a:ident $b:ident $t:ident $out:ident, $last:literal to $end:literal, $($k:literal $l:literal)*) => {
+        asm!(
+            "vmov s14, {t}",
+            concat!("vldmia {a}!, {{s0-s", $last, "}}"),
+            concat!("vldmia {b}!, {{s7-s", $end, "}}"),
+            $(concat!("vsub.f32 s", $l, ", s", $l, ", s", $k),)*
+            $(concat!("vmul.f32 s", $l, ", s", $l, ", s14"),)*
+            $(concat!("vadd.f32 s", $k, ", s", $k, ", s", $l),)*
+            concat!("vstmia {out}!, {{s0-s", $last, "}}"),
+            t = in(reg) $t,
+            a = inout(reg) $a,
+            b = inout(reg) $b,
+            out = inout(reg) $out,
+            out("s0") _, out("s1") _, out("s2") _, out("s3") _, out("s4") _, out("s5") _, out("s6") _,
+            out("s7") _, out("s8") _, out("s9") _, out("s10") _, out("s11") _, out("s12") _,
+            out("s13") _, out("s14") _,
+            options(nostack, preserves_flags)
+        )
+    };
+}
+
+/// `width` values between those from `a` on and those from `b` on.
+///
+/// # Safety
+/// From `a` and `b` on there are `width` values, and from `out` on there is room for them.
+#[inline(always)]
+#[allow(unused_assignments)] // where the last ones end
+pub(super) unsafe fn mix(
+    mut a: *const f32,
+    mut b: *const f32,
+    width: usize,
+    t: f32,
+    mut out: *mut f32,
+) {
+    let t = t.to_bits();
+    let mut rest = width;
+    // SAFETY: each block reads and writes as many values as it takes from `rest`.
+    unsafe {
+        while rest >= 7 {
+            several!(a b t out, 6 to 13, 0 7 1 8 2 9 3 10 4 11 5 12 6 13);
+            rest -= 7;
+        }
+        match rest {
+            0 => {}
+            1 => several!(a b t out, 0 to 7, 0 7),
+            2 => several!(a b t out, 1 to 8, 0 7 1 8),
+            3 => several!(a b t out, 2 to 9, 0 7 1 8 2 9),
+            4 => several!(a b t out, 3 to 10, 0 7 1 8 2 9 3 10),
+            5 => several!(a b t out, 4 to 11, 0 7 1 8 2 9 3 10 4 11),
+            6 => several!(a b t out, 5 to 12, 0 7 1 8 2 9 3 10 4 11 5 12),
+            _ => core::hint::unreachable_unchecked(),
+        }
+    }
+}
