@@ -1,4 +1,5 @@
-//! The evaluation, and all `unsafe` code of this crate.
+//! The evaluation, and all `unsafe` code of this crate (rows of samples on a Cortex-M are in
+//! `kernel/cortex_m.rs`).
 //!
 //! **What the proofs rest on.** A [`Compensation`] is either empty or was filled by `load`, which
 //! guarantees (names as in `lookup.rs`):
@@ -95,24 +96,24 @@ pub(crate) fn evaluate_tables<
     let mut out = scratch.tables.as_mut_ptr().cast::<f32>();
     for bank in &c.lookups {
         // SAFETY: guarantee 1.
-        let x = unsafe { input(inputs, bank.span.slot) };
-        // SAFETY: `out` has room for the tables of this bank and of those behind it (guarantee 4);
-        // what each kind reads of the samples is stated there.
+        let place = unsafe { place(inputs, bank.span.slot) };
+        // SAFETY: `place` is one of the inputs; `out` has room for the tables of this bank and of
+        // those behind it (guarantee 4); what each kind reads of the samples is stated there.
         unsafe {
             match bank.kind {
                 Kind::Straight => {
-                    *out = straight(bank, x, c.floats);
+                    straight(bank, place, c.floats, out);
                     out = out.add(1);
                 }
                 Kind::Linear => {
-                    match interval(&bank.span, x) {
+                    match interval(&bank.span, *place) {
                         Some((i, t)) => mix(bank, c.floats, i, t, out),
-                        None => end(bank, x, c.floats, out),
+                        None => end(bank, *place, c.floats, out),
                     }
                     out = out.add(usize::from(bank.tables));
                 }
                 Kind::Other => {
-                    other(c, bank, x, travel, out);
+                    other(c, bank, *place, travel, out);
                     out = out.add(usize::from(bank.tables));
                 }
             }
@@ -195,14 +196,21 @@ pub(crate) fn evaluate_cell<
 /// `slot < AXES + AUXILIARIES`.
 #[inline(always)]
 unsafe fn input<const AXES: usize>(inputs: &Inputs<AXES>, slot: u8) -> f32 {
+    // SAFETY: the caller's.
+    unsafe { *place(inputs, slot) }
+}
+
+/// Where [`input`] number `slot` is.
+///
+/// # Safety
+/// `slot < AXES + AUXILIARIES`.
+#[inline(always)]
+unsafe fn place<const AXES: usize>(inputs: &Inputs<AXES>, slot: u8) -> *const f32 {
     debug_assert!(usize::from(slot) < AXES + AUXILIARIES);
+    let all = core::ptr::from_ref(inputs).cast::<f32>();
     // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
     // of them; the pointer comes from the whole.
-    unsafe {
-        *core::ptr::from_ref(inputs)
-            .cast::<f32>()
-            .add(usize::from(slot))
-    }
+    unsafe { all.add(usize::from(slot)) }
 }
 
 /// Whether the tables of a bank count while its input last moved in direction `last`.
@@ -243,15 +251,19 @@ fn interval(span: &Span, x: f32) -> Option<(u32, f32)> {
 }
 
 /// The only table of a bank of two points: a + (b − a)·t between them, and the end values.
+///
+/// # Safety
+/// `x` can be read, `out` written.
 #[inline(always)]
-fn straight(bank: &BankLookup, x: f32, samples: &[f32]) -> f32 {
-    let [a, rise] = bank.line;
-    let u = (x - bank.span.start) * bank.span.inverse_step;
-    // As in `interval`.
-    if u.to_bits() < 1.0_f32.to_bits() {
-        a + rise * u
-    } else {
-        beyond(bank, u, samples)
+unsafe fn straight(bank: &BankLookup, x: *const f32, samples: &[f32], out: *mut f32) {
+    // SAFETY: `BankLookup` is `repr(C)` and begins with `line`, then start and inverse step; the
+    // pointer comes from the whole.
+    unsafe {
+        let u = rows::straight(core::ptr::from_ref(bank).cast::<f32>(), x, out);
+        // As in `interval`.
+        if u >= 1.0_f32.to_bits() {
+            *out = beyond(bank, f32::from_bits(u), samples);
+        }
     }
 }
 
@@ -372,6 +384,49 @@ mod rows {
                 _ => core::hint::unreachable_unchecked(),
             }
         }
+    }
+
+    /// a + (b − a)·t of a table of two points into `out`, and the bits of t: if those are not below
+    /// 1.0 the result is none.
+    ///
+    /// # Safety
+    /// From `line` on there are the first sample, the difference of the second from it, the
+    /// position of the first point and 1 / step.
+    #[inline(always)]
+    pub(super) unsafe fn straight(line: *const f32, x: *const f32, out: *mut f32) -> u32 {
+        // SAFETY: reads four values and one, writes one.
+        unsafe {
+            let [a, rise, start, inverse_step] = *line.cast::<[f32; 4]>();
+            let t = (*x - start) * inverse_step;
+            *out = a + rise * t;
+            t.to_bits()
+        }
+    }
+
+    /// Adds `rest` products of two values to that at `total`, into `out`; where the pairs end.
+    ///
+    /// # Safety
+    /// From `pair` on there are `rest` words; each half is where one of `values` lies, in bytes.
+    #[inline(always)]
+    pub(super) unsafe fn products(
+        total: *const f32,
+        mut pair: *const u32,
+        mut rest: u32,
+        values: *const f32,
+        out: *mut f32,
+    ) -> *const u32 {
+        // SAFETY: the caller's.
+        unsafe {
+            let mut total = *total;
+            while rest != 0 {
+                let [a, b] = [*pair & 0xFFFF, *pair >> 16];
+                total += *values.byte_add(a as usize) * *values.byte_add(b as usize);
+                pair = pair.add(1);
+                rest -= 1;
+            }
+            *out = total;
+        }
+        pair
     }
 }
 
@@ -547,23 +602,20 @@ unsafe fn sum<const AXES: usize, const TABLES: usize, const TERMS: usize, const 
     for head in &c.heads {
         // SAFETY: guarantee 8; the tables were written (caller).
         unsafe {
-            let mut total = *values.byte_add(usize::from(head.first));
-            let mut rest = u32::from(head.pairs);
+            let first = values.byte_add(usize::from(head.first));
+            let out = corrections.as_mut_ptr().add(usize::from(head.output));
+            if head.pairs != 0 {
+                pair = rows::products(first, pair, u32::from(head.pairs), values, out);
+                continue;
+            }
+            let mut total = *first;
+            let mut rest = u32::from(head.singles);
             while rest != 0 {
-                let [a, b] = [*pair & 0xFFFF, *pair >> 16];
-                total += *values.byte_add(a as usize) * *values.byte_add(b as usize);
+                total += *values.byte_add(*pair as usize);
                 pair = opaque(pair.add(1));
                 rest -= 1;
             }
-            if head.pairs == 0 {
-                let mut rest = u32::from(head.singles);
-                while rest != 0 {
-                    total += *values.byte_add(*pair as usize);
-                    pair = opaque(pair.add(1));
-                    rest -= 1;
-                }
-            }
-            *corrections.get_unchecked_mut(usize::from(head.output)) = total;
+            *out = total;
         }
     }
 }

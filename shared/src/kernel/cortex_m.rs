@@ -62,3 +62,95 @@ pub(super) unsafe fn mix(
         }
     }
 }
+
+/// a + (b − a)·t of a table of two points into `out`, and the bits of t: if those are not below 1.0 the
+/// result is none.
+///
+/// # Safety
+/// From `line` on there are the first sample, the difference of the second from it, the position of the
+/// first point and 1 / step.
+#[inline(always)]
+pub(super) unsafe fn straight(line: *const f32, x: *const f32, out: *mut f32) -> u32 {
+    let t;
+    // SAFETY: reads four values and one, writes one.
+    unsafe {
+        asm!(
+            "vldr s4, [{x}]",
+            "vldmia {line}, {{s0-s3}}",
+            "vsub.f32 s4, s4, s2",
+            "vmul.f32 s4, s4, s3",
+            "vmul.f32 s1, s1, s4",
+            "vmov {t}, s4",
+            "vadd.f32 s0, s0, s1",
+            "vstr s0, [{out}]",
+            x = in(reg) x,
+            line = in(reg) line,
+            out = in(reg) out,
+            t = out(reg) t,
+            out("s0") _, out("s1") _, out("s2") _, out("s3") _, out("s4") _,
+            options(nostack, preserves_flags)
+        );
+    }
+    t
+}
+
+/// Adds `rest` products of two values to `total`, where `pair` says, and moves it on behind them.
+///
+/// # Safety
+/// From `pair` on there are `rest` words; each half is where one of `values` lies, in bytes.
+#[inline(always)]
+pub(super) unsafe fn products(
+    total: *const f32,
+    mut pair: *const u32,
+    rest: u32,
+    values: *const f32,
+    out: *mut f32,
+) -> *const u32 {
+    // SAFETY: one product if their number is odd, then two by two.
+    unsafe {
+        asm!(
+            "vldr s0, [{total}]",
+            "lsrs {rest}, {rest}, #1",
+            "bcc 2f",
+            "ldr {p}, [{pair}], #4",
+            "uxtah {a}, {values}, {p}",
+            "add {p}, {values}, {p}, lsr #16",
+            "vldr s1, [{a}]",
+            "vldr s2, [{p}]",
+            "vmul.f32 s1, s1, s2",
+            "cmp {rest}, #0",
+            "vadd.f32 s0, s0, s1",
+            "2:",
+            "beq 4f",
+            "3:",
+            "ldrd {p}, {q}, [{pair}], #8",
+            "uxtah {a}, {values}, {p}",
+            "add {p}, {values}, {p}, lsr #16",
+            "vldr s1, [{a}]",
+            "vldr s2, [{p}]",
+            "uxtah {a}, {values}, {q}",
+            "add {q}, {values}, {q}, lsr #16",
+            "vldr s3, [{a}]",
+            "vldr s4, [{q}]",
+            "vmul.f32 s1, s1, s2",
+            "vmul.f32 s3, s3, s4",
+            "vadd.f32 s0, s0, s1",
+            "subs {rest}, {rest}, #1",
+            "vadd.f32 s0, s0, s3",
+            "bne 3b",
+            "4:",
+            "vstr s0, [{out}]",
+            total = in(reg) total,
+            pair = inout(reg) pair,
+            rest = inout(reg) rest => _,
+            values = in(reg) values,
+            out = in(reg) out,
+            p = out(reg) _,
+            q = out(reg) _,
+            a = out(reg) _,
+            out("s0") _, out("s1") _, out("s2") _, out("s3") _, out("s4") _,
+            options(nostack)
+        );
+    }
+    pair
+}
