@@ -124,6 +124,13 @@ mod trusted {
             Self(unsafe { self.0.add(count) }, PhantomData)
         }
 
+        /// For what has instructions of its own.
+        #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+        #[inline(always)]
+        pub(crate) fn pointer(self) -> *const T {
+            self.0
+        }
+
         /// See [`opaque`].
         #[inline(always)]
         pub(crate) fn opaque(self) -> Self {

@@ -1,4 +1,5 @@
-//! The evaluation; with `access.rs`, through which it gets at memory, all `unsafe` code of this crate.
+//! The evaluation; with `access.rs`, through which it gets at memory, and `kernel/`, all `unsafe` code of
+//! this crate.
 //!
 //! **What the proofs rest on.** A [`Compensation`] is either empty or was filled by `load`, which
 //! guarantees (names as in `lookup.rs`):
@@ -27,7 +28,14 @@
 //!
 //! **What it is written for.** A Cortex-M4F in few instructions: `cargo xtask bench-target` counts
 //! them. There a VFP load takes no index, a comparison costs three instructions, and a loop that is
-//! unrolled for long runs costs more in its prologue than a bank of five tables.
+//! unrolled for long runs costs more in its prologue than a bank of five tables. Rows of samples and
+//! products have instructions of their own there (`kernel/cortex_m.rs`).
+
+#[cfg_attr(
+    all(target_arch = "arm", target_abi = "eabihf", not(feature = "checked")),
+    path = "kernel/cortex_m.rs"
+)]
+mod rows;
 
 use core::mem::MaybeUninit;
 
@@ -102,18 +110,18 @@ pub(crate) fn evaluate_tables<C: Room>(
             let floats = c.floats.unwrap_unchecked();
             match bank.kind {
                 Kind::Straight => {
-                    out.set(0, straight(bank, x, floats));
+                    straight(bank, x, floats, out.again());
                     out = out.skip(1);
                 }
                 Kind::Linear => {
-                    match interval(&bank.span, x) {
+                    match interval(&bank.span, *x) {
                         Some((i, t)) => mix(bank, floats, i, t, out.again()),
-                        None => end(bank, x, floats, out.again()),
+                        None => end(bank, *x, floats, out.again()),
                     }
                     out = out.skip(usize::from(bank.tables));
                 }
                 Kind::Other => {
-                    other(c, bank, x, travel, out.again());
+                    other(c, bank, *x, travel, out.again());
                     out = out.skip(usize::from(bank.tables));
                 }
             }
@@ -191,14 +199,14 @@ pub(crate) fn evaluate_cell<C: Room>(
 /// # Safety
 /// `slot < AXES + AUXILIARIES`.
 #[inline(always)]
-unsafe fn input<A: Row<f32>>(inputs: &Inputs<A>, slot: u8) -> f32 {
+unsafe fn input<A: Row<f32>>(inputs: &Inputs<A>, slot: u8) -> &f32 {
     debug_assert!(usize::from(slot) < inputs.axes.as_ref().len() + AUXILIARIES);
     let count = inputs.axes.as_ref().len() + AUXILIARIES;
     // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
     // of them; the pointer comes from the whole.
     unsafe {
         let all = core::slice::from_raw_parts(core::ptr::from_ref(inputs).cast::<f32>(), count);
-        *at(all, usize::from(slot))
+        at(all, usize::from(slot))
     }
 }
 
@@ -240,15 +248,18 @@ fn interval(span: &Span, x: f32) -> Option<(u32, f32)> {
 }
 
 /// The only table of a bank of two points: a + (b − a)·t between them, and the end values.
+///
+/// # Safety
+/// `out` has room for a value.
 #[inline(always)]
-fn straight(bank: &BankLookup, x: f32, samples: &[f32]) -> f32 {
-    let [a, rise] = bank.line;
-    let u = (x - bank.span.start) * bank.span.inverse_step;
-    // As in `interval`.
-    if u.to_bits() < 1.0_f32.to_bits() {
-        a + rise * u
-    } else {
-        beyond(bank, u, samples)
+unsafe fn straight(bank: &BankLookup, x: &f32, samples: &[f32], mut out: To<'_>) {
+    // SAFETY: the caller's.
+    unsafe {
+        let u = rows::straight(bank, x, out.again());
+        // As in `interval`.
+        if u >= 1.0_f32.to_bits() {
+            out.set(0, beyond(bank, f32::from_bits(u), samples));
+        }
     }
 }
 
@@ -312,39 +323,14 @@ unsafe fn row<'s, S: Sample>(bank: &BankLookup, samples: &'s [S], index: u32) ->
 /// # Safety
 /// `i < bank.span.last`; the samples are f32; `out` has room for the tables of the bank.
 #[inline(always)]
-unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, mut out: To<'_>) {
+unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, out: To<'_>) {
     let width = usize::from(bank.tables);
     let start = bank.first as usize + i as usize * width;
     debug_assert!(width >= 1 && start + 2 * width <= samples.len());
-    // SAFETY: guarantee 3.
-    let (mut a, mut b) = unsafe {
-        let a = From::start(samples).skip(start);
-        (a, a.skip(width))
-    };
-    macro_rules! several {
-        ($($k:literal)*) => {{
-            $(out.set($k, a.at($k) + (b.at($k) - a.at($k)) * t);)*
-        }}
-    }
-    // SAFETY: from a, b and out on there are `rest` values.
+    // SAFETY: guarantee 3: from both on there are `width` values.
     unsafe {
-        let mut rest = width;
-        while rest >= 8 {
-            several!(0 1 2 3 4 5 6 7);
-            (a, b, out) = (a.skip(8).opaque(), b.skip(8).opaque(), out.skip(8).opaque());
-            rest -= 8;
-        }
-        match rest {
-            0 => {}
-            1 => several!(0),
-            2 => several!(0 1),
-            3 => several!(0 1 2),
-            4 => several!(0 1 2 3),
-            5 => several!(0 1 2 3 4),
-            6 => several!(0 1 2 3 4 5),
-            7 => several!(0 1 2 3 4 5 6),
-            _ => core::hint::unreachable_unchecked(),
-        }
+        let a = From::start(samples).skip(start);
+        rows::mix(a, a.skip(width), width, t, out);
     }
 }
 
@@ -524,24 +510,20 @@ unsafe fn sum<C: Room>(
     for head in c.heads.iter() {
         // SAFETY: guarantee 8; the tables were written (caller).
         unsafe {
-            let mut total = values.at_byte(usize::from(head.first));
-            let mut rest = u32::from(head.pairs);
+            let first = usize::from(head.first);
+            let out = at_mut(corrections.as_mut(), usize::from(head.output));
+            if head.pairs != 0 {
+                pair = rows::products(values, first, pair, u32::from(head.pairs), out);
+                continue;
+            }
+            let mut total = values.at_byte(first);
+            let mut rest = u32::from(head.singles);
             while rest != 0 {
-                let both = pair.at(0);
-                let [a, b] = [both & 0xFFFF, both >> 16];
-                total += values.at_byte(a as usize) * values.at_byte(b as usize);
+                total += values.at_byte(pair.at(0) as usize);
                 pair = pair.skip(1).opaque();
                 rest -= 1;
             }
-            if head.pairs == 0 {
-                let mut rest = u32::from(head.singles);
-                while rest != 0 {
-                    total += values.at_byte(pair.at(0) as usize);
-                    pair = pair.skip(1).opaque();
-                    rest -= 1;
-                }
-            }
-            *at_mut(corrections.as_mut(), usize::from(head.output)) = total;
+            *out = total;
         }
     }
 }
@@ -671,7 +653,7 @@ fn add_cell<A: Row<f32>>(
         ($k:literal) => {{
             let span = &grid.spans[$k];
             // SAFETY: guarantee 1.
-            let x = unsafe { input(inputs, span.slot) };
+            let x = unsafe { *input(inputs, span.slot) };
             let Some((i, t)) = interval(span, x) else {
                 return false;
             };
@@ -726,7 +708,7 @@ fn add_grid<A: Row<f32>>(
     corrections: &mut A,
 ) {
     // SAFETY: guarantee 1.
-    let x = grid.spans.map(|span| unsafe { input(inputs, span.slot) });
+    let x = grid.spans.map(|span| unsafe { *input(inputs, span.slot) });
     if grid.integer {
         add_nodes(grid, x, shorts, corrections);
     } else {

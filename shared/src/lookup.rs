@@ -6,6 +6,8 @@ use crate::room::{List, Room};
 use crate::work;
 
 /// Evenly spaced points along one input.
+// `repr(C)`: the kernel reads the first two together with the line of a bank.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     /// Position of the first point.
@@ -111,8 +113,12 @@ pub(crate) enum Kind {
 }
 
 /// One bank.
+// `repr(C)`: see `Span`.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BankLookup {
+    /// If it is [`Kind::Straight`], the first sample and the difference of the second from it.
+    pub line: [f32; 2],
     pub span: Span,
     /// First sample in its section.
     pub first: u32,
@@ -121,8 +127,6 @@ pub(crate) struct BankLookup {
     /// Tables per row, at least 1.
     pub tables: u16,
     pub kind: Kind,
-    /// If it is [`Kind::Straight`], the first sample and the difference of the second from it.
-    pub line: [f32; 2],
     pub direction: Direction,
     pub cubic: bool,
     pub integer: bool,

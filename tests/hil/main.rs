@@ -10,6 +10,7 @@ mod change;
 mod line;
 mod power;
 mod same;
+mod widths;
 
 use board::Setup;
 use std::process::ExitCode;

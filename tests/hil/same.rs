@@ -2,7 +2,7 @@
 
 use crate::board::{Board, Setup};
 use crate::cases::{self, CASES, Case};
-use crate::{Failure, Seen};
+use crate::{Failure, Seen, widths};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trueaxis::link::Request;
 use trueaxis::{AuxiliaryKind, Compensation, Correction, Inputs, Servo};
@@ -25,25 +25,28 @@ pub fn run(setup: &Setup) -> Seen {
             let Some((name, ..)) = CASES.get(number) else {
                 return Ok(());
             };
-            let seen = example(setup, name, number as u64).map_err(|e| format!("{name}: {e}"))?;
+            let seen = cases::compile(setup, name)
+                .and_then(|case| example(setup, case, number as u64))
+                .map_err(|e| format!("{name}: {e}"))?;
             positions.fetch_add(seen, Ordering::Relaxed);
         }
     };
+    let widths = example(setup, widths::case(setup)?, 0)?;
+    positions.fetch_add(widths, Ordering::Relaxed);
     std::thread::scope(|scope| {
         let other = scope.spawn(work);
         let own = work();
         own.and(other.join().unwrap_or_else(|_| Err("a panic".to_owned())))
     })?;
     Ok(format!(
-        "{} examples, {} corrections with the desktop's bits",
+        "{} examples and one of every width, {} corrections with the desktop's bits",
         CASES.len(),
         positions.into_inner()
     ))
 }
 
-fn example(setup: &Setup, name: &str, seed: u64) -> Result<usize, Failure> {
-    let case = cases::compile(setup, name)?;
-    let mut board = setup.board(name)?;
+fn example(setup: &Setup, case: Case, seed: u64) -> Result<usize, Failure> {
+    let mut board = setup.board(case.name)?;
     board.start()?;
     one(&board, &case, seed)
 }

@@ -6,9 +6,19 @@ use std::process::Command;
 
 /// Calls of each workload under callgrind: enough that what surrounds them is below 1 %.
 const CALLS: u32 = 1000;
+/// The update while nothing but positions changes, and what must not make it long.
+const STEADY: &str = "steady";
+const LIKE_STEADY: [&str; 4] = [
+    "steady-tool-length",
+    "steady-unreferenced",
+    "steady-endless",
+    "steady-parked",
+];
+/// Most times the instructions of `STEADY`.
+const MOST: f64 = 1.2;
 
 /// # Errors
-/// A benchmark that does not build or run.
+/// A benchmark that does not build or run, or one of [`LIKE_STEADY`] that is too long.
 pub fn run() -> Result<(), String> {
     process::run(cargo().args(["bench", "-q", "-p", "trueaxis-tests", "--bench", "speed"]))?;
     if !works(Command::new("valgrind").arg("--version")) {
@@ -22,15 +32,32 @@ pub fn run() -> Result<(), String> {
 fn instructions() -> Result<(), String> {
     let program = build()?;
     println!("instructions per call (callgrind, x86-64):");
-    for name in ["evaluate", "servo", "grid"] {
+    let per_call = |name| {
         let once = count(&program, name, 1)?;
         let many = count(&program, name, 1 + CALLS)?;
-        println!(
-            "  {name:<10} {:>6.0}",
-            (many - once) as f64 / f64::from(CALLS)
-        );
+        Ok::<f64, String>((many - once) as f64 / f64::from(CALLS))
+    };
+    for name in ["evaluate", "servo", "grid"] {
+        println!("  {name:<20} {:>6.0}", per_call(name)?);
     }
-    Ok(())
+    let steady = per_call(STEADY)?;
+    println!("  {STEADY:<20} {steady:>6.0}");
+    let mut long = Vec::new();
+    for name in LIKE_STEADY {
+        let found = per_call(name)?;
+        let times = found / steady;
+        println!("  {name:<20} {found:>6.0}   {times:.2} × {STEADY} (at most {MOST})");
+        if times > MOST {
+            long.push(name);
+        }
+    }
+    if long.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "longer than {MOST} × {STEADY}: {}",
+        long.join(", ")
+    ))
 }
 
 /// Builds the benchmark for a plain x86-64 and finds the program.

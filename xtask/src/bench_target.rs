@@ -1,12 +1,18 @@
-//! `cargo xtask bench-target`: instructions on an emulated Cortex-M4F, code size and stack.
+//! `cargo xtask bench-target`: instructions on an emulated Cortex-M4F, the cycles that they take by the
+//! book, code size and stack.
 
+mod cycles;
 mod figures;
+mod instruction;
+mod trace;
 
 use crate::cross::Cross;
 use crate::elf::Program;
 use crate::process::{cargo, root, run, target};
 use crate::qemu;
+use cycles::Cost;
 use figures::Figures;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -68,6 +74,8 @@ const CALLS: [(&str, &str, u64); 16] = [
 const OURS: &str = "evaluate_huron13";
 /// Most instructions of any update of a kind.
 const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1500), ("servo_fade_huron13", 2200)];
+/// Cycles that the typical call should take at most.
+const CYCLES: [(&str, u64); 2] = [("evaluate_huron13", 500), ("servo_update_huron13", 900)];
 /// Most bytes of stack of any call of ours.
 const STACK: u64 = 1024;
 /// Most bytes of code that runs in the servo loop.
@@ -87,11 +95,11 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     let cross = Cross::provide()?;
     qemu::provide()?;
     let folder = build(&cross)?;
-    let mut figures = measure(&folder.join("release/bench-target"))?;
+    let (mut figures, costs) = measure(&folder.join("release/bench-target"))?;
     // The rivals as fast as the compiler makes them; ours as the boards are built, for size.
-    let fast = measure(&folder.join("fast/bench-target"))?;
+    let (fast, _) = measure(&folder.join("fast/bench-target"))?;
     for (key, ..) in CALLS.iter().filter(|(key, ..)| key.starts_with("rival_")) {
-        for key in ["", "_min", "_max", "_nm"].map(|end| format!("{key}{end}")) {
+        for key in ["", "_min", "_max", "_nm", "_cycles"].map(|end| format!("{key}{end}")) {
             if let Some(value) = fast.get(&key) {
                 figures.set(&key, value);
             }
@@ -108,7 +116,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     }
     figures.set("code_runtime", runtime.flash().into());
 
-    print(&figures, &cross.version);
+    print(&figures, &costs, &cross.version);
     let json = target("bench-target.json");
     write(&json, &figures.to_json())?;
     // Also where it is without CARGO_TARGET_DIR.
@@ -154,15 +162,35 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
             "-p",
             "trueaxis-bench-target",
         ];
-        let (mut command, folder) = cross.cargo(&words);
+        let (mut command, folder) = cross.cargo("stm32f405", &words);
         run(command.env("TRUEAXIS_BENCH_BLOBS", &blobs)).map(|()| folder)
     };
     build("fast")?;
     build("release")
 }
 
+/// What the typical call of each kind costs, by key.
+type Costs = BTreeMap<String, Cost>;
+
+/// Runs the program that counts, and once more with every instruction traced.
+fn measure(program: &Path) -> Result<(Figures, Costs), String> {
+    let mut figures = count(program)?;
+    let mut costs = Costs::new();
+    for (key, calls) in trace::calls(program)? {
+        let Some(typical) = figures.get(&key) else {
+            return Err(format!("{key} is traced, but not counted"));
+        };
+        let off = |cost: &Cost| typical.abs_diff(cost.instructions.into());
+        if let Some(nearest) = calls.into_iter().min_by_key(off) {
+            figures.set(&format!("{key}_cycles"), nearest.cycles.into());
+            costs.insert(key, nearest);
+        }
+    }
+    Ok((figures, costs))
+}
+
 /// Runs the program that counts.
-fn measure(program: &Path) -> Result<Figures, String> {
+fn count(program: &Path) -> Result<Figures, String> {
     let output = qemu::board(program)
         // One instruction takes 2¹⁰ ns: the program relies on it.
         .args(["-serial", "null", "-icount", "shift=10"])
@@ -193,20 +221,26 @@ fn servo_path(runtime: &Program, root: &str, wrong: &mut Vec<String>) -> Result<
     Ok(reach.size)
 }
 
-fn print(figures: &Figures, version: &str) {
+fn verdict(value: u64, most: u64) -> &'static str {
+    if value <= most { "met" } else { "MISSED" }
+}
+
+fn print(figures: &Figures, costs: &Costs, version: &str) {
     let get = |key: &str| figures.get(key).unwrap_or(0);
-    let verdict = |value: u64, most: u64| if value <= most { "met" } else { "MISSED" };
-    println!("instructions per call on a Cortex-M4F (QEMU, rustc {version}): not cycles");
     println!(
-        "{:<40} {:>7} {:>7} {:>7}  {:>6}",
-        "", "least", "typical", "most", "budget"
+        "instructions per call on a Cortex-M4F (QEMU, rustc {version}), and the cycles of ARM's"
+    );
+    println!("reference manual for the typical call: a model, without wait states");
+    println!(
+        "{:<40} {:>7} {:>7} {:>7} {:>8}  {:>6}",
+        "", "least", "typical", "most", "cycles", "budget"
     );
     for (key, what, budget) in CALLS {
         let (typical, most) = (get(key), get(&format!("{key}_max")));
+        let cycles = get(&format!("{key}_cycles"));
         print!(
-            "{what:<40} {:>7} {:>7} {most:>7}",
+            "{what:<40} {:>7} {typical:>7} {most:>7} {cycles:>8}",
             get(&format!("{key}_min")),
-            typical
         );
         if budget > 0 {
             print!("  {budget:>6} {}", verdict(typical, budget));
@@ -217,9 +251,14 @@ fn print(figures: &Figures, version: &str) {
             let times = typical as f64 / get(OURS) as f64;
             print!("  {times:>5.1} × evaluate, off by {off:.3} µm or 0.001°");
         }
+        if let Some((_, budget)) = CYCLES.iter().find(|(of, _)| *of == key) {
+            print!(", {budget} cycles {}", verdict(cycles, *budget));
+        }
         println!();
     }
     println!("most of a servo update: where axes reverse. Built for size; the rivals for speed.");
+    let of = |key| costs.get(key).cloned().unwrap_or_default();
+    shares(&CYCLES.map(|(key, _)| (key, of(key))));
     println!("\nbytes");
     let stacks = CALLS
         .iter()
@@ -246,6 +285,35 @@ fn print(figures: &Figures, version: &str) {
         println!();
     }
     println!();
+}
+
+/// Which kinds of instructions the cycles of some calls go to.
+fn shares(calls: &[(&str, Cost)]) {
+    let line = |name: &str, value: &dyn Fn(&Cost) -> String| {
+        print!("{name:<40}");
+        for (_, cost) in calls {
+            print!(" {:>22}", value(cost));
+        }
+        println!();
+    };
+    print!("\n{:<40}", "cycles (instructions)");
+    calls.iter().for_each(|(key, _)| print!(" {key:>22}"));
+    println!();
+    for kind in instruction::Kind::ALL {
+        line(kind.name(), &|cost| {
+            let (count, cycles) = cost.kinds.get(&kind).copied().unwrap_or_default();
+            format!("{cycles} ({count})")
+        });
+    }
+    line("all", &|cost| {
+        format!("{} ({})", cost.cycles, cost.instructions)
+    });
+    line("of them after taken branches", &|cost| {
+        cost.refills.to_string()
+    });
+    line("of them for floating-point results", &|cost| {
+        cost.waits.to_string()
+    });
 }
 
 fn write(path: &Path, text: &str) -> Result<(), String> {

@@ -60,9 +60,9 @@ impl Cross {
         }
     }
 
-    /// `cargo WORDS` in the workspace of the board, and the folder with a folder of programs for each
+    /// `cargo WORDS` in the workspace of a board, and the folder with a folder of programs for each
     /// profile.
-    pub fn cargo(&self, words: &[&str]) -> (Command, PathBuf) {
+    pub fn cargo(&self, board: &str, words: &[&str]) -> (Command, PathBuf) {
         let folder = target(if self.from_source {
             "board-source"
         } else {
@@ -83,7 +83,7 @@ impl Cross {
             .env_remove("RUSTFLAGS")
             .env_remove("CARGO_ENCODED_RUSTFLAGS");
         command
-            .current_dir(root().join("firmware/boards/stm32f405"))
+            .current_dir(root().join("firmware/boards").join(board))
             .env("CARGO_TARGET_DIR", &folder)
             .args(words);
         if self.from_source {

@@ -145,6 +145,14 @@ impl Program {
         Ok(reach)
     }
 
+    /// The halfword of code at an address, and the one behind it (0 at the end of a section).
+    pub fn code(&self, address: u32) -> Option<(u16, u16)> {
+        let inside = |s: &&Section| s.loaded && (s.address..s.address + s.size).contains(&address);
+        let section = self.sections.iter().find(inside)?;
+        let offset = section.offset + (address - section.address);
+        Some((self.half(offset)?, self.half(offset + 2).unwrap_or(0)))
+    }
+
     /// Functions outside `start..start + size` that the code there calls or jumps to, and whether
     /// it calls through pointers.
     fn calls(&self, start: u32, size: u32) -> Option<(Vec<u32>, bool)> {

@@ -22,7 +22,7 @@ pub fn execute(parts: &[&str]) -> Result<(), String> {
             "--bin",
             board,
         ];
-        let (mut build, profiles) = cross.cargo(&words);
+        let (mut build, profiles) = cross.cargo("stm32f405", &words);
         run(&mut build)?;
         folder = Some(profiles);
     }

@@ -3,6 +3,7 @@
 mod bare;
 mod bench;
 mod bench_target;
+mod boards;
 mod cross;
 mod elf;
 mod fuzz;
@@ -20,6 +21,7 @@ usage: cargo xtask COMMAND
 
   test                           everything that must hold: format, lints, tests, docs, bit identity
   bare                           the kinematics for the Cortex-M4F: no `std`, no heap
+  boards                         the runtime under RTIC and under embassy, built for the Cortex-M4F
   bench                          run times beside their rivals; instruction counts with valgrind
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
     let result = match words[..] {
         ["test"] => test::run(),
         ["bare"] => bare::execute(),
+        ["boards"] => boards::execute(),
         ["bench"] => bench::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),

@@ -18,6 +18,18 @@ pub fn provide() -> Result<(), String> {
     install(&["qemu-system-arm"], "running on an emulated Cortex-M4F")
 }
 
+/// What makes QEMU translate, and log, one instruction at a time.
+pub fn single_steps() -> &'static [&'static str] {
+    let help = Command::new(PROGRAM).arg("--help").output();
+    // Since version 8.1 it is a property of the translator.
+    let old = help.is_ok_and(|o| String::from_utf8_lossy(&o.stdout).contains("\n-singlestep"));
+    if old {
+        &["-singlestep"]
+    } else {
+        &["-accel", "tcg,one-insn-per-tb=on"]
+    }
+}
+
 /// An MPS2 board with a Cortex-M4F that runs `program`, which may use semihosting.
 pub fn board(program: &Path) -> Command {
     let mut command = Command::new(PROGRAM);

@@ -75,7 +75,16 @@ fn steps() -> Vec<Step> {
             "fmt --manifest-path firmware/boards/stm32f405/Cargo.toml --all --check",
         ),
         step(
-            "instructions, code and stack on the target",
+            "formatting of the example for RTIC",
+            "fmt --manifest-path firmware/boards/rtic/Cargo.toml --check",
+        ),
+        step(
+            "formatting of the example for embassy",
+            "fmt --manifest-path firmware/boards/embassy/Cargo.toml --check",
+        ),
+        step("examples for RTIC and embassy", "xtask boards"),
+        step(
+            "instructions, cycles, code and stack on the target",
             "xtask bench-target",
         ),
         step("hardware in the loop", "xtask hil"),
@@ -185,6 +194,14 @@ pub fn deny() -> Result<(), String> {
         step(
             "licences, bans, sources of the board",
             "deny --manifest-path firmware/boards/stm32f405/Cargo.toml --all-features --config deny.toml check licenses bans sources",
+        ),
+        step(
+            "licences, bans, sources of the example for RTIC",
+            "deny --manifest-path firmware/boards/rtic/Cargo.toml --config deny.toml check licenses bans sources",
+        ),
+        step(
+            "licences, bans, sources of the example for embassy",
+            "deny --manifest-path firmware/boards/embassy/Cargo.toml --config deny.toml check licenses bans sources",
         ),
         step("advisories", "deny --all-features check advisories"),
     ])

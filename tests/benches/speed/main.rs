@@ -5,6 +5,7 @@
 //! instructions.
 
 mod direct;
+mod steady;
 mod timing;
 
 use direct::Direct;
@@ -12,6 +13,7 @@ use interpn::MultilinearRegular;
 use std::hint::black_box;
 use std::process::ExitCode;
 use std::time::Instant;
+use steady::{Case, Steady};
 use timing::{POINTS, per_call};
 use trueaxis::{
     AlignedBlob, Axis, Compensation, Draft, DraftGrid, GridAxis, Inputs, SampleFormat, Servo,
@@ -205,6 +207,22 @@ fn thirteen_errors() {
     );
 }
 
+fn steady_updates() {
+    println!("servo updates while nothing but positions changes");
+    let mut plain = None;
+    for case in Case::ALL {
+        let blob = steady::blob(case);
+        let compensation: Compensation<'_> = Compensation::decode(&blob).expect("loads");
+        let mut servo = Steady::new(case, &compensation);
+        let time = per_call(|| servo.updates(POINTS));
+        line(case.name(), time);
+        let plain = *plain.get_or_insert(time);
+        if case != Case::Plain {
+            println!("  {} / steady: {}", case.name(), verdict(time / plain, 1.2));
+        }
+    }
+}
+
 fn grid() {
     println!("grid of {NODES}×{NODES}×{NODES} nodes, three outputs");
     let cube = Cube::new();
@@ -281,6 +299,12 @@ fn calls(workload: &str, count: usize) -> Result<(), String> {
     let cube_inputs = cube.inputs();
     let mut servo = Servo::new(&on_huron);
     servo.enable();
+    if let Some(case) = Case::ALL.into_iter().find(|case| case.name() == workload) {
+        let blob = steady::blob(case);
+        let compensation: Compensation<'_> = Compensation::decode(&blob).expect("loads");
+        Steady::new(case, &compensation).updates(count);
+        return Ok(());
+    }
     match workload {
         "evaluate" => evaluations(&on_huron, &huron.inputs[..count]),
         "servo" => servo_updates(&mut servo, &huron.inputs[..count]),
@@ -308,6 +332,7 @@ fn main() -> ExitCode {
         ["--test"] => {}
         _ => {
             thirteen_errors();
+            steady_updates();
             grid();
             compiling();
         }

@@ -1,18 +1,33 @@
-//! Instructions, counted with SysTick in QEMU.
+//! Instructions, counted with SysTick in QEMU, and marked where each of them is traced.
+
+use core::arch::asm;
 
 use cortex_m::asm::nop;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+use semihosting::println;
 
 /// Ticks that SysTick makes in 5 instructions: with `-icount shift=10` one instruction takes 2¹⁰ ns
 /// of the emulated time, and SysTick counts with the 25 MHz of the board.
 const TICKS: u32 = 128;
 /// SysTick counts down from here.
 const TOP: u32 = 0x00FF_FFFF;
+/// So many calls of each kind are traced.
+const TRACED: usize = 8;
+
+/// An instruction that does nothing and that no compiler writes. Between two of them are the two
+/// reads of the counter and what is counted: `cargo xtask bench-target` finds it in the trace of a run.
+#[inline(always)]
+fn mark() {
+    // SAFETY: moves a register to itself.
+    unsafe { asm!("mov r8, r8", options(nomem, nostack, preserves_flags)) };
+}
 
 /// Counts executed instructions, not cycles: QEMU knows neither the pipeline nor the wait states of
 /// a flash.
 pub struct Counter {
+    /// Every instruction of this run is written down, which takes long: few calls, each with its count.
+    pub traced: bool,
     syst: SYST,
     /// Ticks of an empty measurement.
     empty: u32,
@@ -20,12 +35,16 @@ pub struct Counter {
 
 impl Counter {
     /// Starts SysTick.
-    pub fn new(mut syst: SYST) -> Self {
+    pub fn new(mut syst: SYST, traced: bool) -> Self {
         syst.set_clock_source(SystClkSource::Core);
         syst.set_reload(TOP);
         syst.clear_current();
         syst.enable_counter();
-        let mut counter = Self { syst, empty: 0 };
+        let mut counter = Self {
+            traced,
+            syst,
+            empty: 0,
+        };
         counter.empty = counter.ticks(|| ());
         counter
     }
@@ -47,19 +66,31 @@ impl Counter {
         self.instructions(ten) == 10
     }
 
+    /// How many of `counts` are measured.
+    pub fn some<'c>(&self, counts: &'c mut [u32]) -> &'c mut [u32] {
+        let all = counts.len();
+        &mut counts[..if self.traced { TRACED.min(all) } else { all }]
+    }
+
     /// Instructions of one call of `work`; at most 650 000.
     pub fn instructions(&mut self, work: impl FnOnce()) -> u32 {
         let ticks = self.ticks(work) - self.empty;
-        (ticks * 5 + TICKS / 2) / TICKS
+        let count = (ticks * 5 + TICKS / 2) / TICKS;
+        if self.traced {
+            println!("call {count}");
+        }
+        count
     }
 
     #[inline(never)]
     fn ticks(&mut self, work: impl FnOnce()) -> u32 {
         // The first read after `clear_current` is the reload.
         self.syst.clear_current();
+        mark();
         let before = SYST::get_current();
         work();
         let after = SYST::get_current();
+        mark();
         before.wrapping_sub(after) & TOP
     }
 }

@@ -1,6 +1,8 @@
 //! Counts the instructions of one evaluation, of one servo update, and of what one would do without
 //! tables, on a Cortex-M4F in QEMU; and how much stack they need. Prints one `key value` per line;
-//! `cargo xtask bench-target` builds the blobs, runs this and judges the figures.
+//! `cargo xtask bench-target` builds the blobs, runs this and judges the figures. With the argument
+//! `trace` it makes a few calls of each kind only, and prints the count of each as `call value` before:
+//! for a run in which QEMU writes down every instruction.
 #![no_std]
 #![no_main]
 
@@ -17,6 +19,7 @@ use counter::{Counter, Spread};
 use path::Path;
 use rivals::htm::Direct;
 use rivals::{closed_form, exact};
+use semihosting::experimental::env::args;
 use semihosting::{println, process};
 use trueaxis::{Compensation, Holds, Inputs, Room, Row, Servo, Travel, Travelling};
 use trueaxis_kinematics::{Kinematics, Policy};
@@ -32,6 +35,8 @@ const RAMPING: usize = 1024;
 const FADING: usize = 1200;
 /// Servo period of the measurements, s.
 const PERIOD: f32 = 0.001;
+/// Most bytes of the command line: the path of the program, and the argument.
+const COMMAND: usize = 4096;
 /// How far a rival may be from the tables, mm or degrees: f32 rounds products of matrices of 1 m to
 /// about 1e-3.
 const AGREE: f32 = 0.005;
@@ -78,18 +83,21 @@ fn evaluate<C: Room>(counter: &mut Counter, key: &str, c: &Compensation<'static,
     );
     let mut stack = 0;
     let mut counts = [0; POSITIONS];
-    for count in &mut counts {
+    let counts = counter.some(&mut counts);
+    for count in counts.iter_mut() {
         let q = path.random();
         let inputs = path::inputs(q);
         let mut corrections = C::Axes::<f32>::all(0.0);
         *count = counter.instructions(|| {
             c.evaluate_into(&inputs, &travel, &weights, black_box(&mut corrections));
         });
-        stack = stack.max(stack::peak(|| {
-            c.evaluate_into(&inputs, &travel, &weights, black_box(&mut corrections));
-        }));
+        if !counter.traced {
+            stack = stack.max(stack::peak(|| {
+                c.evaluate_into(&inputs, &travel, &weights, black_box(&mut corrections));
+            }));
+        }
     }
-    report(key, &mut counts);
+    report(key, counts);
     println!("stack_{key} {stack}");
 }
 
@@ -112,12 +120,40 @@ fn updates<C: Room>(
             black_box(servo.advance(&inputs, black_box(u16::MAX), black_box(PERIOD)));
         });
     };
+    let counts = counter.some(counts);
     for count in counts.iter_mut() {
         call(&mut |update| *count = counter.instructions(update));
-        call(&mut |update| stack = stack.max(stack::peak(update)));
+        call(&mut |update| {
+            if counter.traced {
+                update();
+            } else {
+                stack = stack.max(stack::peak(update));
+            }
+        });
     }
     report(key, counts);
     println!("stack_{key} {stack}");
+}
+
+/// Updates from period `first` on until the corrections are in, and many more of them unless traced;
+/// the period that follows.
+fn let_in<C: Room>(
+    servo: &mut Servo<&'static Compensation<'static, C>>,
+    path: &Path,
+    first: usize,
+    traced: bool,
+) -> usize {
+    servo.enable();
+    let mut period = first;
+    while period < first + UPDATES && !(traced && servo.factor() == 1.0) {
+        let q = path.smooth(period);
+        servo.update(&path::inputs(q), u16::MAX, PERIOD);
+        period += 1;
+    }
+    if servo.factor() != 1.0 {
+        fail("the corrections are not in");
+    }
+    period
 }
 
 /// Servo updates in the steady state, while the corrections go out and come in, and through a change
@@ -130,17 +166,10 @@ fn servo<C: Room>(
 ) {
     let path = Path::new(c);
     let mut servo = Servo::new(c);
-    servo.enable();
-    for period in 0..UPDATES {
-        let q = path.smooth(period);
-        servo.update(&path::inputs(q), u16::MAX, PERIOD);
-    }
-    if servo.factor() != 1.0 {
-        fail("the corrections are not in");
-    }
-    updates(counter, keys[0], &mut servo, &path, UPDATES, counts);
+    let first = let_in(&mut servo, &path, 0, counter.traced);
+    updates(counter, keys[0], &mut servo, &path, first, counts);
     servo.disable();
-    let first = 3 * UPDATES;
+    let first = first + 2 * counter.some(counts).len();
     updates(
         counter,
         keys[1],
@@ -149,15 +178,11 @@ fn servo<C: Room>(
         first,
         &mut counts[..RAMPING],
     );
-    servo.enable();
-    for period in 0..UPDATES {
-        let q = path.smooth(first + 2 * RAMPING + period);
-        servo.update(&path::inputs(q), u16::MAX, PERIOD);
-    }
-    if servo.factor() != 1.0 || servo.swap(other).is_err() {
+    let first = first + 2 * counter.some(&mut counts[..RAMPING]).len();
+    let first = let_in(&mut servo, &path, first, counter.traced);
+    if servo.swap(other).is_err() {
         fail("the compensation does not take the place of another");
     }
-    let first = first + 2 * RAMPING + UPDATES;
     updates(
         counter,
         keys[2],
@@ -166,7 +191,7 @@ fn servo<C: Room>(
         first,
         &mut counts[..FADING],
     );
-    if servo.is_swapping() {
+    if servo.is_swapping() && !counter.traced {
         fail("the measurement ended before the change");
     }
 }
@@ -177,8 +202,9 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
     let mut path = Path::new(c);
     let (travel, weights) = (Travelling::default(), c.weights());
     let mut counts = [0; POSITIONS];
+    let counts = counter.some(&mut counts);
     let mut worst: f32 = 0.0;
-    for count in &mut counts {
+    for count in counts.iter_mut() {
         let q = path.random();
         let position: [f32; 5] = core::array::from_fn(|i| q[i]);
         let mut found = [0.0; 5];
@@ -197,8 +223,16 @@ fn rival(counter: &mut Counter, key: &str, c: &Usual, correction: impl Fn(&[f32;
         println!("failed {key} is off by {worst}");
         process::exit(1);
     }
-    report(key, &mut counts);
+    report(key, counts);
     println!("{key}_nm {}", (worst * 1e6) as u32);
+}
+
+/// Whether the program was started with the argument `trace`.
+fn is_traced() -> bool {
+    let Ok(arguments) = args::<COMMAND>() else {
+        fail("the command line is too long")
+    };
+    (&arguments).any(|argument| argument == Ok("trace"))
 }
 
 #[entry]
@@ -216,7 +250,7 @@ fn main() -> ! {
     let Some(peripherals) = cortex_m::Peripherals::take() else {
         fail("no peripherals")
     };
-    let counter = &mut Counter::new(peripherals.SYST);
+    let counter = &mut Counter::new(peripherals.SYST, is_traced());
     if !counter.is_right() {
         fail("ten instructions are not counted as ten: is -icount shift=10 set?");
     }

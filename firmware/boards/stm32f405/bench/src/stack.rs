@@ -1,5 +1,5 @@
 //! How much stack a call needs: the free part is painted, and looked at afterwards. All `unsafe` of
-//! this program.
+//! this program but the mark of `counter.rs`.
 
 use core::arch::asm;
 
