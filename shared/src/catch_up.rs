@@ -18,6 +18,8 @@ pub(crate) struct Period {
     pub dt: f32,
     /// 1 / dt
     pub frequency: f32,
+    /// The same of the last period.
+    pub last_frequency: f32,
 }
 
 /// Nothing, while the goal is followed as it is. After a step of it, or while it moves faster than
@@ -77,7 +79,16 @@ impl CatchUp {
             self.begin(p, rise);
             let change = p.goal - p.last;
             let jerk = (change - p.velocity * p.dt).abs();
-            if change.abs() <= most && jerk <= self.pace.acceleration * p.dt * p.dt {
+            // Mean velocities of neighbouring periods differ by the acceleration over half of both. The
+            // velocity may be back in the next period: one longer than this does not count.
+            let shorter = if p.last_frequency > p.frequency {
+                p.last_frequency
+            } else {
+                p.frequency
+            };
+            let apart = 0.5 * p.dt * (1.0 + p.dt * shorter);
+            let bounded = jerk * shorter <= self.pace.acceleration * apart;
+            if change.abs() <= most && bounded {
                 // Followed as it is, it steps neither in position nor in velocity.
                 self.active = false;
                 return p.goal;
@@ -169,6 +180,7 @@ mod tests {
                         rate,
                         dt,
                         frequency: 1.0 / dt,
+                        last_frequency: 1.0 / dt,
                     };
                     let dq = way.advance(&now, rate);
                     // Rounding of positions of a few mm in f32.

@@ -17,7 +17,7 @@ fn same(found: u64, stored: u64) {
 fn corrections_of_the_huron_are_the_stored_bits() {
     same(
         hash_of_evaluation(&load(&blob("huron-13"))),
-        0x0A00_C06A_2831_07A8,
+        0x4ADC_0DF7_995B_E224,
     );
 }
 

@@ -52,6 +52,10 @@ pub(super) struct Lane {
     lost: bool,
     /// How far it moved in this period.
     moved: f32,
+    /// Near the ends of the travel, what these leave of the correction of this period, and whether that is
+    /// less.
+    pub goal: f32,
+    pub ends: bool,
     pub reversal: Reversal,
     pub catch_up: CatchUp,
 }
@@ -88,6 +92,8 @@ impl Lane {
             position: 0.0,
             lost: true,
             moved: 0.0,
+            goal: 0.0,
+            ends: false,
             reversal: Reversal::new(),
             catch_up: CatchUp::new(),
         }
@@ -246,17 +252,16 @@ impl Lane {
         self.watch = Watch::Anywhere;
     }
 
-    /// Near the ends of the travel: what is left of `dq`, and whether that is less; `None` if another
-    /// bound acts.
-    #[inline(never)]
-    pub(super) fn near_end(&self, dq: f32, last: f32) -> Option<(f32, bool)> {
+    /// Near the ends of the travel: finds what is left of `dq`; false if another bound acts.
+    #[inline(always)]
+    pub(super) fn near_end(&mut self, dq: f32, last: f32) -> bool {
         let q = if self.watch == Watch::Place {
             self.front
         } else {
             self.position
         };
-        let (goal, limited) = guard::within_travel(dq, q, self.travel);
+        (self.goal, self.ends) = guard::within_travel(dq, q, self.travel);
         let near = self.free < 0.0 && dq.abs() <= self.value_bound;
-        (near && (goal - last).abs() <= self.most).then_some((goal, limited))
+        near && (self.goal - last).abs() <= self.most
     }
 }

@@ -168,16 +168,14 @@ impl<H: Handle> Servo<H> {
 
     /// Whether the travel is the only rail that can limit these axes.
     #[inline(never)]
-    fn near_ends(&self, limited: u32) -> bool {
-        let values = self
-            .correction
-            .dq
-            .as_ref()
-            .iter()
-            .zip(self.correction.computed.as_ref());
-        let mut all = self.lanes.iter().zip(values).enumerate();
-        all.all(|(k, (lane, (&last, &dq)))| {
-            limited & (1 << k) == 0 || lane.near_end(dq, last).is_some()
+    fn near_ends(&mut self, limited: u32) -> bool {
+        let (dq, computed) = (
+            self.correction.dq.as_ref(),
+            self.correction.computed.as_ref(),
+        );
+        axes(limited).all(|k| {
+            let values = dq.get(k).zip(computed.get(k)).zip(self.lanes.get_mut(k));
+            values.is_some_and(|((&last, &dq), lane)| lane.near_end(dq, last))
         })
     }
 
@@ -186,23 +184,26 @@ impl<H: Handle> Servo<H> {
     #[inline(never)]
     fn finish(&mut self, turning: u32, limited: u32) {
         self.last_frequency = self.frequency;
-        let values = self
-            .correction
-            .dq
-            .as_mut()
-            .iter_mut()
-            .zip(self.before.as_ref());
-        for (k, (lane, (dq, &last))) in self.lanes.iter_mut().zip(values).enumerate() {
-            let bit = 1 << k;
-            if turning & bit != 0 {
+        for k in axes(turning) {
+            if let Some(lane) = self.lanes.get_mut(k) {
                 lane.turned = false;
             }
-            if limited & bit != 0
-                && let Some((goal, acts)) = lane.near_end(*dq, last)
-            {
-                *dq = goal;
-                self.correction.status.travel_limited |= if acts { 1 << k } else { 0 };
+        }
+        for k in axes(limited) {
+            let values = self.correction.dq.as_mut().get_mut(k);
+            if let Some((dq, lane)) = values.zip(self.lanes.get(k)) {
+                *dq = lane.goal;
+                self.correction.status.travel_limited |= u16::from(lane.ends) << k;
             }
         }
     }
+}
+
+/// The axes in a mask.
+fn axes(mut mask: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let k = mask.trailing_zeros();
+        mask &= mask.wrapping_sub(1);
+        (k < u32::BITS).then_some(k as usize)
+    })
 }

@@ -132,6 +132,12 @@ impl<H: Handle> Servo<H> {
         let values = dq.as_mut().iter_mut().zip(computed.as_ref());
         let values = values.zip(self.before.as_mut());
         let dt = self.period;
+        // None before the first one.
+        let last_frequency = if self.last_frequency > 0.0 {
+            self.last_frequency
+        } else {
+            self.frequency
+        };
         let mut bit = 1;
         for (lane, ((dq, &computed), before)) in self.lanes.iter_mut().zip(values) {
             let last = *dq;
@@ -144,11 +150,12 @@ impl<H: Handle> Servo<H> {
                 let period = Period {
                     goal,
                     last,
-                    velocity: (last - *before) * self.last_frequency,
+                    velocity: (last - *before) * last_frequency,
                     step,
                     rate: lane.rate_bound,
                     dt,
                     frequency: self.frequency,
+                    last_frequency,
                 };
                 let passed = lane.catch_up(&period, limited);
                 *dq = passed.dq;

@@ -132,6 +132,8 @@ pub const STUCK: f64 = 0.8;
 /// many positions for each weight of an output, so that what is fitted there holds elsewhere.
 pub const FITS: usize = 8;
 pub const FIT_SAMPLES: usize = 12;
+/// What leaves more tolerances than this after a fit is fitted no more: eight rounds halve it.
+pub const OUT_OF_REACH: f64 = 30.0;
 /// How often positions get other weight, the steps of the first solution, and what is added to the
 /// squares of the products, which are 1: enough to keep what samples do not tell.
 pub const FIT_ROUNDS: usize = 8;

@@ -6,8 +6,8 @@ use super::judge::{Judge, Verdict};
 use super::limits::{
     BLAMELESS, CLOSER, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS,
     FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_COARSER, LEAST_POINT_SHARE,
-    MOST_WORK, MOST_WORK_IF_HOPELESS, REFINEMENTS, ROOM_STEPS, SHARES, STARVING, STUCK, TOO_GOOD,
-    TOOL_SHARE,
+    MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, REFINEMENTS, ROOM_STEPS, SHARES, STARVING,
+    STUCK, TOO_GOOD, TOOL_SHARE,
 };
 use super::sampling::{Component, Sampler};
 use super::seen::Seen;
@@ -230,6 +230,9 @@ impl<'a> Search<'a> {
             }
             if good && confirmed && harmless {
                 return Ok(true);
+            }
+            if verdict.error > OUT_OF_REACH {
+                break;
             }
         }
         if let Some(best) = &mut self.best {
