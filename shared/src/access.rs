@@ -93,8 +93,7 @@ mod trusted {
         /// # Safety
         /// There are `count` values, of which those are written that are read.
         #[inline(always)]
-        pub(crate) unsafe fn raw(first: *const T, count: usize) -> Self {
-            let _ = count;
+        pub(crate) unsafe fn raw(first: *const T, _count: usize) -> Self {
             Self(first, PhantomData)
         }
 
@@ -145,8 +144,7 @@ mod trusted {
         /// # Safety
         /// There is room for `count` values.
         #[inline(always)]
-        pub(crate) unsafe fn start(first: *mut f32, count: usize) -> Self {
-            let _ = count;
+        pub(crate) unsafe fn start(first: *mut f32, _count: usize) -> Self {
             Self(first, PhantomData)
         }
 
@@ -174,8 +172,7 @@ mod trusted {
         /// # Safety
         /// There is room for `count` values from here.
         #[inline(always)]
-        pub(crate) unsafe fn pointer(self, count: usize) -> *mut f32 {
-            let _ = count;
+        pub(crate) unsafe fn pointer(self, _count: usize) -> *mut f32 {
             self.0
         }
 

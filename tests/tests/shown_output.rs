@@ -165,6 +165,64 @@ fn the_manual_counts_what_the_direction_takes() {
     }
 }
 
+/// The examples with many error parameters: their rows in the manual, and what is left of them.
+#[test]
+fn the_manual_tells_what_the_large_examples_take_and_what_they_leave() {
+    let (reproduction, exact) = ("docs/src/reproduction.md", "docs/src/exact.md");
+    let compiled = |folder: &str, errors_file: &str, policy: Policy, zero_at: Option<Vec<f64>>| {
+        let machine = machine(&format!("examples/{folder}/machine.toml"));
+        let errors = errors(&format!("examples/{folder}/{errors_file}.toml"), &machine);
+        let options = Options {
+            tables: schemes::Options {
+                policy,
+                zero_at,
+                ..schemes::Options::default()
+            },
+            allow_large: true,
+            ..Options::default()
+        };
+        compile::compile(&machine, &errors, &options, &()).unwrap()
+    };
+    let contains = |file: &str, shown: String| {
+        // Wherever its lines end.
+        let text = read(file).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains(&shown), "{file} does not say `{shown}`");
+    };
+    // Y, A, C, X, Z.
+    let zero_at = Some(vec![0.0, 0.0, 0.0, 0.0, 150.0]);
+    for (row, folder, errors_file, zero_at) in [
+        ("HU40, 84 coefficients", "hu40", "errors-84", None),
+        (
+            "Kolibri, 81 coefficients, `--zero-at X=0,Y=0,Z=150,A=0,C=0`",
+            "kolibri",
+            "errors-81",
+            zero_at,
+        ),
+        ("mill, 21 errors, measured", "mill-21", "errors-21", None),
+        (
+            "trunnion, 30 motions, measured",
+            "five-axis-30",
+            "errors-30",
+            None,
+        ),
+    ] {
+        let found = compiled(folder, errors_file, Policy::Orientation, zero_at);
+        let size = &found.built.size;
+        let shown = format!("| {row} | {} | {} | |", size.tables, size.terms);
+        shows(reproduction, &shown);
+        let left = found.proof.inside();
+        let (um, urad) = (left.difference_um, left.difference_urad);
+        match folder {
+            "hu40" => contains(reproduction, format!("{um:.3} µm and {urad:.3} µrad")),
+            "kolibri" => contains(reproduction, format!("{um:.1} µm and {urad:.1} µrad")),
+            _ => assert!(found.proof.meets(0.05), "{row}"),
+        }
+    }
+    let direction = compiled("hu40", "errors-84", Policy::default(), None);
+    let um = direction.proof.inside().difference_um;
+    contains(exact, format!("with {um:.2} µm at the tip left"));
+}
+
 /// Why the Kolibri's ten errors need all twelve products of its linear corrections: at some A each
 /// of them, between the ends of the travel, is more than the tolerance.
 #[test]
