@@ -26,7 +26,7 @@
 use core::fmt;
 
 use crate::compensation::Compensation;
-use crate::description::AUXILIARIES;
+use crate::description::{AUXILIARIES, Axis};
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::pace::Pace;
@@ -310,7 +310,7 @@ impl<H: Handle> Servo<H> {
     /// Why this compensation is not taken.
     fn refusal(&self, new: &Compensation<'_, H::Room>) -> Option<Refused> {
         let current = self.current.get();
-        let same = |(a, b): (&crate::Axis, &crate::Axis)| {
+        let same = |(a, b): (&Axis, &Axis)| {
             a.name == b.name && a.travel == b.travel && a.period == b.period
         };
         let (axes, others) = (current.axes(), new.axes());

@@ -7,7 +7,7 @@
 use core::arch::asm;
 
 use crate::access::{From, To};
-use crate::lookup::BankLookup;
+use crate::plan::BankLookup;
 
 /// a + (b − a)·t of so many neighbouring values; a, b and the place of the result move on behind them.
 macro_rules! several {

@@ -1,7 +1,7 @@
 //! Rows of samples, and products of table values; on a Cortex-M `cortex_m.rs` takes its place.
 
 use crate::access::{From, To};
-use crate::lookup::BankLookup;
+use crate::plan::BankLookup;
 
 /// a + (b − a)·t of `width` neighbouring values.
 ///

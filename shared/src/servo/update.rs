@@ -32,11 +32,11 @@ impl<H: Handle> Servo<H> {
             self.take_at_zero();
         }
         let (current, target) = (self.current.get(), self.target());
-        let mut good_auxiliaries = current.reach.holds_auxiliaries(inputs);
-        let mut used = current.reach.used_axes;
+        let mut good_auxiliaries = current.reach().holds_auxiliaries(inputs);
+        let mut used = current.reach().used_axes;
         if !core::ptr::eq(current, target) {
-            good_auxiliaries &= target.reach.holds_auxiliaries(inputs);
-            used |= target.reach.used_axes;
+            good_auxiliaries &= target.reach().holds_auxiliaries(inputs);
+            used |= target.reach().used_axes;
         }
         let good_axes = self.takes_axes(inputs, used | referenced);
         let good_inputs = good_axes && good_auxiliaries;
@@ -105,7 +105,8 @@ impl<H: Handle> Servo<H> {
 
     /// Directions of travel and positions; whether tables change with a direction that is new.
     fn follow(&mut self, inputs: &Inputs<Values<H>>, referenced: u16, held: bool) -> bool {
-        let directional = self.current.get().reach.directional | self.target().reach.directional;
+        let directional =
+            self.current.get().reach().directional | self.target().reach().directional;
         let returns = !self.frozen;
         let mut step = false;
         let mut bit = 1;
