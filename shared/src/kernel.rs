@@ -23,6 +23,7 @@ use crate::inputs::{Inputs, Travel, Travelling};
 use crate::plan::{
     BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Plan, Span,
 };
+use crate::product;
 use crate::room::{Room, Row};
 use crate::weights::Weights;
 
@@ -495,7 +496,8 @@ unsafe fn sum<C: Room>(c: &Plan<'_, C>, scratch: &Scratch<C>, corrections: &mut 
             let mut total = values.at_byte(first);
             let mut rest = u32::from(head.singles);
             while rest != 0 {
-                total += values.at_byte(pair.at(0) as usize);
+                let value = values.at_byte(pair.at(0) as usize);
+                total = product::add(total, 1.0, [value]);
                 pair = pair.skip(1).opaque();
                 rest -= 1;
             }
@@ -557,11 +559,6 @@ unsafe fn weighted(
     values: From<'_, f32>,
     weights: &Weights,
 ) -> f32 {
-    let factor = |term: &PackedTerm, k: usize| {
-        // SAFETY: k < FACTORS (constants below, or `count`); the factor is a table that was
-        // written or number TABLES, which is `one` (guarantee 5).
-        unsafe { values.at(usize::from(*at(&term.factors, k))) }
-    };
     let Some(&PackedTerm { most, place, .. }) = run.first() else {
         return total;
     };
@@ -571,38 +568,54 @@ unsafe fn weighted(
             debug_assert!(k < weights.values().len());
             // SAFETY: guarantee 5: the places of adjustable terms follow each other.
             let weight = unsafe { *at(weights.values(), k) };
-            total += product(weight, term, factor);
+            // SAFETY: the caller's.
+            total = product::add(total, weight, unsafe { factors(term, values) });
         }
         return total;
     }
+    // SAFETY: the caller's; the constants are less than FACTORS.
+    let factor = |term: &PackedTerm, k: usize| unsafe { factor(term, k, values) };
     match most {
         0..=2 => {
             for term in run {
-                total += term.weight * factor(term, 0) * factor(term, 1);
+                let factors = [factor(term, 0), factor(term, 1)];
+                total = product::add(total, term.weight, factors);
             }
         }
         3 => {
             for term in run {
-                total += term.weight * factor(term, 0) * factor(term, 1) * factor(term, 2);
+                let factors = [factor(term, 0), factor(term, 1), factor(term, 2)];
+                total = product::add(total, term.weight, factors);
             }
         }
         _ => {
             for term in run {
-                total += product(term.weight, term, factor);
+                // SAFETY: the caller's.
+                total = product::add(total, term.weight, unsafe { factors(term, values) });
             }
         }
     }
     total
 }
 
-/// weight · factor · factor …
+/// Factor number `k` of a term; 1 if it has none.
+///
+/// # Safety
+/// `k < FACTORS`, and that of [`sum`].
 #[inline(always)]
-fn product(weight: f32, term: &PackedTerm, factor: impl Fn(&PackedTerm, usize) -> f32) -> f32 {
-    let mut product = weight;
-    for k in 0..usize::from(term.count) {
-        product *= factor(term, k);
-    }
-    product
+unsafe fn factor(term: &PackedTerm, k: usize, values: From<'_, f32>) -> f32 {
+    // SAFETY: the factor is a table that was written or number TABLES, which is `one` (guarantee 5).
+    unsafe { values.at(usize::from(*at(&term.factors, k))) }
+}
+
+/// All factors of a term.
+///
+/// # Safety
+/// That of [`sum`].
+#[inline(always)]
+unsafe fn factors(term: &PackedTerm, values: From<'_, f32>) -> impl Iterator<Item = f32> {
+    // SAFETY: `count ≤ FACTORS` (guarantee 5), and the caller's.
+    (0..usize::from(term.count)).map(move |k| unsafe { factor(term, k, values) })
 }
 
 /// a at t = 0, towards b.

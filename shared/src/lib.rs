@@ -72,6 +72,7 @@ mod measure;
 mod oracle;
 mod pace;
 mod plan;
+mod product;
 mod ramp;
 mod reach;
 mod room;

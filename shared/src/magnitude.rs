@@ -4,6 +4,7 @@ use crate::contents::Contents;
 use crate::description::{Grid, Interpolation, SampleFormat};
 use crate::load_error::LoadError;
 use crate::plan::{FIXED, PackedTerm, Plan};
+use crate::product;
 use crate::room::{List, Room, Row};
 use crate::work;
 
@@ -32,13 +33,11 @@ pub(crate) fn measure<C: Room>(
     for (number, term) in plan.terms().iter().enumerate() {
         work::count(1 + usize::from(term.count));
         let weight = largest_weight(plan, term);
-        let mut product = weight;
-        let mut largest = weight;
-        for &table in &term.factors[..usize::from(term.count)] {
-            product *= peaks[usize::from(table)];
-            largest = largest.max(product);
-        }
-        sums[usize::from(term.output)] += product;
+        let factors = term.factors[..usize::from(term.count)].iter();
+        let factors = factors.map(|&table| peaks[usize::from(table)]);
+        let sum = &mut sums[usize::from(term.output)];
+        let mut largest = 0.0_f32;
+        *sum = product::add_seen(*sum, weight, factors, |p| largest = largest.max(p));
         if !within(largest) {
             return Err(LoadError::TermMagnitude {
                 term: number as u16,
