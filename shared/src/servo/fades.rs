@@ -1,6 +1,6 @@
 //! What is faded in: another compensation, other weights, another tool length or temperature.
 
-use super::{Fading, Servo, Values};
+use super::state::{Fading, Servo, Values};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
 use crate::guard;

@@ -4,7 +4,8 @@
 //! It does what `update_any` does there, to the bit, with far fewer instructions. Whatever is
 //! not so plain it leaves to that, before anything has changed that may not change twice.
 
-use super::{Fading, Servo, Values, is_period};
+use super::period::is_period;
+use super::state::{Fading, Servo, Values};
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Status;
