@@ -2,12 +2,15 @@
 
 use core::fmt;
 
-use crate::description::{AUXILIARIES, Auxiliary, Axis, Bank, Grid, Policy, SampleFormat};
+use crate::blob;
+use crate::contents::Contents;
+use crate::description::{Auxiliary, Axis, Bank, Grid, Policy, SampleFormat};
+use crate::header::{self, Held};
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::kernel;
-use crate::lookup::{
-    BankLookup, FIXED, GridLookup, Head, Kind, PAIRED, PackedTerm, group, pair_up,
-};
+use crate::load_error::LoadError;
+use crate::magnitude;
+use crate::plan::{FIXED, Plan};
 use crate::reach::Reach;
 use crate::room::{List, Room, Row, Usual};
 use crate::weights::Weights;
@@ -23,34 +26,13 @@ use crate::work;
 #[derive(Clone)]
 #[repr(C)]
 pub struct Compensation<'a, C: Room = Usual> {
-    /// Nothing but one plain grid.
-    pub(crate) one_cell: bool,
-    /// Whether there are terms other than `pairs`.
-    pub(crate) runs: bool,
-    pub(crate) tables: u16,
-    pub(crate) length: u32,
-    pub(crate) floats: Option<&'a [f32]>,
-    pub(crate) shorts: Option<&'a [i16]>,
-    /// What the kernel adds first, see `pair_up`.
-    pub(crate) heads: C::AxisList<Head>,
-    pub(crate) reach: Reach<C>,
-    pub(crate) axes: C::AxisList<Axis>,
-    pub(crate) machine: Option<&'a str>,
-    pub(crate) policy: Policy,
-    pub(crate) weights: Weights,
-    pub(crate) auxiliaries: heapless::Vec<Auxiliary, AUXILIARIES>,
-    /// One per bank.
-    pub(crate) lookups: C::BankList<BankLookup>,
-    pub(crate) grids: C::GridList<Grid>,
-    /// One per grid.
-    pub(crate) grid_lookups: C::GridList<GridLookup>,
-    /// One per table; 1 for tables of f32 samples.
-    pub(crate) scales: C::TableList<f32>,
-    pub(crate) pairs: C::TermList<u32>,
-    pub(crate) terms: C::TermList<PackedTerm>,
-    pub(crate) banks: C::BankList<Bank>,
+    plan: Plan<'a, C>,
+    reach: Reach<C>,
+    contents: Contents<'a, C>,
+    /// Bytes of the blob.
+    length: u32,
     /// Largest magnitude of each table.
-    pub(crate) peaks: C::TableList<f32>,
+    peaks: C::TableList<f32>,
 }
 
 /// A term as stored, see [`Term`](crate::Term).
@@ -74,129 +56,131 @@ impl<'a, C: Room> Compensation<'a, C> {
         // What does not fit the masks and numbers does not compile.
         const { assert!(C::AXES + C::BANKS + C::TABLES + C::TERMS + C::GRIDS > 0) };
         Self {
-            machine: None,
-            policy: Policy::Orientation,
-            axes: C::AxisList::EMPTY,
-            auxiliaries: heapless::Vec::new(),
-            banks: C::BankList::EMPTY,
-            lookups: C::BankList::EMPTY,
-            scales: C::TableList::EMPTY,
-            peaks: C::TableList::EMPTY,
-            tables: 0,
-            terms: C::TermList::EMPTY,
-            heads: C::AxisList::EMPTY,
-            pairs: C::TermList::EMPTY,
-            runs: false,
-            one_cell: false,
-            weights: Weights::empty(),
-            grids: C::GridList::EMPTY,
-            grid_lookups: C::GridList::EMPTY,
-            floats: None,
-            shorts: None,
-            length: 0,
+            plan: Plan::EMPTY,
             reach: Reach::EMPTY,
+            contents: Contents::EMPTY,
+            length: 0,
+            peaks: C::TableList::EMPTY,
         }
     }
 
     /// Makes `self` [empty](Self::empty) in place.
     #[inline(never)]
-    pub(crate) fn clear(&mut self) {
-        self.machine = None;
-        self.policy = Policy::Orientation;
-        self.axes.clear();
-        self.auxiliaries.clear();
-        self.banks.clear();
-        self.lookups.clear();
-        self.scales.clear();
-        self.peaks.clear();
-        self.tables = 0;
-        self.terms.clear();
-        self.heads.clear();
-        self.pairs.clear();
-        self.runs = false;
-        self.one_cell = false;
-        self.weights = Weights::empty();
-        self.grids.clear();
-        self.grid_lookups.clear();
-        self.floats = None;
-        self.shorts = None;
-        self.length = 0;
+    fn clear(&mut self) {
+        self.plan.clear();
         self.reach = Reach::EMPTY;
+        self.contents.clear();
+        self.length = 0;
+        self.peaks.clear();
+    }
+
+    /// Reads a file: `blob` has exactly the stated length and starts at a multiple of 4 bytes.
+    ///
+    /// The samples are used where they are. On error `self` is left [empty](Self::empty).
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load(&mut self, blob: &'a [u8]) -> Result<(), LoadError> {
+        self.load_held(blob, Held::Exactly)
+    }
+
+    /// Like [`load`](Self::load), from a flash slot: bytes after the stated length are ignored.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_slot(&mut self, slot: &'a [u8]) -> Result<(), LoadError> {
+        self.load_held(slot, Held::AtLeast)
+    }
+
+    /// Like [`load`](Self::load), by value: convenient where the stack is large, for it takes twice the size
+    /// of a compensation. [`empty`](Self::empty) and `load` take nothing but the place itself.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn from_blob(blob: &'a [u8]) -> Result<Self, LoadError> {
+        let mut compensation = Self::empty();
+        match compensation.load(blob) {
+            Ok(()) => Ok(compensation),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn load_held(&mut self, bytes: &'a [u8], held: Held) -> Result<(), LoadError> {
+        self.clear();
+        let result = self.take(bytes, held);
+        if result.is_err() {
+            self.clear();
+        }
+        result
+    }
+
+    /// Fills what is empty.
+    fn take(&mut self, bytes: &'a [u8], held: Held) -> Result<(), LoadError> {
+        let bytes = header::open(bytes, held)?;
+        let contents = &mut self.contents;
+        self.plan
+            .fill(bytes, |filling| blob::read(bytes, filling, contents))?;
+        self.length = bytes.len() as u32;
+        magnitude::measure(&self.plan, &self.contents, &mut self.peaks)?;
+        self.reach = Reach::find(&self.contents, self.inputs_used());
+        Ok(())
     }
 
     /// All samples of the format f32.
-    pub(crate) fn floats(&self) -> &'a [f32] {
-        self.floats.unwrap_or_default()
+    fn floats(&self) -> &'a [f32] {
+        self.plan.floats().unwrap_or_default()
     }
 
     /// All samples of the format i16.
-    pub(crate) fn shorts(&self) -> &'a [i16] {
-        self.shorts.unwrap_or_default()
+    fn shorts(&self) -> &'a [i16] {
+        self.plan.shorts().unwrap_or_default()
     }
 
-    /// Last step of loading: prepares the terms for the kernel and the inputs for the servo.
-    pub(crate) fn finish(&mut self) {
-        let floats = self.floats();
-        for bank in self.lookups.iter_mut() {
-            if bank.kind == Kind::Straight {
-                let first = bank.first as usize;
-                let (a, b) = (floats[first], floats[first + 1]);
-                bank.line = [a, b - a];
-            }
-        }
-        pair_up::<C>(
-            self.axes.len(),
-            &mut self.terms,
-            &mut self.heads,
-            &mut self.pairs,
-        );
-        self.one_cell =
-            self.terms.is_empty() && self.grids.len() == 1 && self.grid_lookups[0].plain;
-        self.runs = self.terms.iter().any(|term| term.most != PAIRED);
-        group(&mut self.terms);
-        self.find_reach();
+    /// How far its inputs may go, and which matter.
+    pub(crate) fn reach(&self) -> &Reach<C> {
+        &self.reach
     }
 
     /// Name of the machine.
     #[must_use]
     pub fn machine(&self) -> &'a str {
-        self.machine.unwrap_or_default()
+        self.contents.machine.unwrap_or_default()
     }
 
     /// How the rotary corrections were solved.
     #[must_use]
     pub fn policy(&self) -> Policy {
-        self.policy
+        self.contents.policy
     }
 
     /// The axes, in the order of inputs and outputs.
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
-        &self.axes
+        &self.contents.axes
     }
 
     /// The auxiliary inputs, numbered on after the axes.
     #[must_use]
     pub fn auxiliaries(&self) -> &[Auxiliary] {
-        &self.auxiliaries
+        &self.contents.auxiliaries
     }
 
     /// The banks; tables are numbered through them in order.
     #[must_use]
     pub fn banks(&self) -> &[Bank] {
-        &self.banks
+        &self.contents.banks
     }
 
     /// The grids.
     #[must_use]
     pub fn grids(&self) -> &[Grid] {
-        &self.grids
+        &self.contents.grids
     }
 
     /// Number of tables.
     #[must_use]
     pub fn tables(&self) -> usize {
-        usize::from(self.tables)
+        usize::from(self.plan.tables())
     }
 
     /// Number of samples, of both formats.
@@ -213,10 +197,10 @@ impl<'a, C: Room> Compensation<'a, C> {
 
     /// The terms, in stored order.
     pub fn terms(&self) -> impl ExactSizeIterator<Item = TermView<'_>> + '_ {
-        self.terms.iter().map(|term| TermView {
+        self.plan.terms().iter().map(|term| TermView {
             output: term.output,
             weight: term.weight,
-            limits: self.weights.limits_at(term.place),
+            limits: self.plan.weights().limits_at(term.place),
             factors: &term.factors[..usize::from(term.count)],
         })
     }
@@ -224,7 +208,7 @@ impl<'a, C: Room> Compensation<'a, C> {
     /// The weights as stored, to be adjusted and passed to [`evaluate`](Self::evaluate).
     #[must_use]
     pub fn weights(&self) -> Weights {
-        self.weights
+        *self.plan.weights()
     }
 
     /// Largest magnitude that table `table` can take.
@@ -237,7 +221,7 @@ impl<'a, C: Room> Compensation<'a, C> {
     #[must_use]
     pub fn sample(&self, table: usize, point: usize) -> Option<f32> {
         let mut column = table;
-        for bank in self.banks.iter() {
+        for bank in self.contents.banks.iter() {
             let tables = usize::from(bank.tables);
             if column < tables {
                 if point >= bank.points as usize {
@@ -248,7 +232,7 @@ impl<'a, C: Room> Compensation<'a, C> {
                     SampleFormat::F32 => self.floats().get(place).copied(),
                     SampleFormat::I16 => {
                         let raw = f32::from(*self.shorts().get(place)?);
-                        Some(raw * self.scales[table])
+                        Some(raw * self.plan.scales()[table])
                     }
                 };
             }
@@ -260,7 +244,7 @@ impl<'a, C: Room> Compensation<'a, C> {
     /// Value of output `output` (its place in [`Grid::outputs`]) at node `node` of grid `grid`.
     #[must_use]
     pub fn grid_sample(&self, grid: usize, node: usize, output: usize) -> Option<f32> {
-        let grid = self.grids.get(grid)?;
+        let grid = self.contents.grids.get(grid)?;
         let width = grid.outputs.len();
         if output >= width || node as u64 >= grid.nodes() {
             return None;
@@ -274,12 +258,20 @@ impl<'a, C: Room> Compensation<'a, C> {
         }
     }
 
+    /// How far from 0 axis `axis` may be, mm or degrees: [`MOST_PERIODS`](crate::MOST_PERIODS) of its
+    /// own period and of every modulo table and grid on it; `f32::MAX` without. Beyond, its position
+    /// is a bad input.
+    #[must_use]
+    pub fn farthest(&self, axis: usize) -> Option<f32> {
+        self.reach.axes.get(axis).copied()
+    }
+
     /// One bit per input (axes, then auxiliaries) on which a correction depends: through a grid,
     /// or through a table of a term that is adjustable or has a weight other than 0.
     #[must_use]
     pub fn inputs_used(&self) -> u32 {
         let mut active = [false; 256];
-        for term in self.terms.iter() {
+        for term in self.plan.terms().iter() {
             work::count(1);
             if term.weight != 0.0 || term.place != FIXED {
                 for &factor in &term.factors[..usize::from(term.count)] {
@@ -290,7 +282,7 @@ impl<'a, C: Room> Compensation<'a, C> {
         }
         let mut used = 0;
         let mut table = 0;
-        for bank in self.banks.iter() {
+        for bank in self.contents.banks.iter() {
             let tables = table..table + usize::from(bank.tables);
             table = tables.end;
             work::count(usize::from(bank.tables));
@@ -298,7 +290,7 @@ impl<'a, C: Room> Compensation<'a, C> {
                 used |= 1 << bank.input;
             }
         }
-        for axis in self.grids.iter().flat_map(|grid| &grid.axes) {
+        for axis in self.contents.grids.iter().flat_map(|grid| &grid.axes) {
             used |= 1 << axis.input;
         }
         used
@@ -348,11 +340,28 @@ impl<'a, C: Room> Compensation<'a, C> {
         weights: &Weights,
         corrections: &mut C::Axes<f32>,
     ) {
-        if self.one_cell {
-            kernel::evaluate_cell(self, inputs, corrections);
+        if self.plan.one_cell() {
+            kernel::evaluate_cell(&self.plan, inputs, corrections);
         } else {
-            kernel::evaluate_tables(self, inputs, travel, weights, corrections);
+            kernel::evaluate_tables(&self.plan, inputs, travel, weights, corrections);
         }
+    }
+}
+
+impl<'a> Compensation<'a, Usual> {
+    /// [Empty](Self::empty), with the capacities that hold unless told otherwise.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self::empty()
+    }
+
+    /// Reads a file by value, with the capacities that hold unless told otherwise: see
+    /// [`from_blob`](Self::from_blob).
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn decode(blob: &'a [u8]) -> Result<Self, LoadError> {
+        Self::from_blob(blob)
     }
 }
 
@@ -367,10 +376,10 @@ impl<C: Room> fmt::Debug for Compensation<'_, C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Compensation")
             .field("machine", &self.machine())
-            .field("axes", &self.axes.len())
-            .field("tables", &self.tables)
-            .field("terms", &self.terms.len())
-            .field("grids", &self.grids.len())
+            .field("axes", &self.contents.axes.len())
+            .field("tables", &self.plan.tables())
+            .field("terms", &self.plan.terms().len())
+            .field("grids", &self.contents.grids.len())
             .field("bytes", &self.length)
             .finish_non_exhaustive()
     }

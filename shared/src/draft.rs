@@ -13,7 +13,8 @@ use crate::compensation::Compensation;
 use crate::description::{
     Auxiliary, Axis, Bank, Direction, Grid, GridAxis, Interpolation, Policy, SampleFormat, Term,
 };
-use crate::header::{self, ALIGNMENT, HEADER, MAGIC, VERSION};
+use crate::format::{ALIGNMENT, HEADER, MAGIC, VERSION};
+use crate::header;
 use crate::load_error::LoadError;
 use crate::room::Holds;
 

@@ -1,16 +1,8 @@
 //! The 16 fixed bytes at the start of a blob, and its checksum.
 
+use crate::format::{HEADER, MAGIC, VERSION};
 use crate::load_error::LoadError;
 use crate::work;
-
-/// First four bytes of every blob.
-pub const MAGIC: [u8; 4] = *b"TRAX";
-/// The format version that this build reads and writes.
-pub const VERSION: u16 = 1;
-/// Bytes of the header.
-pub const HEADER: usize = 16;
-/// The samples start at a multiple of this many bytes.
-pub const ALIGNMENT: usize = 32;
 
 /// CRC-32/ISO-HDLC (as in zlib), 1 KiB of table.
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);

@@ -1,30 +1,8 @@
 //! The evaluation; with `access.rs`, through which it gets at memory, and `kernel/`, all `unsafe` code of
 //! this crate.
 //!
-//! **What the proofs rest on.** A [`Compensation`] is either empty or was filled by `load`, which
-//! guarantees (names as in `lookup.rs`):
-//!
-//! 1. `span.slot < AXES + AUXILIARIES`, and `< AXES` for directional banks;
-//! 2. `1 ≤ last < 2²⁴` (0 for the missing inputs of a grid), `after ≤ last`; `limit` is `last`
-//!    (then `beyond` is `last`) or, with modulo, `last + 1` (then `beyond` is 0);
-//! 3. `first + (last + 1) · tables` is at most the length of the bank's section; of a grid,
-//!    `first + strides[0] · (spans[0].last + 1)`, with each stride the product of the counts
-//!    behind it and `width`;
-//! 4. the banks together have `tables ≤ TABLES` tables, and `TABLES ≤ 255`;
-//! 5. each used factor of a term is `< tables`, each unused one is `TABLES`; `count ≤ FACTORS`;
-//!    `output < AXES`; adjustable terms have consecutive places `< ADJUSTABLE`;
-//! 6. `run` of the first term, and of each term that follows a run, is at least 1 and stays within
-//!    the terms; all terms of a run share `output`, are all fixed or all adjustable, and have at
-//!    most as many factors as `most` says;
-//! 7. every grid has `width ≤ GRID_OUTPUTS` outputs `< AXES`; a plain one has three inputs without
-//!    modulo and `PLAIN_WIDTH` f32 outputs;
-//! 8. `heads` have outputs `< AXES`, and as many words of `pairs` as they say, one head's behind
-//!    the other's; each word, and each `first`, names tables as a term does, or the value behind
-//!    `one`;
-//! 9. where there are banks or grids, there are both sections of samples, though one may be empty.
-//!
-//! The fields are `pub(crate)`, are written in `blob.rs`, `magnitude.rs`, `lookup.rs` and
-//! `compensation.rs` only, and are checked again in debug builds.
+//! **What the proofs rest on.** The guarantees of a [`Plan`], which are listed in `plan.rs`, by their
+//! numbers there; some are checked again in debug builds.
 //!
 //! **What it is written for.** A Cortex-M4F in few instructions: `cargo xtask bench-target` counts
 //! them. There a VFP load takes no index, a comparison costs three instructions, and a loop that is
@@ -40,11 +18,12 @@ mod rows;
 use core::mem::MaybeUninit;
 
 use crate::access::{From, To, at, at_mut, opaque, part, split, whole};
-
-use crate::compensation::Compensation;
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::lookup::{BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Span};
+use crate::plan::{
+    BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Plan, Span,
+};
+use crate::product;
 use crate::room::{Room, Row};
 use crate::weights::Weights;
 
@@ -88,7 +67,7 @@ impl Sample for i16 {
 /// Tables and terms, then grids, into the outputs of all axes.
 #[inline(never)]
 pub(crate) fn evaluate_tables<C: Room>(
-    c: &Compensation<'_, C>,
+    c: &Plan<'_, C>,
     inputs: &Inputs<C::Axes<f32>>,
     travel: &Travelling<C::Axes<Travel>>,
     weights: &Weights,
@@ -101,13 +80,13 @@ pub(crate) fn evaluate_tables<C: Room>(
     };
     // SAFETY: `TableValues` are TABLES values.
     let mut out = unsafe { To::start(scratch.tables.as_mut_ptr().cast(), C::TABLES) };
-    for bank in c.lookups.iter() {
+    for bank in c.banks() {
         // SAFETY: guarantee 1.
         let x = unsafe { input(inputs, bank.span.slot) };
         // SAFETY: `out` has room for the tables of this bank and of those behind it (guarantee 4);
         // what each kind reads of the samples is stated there; guarantee 9.
         unsafe {
-            let floats = c.floats.unwrap_unchecked();
+            let floats = c.floats().unwrap_unchecked();
             match bank.kind {
                 Kind::Straight => {
                     straight(bank, x, floats, out.again());
@@ -134,11 +113,11 @@ pub(crate) fn evaluate_tables<C: Room>(
     unsafe {
         let c = &*opaque(c);
         sum(c, &scratch, corrections);
-        if c.runs {
+        if c.has_runs() {
             sum_runs(c, &scratch, weights, corrections);
         }
     }
-    if !c.grid_lookups.is_empty() {
+    if !c.grids().is_empty() {
         add_grids(c, inputs, corrections);
     }
 }
@@ -166,31 +145,33 @@ fn clear<C: Room>(corrections: &mut C::Axes<f32>) {
 #[cold]
 #[inline(never)]
 fn add_grids<C: Room>(
-    c: &Compensation<'_, C>,
+    c: &Plan<'_, C>,
     inputs: &Inputs<C::Axes<f32>>,
     corrections: &mut C::Axes<f32>,
 ) {
-    for grid in c.grid_lookups.iter() {
-        let (floats, shorts) = (c.floats(), c.shorts());
+    for grid in c.grids() {
+        let floats = c.floats().unwrap_or_default();
+        let shorts = c.shorts().unwrap_or_default();
         if !(grid.plain && add_cell(grid, inputs, floats, corrections)) {
             add_grid(grid, inputs, floats, shorts, corrections);
         }
     }
 }
 
-/// The only grid of a compensation without terms: [`Compensation::one_cell`].
+/// The only grid of a compensation without terms: [`Plan::one_cell`].
 #[inline(always)]
 pub(crate) fn evaluate_cell<C: Room>(
-    c: &Compensation<'_, C>,
+    c: &Plan<'_, C>,
     inputs: &Inputs<C::Axes<f32>>,
     corrections: &mut C::Axes<f32>,
 ) {
     clear::<C>(corrections);
-    debug_assert!(!c.grid_lookups.is_empty());
+    debug_assert!(!c.grids().is_empty());
     // SAFETY: there is one; guarantee 9.
-    let (grid, floats) = unsafe { (at(&c.grid_lookups, 0), c.floats.unwrap_unchecked()) };
+    let (grid, floats) = unsafe { (at(c.grids(), 0), c.floats().unwrap_unchecked()) };
     if !add_cell(grid, inputs, floats, corrections) {
-        add_grid(grid, inputs, floats, c.shorts(), corrections);
+        let shorts = c.shorts().unwrap_or_default();
+        add_grid(grid, inputs, floats, shorts, corrections);
     }
 }
 
@@ -358,7 +339,7 @@ unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: To<'_>) {
 #[cold]
 #[inline(never)]
 unsafe fn other<C: Room>(
-    c: &Compensation<'_, C>,
+    c: &Plan<'_, C>,
     bank: &BankLookup,
     x: f32,
     travel: &Travelling<C::Axes<Travel>>,
@@ -384,10 +365,10 @@ unsafe fn other<C: Room>(
     if bank.integer {
         let table = usize::from(bank.table);
         // SAFETY: guarantee 4.
-        let scales = unsafe { part(&c.scales, table, width) };
-        fill(bank, x, c.shorts(), scales, values);
+        let scales = unsafe { part(c.scales(), table, width) };
+        fill(bank, x, c.shorts().unwrap_or_default(), scales, values);
     } else {
-        fill(bank, x, c.floats(), &c.scales, values);
+        fill(bank, x, c.floats().unwrap_or_default(), c.scales(), values);
     }
     if bank.direction == Direction::Signed && last == Travel::Negative {
         for value in values {
@@ -498,16 +479,12 @@ fn fill_cubic<S: Sample>(
 /// # Safety
 /// All tables that a factor names are written.
 #[inline(always)]
-unsafe fn sum<C: Room>(
-    c: &Compensation<'_, C>,
-    scratch: &Scratch<C>,
-    corrections: &mut C::Axes<f32>,
-) {
+unsafe fn sum<C: Room>(c: &Plan<'_, C>, scratch: &Scratch<C>, corrections: &mut C::Axes<f32>) {
     // `Scratch` is `repr(C)`: TABLES values, then `one`; the pointer comes from the whole.
     // SAFETY: the caller's.
     let values = unsafe { values(scratch) };
-    let mut pair = From::start(&c.pairs);
-    for head in c.heads.iter() {
+    let mut pair = From::start(c.pairs());
+    for head in c.heads() {
         // SAFETY: guarantee 8; the tables were written (caller).
         unsafe {
             let first = usize::from(head.first);
@@ -519,7 +496,8 @@ unsafe fn sum<C: Room>(
             let mut total = values.at_byte(first);
             let mut rest = u32::from(head.singles);
             while rest != 0 {
-                total += values.at_byte(pair.at(0) as usize);
+                let value = values.at_byte(pair.at(0) as usize);
+                total = product::add(total, 1.0, [value]);
                 pair = pair.skip(1).opaque();
                 rest -= 1;
             }
@@ -546,14 +524,14 @@ unsafe fn values<C: Room>(scratch: &Scratch<C>) -> From<'_, f32> {
 /// That of [`sum`].
 #[inline(never)]
 unsafe fn sum_runs<C: Room>(
-    c: &Compensation<'_, C>,
+    c: &Plan<'_, C>,
     scratch: &Scratch<C>,
     weights: &Weights,
     corrections: &mut C::Axes<f32>,
 ) {
     // SAFETY: the caller's.
     let values = unsafe { values(scratch) };
-    let mut rest = &c.terms[..];
+    let mut rest = c.terms();
     while let Some(first) = rest.first() {
         debug_assert!(first.run >= 1 && usize::from(first.run) <= rest.len());
         // SAFETY: guarantee 6.
@@ -581,52 +559,63 @@ unsafe fn weighted(
     values: From<'_, f32>,
     weights: &Weights,
 ) -> f32 {
-    let factor = |term: &PackedTerm, k: usize| {
-        // SAFETY: k < FACTORS (constants below, or `count`); the factor is a table that was
-        // written or number TABLES, which is `one` (guarantee 5).
-        unsafe { values.at(usize::from(*at(&term.factors, k))) }
-    };
     let Some(&PackedTerm { most, place, .. }) = run.first() else {
         return total;
     };
     if place != FIXED {
         for (k, term) in run.iter().enumerate() {
             let k = usize::from(place) + k;
-            debug_assert!(k < weights.values.len());
+            debug_assert!(k < weights.values().len());
             // SAFETY: guarantee 5: the places of adjustable terms follow each other.
-            let weight = unsafe { *at(&weights.values, k) };
-            total += product(weight, term, factor);
+            let weight = unsafe { *at(weights.values(), k) };
+            // SAFETY: the caller's.
+            total = product::add(total, weight, unsafe { factors(term, values) });
         }
         return total;
     }
+    // SAFETY: the caller's; the constants are less than FACTORS.
+    let factor = |term: &PackedTerm, k: usize| unsafe { factor(term, k, values) };
     match most {
         0..=2 => {
             for term in run {
-                total += term.weight * factor(term, 0) * factor(term, 1);
+                let factors = [factor(term, 0), factor(term, 1)];
+                total = product::add(total, term.weight, factors);
             }
         }
         3 => {
             for term in run {
-                total += term.weight * factor(term, 0) * factor(term, 1) * factor(term, 2);
+                let factors = [factor(term, 0), factor(term, 1), factor(term, 2)];
+                total = product::add(total, term.weight, factors);
             }
         }
         _ => {
             for term in run {
-                total += product(term.weight, term, factor);
+                // SAFETY: the caller's.
+                total = product::add(total, term.weight, unsafe { factors(term, values) });
             }
         }
     }
     total
 }
 
-/// weight · factor · factor …
+/// Factor number `k` of a term; 1 if it has none.
+///
+/// # Safety
+/// `k < FACTORS`, and that of [`sum`].
 #[inline(always)]
-fn product(weight: f32, term: &PackedTerm, factor: impl Fn(&PackedTerm, usize) -> f32) -> f32 {
-    let mut product = weight;
-    for k in 0..usize::from(term.count) {
-        product *= factor(term, k);
-    }
-    product
+unsafe fn factor(term: &PackedTerm, k: usize, values: From<'_, f32>) -> f32 {
+    // SAFETY: the factor is a table that was written or number TABLES, which is `one` (guarantee 5).
+    unsafe { values.at(usize::from(*at(&term.factors, k))) }
+}
+
+/// All factors of a term.
+///
+/// # Safety
+/// That of [`sum`].
+#[inline(always)]
+unsafe fn factors(term: &PackedTerm, values: From<'_, f32>) -> impl Iterator<Item = f32> {
+    // SAFETY: `count ≤ FACTORS` (guarantee 5), and the caller's.
+    (0..usize::from(term.count)).map(move |k| unsafe { factor(term, k, values) })
 }
 
 /// a at t = 0, towards b.

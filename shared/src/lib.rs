@@ -51,11 +51,13 @@ mod access;
 mod blob;
 mod catch_up;
 mod compensation;
+mod contents;
 mod description;
 mod direction;
 #[cfg(feature = "encode")]
 mod draft;
 mod embed;
+mod format;
 mod guard;
 mod handle;
 mod header;
@@ -64,12 +66,13 @@ mod kernel;
 #[cfg(feature = "link")]
 pub mod link;
 mod load_error;
-mod lookup;
 mod magnitude;
 mod measure;
 #[cfg(all(test, feature = "encode"))]
 mod oracle;
 mod pace;
+mod plan;
+mod product;
 mod ramp;
 mod reach;
 mod room;
@@ -90,8 +93,9 @@ pub use direction::Reversal;
 pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
 #[doc(hidden)]
 pub use embed::Aligned;
+pub use format::{ALIGNMENT, HEADER, MAGIC, VERSION};
 pub use handle::Handle;
-pub use header::{ALIGNMENT, HEADER, Header, MAGIC, VERSION};
+pub use header::Header;
 pub use inputs::{Inputs, Travel, Travelling};
 pub use load_error::{Capacity, LoadError, Part};
 pub use pace::RISE;

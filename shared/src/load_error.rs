@@ -2,6 +2,9 @@
 
 use core::fmt;
 
+use crate::description::{ADJUSTABLE, AUXILIARIES, FACTORS};
+use crate::format::VERSION;
+
 /// A part of the description, with its index where there are several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -131,12 +134,12 @@ pub enum LoadError {
         /// How many.
         found: u32,
     },
-    /// More auxiliaries than [`AUXILIARIES`](crate::AUXILIARIES).
+    /// More auxiliaries than [`AUXILIARIES`].
     TooManyAuxiliaries {
         /// How many.
         found: u32,
     },
-    /// More adjustable terms than [`ADJUSTABLE`](crate::ADJUSTABLE); this one is the first too many.
+    /// More adjustable terms than [`ADJUSTABLE`]; this one is the first too many.
     TooManyAdjustable {
         /// Index of the term.
         term: u16,
@@ -287,7 +290,7 @@ pub enum LoadError {
         /// Index of the term.
         term: u16,
     },
-    /// More tables in a product than [`FACTORS`](crate::FACTORS).
+    /// More tables in a product than [`FACTORS`].
     TooManyFactors {
         /// Index of the term.
         term: u16,
@@ -361,7 +364,7 @@ impl fmt::Display for LoadError {
             Self::UnknownVersion { found } => write!(
                 f,
                 "format version {found} is unknown here (known: {})",
-                crate::header::VERSION
+                VERSION
             ),
             Self::ReservedNotZero => f.write_str("the reserved header field is not zero"),
             Self::WrongLength { stated, held } => {
@@ -395,12 +398,12 @@ impl fmt::Display for LoadError {
                 write!(f, "{found} tables, at most 255 can be numbered")
             }
             Self::TooManyAuxiliaries { found } => {
-                write!(f, "{found} auxiliaries, at most {}", crate::AUXILIARIES)
+                write!(f, "{found} auxiliaries, at most {}", AUXILIARIES)
             }
             Self::TooManyAdjustable { term } => write!(
                 f,
                 "term {term} is one adjustable term too many, at most {}",
-                crate::ADJUSTABLE
+                ADJUSTABLE
             ),
             Self::NoAxes => f.write_str("no axes"),
             Self::AxisName { axis } => write!(f, "axis {axis}: the name must be an ASCII letter"),
@@ -474,11 +477,7 @@ impl fmt::Display for LoadError {
                 write!(f, "term {term}: the weight is outside its limits")
             }
             Self::TooManyFactors { term, found } => {
-                write!(
-                    f,
-                    "term {term}: {found} factors, at most {}",
-                    crate::FACTORS
-                )
+                write!(f, "term {term}: {found} factors, at most {}", FACTORS)
             }
             Self::Factor { term, table } => write!(f, "term {term}: table {table} does not exist"),
             Self::TermMagnitude { term } => write!(f, "term {term}: its product may exceed 1e15"),

@@ -1,9 +1,10 @@
 //! How large tables, products and sums can become: checked once, so that evaluation cannot overflow.
 
-use crate::compensation::Compensation;
-use crate::description::{Interpolation, SampleFormat};
+use crate::contents::Contents;
+use crate::description::{Grid, Interpolation, SampleFormat};
 use crate::load_error::LoadError;
-use crate::lookup::FIXED;
+use crate::plan::{FIXED, PackedTerm, Plan};
+use crate::product;
 use crate::room::{List, Room, Row};
 use crate::work;
 
@@ -19,116 +20,132 @@ fn within(value: f32) -> bool {
     value <= MAGNITUDE
 }
 
-impl<C: Room> Compensation<'_, C> {
-    /// Checks every sample and bounds every table, every (partial) product and every sum.
-    pub(crate) fn measure(&mut self) -> Result<(), LoadError> {
-        self.measure_tables()?;
-        let mut row = C::Axes::<f32>::all(0.0);
-        let sums = row.as_mut();
-        for (number, term) in self.terms.iter().enumerate() {
-            work::count(1 + usize::from(term.count));
-            let weight = if term.place == FIXED {
-                term.weight.abs()
-            } else {
-                self.weights
-                    .limits_at(term.place)
-                    .map_or(0.0, |[low, high]| low.abs().max(high.abs()))
-            };
-            let mut product = weight;
-            let mut largest = weight;
-            for &table in &term.factors[..usize::from(term.count)] {
-                product *= self.peaks[usize::from(table)];
-                largest = largest.max(product);
-            }
-            if !within(largest) {
-                return Err(LoadError::TermMagnitude {
-                    term: number as u16,
-                });
-            }
-            sums[usize::from(term.output)] += product;
-        }
-        self.measure_grids(sums)?;
-        match sums.iter().position(|&sum| !within(sum)) {
-            Some(axis) => Err(LoadError::OutputMagnitude { axis: axis as u16 }),
-            None => Ok(()),
+/// Checks every sample and bounds every table, every (partial) product and every sum. `peaks`, which are
+/// none yet, become the largest magnitude of each table.
+pub(crate) fn measure<C: Room>(
+    plan: &Plan<'_, C>,
+    contents: &Contents<'_, C>,
+    peaks: &mut C::TableList<f32>,
+) -> Result<(), LoadError> {
+    measure_tables(plan, contents, peaks)?;
+    let mut row = C::Axes::<f32>::all(0.0);
+    let sums = row.as_mut();
+    for (number, term) in plan.terms().iter().enumerate() {
+        work::count(1 + usize::from(term.count));
+        let weight = largest_weight(plan, term);
+        let factors = term.factors[..usize::from(term.count)].iter();
+        let factors = factors.map(|&table| peaks[usize::from(table)]);
+        let sum = &mut sums[usize::from(term.output)];
+        let mut largest = 0.0_f32;
+        *sum = product::add_seen(*sum, weight, factors, |p| largest = largest.max(p));
+        if !within(largest) {
+            return Err(LoadError::TermMagnitude {
+                term: number as u16,
+            });
         }
     }
+    measure_grids(plan, &contents.grids, sums)?;
+    match sums.iter().position(|&sum| !within(sum)) {
+        Some(axis) => Err(LoadError::OutputMagnitude { axis: axis as u16 }),
+        None => Ok(()),
+    }
+}
 
-    fn measure_tables(&mut self) -> Result<(), LoadError> {
-        let mut table = 0_u16;
-        for bank in self.banks.iter() {
-            let tables = usize::from(bank.tables);
-            let first = bank.first as usize;
-            let count = bank.points as usize * tables;
-            work::count(count + tables);
-            for column in 0..tables {
-                let mut peak = 0.0_f32;
-                match bank.format {
-                    SampleFormat::F32 => {
-                        let samples = self.floats()[first..first + count].iter();
-                        for (point, &v) in samples.skip(column).step_by(tables).enumerate() {
-                            if !v.is_finite() {
-                                return Err(LoadError::TableSample {
-                                    table,
-                                    point: point as u32,
-                                });
-                            }
-                            peak = peak.max(v.abs());
-                        }
-                    }
-                    SampleFormat::I16 => {
-                        let samples = self.shorts()[first..first + count].iter();
-                        for &v in samples.skip(column).step_by(tables) {
-                            peak = peak.max(f32::from(v).abs());
-                        }
-                        peak *= self.scales[usize::from(table)];
-                    }
-                }
-                if bank.interpolation == Interpolation::Cubic {
-                    peak *= CUBIC_OVERSHOOT;
-                }
-                if !within(peak) {
-                    return Err(LoadError::TableMagnitude { table });
-                }
-                self.peaks.append(peak);
-                table += 1;
-            }
-        }
-        Ok(())
+/// Largest magnitude that the weight of a term can take.
+fn largest_weight<C: Room>(plan: &Plan<'_, C>, term: &PackedTerm) -> f32 {
+    if term.place == FIXED {
+        return term.weight.abs();
     }
+    let limits = plan.weights().limits_at(term.place);
+    limits.map_or(0.0, |[low, high]| low.abs().max(high.abs()))
+}
 
-    fn measure_grids(&self, sums: &mut [f32]) -> Result<(), LoadError> {
-        for (number, grid) in self.grids.iter().enumerate() {
-            let width = grid.outputs.len();
-            let first = grid.first as usize;
-            let count = grid.nodes() as usize * width;
-            work::count(count + width);
-            for (place, &output) in grid.outputs.iter().enumerate() {
-                let mut peak = 0.0_f32;
-                match grid.format {
-                    SampleFormat::F32 => {
-                        let samples = self.floats()[first..first + count].iter();
-                        for (node, &v) in samples.skip(place).step_by(width).enumerate() {
-                            if !v.is_finite() {
-                                return Err(LoadError::GridSample {
-                                    grid: number as u16,
-                                    node: node as u32,
-                                });
-                            }
-                            peak = peak.max(v.abs());
+fn measure_tables<C: Room>(
+    plan: &Plan<'_, C>,
+    contents: &Contents<'_, C>,
+    peaks: &mut C::TableList<f32>,
+) -> Result<(), LoadError> {
+    let floats = plan.floats().unwrap_or_default();
+    let shorts = plan.shorts().unwrap_or_default();
+    let mut table = 0_u16;
+    for bank in contents.banks.iter() {
+        let tables = usize::from(bank.tables);
+        let first = bank.first as usize;
+        let count = bank.points as usize * tables;
+        work::count(count + tables);
+        for column in 0..tables {
+            let mut peak = 0.0_f32;
+            match bank.format {
+                SampleFormat::F32 => {
+                    let samples = floats[first..first + count].iter();
+                    for (point, &v) in samples.skip(column).step_by(tables).enumerate() {
+                        if !v.is_finite() {
+                            return Err(LoadError::TableSample {
+                                table,
+                                point: point as u32,
+                            });
                         }
-                    }
-                    SampleFormat::I16 => {
-                        let samples = self.shorts()[first..first + count].iter();
-                        for &v in samples.skip(place).step_by(width) {
-                            peak = peak.max(f32::from(v).abs());
-                        }
-                        peak *= grid.scales[place];
+                        peak = peak.max(v.abs());
                     }
                 }
-                sums[usize::from(output)] += peak;
+                SampleFormat::I16 => {
+                    let samples = shorts[first..first + count].iter();
+                    for &v in samples.skip(column).step_by(tables) {
+                        peak = peak.max(f32::from(v).abs());
+                    }
+                    peak *= plan.scales()[usize::from(table)];
+                }
             }
+            if bank.interpolation == Interpolation::Cubic {
+                peak *= CUBIC_OVERSHOOT;
+            }
+            if !within(peak) {
+                return Err(LoadError::TableMagnitude { table });
+            }
+            peaks.append(peak);
+            table += 1;
         }
-        Ok(())
     }
+    Ok(())
+}
+
+fn measure_grids<C: Room>(
+    plan: &Plan<'_, C>,
+    grids: &[Grid],
+    sums: &mut [f32],
+) -> Result<(), LoadError> {
+    let floats = plan.floats().unwrap_or_default();
+    let shorts = plan.shorts().unwrap_or_default();
+    for (number, grid) in grids.iter().enumerate() {
+        let width = grid.outputs.len();
+        let first = grid.first as usize;
+        let count = grid.nodes() as usize * width;
+        work::count(count + width);
+        for (place, &output) in grid.outputs.iter().enumerate() {
+            let mut peak = 0.0_f32;
+            match grid.format {
+                SampleFormat::F32 => {
+                    let samples = floats[first..first + count].iter();
+                    for (node, &v) in samples.skip(place).step_by(width).enumerate() {
+                        if !v.is_finite() {
+                            return Err(LoadError::GridSample {
+                                grid: number as u16,
+                                node: node as u32,
+                            });
+                        }
+                        peak = peak.max(v.abs());
+                    }
+                }
+                SampleFormat::I16 => {
+                    let samples = shorts[first..first + count].iter();
+                    for &v in samples.skip(place).step_by(width) {
+                        peak = peak.max(f32::from(v).abs());
+                    }
+                    peak *= grid.scales[place];
+                }
+            }
+            sums[usize::from(output)] += peak;
+        }
+    }
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! How far the inputs of a compensation may go, found once at load.
 
-use crate::compensation::Compensation;
+use crate::contents::Contents;
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::Inputs;
 use crate::room::{List, Room};
@@ -35,9 +35,48 @@ impl<C: Room> Reach<C> {
         used_auxiliaries: 0,
     };
 
+    /// Of these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
+    /// depends.
+    pub(crate) fn find(contents: &Contents<'_, C>, used: u32) -> Self {
+        let mut reach = Self::EMPTY;
+        reach.auxiliaries = [f32::MAX; AUXILIARIES];
+        let axes = contents.axes.len();
+        reach.all_axes = ((1_u32 << axes) - 1) as u16;
+        reach.used_axes = (used & ((1 << axes) - 1)) as u16;
+        reach.used_auxiliaries = (used >> axes) as u8;
+        for bank in contents.banks.iter() {
+            if bank.direction != Direction::Both {
+                reach.directional |= 1 << bank.input;
+            }
+        }
+        for axis in contents.axes.iter() {
+            reach.axes.append(if axis.period > 0.0 {
+                MOST_PERIODS * axis.period
+            } else {
+                f32::MAX
+            });
+        }
+        let banks = contents
+            .banks
+            .iter()
+            .map(|b| (b.input, b.points, b.step, b.modulo));
+        let grids = contents.grids.iter().flat_map(|grid| &grid.axes);
+        let all = banks.chain(grids.map(|a| (a.input, a.points, a.step, a.modulo)));
+        for (input, points, step, _) in all.filter(|&(.., modulo)| modulo) {
+            let period = points as f32 * step;
+            let input = usize::from(input);
+            let limit = match input.checked_sub(axes) {
+                Some(auxiliary) => &mut reach.auxiliaries[auxiliary],
+                None => &mut reach.axes[input],
+            };
+            *limit = limit.min(MOST_PERIODS * period);
+        }
+        reach
+    }
+
     /// Whether all axes are finite, and those that matter within reach: those that are used or
     /// referenced (bit 0 is the first).
-    fn holds_axes(&self, inputs: &Inputs<C::Axes<f32>>, referenced: u16) -> bool {
+    pub(crate) fn holds_axes(&self, inputs: &Inputs<C::Axes<f32>>, referenced: u16) -> bool {
         let mut matters = self.used_axes | referenced;
         let mut left = self.all_axes;
         for (q, &limit) in inputs.axes.as_ref().iter().zip(self.axes.iter()) {
@@ -91,56 +130,4 @@ impl<C: Room> Reach<C> {
 /// Not-a-number is not.
 fn near(x: f32, limit: f32) -> bool {
     x <= limit && x >= -limit
-}
-
-impl<C: Room> Compensation<'_, C> {
-    /// How far from 0 axis `axis` may be, mm or degrees: [`MOST_PERIODS`] of its own period and of
-    /// every modulo table and grid on it; `f32::MAX` without. Beyond, its position is a bad input.
-    #[must_use]
-    pub fn farthest(&self, axis: usize) -> Option<f32> {
-        self.reach.axes.get(axis).copied()
-    }
-
-    /// Whether the positions can be evaluated with sense.
-    pub(crate) fn takes_axes(&self, inputs: &Inputs<C::Axes<f32>>, referenced: u16) -> bool {
-        self.reach.holds_axes(inputs, referenced)
-    }
-
-    pub(crate) fn find_reach(&mut self) {
-        let mut reach = Reach::<C>::EMPTY;
-        reach.auxiliaries = [f32::MAX; AUXILIARIES];
-        let axes = self.axes.len();
-        let used = self.inputs_used();
-        reach.all_axes = ((1_u32 << axes) - 1) as u16;
-        reach.used_axes = (used & ((1 << axes) - 1)) as u16;
-        reach.used_auxiliaries = (used >> axes) as u8;
-        for bank in self.banks.iter() {
-            if bank.direction != Direction::Both {
-                reach.directional |= 1 << bank.input;
-            }
-        }
-        for axis in self.axes.iter() {
-            reach.axes.append(if axis.period > 0.0 {
-                MOST_PERIODS * axis.period
-            } else {
-                f32::MAX
-            });
-        }
-        let banks = self
-            .banks
-            .iter()
-            .map(|b| (b.input, b.points, b.step, b.modulo));
-        let grids = self.grids.iter().flat_map(|grid| &grid.axes);
-        let all = banks.chain(grids.map(|a| (a.input, a.points, a.step, a.modulo)));
-        for (input, points, step, _) in all.filter(|&(.., modulo)| modulo) {
-            let period = points as f32 * step;
-            let input = usize::from(input);
-            let limit = match input.checked_sub(axes) {
-                Some(auxiliary) => &mut reach.auxiliaries[auxiliary],
-                None => &mut reach.axes[input],
-            };
-            *limit = limit.min(MOST_PERIODS * period);
-        }
-        self.reach = reach;
-    }
 }

@@ -20,13 +20,11 @@
 //! rate (or the rate bound) of its axis; full rate is reached within [`RISE`](crate::RISE). During
 //! a cross-fade each of both has half of that, for s may start to move meanwhile.
 //!
-//! `update.rs` is the update in any state, `fades.rs` what is faded in, `steady.rs` the short way,
-//! `lane.rs` one axis.
-
-use core::fmt;
+//! `state.rs` is what a servo keeps, `update.rs` the update in any state, `fades.rs` what is faded in,
+//! `steady.rs` the short way, `lane.rs` one axis.
 
 use crate::compensation::Compensation;
-use crate::description::AUXILIARIES;
+use crate::description::{AUXILIARIES, Axis};
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::pace::Pace;
@@ -35,175 +33,12 @@ use crate::room::{List, Room, Row};
 use crate::status::{Correction, Status};
 use crate::weights::{WeightError, Weights};
 use lane::Lane;
+use state::{Fading, Travels, Values};
 use steady::Steady;
 
-/// Shortest period of a call, s. Shorter ones are a fault: no controller is so fast.
-pub const SHORTEST_PERIOD: f32 = 1e-6;
-
-/// Longest period of a call, s. Longer ones are a fault: time has been lost.
-pub const LONGEST_PERIOD: f32 = 0.01;
-
-/// Whether a call may have this period; not-a-number may not.
-#[inline(always)]
-fn is_period(dt: f32) -> bool {
-    (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt)
-}
-
-/// For so long unusable inputs only hold the correction, s; then it is ramped to zero.
-pub const PATIENCE: f32 = 0.01;
-
-/// Why a compensation was not taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
-pub enum Refused {
-    /// The change before it is not finished: try again when [`Servo::is_swapping`] is false.
-    Busy,
-    /// It has other axes (number, order, letters, travel or period).
-    Axes,
-    /// The auxiliary inputs differ in number, kind, name or reference.
-    Auxiliaries,
-}
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Busy => "the previous change of compensation is not finished",
-            Self::Axes => "the axes differ in number, order, letter, travel or period",
-            Self::Auxiliaries => "the auxiliary inputs differ in number, kind, name or reference",
-        })
-    }
-}
-
-impl core::error::Error for Refused {}
-
-/// A compensation that a servo does not take.
-pub struct NotTaken<H> {
-    /// Why.
-    pub why: Refused,
-    /// What was to be taken.
-    pub handle: H,
-}
-
-impl<H> fmt::Debug for NotTaken<H> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("NotTaken").field(&self.why).finish()
-    }
-}
-
-impl<H> fmt::Display for NotTaken<H> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.why.fmt(f)
-    }
-}
-
-impl<H> core::error::Error for NotTaken<H> {}
-
-/// What is faded in.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Fading {
-    Nothing,
-    /// Weights or auxiliaries of the compensation in use.
-    Values,
-    /// Another compensation.
-    Other,
-}
-
-/// A number for each axis.
-type Values<H> = <<H as Handle>::Room as Room>::Axes<f32>;
-
-/// A direction for each axis.
-type Travels<H> = <<H as Handle>::Room as Room>::Axes<Travel>;
-
-/// One compensation in a control loop. See the head of `servo.rs` for what it does in which order.
-///
-/// `H` is what it holds compensations by: a reference, or something owned, which comes back when another
-/// has taken its place. So a place can be loaded into again while the servo runs:
-///
-/// ```
-/// use trueaxis::{Compensation, Servo};
-/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/huron-13.trax");
-/// # let blob: &'static [u8] = trueaxis::include_blob!(concat!(
-/// #     env!("CARGO_MANIFEST_DIR"),
-/// #     "/examples/huron-13.trax"
-/// # ));
-///
-/// // Two places; on a controller they are statics.
-/// let first: &'static mut _ = Box::leak(Box::new(Compensation::new()));
-/// let second: &'static mut _ = Box::leak(Box::new(Compensation::new()));
-/// first.load(blob)?;
-/// second.load(blob)?;
-/// let mut servo = Servo::new(first);
-/// servo.swap(second)?;
-/// # let commands = trueaxis::Inputs::default();
-/// // In every servo period:
-/// servo.update(&commands, 0b1_1111, 0.001);
-/// // When the change is done the first place is back.
-/// let vacant = servo.take_retired().expect("nothing had to be faded");
-/// vacant.load(blob)?;
-/// servo.swap(vacant)?;
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub struct Servo<H: Handle> {
-    current: H,
-    /// In use; only their values count.
-    weights: Weights,
-    /// While `queued`, accepted: it waits until nothing else moves. While it is being faded in, that.
-    /// Otherwise the one that was in use before, until it is taken back.
-    other: Option<H>,
-    queued: bool,
-    fading: Fading,
-    /// The auxiliaries that are being faded in.
-    coming_auxiliaries: [f32; AUXILIARIES],
-    /// The weights that are being faded in; only their values count.
-    coming: Weights,
-    /// The weights last asked for, of the compensation last accepted.
-    wanted: Weights,
-    /// `wanted` are not those in use or being faded in.
-    weights_wait: bool,
-    enabled: bool,
-    dry_run: bool,
-    /// s(t)
-    factor: Ramp,
-    factor_pace: Pace,
-    /// f(t)
-    blend: Ramp,
-    blend_pace: Pace,
-    /// One per axis.
-    lanes: <H::Room as Room>::AxisList<Lane>,
-    /// What is computed from: the positions of the last period that was neither held nor frozen, and
-    /// the auxiliaries that have been let in.
-    inputs: Inputs<Values<H>>,
-    travelling: Travelling<Travels<H>>,
-    /// Of the last period.
-    correction: Correction<Values<H>>,
-    /// The one before.
-    before: Values<H>,
-    /// While nothing but the positions changes, the period of the last call, s; otherwise not a
-    /// number: see `steady.rs`.
-    steady: f32,
-    /// Then all axes, bit 0 is the first.
-    steady_axes: u16,
-    /// And those that are referenced.
-    steady_referenced: u16,
-    /// Then whether auxiliaries are compared with those of the last call.
-    steady_auxiliaries: bool,
-    /// A fade has ended in this period, which is work enough.
-    arrived: bool,
-    /// The last period was held or frozen.
-    held: bool,
-    frozen: bool,
-    /// For how long inputs have been unusable, s.
-    fault: f32,
-    /// The period of this call as it was given, s.
-    asked: f32,
-    /// Last usable period, s.
-    period: f32,
-    /// 1 / period
-    frequency: f32,
-    /// That of the last update.
-    last_frequency: f32,
-}
+pub use period::{LONGEST_PERIOD, PATIENCE, SHORTEST_PERIOD};
+pub use refused::{NotTaken, Refused};
+pub use state::Servo;
 
 impl<H: Handle> Servo<H> {
     /// Disabled, all corrections zero.
@@ -310,7 +145,7 @@ impl<H: Handle> Servo<H> {
     /// Why this compensation is not taken.
     fn refusal(&self, new: &Compensation<'_, H::Room>) -> Option<Refused> {
         let current = self.current.get();
-        let same = |(a, b): (&crate::Axis, &crate::Axis)| {
+        let same = |(a, b): (&Axis, &Axis)| {
             a.name == b.name && a.travel == b.travel && a.period == b.period
         };
         let (axes, others) = (current.axes(), new.axes());
@@ -454,6 +289,9 @@ impl<H: Handle> Servo<H> {
 
 mod fades;
 mod lane;
+mod period;
+mod refused;
+mod state;
 mod steady;
 #[cfg(all(test, feature = "encode"))]
 mod tests;

@@ -11,7 +11,7 @@ use crate::description::ADJUSTABLE;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Weights {
-    pub(crate) values: [f32; ADJUSTABLE],
+    values: [f32; ADJUSTABLE],
     limits: [[f32; 2]; ADJUSTABLE],
     terms: [u16; ADJUSTABLE],
     count: u8,
@@ -27,6 +27,11 @@ impl Weights {
         }
     }
 
+    /// Whether all places are taken.
+    pub(crate) fn is_full(&self) -> bool {
+        usize::from(self.count) == ADJUSTABLE
+    }
+
     /// Appends a term; `None` when all places are taken, otherwise its place.
     pub(crate) fn push(&mut self, term: u16, value: f32, limits: [f32; 2]) -> Option<u8> {
         let place = self.count;
@@ -40,6 +45,17 @@ impl Weights {
     /// Limits at a place that [`Weights::push`] returned.
     pub(crate) fn limits_at(&self, place: u8) -> Option<[f32; 2]> {
         (place < self.count).then(|| self.limits[usize::from(place)])
+    }
+
+    /// The weight at each place.
+    #[inline(always)]
+    pub(crate) fn values(&self) -> &[f32; ADJUSTABLE] {
+        &self.values
+    }
+
+    /// Takes the values of `other`, of the same compensation or of one that takes its place.
+    pub(crate) fn take_values(&mut self, other: &Self) {
+        self.values = other.values;
     }
 
     fn place(&self, term: usize) -> Option<usize> {

@@ -7,7 +7,7 @@
 use core::arch::asm;
 
 use crate::access::{From, To};
-use crate::lookup::BankLookup;
+use crate::plan::BankLookup;
 
 /// a + (b − a)·t of so many neighbouring values; a, b and the place of the result move on behind them.
 macro_rules! several {
@@ -98,7 +98,8 @@ pub(super) unsafe fn straight(bank: &BankLookup, x: &f32, out: To<'_>) -> u32 {
     t
 }
 
-/// Adds `rest` products of two of `values` to the one `first` bytes from their begin; where the pairs end.
+/// Adds `rest` products of two of `values` to the one `first` bytes from their begin; where the pairs end. Why
+/// this is not `product::add` stands there.
 ///
 /// # Safety
 /// From `pair` on there are `rest` words; each half, and `first`, is where one of `values` lies, in bytes.

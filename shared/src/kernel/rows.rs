@@ -1,7 +1,8 @@
 //! Rows of samples, and products of table values; on a Cortex-M `cortex_m.rs` takes its place.
 
 use crate::access::{From, To};
-use crate::lookup::BankLookup;
+use crate::plan::BankLookup;
+use crate::product;
 
 /// a + (b − a)·t of `width` neighbouring values.
 ///
@@ -74,7 +75,8 @@ pub(super) unsafe fn products<'p>(
         while rest != 0 {
             let both = pair.at(0);
             let [a, b] = [both & 0xFFFF, both >> 16];
-            total += values.at_byte(a as usize) * values.at_byte(b as usize);
+            let factors = [values.at_byte(a as usize), values.at_byte(b as usize)];
+            total = product::add(total, 1.0, factors);
             pair = pair.skip(1);
             rest -= 1;
         }

@@ -9,6 +9,7 @@
 //! | `frame` | protocol version, session, sequence number, checksum |
 //! | `request`, `reply` | the messages, postcard-encoded |
 //! | `report` | what hello and status tell |
+//! | `slot`, `progress` | what slots hold; how far uploads and changes have come |
 //! | `refusal` | why a request was not carried out |
 //! | `rows` | positions and corrections as rows of little-endian f32 |
 //!
@@ -17,11 +18,13 @@
 
 mod cobs;
 mod frame;
+mod progress;
 mod refusal;
 mod reply;
 mod report;
 mod request;
 mod rows;
+mod slot;
 
 #[cfg(test)]
 mod tests;
@@ -30,13 +33,14 @@ pub use frame::{
     END, FrameError, Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver,
     VERSION_ANSWER, VersionAnswer, encode, encode_version_answer,
 };
+pub use progress::{Activation, Upload};
 pub use refusal::Refusal;
-pub use reply::{Activation, Reply, Upload};
+pub use reply::Reply;
 pub use report::{
-    Capacities, CostUnit, Damage, Fault, Hello, MOST_AXES, MOST_NAME, Rails, Report, Slot,
-    SlotReport, SlotState, WhileBusy, short_name,
+    Capacities, CostUnit, Fault, Hello, MOST_AXES, MOST_NAME, Rails, Report, WhileBusy, short_name,
 };
 pub use request::{MOST_CHUNK, Request};
 pub use rows::{
     EvaluateRow, MOST_ROWS, MotionResult, evaluate_rows, motion_rows, positions, put_positions,
 };
+pub use slot::{Damage, Slot, SlotReport, SlotState};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::report::Slot;
+use super::slot::Slot;
 
 /// Most bytes of a chunk: a multiple of 32, so that no flash word is split.
 pub const MOST_CHUNK: usize = 992;

@@ -1,6 +1,6 @@
 //! What is faded in: another compensation, other weights, another tool length or temperature.
 
-use super::{Fading, Servo, Values};
+use super::state::{Fading, Servo, Values};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
 use crate::guard;
@@ -26,7 +26,7 @@ impl<H: Handle> Servo<H> {
         let to = target(&self.current, &self.other, self.fading);
         let (mut factor, mut blend) = (f32::INFINITY, f32::INFINITY);
         let axes = from.axes().iter().zip(to.axes());
-        let reaches = from.reach.axes.iter().zip(to.reach.axes.iter());
+        let reaches = from.reach().axes.iter().zip(to.reach().axes.iter());
         for (lane, ((a, b), (&near, &far))) in self.lanes.iter_mut().zip(axes.zip(reaches)) {
             let rise = lane.take(a, b, if near < far { near } else { far });
             let (one, both) = (lane.value_bound(), a.value_bound + b.value_bound);
@@ -49,7 +49,7 @@ impl<H: Handle> Servo<H> {
 
     /// Takes weights of the compensation last accepted.
     pub(super) fn want(&mut self, weights: Weights) {
-        if weights.values == self.wanted.values {
+        if weights.values() == self.wanted.values() {
             return;
         }
         self.unsettle();
@@ -65,7 +65,7 @@ impl<H: Handle> Servo<H> {
         } else {
             &self.coming
         };
-        self.weights_wait = !self.queued && coming.values != self.wanted.values;
+        self.weights_wait = !self.queued && coming.values() != self.wanted.values();
     }
 
     /// While s rests at 0 nothing of this is felt: all that waits is taken at once.
@@ -73,10 +73,10 @@ impl<H: Handle> Servo<H> {
         self.arrive();
         if core::mem::take(&mut self.queued) {
             self.exchange();
-            self.weights.values = self.wanted.values;
+            self.weights.take_values(&self.wanted);
             self.take_limits();
         } else if self.weights_wait {
-            self.weights.values = self.wanted.values;
+            self.weights.take_values(&self.wanted);
             self.weights_wait = false;
         }
     }
@@ -90,8 +90,8 @@ impl<H: Handle> Servo<H> {
         if self.queued {
             if let Some(to) = &self.other {
                 let to = to.get();
-                let reach = &to.reach;
-                let ready = to.takes_axes(inputs, referenced)
+                let reach = to.reach();
+                let ready = reach.holds_axes(inputs, referenced)
                     && reach.holds_auxiliaries(inputs)
                     && reach.used_axes & !referenced == 0;
                 if ready && !held {
@@ -109,7 +109,7 @@ impl<H: Handle> Servo<H> {
     fn start(&mut self, auxiliaries: &[f32; AUXILIARIES], fading: Fading) {
         self.weights_wait = false;
         self.blend = Ramp::ZERO;
-        self.coming.values = self.wanted.values;
+        self.coming.take_values(&self.wanted);
         self.coming_auxiliaries = *auxiliaries;
         self.fading = fading;
         // At rest, so that the pace may be lowered.
@@ -125,7 +125,7 @@ impl<H: Handle> Servo<H> {
             self.exchange();
         }
         self.fading = Fading::Nothing;
-        self.weights.values = self.coming.values;
+        self.weights.take_values(&self.coming);
         self.inputs.auxiliaries = self.coming_auxiliaries;
         // At least as fast as the slower of both was.
         self.take_limits();
@@ -175,7 +175,7 @@ impl<H: Handle> Servo<H> {
             && !self
                 .current
                 .get()
-                .reach
+                .reach()
                 .same_auxiliaries(&inputs.auxiliaries, given)
         {
             self.let_in(given, dt, &mut saturated);

@@ -4,7 +4,8 @@
 //! It does what `update_any` does there, to the bit, with far fewer instructions. Whatever is
 //! not so plain it leaves to that, before anything has changed that may not change twice.
 
-use super::{Fading, Servo, Values, is_period};
+use super::period::is_period;
+use super::state::{Fading, Servo, Values};
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Status;
@@ -57,7 +58,7 @@ impl<H: Handle> Servo<H> {
             lane.settle(referenced & bit != 0);
             bit <<= 1;
         }
-        let reach = &self.current.get().reach;
+        let reach = self.current.get().reach();
         self.steady_axes = reach.all_axes;
         self.steady_referenced = reach.all_axes & referenced;
         self.steady_auxiliaries = reach.used_auxiliaries != 0;
@@ -137,7 +138,7 @@ impl<H: Handle> Servo<H> {
     /// Whether the auxiliaries that matter are those of the last call.
     #[inline(never)]
     fn same_auxiliaries(&self, inputs: &Inputs<Values<H>>) -> bool {
-        let reach = &self.current.get().reach;
+        let reach = self.current.get().reach();
         reach.same_auxiliaries(&self.inputs.auxiliaries, &inputs.auxiliaries)
     }
 
@@ -152,7 +153,7 @@ impl<H: Handle> Servo<H> {
         }
         let positions = self.inputs.axes.as_ref().iter().zip(inputs.axes.as_ref());
         let lanes = self.lanes.iter_mut().zip(self.travelling.0.as_mut());
-        let directional = u32::from(self.current.get().reach.directional);
+        let directional = u32::from(self.current.get().reach().directional);
         let mut steps = false;
         for (k, ((lane, travel), (&last, &q))) in lanes.zip(positions).enumerate() {
             if turns(k) && lane.turn(q, last) {

@@ -1,6 +1,7 @@
 //! The update in any state.
 
-use super::{Fading, PATIENCE, Servo, Values, is_period};
+use super::period::{PATIENCE, is_period};
+use super::state::{Fading, Servo, Values};
 use crate::catch_up::Period;
 use crate::handle::Handle;
 use crate::inputs::Inputs;
@@ -32,11 +33,13 @@ impl<H: Handle> Servo<H> {
             self.take_at_zero();
         }
         let (current, target) = (self.current.get(), self.target());
-        let mut good_auxiliaries = current.reach.holds_auxiliaries(inputs);
-        let mut used = current.reach.used_axes;
-        if !core::ptr::eq(current, target) {
-            good_auxiliaries &= target.reach.holds_auxiliaries(inputs);
-            used |= target.reach.used_axes;
+        let (reach, other) = (current.reach(), target.reach());
+        let mut good_auxiliaries = reach.holds_auxiliaries(inputs);
+        let (mut used, mut directional) = (reach.used_axes, reach.directional);
+        if !core::ptr::eq(reach, other) {
+            good_auxiliaries &= other.holds_auxiliaries(inputs);
+            used |= other.used_axes;
+            directional |= other.directional;
         }
         let good_axes = self.takes_axes(inputs, used | referenced);
         let good_inputs = good_axes && good_auxiliaries;
@@ -57,7 +60,7 @@ impl<H: Handle> Servo<H> {
             self.frozen = false;
         }
         let held = hold || self.frozen;
-        let mut step = self.follow(inputs, referenced, held);
+        let mut step = self.follow(inputs, referenced, directional, held);
         step |= held != self.held;
         self.held = held;
         let mut given = None;
@@ -104,8 +107,14 @@ impl<H: Handle> Servo<H> {
     }
 
     /// Directions of travel and positions; whether tables change with a direction that is new.
-    fn follow(&mut self, inputs: &Inputs<Values<H>>, referenced: u16, held: bool) -> bool {
-        let directional = self.current.get().reach.directional | self.target().reach.directional;
+    /// `directional`: the axes with such tables, bit 0 is the first.
+    fn follow(
+        &mut self,
+        inputs: &Inputs<Values<H>>,
+        referenced: u16,
+        directional: u16,
+        held: bool,
+    ) -> bool {
         let returns = !self.frozen;
         let mut step = false;
         let mut bit = 1;

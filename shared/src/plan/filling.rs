@@ -1,0 +1,274 @@
+//! How a plan is filled: item by item, each checked when it is put in.
+
+mod open;
+
+use super::Plan;
+use super::lookup::{BankLookup, GridLookup, Kind};
+use super::span::Span;
+use super::terms::{FIXED, PAIRED, PackedTerm, group, pair_up};
+use crate::description::{AUXILIARIES, Bank, Direction, FACTORS, GRID_INPUTS};
+use crate::format::ALIGNMENT;
+use crate::load_error::{Capacity, LoadError, Part};
+use crate::room::Room;
+use open::{OpenBank, OpenGrid, OpenTerm};
+
+/// A plan that is being filled. What does not come to its end is empty again.
+pub(crate) struct Filling<'p, 'a, C: Room> {
+    plan: &'p mut Plan<'a, C>,
+    axes: usize,
+    auxiliaries: usize,
+    /// How many samples there are, f32 and i16 …
+    held: [u32; 2],
+    /// … and how many of them belong to the banks and grids so far.
+    used: [u32; 2],
+    /// Tables of the banks so far, also of those for which there is no room.
+    tables: u32,
+    finished: bool,
+}
+
+impl<C: Room> Drop for Filling<'_, '_, C> {
+    fn drop(&mut self) {
+        if !self.finished {
+            self.plan.clear();
+        }
+    }
+}
+
+/// What has room for `held` cannot take `needed`.
+fn fits(capacity: Capacity, needed: u32, held: usize) -> Result<(), LoadError> {
+    if needed as usize > held {
+        return Err(LoadError::TooSmall {
+            capacity,
+            needed,
+            held: held as u32,
+        });
+    }
+    Ok(())
+}
+
+impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
+    /// `plan` is empty.
+    pub(super) fn new(plan: &'p mut Plan<'a, C>) -> Self {
+        Self {
+            plan,
+            axes: 0,
+            auxiliaries: 0,
+            held: [0; 2],
+            used: [0; 2],
+            tables: 0,
+            finished: false,
+        }
+    }
+
+    /// How many samples there are, f32 and i16.
+    pub(crate) fn samples(&mut self, held: [u32; 2]) {
+        self.held = held;
+    }
+
+    /// How many axes there are.
+    pub(crate) fn axes(&mut self, count: u32) -> Result<(), LoadError> {
+        if count == 0 {
+            return Err(LoadError::NoAxes);
+        }
+        fits(Capacity::Axes, count, C::AXES)?;
+        self.axes = count as usize;
+        Ok(())
+    }
+
+    /// How many auxiliaries there are.
+    pub(crate) fn auxiliaries(&mut self, count: u32) -> Result<(), LoadError> {
+        if count as usize > AUXILIARIES {
+            return Err(LoadError::TooManyAuxiliaries { found: count });
+        }
+        self.auxiliaries = count as usize;
+        Ok(())
+    }
+
+    /// Place of an input within [`Inputs`](crate::Inputs) read as one array: guarantee 1.
+    fn slot(&self, part: Part, input: u8) -> Result<u8, LoadError> {
+        let number = usize::from(input);
+        if number < self.axes {
+            Ok(input)
+        } else if number < self.axes + self.auxiliaries {
+            Ok((C::AXES + number - self.axes) as u8)
+        } else {
+            Err(LoadError::Input { part, input })
+        }
+    }
+
+    /// Samples lie in the order of banks, then grids, without gaps: this also keeps them apart.
+    /// Guarantee 3.
+    fn take_samples(
+        &mut self,
+        part: Part,
+        integer: bool,
+        first: u32,
+        samples: u64,
+    ) -> Result<(), LoadError> {
+        let section = usize::from(integer);
+        if first != self.used[section] {
+            return Err(LoadError::SamplesMisplaced { part });
+        }
+        let end = u64::from(first).saturating_add(samples);
+        if end > u64::from(self.held[section]) {
+            return Err(LoadError::SamplesOutside { part });
+        }
+        self.used[section] = end as u32;
+        Ok(())
+    }
+
+    /// Begins the next bank, number `number`.
+    pub(crate) fn bank(
+        &mut self,
+        number: u16,
+        bank: &Bank,
+    ) -> Result<OpenBank<'_, 'p, 'a, C>, LoadError> {
+        let part = Part::Bank(number);
+        if bank.tables == 0 {
+            return Err(LoadError::EmptyBank { bank: number });
+        }
+        let slot = self.slot(part, bank.input)?;
+        let span = Span::new(part, slot, bank.start, bank.step, bank.points, bank.modulo)?;
+        if bank.direction != Direction::Both && usize::from(slot) >= C::AXES {
+            return Err(LoadError::DirectionOfAuxiliary { bank: number });
+        }
+        Ok(OpenBank {
+            lookup: BankLookup::new(bank, span),
+            part,
+            filling: self,
+        })
+    }
+
+    /// All `count` banks have been put in: guarantee 4. Before that no term can name a table.
+    pub(crate) fn end_banks(&mut self, count: u32) -> Result<(), LoadError> {
+        if self.tables > 255 {
+            return Err(LoadError::TooManyTables { found: self.tables });
+        }
+        fits(Capacity::Tables, self.tables, C::TABLES)?;
+        fits(Capacity::Banks, count, C::BANKS)?;
+        self.plan.tables = self.plan.banks.iter().map(|bank| bank.tables).sum();
+        Ok(())
+    }
+
+    /// How many terms follow.
+    pub(crate) fn terms(&mut self, count: u32) -> Result<(), LoadError> {
+        fits(Capacity::Terms, count, C::TERMS)
+    }
+
+    /// Begins the next term, number `term`, with a weight that is fixed or has limits.
+    pub(crate) fn term(
+        &mut self,
+        term: u16,
+        output: u8,
+        weight: f32,
+        limits: Option<[f32; 2]>,
+    ) -> Result<OpenTerm<'_, 'p, 'a, C>, LoadError> {
+        if usize::from(output) >= self.axes {
+            return Err(LoadError::TermOutput { term });
+        }
+        if !weight.is_finite() {
+            return Err(LoadError::Weight { term });
+        }
+        if let Some([low, high]) = limits {
+            if !(low.is_finite() && high.is_finite() && low <= high) {
+                return Err(LoadError::Limits { term });
+            }
+            if !(weight >= low && weight <= high) {
+                return Err(LoadError::WeightOutsideLimits { term });
+            }
+            if self.plan.weights.is_full() {
+                return Err(LoadError::TooManyAdjustable { term });
+            }
+        }
+        Ok(OpenTerm {
+            packed: PackedTerm {
+                weight,
+                factors: [C::TABLES as u8; FACTORS],
+                run: 0,
+                output,
+                count: 0,
+                most: 0,
+                place: FIXED,
+            },
+            limits,
+            term,
+            filling: self,
+        })
+    }
+
+    /// How many grids follow.
+    pub(crate) fn grids(&mut self, count: u32) -> Result<(), LoadError> {
+        fits(Capacity::Grids, count, C::GRIDS)
+    }
+
+    /// Begins the next grid, number `grid`, of so many inputs.
+    pub(crate) fn grid(
+        &mut self,
+        grid: u16,
+        inputs: u32,
+    ) -> Result<OpenGrid<'_, 'p, 'a, C>, LoadError> {
+        if inputs == 0 || inputs as usize > GRID_INPUTS {
+            return Err(LoadError::GridInputs {
+                grid,
+                found: inputs,
+            });
+        }
+        Ok(OpenGrid {
+            lookup: GridLookup::EMPTY,
+            // Missing inputs come first, so that the last input of every grid varies fastest.
+            next: GRID_INPUTS - inputs as usize,
+            inputs: inputs as usize,
+            grid,
+            filling: self,
+        })
+    }
+
+    /// Finds the two sections of samples and takes them as they lie: guarantees 3 and 9.
+    fn place_samples(&mut self, blob: &'a [u8], described: usize) -> Result<(), LoadError> {
+        let [floats, shorts] = self.held;
+        let start = described.next_multiple_of(ALIGNMENT);
+        let computed = start as u64 + 4 * u64::from(floats) + 2 * u64::from(shorts);
+        if computed != blob.len() as u64 {
+            return Err(LoadError::SectionLength {
+                stated: blob.len() as u32,
+                computed,
+            });
+        }
+        if blob[described..start].iter().any(|&byte| byte != 0) {
+            return Err(LoadError::PaddingNotZero);
+        }
+        if !(blob.as_ptr() as usize).is_multiple_of(4) {
+            return Err(LoadError::Misaligned);
+        }
+        let split = start + 4 * floats as usize;
+        let misaligned = |_| LoadError::Misaligned;
+        let (floats, shorts) = (&blob[start..split], &blob[split..]);
+        self.plan.floats = Some(bytemuck::try_cast_slice(floats).map_err(misaligned)?);
+        self.plan.shorts = Some(bytemuck::try_cast_slice(shorts).map_err(misaligned)?);
+        Ok(())
+    }
+
+    /// Last step: places the samples, of which each must belong to a bank or a grid, and prepares what has
+    /// been put in for the kernel.
+    pub(super) fn finish(mut self, blob: &'a [u8], described: usize) -> Result<(), LoadError> {
+        if self.used != self.held {
+            return Err(LoadError::UnusedSamples);
+        }
+        self.place_samples(blob, described)?;
+        let plan = &mut *self.plan;
+        let floats = plan.floats.unwrap_or_default();
+        for bank in plan.banks.iter_mut() {
+            if bank.kind == Kind::Straight {
+                let first = bank.first as usize;
+                let (a, b) = (floats[first], floats[first + 1]);
+                bank.line = [a, b - a];
+            }
+        }
+        pair_up::<C>(self.axes, &mut plan.terms, &mut plan.heads, &mut plan.pairs);
+        plan.one_cell = plan.terms.is_empty() && plan.grids.len() == 1 && plan.grids[0].plain;
+        plan.runs = plan.terms.iter().any(|term| term.most != PAIRED);
+        group(&mut plan.terms);
+        self.finished = true;
+        Ok(())
+    }
+}

@@ -1,0 +1,117 @@
+//! What a servo keeps from period to period.
+
+use super::lane::Lane;
+use crate::description::AUXILIARIES;
+use crate::handle::Handle;
+use crate::inputs::{Inputs, Travel, Travelling};
+use crate::pace::Pace;
+use crate::ramp::Ramp;
+use crate::room::Room;
+use crate::status::Correction;
+use crate::weights::Weights;
+
+/// What is faded in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fading {
+    Nothing,
+    /// Weights or auxiliaries of the compensation in use.
+    Values,
+    /// Another compensation.
+    Other,
+}
+
+/// A number for each axis.
+pub(super) type Values<H> = <<H as Handle>::Room as Room>::Axes<f32>;
+
+/// A direction for each axis.
+pub(super) type Travels<H> = <<H as Handle>::Room as Room>::Axes<Travel>;
+
+/// One compensation in a control loop. See the head of `servo.rs` for what it does in which order.
+///
+/// `H` is what it holds compensations by: a reference, or something owned, which comes back when another
+/// has taken its place. So a place can be loaded into again while the servo runs:
+///
+/// ```
+/// use trueaxis::{Compensation, Servo};
+/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/huron-13.trax");
+/// # let blob: &'static [u8] = trueaxis::include_blob!(concat!(
+/// #     env!("CARGO_MANIFEST_DIR"),
+/// #     "/examples/huron-13.trax"
+/// # ));
+///
+/// // Two places; on a controller they are statics.
+/// let first: &'static mut _ = Box::leak(Box::new(Compensation::new()));
+/// let second: &'static mut _ = Box::leak(Box::new(Compensation::new()));
+/// first.load(blob)?;
+/// second.load(blob)?;
+/// let mut servo = Servo::new(first);
+/// servo.swap(second)?;
+/// # let commands = trueaxis::Inputs::default();
+/// // In every servo period:
+/// servo.update(&commands, 0b1_1111, 0.001);
+/// // When the change is done the first place is back.
+/// let vacant = servo.take_retired().expect("nothing had to be faded");
+/// vacant.load(blob)?;
+/// servo.swap(vacant)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Servo<H: Handle> {
+    pub(super) current: H,
+    /// In use; only their values count.
+    pub(super) weights: Weights,
+    /// While `queued`, accepted: it waits until nothing else moves. While it is being faded in, that.
+    /// Otherwise the one that was in use before, until it is taken back.
+    pub(super) other: Option<H>,
+    pub(super) queued: bool,
+    pub(super) fading: Fading,
+    /// The auxiliaries that are being faded in.
+    pub(super) coming_auxiliaries: [f32; AUXILIARIES],
+    /// The weights that are being faded in; only their values count.
+    pub(super) coming: Weights,
+    /// The weights last asked for, of the compensation last accepted.
+    pub(super) wanted: Weights,
+    /// `wanted` are not those in use or being faded in.
+    pub(super) weights_wait: bool,
+    pub(super) enabled: bool,
+    pub(super) dry_run: bool,
+    /// s(t)
+    pub(super) factor: Ramp,
+    pub(super) factor_pace: Pace,
+    /// f(t)
+    pub(super) blend: Ramp,
+    pub(super) blend_pace: Pace,
+    /// One per axis.
+    pub(super) lanes: <H::Room as Room>::AxisList<Lane>,
+    /// What is computed from: the positions of the last period that was neither held nor frozen, and
+    /// the auxiliaries that have been let in.
+    pub(super) inputs: Inputs<Values<H>>,
+    pub(super) travelling: Travelling<Travels<H>>,
+    /// Of the last period.
+    pub(super) correction: Correction<Values<H>>,
+    /// The one before.
+    pub(super) before: Values<H>,
+    /// While nothing but the positions changes, the period of the last call, s; otherwise not a
+    /// number: see `steady.rs`.
+    pub(super) steady: f32,
+    /// Then all axes, bit 0 is the first.
+    pub(super) steady_axes: u16,
+    /// And those that are referenced.
+    pub(super) steady_referenced: u16,
+    /// Then whether auxiliaries are compared with those of the last call.
+    pub(super) steady_auxiliaries: bool,
+    /// A fade has ended in this period, which is work enough.
+    pub(super) arrived: bool,
+    /// The last period was held or frozen.
+    pub(super) held: bool,
+    pub(super) frozen: bool,
+    /// For how long inputs have been unusable, s.
+    pub(super) fault: f32,
+    /// The period of this call as it was given, s.
+    pub(super) asked: f32,
+    /// Last usable period, s.
+    pub(super) period: f32,
+    /// 1 / period
+    pub(super) frequency: f32,
+    /// That of the last update.
+    pub(super) last_frequency: f32,
+}
