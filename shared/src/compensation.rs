@@ -348,6 +348,24 @@ impl<'a, C: Room> Compensation<'a, C> {
     }
 }
 
+impl<C: Room> Compensation<'_, C> {
+    /// As [`evaluate`](Self::evaluate) at each of many positions with the same directions and weights: a
+    /// path ahead, a map. Returns how many that were: as many as both slices hold; further
+    /// corrections stay as they are.
+    pub fn evaluate_each(
+        &self,
+        inputs: &[Inputs<C::Axes<f32>>],
+        travel: &Travelling<C::Axes<Travel>>,
+        weights: &Weights,
+        corrections: &mut [C::Axes<f32>],
+    ) -> usize {
+        let pairs = inputs.iter().zip(corrections);
+        pairs
+            .map(|(inputs, to)| *to = self.evaluate(inputs, travel, weights))
+            .count()
+    }
+}
+
 impl<'a> Compensation<'a, Usual> {
     /// [Empty](Self::empty), with the capacities that hold unless told otherwise.
     #[must_use]

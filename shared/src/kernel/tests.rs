@@ -309,6 +309,28 @@ fn an_empty_compensation_corrects_nothing() {
 }
 
 #[test]
+fn many_positions_are_evaluated_as_each_of_them_is() {
+    let blob = everything().encode().unwrap();
+    let c = Small::from_blob(&blob).unwrap();
+    let positions: Vec<Inputs<[f32; 3]>> = (0..100_u8)
+        .map(|k| f32::from(k) * 13.7 - 600.0)
+        .map(|x| Inputs::at([x, 0.3 * x, -0.1 * x]))
+        .collect();
+    let travel = Travelling([Travel::Positive, Travel::Negative, Travel::Unknown]);
+    let untouched = [7.0; 3];
+    let mut corrections = vec![untouched; 120];
+    let count = c.evaluate_each(&positions, &travel, &c.weights(), &mut corrections);
+    assert_eq!(count, positions.len());
+    for (inputs, found) in positions.iter().zip(&corrections) {
+        assert_eq!(*found, c.evaluate(inputs, &travel, &c.weights()));
+    }
+    assert!(corrections[..count].iter().any(|found| *found != [0.0; 3]));
+    assert!(corrections[count..].iter().all(|found| *found == untouched));
+    let few = &mut corrections[..7];
+    assert_eq!(c.evaluate_each(&positions, &travel, &c.weights(), few), 7);
+}
+
+#[test]
 fn integers_are_interpolated_before_they_are_scaled() {
     let mut draft = only(DraftBank {
         format: SampleFormat::I16,
