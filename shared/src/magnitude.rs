@@ -1,5 +1,7 @@
 //! How large tables, products and sums can become: checked once, so that evaluation cannot overflow.
 
+use core::ops::Range;
+
 use crate::contents::Contents;
 use crate::description::{Grid, Interpolation, SampleFormat};
 use crate::load_error::LoadError;
@@ -65,8 +67,6 @@ fn measure_tables<C: Room>(
     contents: &Contents<'_, C>,
     peaks: &mut C::TableList<f32>,
 ) -> Result<(), LoadError> {
-    let floats = plan.floats().unwrap_or_default();
-    let shorts = plan.shorts().unwrap_or_default();
     let mut table = 0_u16;
     for bank in contents.banks.iter() {
         let tables = usize::from(bank.tables);
@@ -74,27 +74,10 @@ fn measure_tables<C: Room>(
         let count = bank.points as usize * tables;
         work::count(count + tables);
         for column in 0..tables {
-            let mut peak = 0.0_f32;
-            match bank.format {
-                SampleFormat::F32 => {
-                    let samples = floats[first..first + count].iter();
-                    for (point, &v) in samples.skip(column).step_by(tables).enumerate() {
-                        if !v.is_finite() {
-                            return Err(LoadError::TableSample {
-                                table,
-                                point: point as u32,
-                            });
-                        }
-                        peak = peak.max(v.abs());
-                    }
-                }
-                SampleFormat::I16 => {
-                    let samples = shorts[first..first + count].iter();
-                    for &v in samples.skip(column).step_by(tables) {
-                        peak = peak.max(f32::from(v).abs());
-                    }
-                    peak *= plan.scales()[usize::from(table)];
-                }
+            let peak = peak(plan, bank.format, first..first + count, column, tables);
+            let mut peak = peak.map_err(|point| LoadError::TableSample { table, point })?;
+            if bank.format == SampleFormat::I16 {
+                peak *= plan.scales()[usize::from(table)];
             }
             if bank.interpolation == Interpolation::Cubic {
                 peak *= CUBIC_OVERSHOOT;
@@ -114,38 +97,52 @@ fn measure_grids<C: Room>(
     grids: &[Grid],
     sums: &mut [f32],
 ) -> Result<(), LoadError> {
-    let floats = plan.floats().unwrap_or_default();
-    let shorts = plan.shorts().unwrap_or_default();
     for (number, grid) in grids.iter().enumerate() {
         let width = grid.outputs.len();
         let first = grid.first as usize;
         let count = grid.nodes() as usize * width;
         work::count(count + width);
         for (place, &output) in grid.outputs.iter().enumerate() {
-            let mut peak = 0.0_f32;
-            match grid.format {
-                SampleFormat::F32 => {
-                    let samples = floats[first..first + count].iter();
-                    for (node, &v) in samples.skip(place).step_by(width).enumerate() {
-                        if !v.is_finite() {
-                            return Err(LoadError::GridSample {
-                                grid: number as u16,
-                                node: node as u32,
-                            });
-                        }
-                        peak = peak.max(v.abs());
-                    }
-                }
-                SampleFormat::I16 => {
-                    let samples = shorts[first..first + count].iter();
-                    for &v in samples.skip(place).step_by(width) {
-                        peak = peak.max(f32::from(v).abs());
-                    }
-                    peak *= grid.scales[place];
-                }
+            let peak = peak(plan, grid.format, first..first + count, place, width);
+            let mut peak = peak.map_err(|node| LoadError::GridSample {
+                grid: number as u16,
+                node,
+            })?;
+            if grid.format == SampleFormat::I16 {
+                peak *= grid.scales[place];
             }
             sums[usize::from(output)] += peak;
         }
     }
     Ok(())
+}
+
+/// Largest magnitude, before any scale, of the samples at `place` in rows of `width`; which of them is not
+/// finite.
+fn peak<C: Room>(
+    plan: &Plan<'_, C>,
+    format: SampleFormat,
+    samples: Range<usize>,
+    place: usize,
+    width: usize,
+) -> Result<f32, u32> {
+    let mut peak = 0.0_f32;
+    match format {
+        SampleFormat::F32 => {
+            let samples = plan.floats().unwrap_or_default()[samples].iter();
+            for (number, &v) in samples.skip(place).step_by(width).enumerate() {
+                if !v.is_finite() {
+                    return Err(number as u32);
+                }
+                peak = peak.max(v.abs());
+            }
+        }
+        SampleFormat::I16 => {
+            let samples = plan.shorts().unwrap_or_default()[samples].iter();
+            for &v in samples.skip(place).step_by(width) {
+                peak = peak.max(f32::from(v).abs());
+            }
+        }
+    }
+    Ok(peak)
 }
