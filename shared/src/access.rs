@@ -175,12 +175,6 @@ mod trusted {
         pub(crate) unsafe fn pointer(self, _count: usize) -> *mut f32 {
             self.0
         }
-
-        /// See [`opaque`].
-        #[inline(always)]
-        pub(crate) fn opaque(self) -> Self {
-            Self(opaque(self.0).cast_mut(), PhantomData)
-        }
     }
 }
 
@@ -266,10 +260,6 @@ mod checked {
 
         pub(crate) unsafe fn pointer(self, count: usize) -> *mut f32 {
             self.0[..count].as_mut_ptr()
-        }
-
-        pub(crate) fn opaque(self) -> Self {
-            self
         }
     }
 }

@@ -18,10 +18,23 @@ pub(crate) fn bounded(value: f32, bound: f32) -> (f32, bool) {
 /// not push further outside if q is not. 0 always satisfies it.
 #[inline(always)]
 pub(crate) fn within_travel(wanted: f32, q: f32, travel: [f32; 2]) -> (f32, bool) {
+    within_room(wanted, room(q, travel))
+}
+
+/// The corrections that satisfy that: from the first to the second.
+#[inline(always)]
+pub(crate) fn room(q: f32, travel: [f32; 2]) -> [f32; 2] {
     let down = travel[0] - q;
     let up = travel[1] - q;
-    let down = if down < 0.0 { down } else { 0.0 };
-    let up = if up > 0.0 { up } else { 0.0 };
+    [
+        if down < 0.0 { down } else { 0.0 },
+        if up > 0.0 { up } else { 0.0 },
+    ]
+}
+
+/// The nearest of these corrections, and whether that is another one.
+#[inline(always)]
+pub(crate) fn within_room(wanted: f32, [down, up]: [f32; 2]) -> (f32, bool) {
     if wanted > up {
         (up, true)
     } else if wanted < down {

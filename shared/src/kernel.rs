@@ -20,9 +20,7 @@ use core::mem::MaybeUninit;
 use crate::access::{From, To, at, at_mut, opaque, part, split, whole};
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::plan::{
-    BankLookup, FIXED, GridLookup, Kind, PAIRED, PLAIN_WIDTH, PackedTerm, Plan, Span,
-};
+use crate::plan::{BankLookup, FIXED, GridLookup, PAIRED, PLAIN_WIDTH, PackedTerm, Plan, Span};
 use crate::product;
 use crate::room::{Room, Row};
 use crate::weights::Weights;
@@ -80,45 +78,38 @@ pub(crate) fn evaluate_tables<C: Room>(
     };
     // SAFETY: `TableValues` are TABLES values.
     let mut out = unsafe { To::start(scratch.tables.as_mut_ptr().cast(), C::TABLES) };
-    for bank in c.banks() {
-        // SAFETY: guarantee 1.
-        let x = unsafe { input(inputs, bank.span.slot) };
-        // SAFETY: `out` has room for the tables of this bank and of those behind it (guarantee 4);
-        // what each kind reads of the samples is stated there; guarantee 9.
-        unsafe {
+    let (banks, [linear, other]) = c.banks();
+    // SAFETY: guarantees 10, 1 and 4: there is room for the tables of each bank; what each kind reads of the
+    // samples is stated there; guarantee 9.
+    unsafe {
+        if linear != 0 {
             let floats = c.floats().unwrap_unchecked();
-            match bank.kind {
-                Kind::Straight => {
-                    straight(bank, x, floats, out.again());
-                    out = out.skip(1);
-                }
-                Kind::Linear => {
-                    match interval(&bank.span, *x) {
-                        Some((i, t)) => mix(bank, floats, i, t, out.again()),
-                        None => end(bank, *x, floats, out.again()),
-                    }
-                    out = out.skip(usize::from(bank.tables));
-                }
-                Kind::Other => {
-                    other(c, bank, *x, travel, out.again());
-                    out = out.skip(usize::from(bank.tables));
-                }
+            lines(part(banks, 0, linear), inputs, floats, out.again());
+        }
+        for bank in part(banks, linear, other - linear) {
+            let floats = c.floats().unwrap_unchecked();
+            let x = *at(all(inputs), usize::from(bank.span.slot));
+            let out = out.again().skip(usize::from(bank.table));
+            match interval(&bank.span, x) {
+                Some((i, t)) => mix(bank, floats, i, t, out),
+                None => end(bank, x, floats, out),
             }
-            out = out.opaque();
+        }
+        if other != banks.len() {
+            let (_, banks) = split(banks, other);
+            others(c, banks, inputs, travel, out.again());
         }
     }
 
-    // SAFETY: the same compensation; the loop above wrote all `tables` tables: each bank wrote each
+    // SAFETY: the same compensation; the loops above wrote all `tables` tables: each bank wrote each
     // of its values, and the banks together have `tables` of them.
     unsafe {
         let c = &*opaque(c);
-        sum(c, &scratch, corrections);
-        if c.has_runs() {
-            sum_runs(c, &scratch, weights, corrections);
+        let values = values(&scratch);
+        let word = sum(c, values, corrections);
+        if c.has_more() {
+            more(c, values, word, inputs, weights, corrections);
         }
-    }
-    if !c.grids().is_empty() {
-        add_grids(c, inputs, corrections);
     }
 }
 
@@ -175,20 +166,13 @@ pub(crate) fn evaluate_cell<C: Room>(
     }
 }
 
-/// Input number `slot`: the axes, then the auxiliaries.
-///
-/// # Safety
-/// `slot < AXES + AUXILIARIES`.
+/// All inputs: AXES axes, then the auxiliaries.
 #[inline(always)]
-unsafe fn input<A: Row<f32>>(inputs: &Inputs<A>, slot: u8) -> &f32 {
-    debug_assert!(usize::from(slot) < inputs.axes.as_ref().len() + AUXILIARIES);
+fn all<A: Row<f32>>(inputs: &Inputs<A>) -> &[f32] {
     let count = inputs.axes.as_ref().len() + AUXILIARIES;
     // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
     // of them; the pointer comes from the whole.
-    unsafe {
-        let all = core::slice::from_raw_parts(core::ptr::from_ref(inputs).cast::<f32>(), count);
-        at(all, usize::from(slot))
-    }
+    unsafe { core::slice::from_raw_parts(core::ptr::from_ref(inputs).cast(), count) }
 }
 
 /// Whether the tables of a bank count while its input last moved in direction `last`.
@@ -228,26 +212,35 @@ fn interval(span: &Span, x: f32) -> Option<(u32, f32)> {
     Some((i as u32, u - i as f32))
 }
 
-/// The only table of a bank of two points: a + (b − a)·t between them, and the end values.
+/// The only table of each of these banks, which has two points: a + (b − a)·t between them, and the end values.
 ///
 /// # Safety
-/// `out` has room for a value.
+/// The banks are straight, and their inputs among `inputs` and their samples among `samples`; from `out` on
+/// there is room for all tables.
 #[inline(always)]
-unsafe fn straight(bank: &BankLookup, x: &f32, samples: &[f32], mut out: To<'_>) {
+unsafe fn lines<A: Row<f32>>(
+    banks: &[BankLookup],
+    inputs: &Inputs<A>,
+    samples: &[f32],
+    mut out: To<'_>,
+) {
+    let inputs = From::start(all(inputs));
+    let mut rest = banks;
     // SAFETY: the caller's.
     unsafe {
-        let u = rows::straight(bank, x, out.again());
-        // As in `interval`.
-        if u >= 1.0_f32.to_bits() {
-            out.set(0, beyond(bank, f32::from_bits(u), samples));
+        while let Some((bank, others)) = rows::lines(rest, inputs, out.again()) {
+            let x = inputs.at(usize::from(bank.span.slot));
+            out.set(usize::from(bank.table), beyond(bank, x, samples));
+            rest = others;
         }
     }
 }
 
-/// The end value that [`straight`] holds at `u`; not-a-number counts as the first point.
+/// The end value that a straight bank holds at `x`; not-a-number counts as the first point.
 #[cold]
 #[inline(never)]
-fn beyond(bank: &BankLookup, u: f32, samples: &[f32]) -> f32 {
+fn beyond(bank: &BankLookup, x: f32, samples: &[f32]) -> f32 {
+    let u = (x - bank.span.start) * bank.span.inverse_step;
     let place = bank.first as usize + usize::from(u >= 1.0);
     debug_assert!(place < samples.len());
     // SAFETY: guarantee 3: two points.
@@ -332,12 +325,39 @@ unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: To<'_>) {
     }
 }
 
+/// All tables of banks of any kind.
+///
+/// # Safety
+/// The banks are those of `c`, and from `out` on there is room for all tables.
+#[cold]
+#[inline(never)]
+unsafe fn others<C: Room>(
+    c: &Plan<'_, C>,
+    banks: &[BankLookup],
+    inputs: &Inputs<C::Axes<f32>>,
+    travel: &Travelling<C::Axes<Travel>>,
+    mut out: To<'_>,
+) {
+    for bank in banks {
+        // SAFETY: guarantees 1 and 4, and the caller's.
+        unsafe {
+            let x = *at(all(inputs), usize::from(bank.span.slot));
+            other(
+                c,
+                bank,
+                x,
+                travel,
+                out.again().skip(usize::from(bank.table)),
+            );
+        }
+    }
+}
+
 /// All tables of a bank of any kind.
 ///
 /// # Safety
 /// `out` has room for the tables of the bank, which is one of `c`.
-#[cold]
-#[inline(never)]
+#[inline(always)]
 unsafe fn other<C: Room>(
     c: &Plan<'_, C>,
     bank: &BankLookup,
@@ -479,30 +499,56 @@ fn fill_cubic<S: Sample>(
 /// # Safety
 /// All tables that a factor names are written.
 #[inline(always)]
-unsafe fn sum<C: Room>(c: &Plan<'_, C>, scratch: &Scratch<C>, corrections: &mut C::Axes<f32>) {
-    // `Scratch` is `repr(C)`: TABLES values, then `one`; the pointer comes from the whole.
+unsafe fn sum<'c, C: Room>(
+    c: &'c Plan<'_, C>,
+    values: From<'_, f32>,
+    corrections: &mut C::Axes<f32>,
+) -> From<'c, u32> {
+    let (heads, [bare, singles]) = c.heads();
+    let words = From::start(c.pairs());
+    if singles == 0 {
+        return words;
+    }
+    // SAFETY: guarantee 8; the tables were written (caller).
+    unsafe {
+        let (paired, bare) = (part(heads, 0, bare), part(heads, bare, singles - bare));
+        rows::products(paired, bare, words, values, corrections.as_mut())
+    }
+}
+
+/// What few compensations have: outputs that begin with single values, terms of other kinds, grids.
+///
+/// # Safety
+/// That of [`sum`], of which `word` comes.
+#[inline(never)]
+unsafe fn more<C: Room>(
+    c: &Plan<'_, C>,
+    values: From<'_, f32>,
+    mut word: From<'_, u32>,
+    inputs: &Inputs<C::Axes<f32>>,
+    weights: &Weights,
+    corrections: &mut C::Axes<f32>,
+) {
+    let (heads, [_, singles]) = c.heads();
     // SAFETY: the caller's.
-    let values = unsafe { values(scratch) };
-    let mut pair = From::start(c.pairs());
-    for head in c.heads() {
-        // SAFETY: guarantee 8; the tables were written (caller).
-        unsafe {
-            let first = usize::from(head.first);
-            let out = at_mut(corrections.as_mut(), usize::from(head.output));
-            if head.pairs != 0 {
-                pair = rows::products(values, first, pair, u32::from(head.pairs), out);
-                continue;
-            }
-            let mut total = values.at_byte(first);
-            let mut rest = u32::from(head.singles);
+    unsafe {
+        for head in split(heads, singles).1 {
+            let mut total = values.at_byte(usize::from(head.first));
+            let mut rest = head.singles;
             while rest != 0 {
-                let value = values.at_byte(pair.at(0) as usize);
+                let value = values.at_byte(word.at(0) as usize);
                 total = product::add(total, 1.0, [value]);
-                pair = pair.skip(1).opaque();
+                word = word.skip(1).opaque();
                 rest -= 1;
             }
-            *out = total;
+            *at_mut(corrections.as_mut(), usize::from(head.output) / 4) = total;
         }
+        if c.has_runs() {
+            sum_runs(c, values, weights, corrections);
+        }
+    }
+    if !c.grids().is_empty() {
+        add_grids(c, inputs, corrections);
     }
 }
 
@@ -525,12 +571,10 @@ unsafe fn values<C: Room>(scratch: &Scratch<C>) -> From<'_, f32> {
 #[inline(never)]
 unsafe fn sum_runs<C: Room>(
     c: &Plan<'_, C>,
-    scratch: &Scratch<C>,
+    values: From<'_, f32>,
     weights: &Weights,
     corrections: &mut C::Axes<f32>,
 ) {
-    // SAFETY: the caller's.
-    let values = unsafe { values(scratch) };
     let mut rest = c.terms();
     while let Some(first) = rest.first() {
         debug_assert!(first.run >= 1 && usize::from(first.run) <= rest.len());
@@ -642,7 +686,7 @@ fn add_cell<A: Row<f32>>(
         ($k:literal) => {{
             let span = &grid.spans[$k];
             // SAFETY: guarantee 1.
-            let x = unsafe { *input(inputs, span.slot) };
+            let x = unsafe { *at(all(inputs), usize::from(span.slot)) };
             let Some((i, t)) = interval(span, x) else {
                 return false;
             };
@@ -697,7 +741,9 @@ fn add_grid<A: Row<f32>>(
     corrections: &mut A,
 ) {
     // SAFETY: guarantee 1.
-    let x = grid.spans.map(|span| unsafe { *input(inputs, span.slot) });
+    let x = grid
+        .spans
+        .map(|span| unsafe { *at(all(inputs), usize::from(span.slot)) });
     if grid.integer {
         add_nodes(grid, x, shorts, corrections);
     } else {

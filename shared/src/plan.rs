@@ -10,8 +10,8 @@
 //! 3. *Samples* (`take_samples`, `finish`). `first + (last + 1) · tables` is at most the length of the
 //!    bank's section; of a grid, `first + strides[0] · (spans[0].last + 1)`, with each stride the product
 //!    of the counts behind it and `width`.
-//! 4. *Tables* (`OpenBank::end`, `end_banks`). The banks together have at least `tables` tables, in their
-//!    order, and at most `TABLES ≤ 255`; there is a scale for each.
+//! 4. *Tables* (`OpenBank::end`, `end_banks`). The banks together have at least `tables` tables, each once,
+//!    and at most `TABLES ≤ 255`; there is a scale for each.
 //! 5. *Terms* (`term`, `OpenTerm::factor`). Each used factor of a term is `< tables`, each unused one is
 //!    `TABLES`; `count ≤ FACTORS`; `output < AXES`; adjustable terms have consecutive places
 //!    `< ADJUSTABLE`.
@@ -21,11 +21,15 @@
 //! 7. *Grids* (`OpenGrid::output`, `OpenGrid::end`, `finish`). Every grid has `width ≤ GRID_OUTPUTS`
 //!    outputs `< AXES`; a plain one has three inputs without modulo and `PLAIN_WIDTH` f32 outputs.
 //!    `one_cell` means that there is a plain one.
-//! 8. *Heads* (`pair_up`). They have outputs `< AXES`, and as many words of `pairs` as they say, one head's
-//!    behind the other's; each word, and each `first`, names tables as a term does, or the 1 or the 0
-//!    behind them, by its place in bytes.
+//! 8. *Heads* (`pair_up`). They have outputs `< AXES`, by their place in bytes, and as many words of `pairs`
+//!    as they say, one head's behind the other's; each word, and each `first`, names tables as a term does, or
+//!    the 1 or the 0 behind them, by its place in bytes. `bare[0] ≤ bare[1]`: the heads before have pairs,
+//!    those between neither pairs nor single values, those behind single values.
 //! 9. *Sections* (`finish`). Where there are banks or grids, there are both sections of samples, though
 //!    one may be empty.
+//!
+//! 10. *Order of banks* (`order`). `linear[0] ≤ linear[1]`: the banks before are straight, those
+//!     between linear, those behind of another kind.
 //!
 //! Nothing of a plan changes after that. Weights that are set at run time are not part of it: the kernel
 //! reads as many as there can be, whosever they are.
@@ -43,7 +47,7 @@ use crate::room::{List, Room};
 use crate::weights::Weights;
 
 pub(crate) use filling::Filling;
-pub(crate) use lookup::{BankLookup, GridLookup, Kind, PLAIN_WIDTH};
+pub(crate) use lookup::{BankLookup, GridLookup, PLAIN_WIDTH};
 pub(crate) use span::Span;
 pub(crate) use terms::{FIXED, Head, PAIRED, PackedTerm};
 
@@ -54,14 +58,20 @@ pub(crate) use terms::{FIXED, Head, PAIRED, PackedTerm};
 pub(crate) struct Plan<'a, C: Room> {
     /// Nothing but one plain grid.
     one_cell: bool,
-    /// Whether there are terms other than `pairs`.
+    /// Whether there is more than banks and the first `bare[1]` heads.
+    more: bool,
+    /// Where among `banks` those of linear begin and end.
+    linear: [u16; 2],
+    /// Where among `heads` those without pairs and single values begin and end.
+    bare: [u16; 2],
+    /// Whether there are terms other than those of `heads`.
     runs: bool,
     tables: u16,
     floats: Option<&'a [f32]>,
     shorts: Option<&'a [i16]>,
     /// What the kernel adds first, see `pair_up`.
     heads: C::AxisList<Head>,
-    /// One per bank.
+    /// One per bank, in the order of evaluation.
     banks: C::BankList<BankLookup>,
     /// One per grid.
     grids: C::GridList<GridLookup>,
@@ -77,6 +87,9 @@ impl<'a, C: Room> Plan<'a, C> {
     /// Nothing: all zeros.
     pub(crate) const EMPTY: Self = Self {
         one_cell: false,
+        more: false,
+        linear: [0; 2],
+        bare: [0; 2],
         runs: false,
         tables: 0,
         floats: None,
@@ -94,6 +107,9 @@ impl<'a, C: Room> Plan<'a, C> {
     #[inline(never)]
     pub(crate) fn clear(&mut self) {
         self.one_cell = false;
+        self.more = false;
+        self.linear = [0; 2];
+        self.bare = [0; 2];
         self.runs = false;
         self.tables = 0;
         self.floats = None;
@@ -130,6 +146,13 @@ impl<'a, C: Room> Plan<'a, C> {
         self.one_cell
     }
 
+    /// Whether there is more to evaluate than banks and the heads up to the end of those without pairs and
+    /// single values.
+    #[inline(always)]
+    pub(crate) fn has_more(&self) -> bool {
+        self.more
+    }
+
     /// Whether there are terms other than those of `heads`.
     #[inline(always)]
     pub(crate) fn has_runs(&self) -> bool {
@@ -153,10 +176,12 @@ impl<'a, C: Room> Plan<'a, C> {
         self.shorts
     }
 
-    /// What the kernel begins each output with.
+    /// What the kernel begins each output with, and where those without pairs and single values begin and end.
     #[inline(always)]
-    pub(crate) fn heads(&self) -> &[Head] {
-        &self.heads
+    pub(crate) fn heads(&self) -> (&[Head], [usize; 2]) {
+        // `map` is a loop where code is to be small.
+        let [bare, singles] = self.bare;
+        (&self.heads, [usize::from(bare), usize::from(singles)])
     }
 
     /// The pairs of all heads.
@@ -165,10 +190,11 @@ impl<'a, C: Room> Plan<'a, C> {
         &self.pairs
     }
 
-    /// The banks.
+    /// The banks, in the order of evaluation, and where those of linear begin and end.
     #[inline(always)]
-    pub(crate) fn banks(&self) -> &[BankLookup] {
-        &self.banks
+    pub(crate) fn banks(&self) -> (&[BankLookup], [usize; 2]) {
+        let [linear, other] = self.linear;
+        (&self.banks, [usize::from(linear), usize::from(other)])
     }
 
     /// The grids.

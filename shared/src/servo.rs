@@ -293,6 +293,7 @@ mod period;
 mod refused;
 mod state;
 mod steady;
+mod sweep;
 #[cfg(all(test, feature = "encode"))]
 mod tests;
 mod update;

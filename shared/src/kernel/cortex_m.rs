@@ -6,8 +6,14 @@
 
 use core::arch::asm;
 
+use core::mem::offset_of;
+use core::ops::Range;
+
 use crate::access::{From, To};
-use crate::plan::BankLookup;
+use crate::plan::{BankLookup, Head, Span};
+
+/// The bits of 1.
+const ONE: u32 = 1.0_f32.to_bits();
 
 /// a + (b − a)·t of so many neighbouring values; a, b and the place of the result move on behind them.
 macro_rules! several {
@@ -62,77 +68,110 @@ pub(super) unsafe fn mix(a: From<'_, f32>, b: From<'_, f32>, width: usize, t: f3
     }
 }
 
-/// a + (b − a)·t of a bank's only table of two points, and the bits of t: if those are not below 1.0 the
-/// result is none.
+/// a + (b − a)·t of the only table of each of `banks`, up to one of which the input is not between its two
+/// points: that one, and those behind it.
 ///
 /// # Safety
-/// `out` has room for a value.
+/// There is a bank. The banks are straight, their inputs are among `inputs`, and from `out` on there is room
+/// for all tables.
 #[inline(always)]
-pub(super) unsafe fn straight(bank: &BankLookup, x: &f32, out: To<'_>) -> u32 {
-    // `BankLookup` is `repr(C)` and begins with `line`, then start and inverse step; the pointer comes from
-    // the whole.
-    let line = core::ptr::from_ref(bank);
-    let x = core::ptr::from_ref(x);
-    // SAFETY: the caller's.
-    let out = unsafe { out.pointer(1) };
-    let t;
-    // SAFETY: reads four values and one, writes one.
+pub(super) unsafe fn lines<'b>(
+    banks: &'b [BankLookup],
+    inputs: From<'_, f32>,
+    out: To<'_>,
+) -> Option<(&'b BankLookup, &'b [BankLookup])> {
+    let Range { start, end } = banks.as_ptr_range();
+    let mut behind = start;
+    let t: u32;
+    // SAFETY: the caller's: reads banks and one input each, writes one value each. `BankLookup` is `repr(C)`
+    // and begins with `line`, then start and inverse step.
     unsafe {
         asm!(
-            "vldr s4, [{x}]",
-            "vldmia {line}, {{s0-s3}}",
+            "2:",
+            "ldrb {t}, [{bank}, #{slot}]",
+            "ldrh {place}, [{bank}, #{table}]",
+            "vldmia {bank}, {{s0-s3}}",
+            "add {t}, {inputs}, {t}, lsl #2",
+            "vldr s4, [{t}]",
             "vsub.f32 s4, s4, s2",
+            "add {place}, {out}, {place}, lsl #2",
             "vmul.f32 s4, s4, s3",
+            "adds {bank}, #{size}",
             "vmul.f32 s1, s1, s4",
             "vmov {t}, s4",
+            // Numbers from 0 on are in the order of their bits; negative ones and not-a-number have larger
+            // bits than all of those.
+            "cmp {t}, #{one}",
             "vadd.f32 s0, s0, s1",
-            "vstr s0, [{out}]",
-            x = in(reg) x,
-            line = in(reg) line,
-            out = in(reg) out,
+            "bhs 3f",
+            "vstr s0, [{place}]",
+            "cmp {bank}, {end}",
+            "bne 2b",
+            "3:",
+            bank = inout(reg) behind,
+            end = in(reg) end,
+            inputs = in(reg) inputs.pointer(),
+            out = in(reg) out.pointer(1),
             t = out(reg) t,
+            place = out(reg) _,
+            slot = const offset_of!(BankLookup, span) + offset_of!(Span, slot),
+            table = const offset_of!(BankLookup, table),
+            size = const size_of::<BankLookup>(),
+            one = const ONE,
             out("s0") _, out("s1") _, out("s2") _, out("s3") _, out("s4") _,
-            options(nostack, preserves_flags)
+            options(nostack)
         );
     }
-    t
+    if t < ONE {
+        return None;
+    }
+    // SAFETY: `behind` is behind the bank of which it was found, which is one of `banks`.
+    unsafe {
+        let others = end.offset_from_unsigned(behind);
+        Some((&*behind.sub(1), core::slice::from_raw_parts(behind, others)))
+    }
 }
 
-/// Adds `rest` products of two of `values` to the one `first` bytes from their begin; where the pairs end. Why
-/// this is not `product::add` stands there.
+/// Begins outputs: of `paired` each with its first value and the products of two that follow, of `bare` each
+/// with its first value; where the words of these heads end. Why this is not `product::add` stands there.
 ///
 /// # Safety
-/// From `pair` on there are `rest` words; each half, and `first`, is where one of `values` lies, in bytes.
+/// There is a head, and those of `bare` are behind those of `paired`. They have no single values, and as many
+/// words from `word` on as they say; each half of a word, and each `first`, is where one of `values` lies, in
+/// bytes, and each `output` where one of `outputs` does.
 #[inline(always)]
 pub(super) unsafe fn products<'p>(
+    paired: &[Head],
+    bare: &[Head],
+    word: From<'p, u32>,
     values: From<'_, f32>,
-    first: usize,
-    pair: From<'p, u32>,
-    rest: u32,
-    out: &mut f32,
+    outputs: &mut [f32],
 ) -> From<'p, u32> {
-    let (values, mut pair) = (values.pointer(), pair.pointer());
-    let out = core::ptr::from_mut(out);
-    // SAFETY: the caller's.
-    let total = unsafe { values.byte_add(first) };
-    // SAFETY: one product if their number is odd, then two by two.
+    let mut word = word.pointer();
+    // SAFETY: the caller's. `Head` is `repr(C)`: first and singles, which are 0, output and pairs. One product
+    // if their number is odd, then two by two.
     unsafe {
         asm!(
-            "vldr s0, [{total}]",
-            "lsrs {rest}, {rest}, #1",
-            "bcc 2f",
-            "ldr {p}, [{pair}], #4",
-            "uxtah {a}, {values}, {p}",
+            "cmp {head}, {bare}",
+            "beq 6f",
+            "2:",
+            "ldrd {p}, {q}, [{head}], #8",
+            "add {p}, {values}, {p}",
+            "vldr s0, [{p}]",
+            "uxtah {out}, {outputs}, {q}",
+            "lsrs {rest}, {q}, #17",
+            "bcc 4f",
+            "ldr {p}, [{word}], #4",
+            "uxtah {q}, {values}, {p}",
             "add {p}, {values}, {p}, lsr #16",
-            "vldr s1, [{a}]",
+            "vldr s1, [{q}]",
             "vldr s2, [{p}]",
             "vmul.f32 s1, s1, s2",
             "cmp {rest}, #0",
             "vadd.f32 s0, s0, s1",
-            "2:",
-            "beq 4f",
-            "3:",
-            "ldrd {p}, {q}, [{pair}], #8",
+            "beq 5f",
+            "4:",
+            "ldrd {p}, {q}, [{word}], #8",
             "uxtah {a}, {values}, {p}",
             "add {p}, {values}, {p}, lsr #16",
             "vldr s1, [{a}]",
@@ -146,14 +185,31 @@ pub(super) unsafe fn products<'p>(
             "vadd.f32 s0, s0, s1",
             "subs {rest}, {rest}, #1",
             "vadd.f32 s0, s0, s3",
-            "bne 3b",
-            "4:",
+            "bne 4b",
+            "5:",
+            "cmp {head}, {bare}",
             "vstr s0, [{out}]",
-            total = in(reg) total,
-            pair = inout(reg) pair,
-            rest = inout(reg) rest => _,
-            values = in(reg) values,
-            out = in(reg) out,
+            "bne 2b",
+            "6:",
+            "cmp {head}, {end}",
+            "beq 8f",
+            "7:",
+            "ldrd {p}, {q}, [{head}], #8",
+            "add {p}, {values}, {p}",
+            "vldr s0, [{p}]",
+            "add {q}, {outputs}, {q}",
+            "cmp {head}, {end}",
+            "vstr s0, [{q}]",
+            "bne 7b",
+            "8:",
+            head = inout(reg) paired.as_ptr() => _,
+            bare = in(reg) bare.as_ptr(),
+            end = in(reg) bare.as_ptr_range().end,
+            word = inout(reg) word,
+            values = in(reg) values.pointer(),
+            outputs = in(reg) outputs.as_mut_ptr(),
+            out = out(reg) _,
+            rest = out(reg) _,
             p = out(reg) _,
             q = out(reg) _,
             a = out(reg) _,
@@ -161,6 +217,6 @@ pub(super) unsafe fn products<'p>(
             options(nostack)
         );
     }
-    // SAFETY: the pairs of the next one are behind these.
-    unsafe { From::raw(pair, 0) }
+    // SAFETY: the words of the next ones are behind these.
+    unsafe { From::raw(word, 0) }
 }

@@ -1,7 +1,7 @@
 //! Rows of samples, and products of table values; on a Cortex-M `cortex_m.rs` takes its place.
 
-use crate::access::{From, To};
-use crate::plan::BankLookup;
+use crate::access::{From, To, at_mut};
+use crate::plan::{BankLookup, Head};
 use crate::product;
 
 /// a + (b − a)·t of `width` neighbouring values.
@@ -43,44 +43,64 @@ pub(super) unsafe fn mix(
     }
 }
 
-/// a + (b − a)·t of a bank's only table of two points, and the bits of t: if those are not below 1.0 the
-/// result is none.
+/// a + (b − a)·t of the only table of each of `banks`, up to one of which the input is not between its two
+/// points: that one, and those behind it.
 ///
 /// # Safety
-/// `out` has room for a value.
+/// The banks are straight, their inputs are among `inputs`, and from `out` on there is room for all tables.
 #[inline(always)]
-pub(super) unsafe fn straight(bank: &BankLookup, x: &f32, mut out: To<'_>) -> u32 {
-    let [a, rise] = bank.line;
-    let t = (*x - bank.span.start) * bank.span.inverse_step;
-    // SAFETY: the caller's.
-    unsafe { out.set(0, a + rise * t) };
-    t.to_bits()
+pub(super) unsafe fn lines<'b>(
+    banks: &'b [BankLookup],
+    inputs: From<'_, f32>,
+    mut out: To<'_>,
+) -> Option<(&'b BankLookup, &'b [BankLookup])> {
+    let mut rest = banks;
+    while let Some((bank, others)) = rest.split_first() {
+        let [a, rise] = bank.line;
+        // SAFETY: the caller's.
+        unsafe {
+            let x = inputs.at(usize::from(bank.span.slot));
+            let t = (x - bank.span.start) * bank.span.inverse_step;
+            // Numbers from 0 on are in the order of their bits; negative ones and not-a-number have larger
+            // bits than all of those.
+            if t.to_bits() >= 1.0_f32.to_bits() {
+                return Some((bank, others));
+            }
+            out.set(usize::from(bank.table), a + rise * t);
+        }
+        rest = others;
+    }
+    None
 }
 
-/// Adds `rest` products of two of `values` to the one `first` bytes from their begin; where the pairs end.
+/// Begins outputs: of `paired` each with its first value and the products of two that follow, of `bare` each
+/// with its first value; where the words of these heads end.
 ///
 /// # Safety
-/// From `pair` on there are `rest` words; each half, and `first`, is where one of `values` lies, in bytes.
+/// There is a head, and those of `bare` are behind those of `paired`. They have no single values, and as many
+/// words from `word` on as they say; each half of a word, and each `first`, is where one of `values` lies, in
+/// bytes, and each `output` where one of `outputs` does.
 #[inline(always)]
 pub(super) unsafe fn products<'p>(
+    paired: &[Head],
+    bare: &[Head],
+    mut word: From<'p, u32>,
     values: From<'_, f32>,
-    first: usize,
-    mut pair: From<'p, u32>,
-    mut rest: u32,
-    out: &mut f32,
+    outputs: &mut [f32],
 ) -> From<'p, u32> {
-    // SAFETY: the caller's.
-    unsafe {
-        let mut total = values.at_byte(first);
-        while rest != 0 {
-            let both = pair.at(0);
-            let [a, b] = [both & 0xFFFF, both >> 16];
-            let factors = [values.at_byte(a as usize), values.at_byte(b as usize)];
-            total = product::add(total, 1.0, factors);
-            pair = pair.skip(1);
-            rest -= 1;
+    for head in paired.iter().chain(bare) {
+        // SAFETY: the caller's.
+        unsafe {
+            let mut total = values.at_byte(usize::from(head.first));
+            for _ in 0..head.pairs {
+                let both = word.at(0);
+                let [a, b] = [both & 0xFFFF, both >> 16];
+                let factors = [values.at_byte(a as usize), values.at_byte(b as usize)];
+                total = product::add(total, 1.0, factors);
+                word = word.skip(1);
+            }
+            *at_mut(outputs, usize::from(head.output) / 4) = total;
         }
-        *out = total;
     }
-    pair
+    word
 }

@@ -3,7 +3,7 @@
 mod open;
 
 use super::Plan;
-use super::lookup::{BankLookup, GridLookup, Kind};
+use super::lookup::{BankLookup, GridLookup, order};
 use super::span::Span;
 use super::terms::{FIXED, PAIRED, PackedTerm, group, pair_up};
 use crate::description::{AUXILIARIES, Bank, Direction, FACTORS, GRID_INPUTS};
@@ -256,17 +256,12 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         }
         self.place_samples(blob, described)?;
         let plan = &mut *self.plan;
-        let floats = plan.floats.unwrap_or_default();
-        for bank in plan.banks.iter_mut() {
-            if bank.kind == Kind::Straight {
-                let first = bank.first as usize;
-                let (a, b) = (floats[first], floats[first + 1]);
-                bank.line = [a, b - a];
-            }
-        }
-        pair_up::<C>(self.axes, &mut plan.terms, &mut plan.heads, &mut plan.pairs);
+        plan.linear = order(&mut plan.banks, plan.floats.unwrap_or_default());
+        plan.bare = pair_up::<C>(self.axes, &mut plan.terms, &mut plan.heads, &mut plan.pairs);
         plan.one_cell = plan.terms.is_empty() && plan.grids.len() == 1 && plan.grids[0].plain;
         plan.runs = plan.terms.iter().any(|term| term.most != PAIRED);
+        let singles = plan.heads.len() > usize::from(plan.bare[1]);
+        plan.more = singles || plan.runs || !plan.grids.is_empty();
         group(&mut plan.terms);
         self.finished = true;
         Ok(())

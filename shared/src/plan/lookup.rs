@@ -58,6 +58,33 @@ impl BankLookup {
     }
 }
 
+/// Puts the straight banks first, with their lines, then the linear ones, and returns where these begin and
+/// end. Guarantee 10.
+pub(super) fn order(banks: &mut [BankLookup], samples: &[f32]) -> [u16; 2] {
+    let mut ends = [0; 2];
+    let mut placed = 0;
+    for (kind, end) in [Kind::Straight, Kind::Linear].into_iter().zip(&mut ends) {
+        for k in placed..banks.len() {
+            let (before, bank) = banks.split_at_mut(k);
+            let Some(bank) = bank.first_mut().filter(|bank| bank.kind == kind) else {
+                continue;
+            };
+            if kind == Kind::Straight {
+                let first = bank.first as usize;
+                let (a, b) = (samples[first], samples[first + 1]);
+                bank.line = [a, b - a];
+            }
+            // Not the slice's `swap`: moving what may overlap takes a kilobyte and a half of code.
+            if let Some(place) = before.get_mut(placed) {
+                core::mem::swap(place, bank);
+            }
+            placed += 1;
+        }
+        *end = placed as u16;
+    }
+    ends
+}
+
 /// One grid. Inputs that are missing are spans of one node, so that every grid has three.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GridLookup {

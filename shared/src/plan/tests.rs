@@ -1,5 +1,6 @@
 use std::vec::Vec;
 
+use super::lookup::Kind;
 use super::*;
 use crate::blob;
 use crate::contents::Contents;
@@ -37,8 +38,16 @@ fn assert_guarantees(plan: &Plan<'_, Small>) {
             plan.floats().map(<[f32]>::len)
         }
     };
-    let mut written = 0;
-    for bank in plan.banks() {
+    let (banks, [linear, other]) = plan.banks();
+    assert!(linear <= other && other <= banks.len(), "10");
+    let mut written = std::vec![false; tables];
+    for (k, bank) in banks.iter().enumerate() {
+        let kind = match k {
+            _ if k < linear => Kind::Straight,
+            _ if k < other => Kind::Linear,
+            _ => Kind::Other,
+        };
+        assert_eq!(bank.kind, kind, "10");
         assert_span(&bank.span);
         assert!(bank.span.last >= 1, "2");
         if bank.direction != Direction::Both {
@@ -49,13 +58,19 @@ fn assert_guarantees(plan: &Plan<'_, Small>) {
             bank.tables >= 1 && end <= length(bank.integer).unwrap(),
             "3"
         );
-        assert_eq!(usize::from(bank.table), written, "4");
-        written += usize::from(bank.tables);
+        if bank.kind == Kind::Straight {
+            assert!(
+                bank.tables == 1 && bank.span.last == 1 && !bank.integer,
+                "10"
+            );
+        }
+        let first = usize::from(bank.table);
+        for table in &mut written[first..first + usize::from(bank.tables)] {
+            assert!(!core::mem::replace(table, true), "4");
+        }
     }
-    assert!(
-        written <= tables && usize::from(plan.tables()) <= written,
-        "4"
-    );
+    let written = written.iter().take_while(|written| **written).count();
+    assert!(usize::from(plan.tables()) <= written, "4");
     assert!(plan.scales().len() >= written, "4");
 
     let mut rest = plan.terms();
@@ -101,8 +116,16 @@ fn assert_guarantees(plan: &Plan<'_, Small>) {
         assert!(plan.grids()[0].plain, "7");
     }
     let mut words = plan.pairs().iter();
-    for head in plan.heads() {
-        assert!(usize::from(head.output) < axes, "8");
+    let (heads, [bare, singles]) = plan.heads();
+    assert!(bare <= singles && singles <= heads.len(), "8");
+    for (k, head) in heads.iter().enumerate() {
+        let output = usize::from(head.output);
+        assert!(output.is_multiple_of(4) && output / 4 < axes, "8");
+        assert_eq!(
+            [head.pairs > 0, head.singles > 0],
+            [k < bare, k >= singles],
+            "8"
+        );
         // Places of tables, or of the 1 and the 0 behind all that there is room for.
         let named = |byte: u32, behind: usize| {
             let place = byte as usize / 4;
@@ -114,21 +137,19 @@ fn assert_guarantees(plan: &Plan<'_, Small>) {
             let word = *words.next().unwrap();
             assert!(named(word & 0xFFFF, 0) && named(word >> 16, 0), "8");
         }
-        if head.pairs == 0 {
-            for _ in 0..head.singles {
-                assert!(named(*words.next().unwrap(), 0), "8");
-            }
+        for _ in 0..head.singles {
+            assert!(named(*words.next().unwrap(), 0), "8");
         }
     }
     assert!(words.next().is_none(), "8");
-    if !plan.banks().is_empty() || !plan.grids().is_empty() {
+    if !plan.banks().0.is_empty() || !plan.grids().is_empty() {
         assert!(plan.floats().is_some() && plan.shorts().is_some(), "9");
     }
 }
 
 fn assert_empty(plan: &Plan<'_, Small>) {
-    assert!(plan.banks().is_empty() && plan.grids().is_empty() && plan.terms().is_empty());
-    assert!(plan.heads().is_empty() && plan.pairs().is_empty() && plan.scales().is_empty());
+    assert!(plan.banks().0.is_empty() && plan.grids().is_empty() && plan.terms().is_empty());
+    assert!(plan.heads().0.is_empty() && plan.pairs().is_empty() && plan.scales().is_empty());
     assert!(plan.floats().is_none() && plan.shorts().is_none());
     assert!(plan.tables() == 0 && !plan.one_cell() && !plan.has_runs());
     assert_eq!(plan.weights(), &Weights::empty());
@@ -163,7 +184,7 @@ fn a_plan_that_was_filled_keeps_every_guarantee() {
         let mut plan = Plan::EMPTY;
         fill(&mut plan, &blob).unwrap();
         assert_guarantees(&plan);
-        assert_eq!(plan.heads().len(), draft.axes.len());
+        assert_eq!(plan.heads().0.len(), draft.axes.len());
         assert_eq!(plan.terms().len(), draft.terms.len());
         assert_eq!(plan.grids().len(), draft.grids.len());
     }
@@ -292,7 +313,7 @@ fn no_way_of_filling_a_plan_breaks_a_guarantee() {
             match result {
                 Ok(()) => {
                     assert_guarantees(&plan);
-                    filled += usize::from(!plan.banks().is_empty());
+                    filled += usize::from(!plan.banks().0.is_empty());
                 }
                 Err(_) => assert_empty(&plan),
             }

@@ -19,8 +19,10 @@ enum Watch {
 }
 
 /// One axis.
+// `repr(C)`: what the short way looks at stands in front, where several values are loaded at once.
+#[repr(C)]
 #[derive(Clone, Copy)]
-pub(super) struct Lane {
+pub(in crate::servo) struct Lane {
     /// Direction of travel: ±1; 0 where the position does not matter.
     pub sense: f32,
     /// The extreme reached in it, times `sense`; infinite where more than this may be new.
@@ -52,10 +54,10 @@ pub(super) struct Lane {
     lost: bool,
     /// How far it moved in this period.
     moved: f32,
-    /// Near the ends of the travel, what these leave of the correction of this period, and whether that is
-    /// less.
+    /// Near the ends of the travel, where the axis stays: between which corrections these leave, and what they
+    /// leave of the correction of this period.
+    room: [f32; 2],
     pub goal: f32,
-    pub ends: bool,
     pub reversal: Reversal,
     pub catch_up: CatchUp,
 }
@@ -92,8 +94,8 @@ impl Lane {
             position: 0.0,
             lost: true,
             moved: 0.0,
+            room: [0.0; 2],
             goal: 0.0,
-            ends: false,
             reversal: Reversal::new(),
             catch_up: CatchUp::new(),
         }
@@ -200,6 +202,7 @@ impl Lane {
         let [low, high] = self.inside;
         let inside = q >= low && q <= high;
         self.free = if inside { self.value_bound } else { -1.0 };
+        self.room = guard::room(q, self.travel);
         if !matters {
             self.watch = Watch::Anywhere;
             // Times 0 all finite positions are 0.
@@ -255,12 +258,7 @@ impl Lane {
     /// Near the ends of the travel: finds what is left of `dq`; false if another bound acts.
     #[inline(always)]
     pub(super) fn near_end(&mut self, dq: f32, last: f32) -> bool {
-        let q = if self.watch == Watch::Place {
-            self.front
-        } else {
-            self.position
-        };
-        (self.goal, self.ends) = guard::within_travel(dq, q, self.travel);
+        self.goal = guard::within_room(dq, self.room).0;
         let near = self.free < 0.0 && dq.abs() <= self.value_bound;
         near && (self.goal - last).abs() <= self.most
     }

@@ -6,6 +6,7 @@
 
 use super::period::is_period;
 use super::state::{Fading, Servo, Values};
+use super::sweep;
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::status::Status;
@@ -97,15 +98,7 @@ impl<H: Handle> Servo<H> {
         if self.steady_auxiliaries && !self.same_auxiliaries(inputs) {
             return Steady::No;
         }
-        for (k, (lane, &q)) in self.lanes.iter_mut().zip(inputs.axes.as_ref()).enumerate() {
-            let along = q * lane.sense;
-            // Not-a-number fails the comparisons.
-            if along >= lane.front && along <= lane.end {
-                lane.front = along;
-            } else {
-                turning |= 1 << k;
-            }
-        }
+        turning |= sweep::turning(&mut self.lanes, inputs.axes.as_ref());
         if turning != 0 && !self.turn(inputs, turning) {
             return Steady::No;
         }
@@ -114,14 +107,7 @@ impl<H: Handle> Servo<H> {
         self.current
             .get()
             .evaluate_into(inputs, travelling, weights, computed);
-        let mut limited = 0_u32;
-        let values = self.correction.dq.as_ref().iter().zip(computed.as_ref());
-        for (k, (lane, (&last, &dq))) in self.lanes.iter().zip(values).enumerate() {
-            let free = dq.abs() <= lane.free;
-            if !(free && (dq - last).abs() <= lane.most) {
-                limited |= 1 << k;
-            }
-        }
+        let limited = sweep::limited(&self.lanes, self.correction.dq.as_ref(), computed.as_ref());
         if limited != 0 && !self.near_ends(limited) {
             return Steady::Computed;
         }
@@ -193,8 +179,9 @@ impl<H: Handle> Servo<H> {
         for k in axes(limited) {
             let values = self.correction.dq.as_mut().get_mut(k);
             if let Some((dq, lane)) = values.zip(self.lanes.get(k)) {
+                let ends = *dq != lane.goal;
                 *dq = lane.goal;
-                self.correction.status.travel_limited |= u16::from(lane.ends) << k;
+                self.correction.status.travel_limited |= u16::from(ends) << k;
             }
         }
     }
