@@ -152,7 +152,7 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
         .map(|_| {
             let input = b.below(inputs);
             let columns = 1 + b.below(3);
-            let points = 2 + b.below(4);
+            let points = 2 + b.below(6);
             let modulo = b.flag();
             tables += columns;
             DraftBank {
@@ -166,7 +166,7 @@ pub fn draft(b: &mut Bytes<'_>) -> Draft {
                     3 if input < outputs => Direction::Signed,
                     _ => Direction::Both,
                 },
-                interpolation: if b.flag() {
+                interpolation: if b.flag() && points >= 4 {
                     Interpolation::Cubic
                 } else {
                     Interpolation::Linear

@@ -217,7 +217,8 @@ impl<'a, C: Room> Compensation<'a, C> {
         self.peaks.get(..self.tables())?.get(table).copied()
     }
 
-    /// Value of table `table` at its point `point`, scale included.
+    /// Sample of table `table` at its point `point`, scale included: its value there or, of a cubic
+    /// table, a coefficient.
     #[must_use]
     pub fn sample(&self, table: usize, point: usize) -> Option<f32> {
         let mut column = table;

@@ -103,8 +103,19 @@ pub struct Auxiliary {
 pub enum Interpolation {
     /// Straight lines.
     Linear,
-    /// Catmull-Rom: continuous first derivative, one-sided slopes at the ends.
+    /// Uniform cubic B-splines: continuous second derivative, never beyond the samples, which are not
+    /// values at points but coefficients.
     Cubic,
+}
+
+impl Interpolation {
+    /// Samples that an interval is read from, and so the fewest that a table has.
+    pub(crate) const fn reads(self) -> u32 {
+        match self {
+            Self::Linear => 2,
+            Self::Cubic => 4,
+        }
+    }
 }
 
 /// For which direction of travel the tables of a bank hold.
@@ -138,11 +149,11 @@ pub enum SampleFormat {
 pub struct Bank {
     /// Number of the input: the axes in order, then the auxiliaries.
     pub input: u8,
-    /// Position of the first point.
+    /// Position of the first point; of cubic tables, where their first interval begins.
     pub start: f32,
     /// Distance between points, positive.
     pub step: f32,
-    /// Number of points, at least 2.
+    /// Number of samples of each table, at least 2, of cubic ones 4.
     pub points: u32,
     /// The input wraps into the period `points · step`.
     pub modulo: bool,
@@ -156,6 +167,19 @@ pub struct Bank {
     pub tables: u16,
     /// First sample, counted within the section of its format; point-major.
     pub first: u32,
+}
+
+impl Bank {
+    /// Where its last interval ends: beyond, tables hold their end values or, with modulo, repeat.
+    #[must_use]
+    pub fn end(&self) -> f32 {
+        let beyond = if self.modulo {
+            0
+        } else {
+            self.interpolation.reads() - 1
+        };
+        self.start + self.points.saturating_sub(beyond) as f32 * self.step
+    }
 }
 
 /// Weight × product of tables → one output axis. Without factors: a constant.

@@ -46,7 +46,7 @@ pub struct Draft {
 pub struct DraftBank {
     /// Number of the input: the axes in order, then the auxiliaries.
     pub input: u8,
-    /// Position of the first point.
+    /// Position of the first point; of cubic tables, where their first interval begins.
     pub start: f32,
     /// Distance between points.
     pub step: f32,
@@ -58,7 +58,8 @@ pub struct DraftBank {
     pub interpolation: Interpolation,
     /// How the samples are to be stored.
     pub format: SampleFormat,
-    /// One column per table, all equally long: the values at the points.
+    /// One column per table, all equally long: the values at the points or, of cubic tables, the
+    /// coefficients.
     pub columns: Vec<Vec<f32>>,
 }
 
@@ -452,7 +453,7 @@ mod tests {
                 assert!((read - value).abs() <= scale * 0.501, "{read} {value}");
             }
         }
-        assert_eq!(c.samples(), 2 + 10 + 4 + 3 + 3 + 2 + 36 + 3);
+        assert_eq!(c.samples(), 2 + 10 + 4 + 3 + 4 + 2 + 36 + 3);
         assert_eq!(c.inputs_used(), 0b1111);
     }
 

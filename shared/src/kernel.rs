@@ -430,8 +430,8 @@ fn fill<S: Sample>(
     }
 }
 
-/// Catmull-Rom: a Hermite cubic from b to c with slopes (c − a)/2 and (d − b)/2, one-sided at the
-/// ends. The weights of a, c, d are those of differences from b, so constants stay constant.
+/// Uniform cubic B-splines. The weights of a, c, d are those of differences from b, so constants stay
+/// constant.
 #[inline(never)]
 fn fill_cubic<S: Sample>(
     bank: &BankLookup,
@@ -440,39 +440,24 @@ fn fill_cubic<S: Sample>(
     scales: &[f32],
     values: &mut [MaybeUninit<f32>],
 ) {
+    const SIXTH: f32 = 1.0 / 6.0;
     let span = &bank.span;
-    let (i, next, t) = any_interval(span, x);
+    let (i, _, t) = any_interval(span, x);
     let s = 1.0 - t;
-    let h01 = t * t * (3.0 - 2.0 * t);
-    let h10 = t * s * s;
-    let h11 = t * t * s; // of the slope at c, negative
-    let (mut w0, mut w2, mut w3) = (-0.5 * h10, h01 + 0.5 * h10, -0.5 * h11);
-    let mut before = i;
-    let mut behind = next;
-    if i > 0 {
-        before = i - 1;
-    } else if span.is_modulo() {
-        before = span.last;
-    } else {
-        w0 = 0.0;
-        w2 = h01 + h10; // slope at b: c − b
-    }
-    if next < span.last {
-        behind = next + 1;
-    } else if span.is_modulo() {
-        behind = 0;
-    } else {
-        w2 -= h11; // slope at c: c − b
-        w3 = 0.0;
-    }
-    // SAFETY: i, next ≤ last from `any_interval`; `before` is i − 1, i or last; `behind` is next,
-    // next + 1 ≤ last, or 0.
+    let w0 = SIXTH * (s * s * s);
+    let w2 = SIXTH + 0.5 * t * (1.0 + t * s);
+    let w3 = SIXTH * (t * t * t);
+    // After the last row comes the first: without modulo only at the end, with w3 = 0.
+    let from = |k: u32| if k <= span.last { k } else { k - span.last - 1 };
+    debug_assert!(i <= span.last && span.last >= 3);
+    // SAFETY: i ≤ last from `any_interval`; up to i + 3 ≤ last + 3 ≤ 2·last (guarantee 2), less
+    // last + 1 that is below last.
     let (a, b, c, d) = unsafe {
         (
-            row(bank, samples, before),
             row(bank, samples, i),
-            row(bank, samples, next),
-            row(bank, samples, behind),
+            row(bank, samples, from(i + 1)),
+            row(bank, samples, from(i + 2)),
+            row(bank, samples, from(i + 3)),
         )
     };
     let points = a.iter().zip(b).zip(c).zip(d).zip(scales);

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use crate::contents::Contents;
-use crate::description::{Grid, Interpolation, SampleFormat};
+use crate::description::{Grid, SampleFormat};
 use crate::load_error::LoadError;
 use crate::plan::{FIXED, PackedTerm, Plan};
 use crate::product;
@@ -11,12 +11,9 @@ use crate::room::{List, Room, Row};
 use crate::work;
 
 /// Nothing may exceed this anywhere in an evaluation. Far above any correction, and far enough
-/// below `f32::MAX` that neither the difference of two samples nor rounding can overflow.
+/// below `f32::MAX` that neither the difference of two samples nor rounding can overflow: tables of either
+/// interpolation stay within their largest sample, up to rounding.
 pub(crate) const MAGNITUDE: f32 = 1e15;
-
-/// Catmull-Rom exceeds its largest point by at most this factor: Σ|weights| = 1.25 at the middle
-/// of an interval (less where one slope is one-sided).
-pub(crate) const CUBIC_OVERSHOOT: f32 = 1.25;
 
 fn within(value: f32) -> bool {
     value <= MAGNITUDE
@@ -78,9 +75,6 @@ fn measure_tables<C: Room>(
             let mut peak = peak.map_err(|point| LoadError::TableSample { table, point })?;
             if bank.format == SampleFormat::I16 {
                 peak *= plan.scales()[usize::from(table)];
-            }
-            if bank.interpolation == Interpolation::Cubic {
-                peak *= CUBIC_OVERSHOOT;
             }
             if !within(peak) {
                 return Err(LoadError::TableMagnitude { table });

@@ -27,9 +27,14 @@ fn sign(draft: &Draft, bank: &DraftBank, travel: &[Travel]) -> f32 {
     }
 }
 
-/// Index, next index and fraction, in f32 as specified.
-fn interval(x: f32, start: f32, step: f32, points: usize, modulo: bool) -> (usize, usize, f32) {
-    let last = points - 1;
+/// Interval and fraction, in f32 as specified; without modulo, there are so many intervals.
+fn interval(
+    x: f32,
+    start: f32,
+    step: f32,
+    (points, intervals): (usize, usize),
+    modulo: bool,
+) -> (usize, f32) {
     let mut d = x - start;
     if modulo {
         let period = points as f32 * step;
@@ -49,48 +54,37 @@ fn interval(x: f32, start: f32, step: f32, points: usize, modulo: bool) -> (usiz
         if u >= points as f32 {
             u = 0.0;
         }
-    } else if u >= last as f32 {
-        u = last as f32;
+    } else if u >= intervals as f32 {
+        u = intervals as f32;
     }
     let i = u.floor() as usize;
-    let next = match (i < last, modulo) {
+    (i, u - i as f32)
+}
+
+/// The point after the ones before; after the last comes the last or, with modulo, the first.
+fn next(i: usize, points: usize, modulo: bool) -> usize {
+    match (i + 1 < points, modulo) {
         (true, _) => i + 1,
         (false, true) => 0,
-        (false, false) => last,
-    };
-    (i, next, u - i as f32)
+        (false, false) => points - 1,
+    }
 }
 
 /// Value of one table, in f32 as specified; the column as stored, scale 1.
 fn table(bank: &DraftBank, column: &[f32], x: f32) -> f32 {
-    let (i, next, t) = interval(x, bank.start, bank.step, column.len(), bank.modulo);
-    let (b, c) = (column[i], column[next]);
+    let n = column.len();
     if bank.interpolation == Interpolation::Linear {
+        let (i, t) = interval(x, bank.start, bank.step, (n, n - 1), bank.modulo);
+        let (b, c) = (column[i], column[next(i, n, bank.modulo)]);
         return b + (c - b) * t;
     }
-    let last = column.len() - 1;
+    let (i, t) = interval(x, bank.start, bank.step, (n, n - 3), bank.modulo);
     let s = 1.0 - t;
-    let h01 = t * t * (3.0 - 2.0 * t);
-    let h10 = t * s * s;
-    let h11 = t * t * s;
-    let left_end = i == 0 && !bank.modulo;
-    let right_end = next == last && !bank.modulo;
-    let w0 = if left_end { 0.0 } else { -0.5 * h10 };
-    let mut w2 = if left_end { h01 + h10 } else { h01 + 0.5 * h10 };
-    if right_end {
-        w2 -= h11;
-    }
-    let w3 = if right_end { 0.0 } else { -0.5 * h11 };
-    let a = if left_end {
-        b
-    } else {
-        column[(i + last) % (last + 1)]
-    };
-    let d = if right_end {
-        c
-    } else {
-        column[(next + 1) % (last + 1)]
-    };
+    let sixth = f32::from_bits(0x3E2A_AAAB);
+    let w0 = sixth * (s * s * s);
+    let w2 = sixth + 0.5 * t * (1.0 + t * s);
+    let w3 = sixth * (t * t * t);
+    let [a, b, c, d] = [0, 1, 2, 3].map(|k| column[(i + k) % n]);
     b + (w0 * (a - b) + w2 * (c - b) + w3 * (d - b))
 }
 
@@ -140,7 +134,9 @@ fn grid_value(
     };
     let x = inputs[usize::from(axis.input)];
     let points = axis.points as usize;
-    let (i, next, t) = interval(x, axis.start, axis.step, points, axis.modulo);
+    let counts = (points, points - 1);
+    let (i, t) = interval(x, axis.start, axis.step, counts, axis.modulo);
+    let next = next(i, points, axis.modulo);
     let a = grid_value(grid, inner, inputs, node * points + i, place);
     let b = grid_value(grid, inner, inputs, node * points + next, place);
     a + (b - a) * t
@@ -148,34 +144,21 @@ fn grid_value(
 
 /// Value of a table in f64, as mathematics has it, and how far f32 may be from it.
 fn exact(bank: &DraftBank, column: &[f32], x: f64) -> (f64, f64) {
-    let n = column.len() as i64;
-    let at = |i: i64| {
-        f64::from(
-            column[(if bank.modulo {
-                i.rem_euclid(n)
-            } else {
-                i.clamp(0, n - 1)
-            }) as usize],
-        )
+    let points = column.len();
+    let intervals = match (bank.modulo, bank.interpolation) {
+        (true, _) => points,
+        (false, Interpolation::Linear) => points - 1,
+        (false, Interpolation::Cubic) => points - 3,
     };
     let distance = (x - f64::from(bank.start)) / f64::from(bank.step);
     let u = if bank.modulo {
-        distance.rem_euclid(n as f64)
+        distance.rem_euclid(intervals as f64)
     } else {
-        distance.clamp(0.0, (n - 1) as f64)
+        distance.clamp(0.0, intervals as f64)
     };
-    let i = (u.floor() as i64).min(if bank.modulo { n - 1 } else { n - 2 });
+    let i = (u.floor() as usize).min(intervals - 1);
     let t = u - i as f64;
-    let (b, c) = (at(i), at(i + 1));
-    let ghost = |inside: bool, i: i64, otherwise: f64| {
-        if inside || bank.modulo {
-            at(i)
-        } else {
-            otherwise
-        }
-    };
-    let a = ghost(i > 0, i - 1, 2.0 * b - c);
-    let d = ghost(i + 2 < n, i + 2, 2.0 * c - b);
+    let at = |k: usize| f64::from(column[(i + k) % points]);
     let peak = column
         .iter()
         .fold(0.0_f64, |m, &v| m.max(f64::from(v).abs()));
@@ -183,18 +166,22 @@ fn exact(bank: &DraftBank, column: &[f32], x: f64) -> (f64, f64) {
     // (or, where the start cancels, to x / step); the period and its multiple twice more.
     let size = distance.abs().max((x / f64::from(bank.step)).abs()) + 1.0;
     let u_error = 6.0 * f64::from(f32::EPSILON) * size;
-    // The steepest slope per step: 2·peak linear, for a cubic not above 4·peak.
-    let error = 4.0 * peak * u_error + 12.0 * f64::from(f32::EPSILON) * peak;
+    // The steepest slope per step: 2·peak, for a cubic too, as slopes are averages of differences.
+    let error = 2.0 * peak * u_error + 12.0 * f64::from(f32::EPSILON) * peak;
     if bank.interpolation == Interpolation::Linear {
-        (b + (c - b) * t, error)
-    } else {
-        let (m1, m2) = ((c - a) / 2.0, (d - b) / 2.0);
-        let v = (2.0 * t.powi(3) - 3.0 * t * t + 1.0) * b
-            + (t.powi(3) - 2.0 * t * t + t) * m1
-            + (3.0 * t * t - 2.0 * t.powi(3)) * c
-            + (t.powi(3) - t * t) * m2;
-        (v, error)
+        return (at(0) + (at(1) - at(0)) * t, error);
     }
+    // De Boor: between averages, three times over.
+    let mut row = [0, 1, 2, 3].map(at);
+    for left in (1..=3_u8).rev() {
+        for k in 0..usize::from(left) {
+            // The k-th of them reaches from this far before the interval, over `left` intervals.
+            let before = f64::from(left) - 1.0 - k as f64;
+            let share = (t + before) / f64::from(left);
+            row[k] += (row[k + 1] - row[k]) * share;
+        }
+    }
+    (row[0], error)
 }
 
 /// Corrections of tables and terms in f64, with a bound on what f32 may differ.

@@ -5,8 +5,9 @@
 //! wherever one is met; each stands with the function of [`Filling`] that checks or makes it:
 //!
 //! 1. *Inputs* (`slot`, `bank`). `span.slot < AXES + AUXILIARIES`, and `< AXES` for directional banks.
-//! 2. *Spans* (`Span::new`). `1 ≤ last < 2²⁴` (0 for the missing inputs of a grid), `after ≤ last`;
-//!    `limit` is `last` (then `beyond` is `last`) or, with modulo, `last + 1` (then `beyond` is 0).
+//! 2. *Spans* (`Span::new`). `1 ≤ last < 2²⁴` (0 for the missing inputs of a grid, at least 3 for cubic
+//!    banks), `after ≤ last`; `limit` and `beyond` are the number of intervals: `last`, for cubic banks
+//!    `last − 2`; or, with modulo, `limit` is `last + 1` and `beyond` is 0.
 //! 3. *Samples* (`take_samples`, `finish`). `first + (last + 1) · tables` is at most the length of the
 //!    bank's section; of a grid, `first + strides[0] · (spans[0].last + 1)`, with each stride the product
 //!    of the counts behind it and `width`.

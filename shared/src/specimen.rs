@@ -91,7 +91,7 @@ pub fn everything() -> Draft {
             direction: Direction::Negative,
             format: SampleFormat::I16,
             interpolation: Interpolation::Cubic,
-            ..bank(0, -100.0, 100.0, vec![vec![-0.001, -0.002, -0.004]])
+            ..bank(0, -100.0, 200.0, vec![vec![-0.001, -0.002, -0.004, -0.003]])
         },
         bank(3, 50.0, 200.0, vec![vec![-80.0, 120.0]]),
     ];

@@ -135,12 +135,52 @@ fn document() -> Draft {
     }
 }
 
+/// One bank of so many tables, each a term: what a bank and a table cost.
+fn one_bank(tables: usize, interpolation: Interpolation) -> Draft {
+    const SAMPLES: usize = 24;
+    let mut random = Fixed::new(tables as u64);
+    let mut sample = || random.within(-0.05, 0.05) as f32;
+    Draft {
+        machine: "bank".to_owned(),
+        axes: vec![axis(b'X', [-400.0, 400.0])],
+        banks: vec![DraftBank {
+            input: 0,
+            start: -400.0,
+            step: 800.0 / (SAMPLES - 3) as f32,
+            modulo: false,
+            direction: Direction::Both,
+            interpolation,
+            format: SampleFormat::F32,
+            columns: (0..tables)
+                .map(|_| (0..SAMPLES).map(|_| sample()).collect())
+                .collect(),
+        }],
+        terms: (0..tables as u8)
+            .map(|table| Term {
+                output: 0,
+                weight: 1.0,
+                limits: None,
+                factors: [table].into_iter().collect(),
+            })
+            .collect(),
+        ..Draft::default()
+    }
+}
+
 fn main() -> ExitCode {
     let Some(folder) = std::env::args().nth(1) else {
         eprintln!("usage: bench-blobs FOLDER");
         return ExitCode::from(2);
     };
-    for (name, draft) in [("grid25.trax", grid()), ("document40.trax", document())] {
+    let (linear, cubic) = (Interpolation::Linear, Interpolation::Cubic);
+    for (name, draft) in [
+        ("grid25.trax", grid()),
+        ("document40.trax", document()),
+        ("linear1.trax", one_bank(1, linear)),
+        ("linear9.trax", one_bank(9, linear)),
+        ("cubic1.trax", one_bank(1, cubic)),
+        ("cubic9.trax", one_bank(9, cubic)),
+    ] {
         let written = draft
             .encode()
             .map_err(|error| error.to_string())

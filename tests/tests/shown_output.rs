@@ -112,14 +112,14 @@ fn the_manual_counts_what_the_direction_takes() {
             "Kolibri, 12 errors",
             "kolibri/machine",
             "kolibri/errors-12",
-            28_000,
+            24_000,
         ),
         ("HU40, 13 errors", "hu40/machine", "hu40/errors-13", 24_000),
         (
             "fork head, 13 errors",
             "fork-head/machine",
             "fork-head/errors-13",
-            24_000,
+            10_000,
         ),
         (
             "table-head, 13 errors",

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
-const CALLS: [(&str, &str, u64); 16] = [
+const CALLS: [(&str, &str, u64); 20] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
     (
         "evaluate_huron13_5_axes",
@@ -57,6 +57,10 @@ const CALLS: [(&str, &str, u64); 16] = [
     ),
     ("grid25_3out", "evaluate: grid 25×25×25, three outputs", 200),
     ("document_40_tables", "evaluate: layout of 40 tables", 700),
+    ("linear_1_table", "evaluate: a bank of one linear table", 0),
+    ("linear_9_tables", "  of nine", 0),
+    ("cubic_1_table", "evaluate: a bank of one cubic table", 0),
+    ("cubic_9_tables", "  of nine", 0),
     ("rival_closed_form_libm", "instead: closed form, libm", 0),
     (
         "rival_closed_form_micromath",

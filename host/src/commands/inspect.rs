@@ -71,6 +71,8 @@ struct BankEntry {
     step: f32,
     modulo: bool,
     direction: &'static str,
+    /// The last point; of cubic tables, where their last interval ends.
+    end: f32,
     interpolation: &'static str,
     samples: &'static str,
     /// Largest magnitude of each table.
@@ -174,6 +176,10 @@ fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
                 Direction::Negative => "negative",
                 Direction::Signed => "signed",
             },
+            end: match bank.interpolation {
+                Interpolation::Linear => end(bank.start, bank.step, bank.points),
+                Interpolation::Cubic => bank.end(),
+            },
             interpolation: match bank.interpolation {
                 Interpolation::Linear => "linear",
                 Interpolation::Cubic => "cubic",
@@ -274,15 +280,14 @@ fn listing(contents: &Contents<'_>) -> String {
             "signed" => ", times the sign of travel".to_owned(),
             other => format!(", {other} travel only"),
         };
+        let samples = match bank.interpolation {
+            "cubic" => "coefficients",
+            _ => "points",
+        };
         let _ = writeln!(
             text,
-            "  {tables:<12} of {}: {} points from {} to {}, {}, {}{wraps}{direction}",
-            bank.input,
-            bank.points,
-            bank.start,
-            end(bank.start, bank.step, bank.points),
-            bank.interpolation,
-            bank.samples
+            "  {tables:<12} of {}: {} {samples} from {} to {}, {}, {}{wraps}{direction}",
+            bank.input, bank.points, bank.start, bank.end, bank.interpolation, bank.samples
         );
     }
     text += "\nterms\n";

@@ -211,10 +211,7 @@ pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
         let Some(axis) = machine.axes.get(usize::from(bank.input)) else {
             continue;
         };
-        let (from, to) = (
-            bank.start,
-            bank.start + bank.step * (bank.points - 1) as f32,
-        );
+        let (from, to) = (bank.start, bank.end());
         // Points are f32: the ends may be off by their rounding.
         let slack = 1e-5 * (axis.travel[1] - axis.travel[0]);
         if bank.modulo

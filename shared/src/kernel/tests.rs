@@ -44,33 +44,28 @@ fn a_straight_line_is_reproduced_exactly() {
 fn before_the_first_and_after_the_last_point_the_end_value_holds() {
     // Values whose difference rounds, so that a + (b − a) is not b.
     for column in [vec![0.1_f32, 1.7e7], vec![0.1_f32, 3.0, 1.7e7]] {
-        for interpolation in [Interpolation::Linear, Interpolation::Cubic] {
-            let (first, last) = (column[0], column[column.len() - 1]);
-            let end = 10.0 + column.len() as f32;
-            let draft = only(DraftBank {
-                interpolation,
-                ..bank(0, 11.0, 1.0, vec![column.clone()])
-            });
-            let blob = draft.encode().unwrap();
-            let c = Small::from_blob(&blob).unwrap();
-            for x in [11.0, 10.9, -1e30, f32::NEG_INFINITY, f32::NAN] {
-                assert_eq!(at(&c, x, 0.0, 0.0)[0], first);
-            }
-            for x in [end, end + 0.1, 1e30, f32::INFINITY] {
-                assert_eq!(at(&c, x, 0.0, 0.0)[0], last);
-            }
+        let (first, last) = (column[0], column[column.len() - 1]);
+        let end = 10.0 + column.len() as f32;
+        let blob = only(bank(0, 11.0, 1.0, vec![column])).encode().unwrap();
+        let c = Small::from_blob(&blob).unwrap();
+        for x in [11.0, 10.9, -1e30, f32::NEG_INFINITY, f32::NAN] {
+            assert_eq!(at(&c, x, 0.0, 0.0)[0], first);
+        }
+        for x in [end, end + 0.1, 1e30, f32::INFINITY] {
+            assert_eq!(at(&c, x, 0.0, 0.0)[0], last);
         }
     }
 }
 
 #[test]
 fn a_modulo_table_repeats_exactly_over_8192_periods() {
-    // Multiples of 1/4 up to 2²² and a power of two as step: nothing rounds.
+    // Multiples of 1/4 up to 2²² and a power of two as step: nothing rounds in the position.
+    let column = vec![1.0, 5.0, -3.0, 8.0, 2.0];
     for interpolation in [Interpolation::Linear, Interpolation::Cubic] {
         let draft = only(DraftBank {
             modulo: true,
             interpolation,
-            ..bank(0, -32.0, 64.0, vec![vec![1.0, 5.0, -3.0, 8.0, 2.0]])
+            ..bank(0, -32.0, 64.0, vec![column.clone()])
         });
         let blob = draft.encode().unwrap();
         let c = Small::from_blob(&blob).unwrap();
@@ -85,9 +80,18 @@ fn a_modulo_table_repeats_exactly_over_8192_periods() {
                 );
             }
         }
-        // The point after the last is the first.
-        assert_eq!(at(&c, -32.0 + 320.0, 0.0, 0.0)[0], 1.0);
-        assert_eq!(at(&c, -32.0 + 256.0, 0.0, 0.0)[0], 2.0);
+        // At its beginning an interval is a point, or of a cubic four sixths of the second sample and a
+        // sixth of each neighbour; after the last sample comes the first.
+        for k in 0..5 {
+            let [a, b, d] = [0, 1, 2].map(|n| column[(k + n) % 5]);
+            let expected = match interpolation {
+                Interpolation::Linear => a,
+                Interpolation::Cubic => (a + 4.0 * b + d) / 6.0,
+            };
+            let found = at(&c, -32.0 + 64.0 * k as f32, 0.0, 0.0)[0];
+            // Six operations on numbers up to 11.
+            assert!((found - expected).abs() < 6.0 * 11.0 * f32::EPSILON);
+        }
     }
     let draft = only(DraftBank {
         modulo: true,
@@ -105,65 +109,112 @@ fn a_modulo_table_repeats_exactly_over_8192_periods() {
     }
 }
 
-#[test]
-fn a_cubic_reproduces_parabolas_inside_and_is_smooth() {
-    let f = |x: f32| x * x - 3.0 * x;
-    let column: Vec<f32> = (0_u8..9).map(|i| f(f32::from(i))).collect();
+/// Cubic tables with intervals of 1 from 0 on.
+fn cubics(columns: &[&[f32]], modulo: bool) -> AlignedBlob {
+    let columns = columns.iter().map(|c| c.to_vec()).collect();
     let draft = only(DraftBank {
+        modulo,
         interpolation: Interpolation::Cubic,
-        ..bank(
-            0,
-            0.0,
-            1.0,
-            vec![
-                column,
-                vec![0.3; 9],
-                vec![1.0, 0.0, 0.0, 2.0, -1.0, 0.5, 0.0, 0.0, 1.0],
-            ],
-        )
+        ..bank(0, 0.0, 1.0, columns)
     });
-    let blob = draft.encode().unwrap();
+    draft.encode().unwrap()
+}
+
+#[test]
+fn a_cubic_reproduces_cubic_polynomials_and_constants_exactly() {
+    // The coefficients of 1, x, x², x³ at the point k are 1, k, k² − 1/3, k³ − k.
+    let polynomial = |[p0, p1, p2, p3]: [f32; 4]| {
+        let column: Vec<f32> = (-1_i8..=9)
+            .map(f32::from)
+            .map(|k| p0 + p1 * k + p2 * (k * k - 1.0 / 3.0) + p3 * (k * k * k - k))
+            .collect();
+        column
+    };
+    let parts = [3.0, -2.0, 0.75, -0.125];
+    let blob = cubics(&[&polynomial(parts), &[0.3; 11], &[-1.7e7; 11]], false);
     let c = Small::from_blob(&blob).unwrap();
-    for k in 64..=448_u16 {
-        let x = f32::from(k) / 64.0;
-        let [parabola, constant, _] = at(&c, x, 0.0, 0.0);
-        // t has 6 bits and the weights 19: products with integers below 64 do not round.
-        assert_eq!(parabola, f(x));
-        assert_eq!(constant, 0.3);
-    }
-    // Slopes from both sides of each inner point differ by the second derivative times h, with
-    // |f''| ≤ 40 here, and by the rounding of the difference quotient.
-    let h = 1.0 / 1024.0;
-    for point in 1..8_u8 {
-        let x = f32::from(point);
-        let [left, middle, right] = [x - h, x, x + h].map(|x| at(&c, x, 0.0, 0.0)[2]);
-        let slopes = ((middle - left) / h, (right - middle) / h);
-        assert!((slopes.0 - slopes.1).abs() < 40.0 * h + 4.0 * f32::EPSILON / h);
+    for k in 0..=1024_u16 {
+        let x = f32::from(k) / 128.0;
+        let [found, small, large] = at(&c, x, 0.0, 0.0);
+        assert_eq!([small, large], [0.3, -1.7e7]);
+        let [p0, p1, p2, p3] = parts;
+        let expected = ((p3 * x + p2) * x + p1) * x + p0;
+        // Samples up to 45, each rounded; the weights and their sum of products in ten operations.
+        assert!((found - expected).abs() < 12.0 * 45.0 * f32::EPSILON, "{x}");
     }
 }
 
 #[test]
-fn a_cubic_exceeds_its_points_by_a_quarter_at_most() {
-    // The worst samples are those with the signs of the weights at the middle: − + + −.
-    let alternating = vec![-1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0];
-    let ends = vec![1.0, 1.0, -1.0, -1.0, 1.0, -1.0, -1.0, 1.0];
-    let mut largest = 0.0_f32;
+fn a_cubic_holds_the_ends_of_its_intervals() {
+    let column = [7.0, 1.0, 4.0, -2.0, 3.0, 6.0];
+    let blob = cubics(&[&column], false);
+    let c = Small::from_blob(&blob).unwrap();
+    // Six samples are three intervals, whose ends are averages of three samples. Differences are up to
+    // 6, six operations round.
+    let near = |found: f32, expected: f32| (found - expected).abs() < 36.0 * f32::EPSILON;
+    for x in [0.0, -0.1, -1e30, f32::NEG_INFINITY, f32::NAN] {
+        let found = at(&c, x, 0.0, 0.0)[0];
+        assert!(near(found, (7.0 + 4.0 + 4.0) / 6.0), "{x}");
+        assert_eq!(found, at(&c, 0.0, 0.0, 0.0)[0]);
+    }
+    for x in [3.0, 3.1, 1e30, f32::INFINITY] {
+        let found = at(&c, x, 0.0, 0.0)[0];
+        assert!(near(found, (-2.0 + 12.0 + 6.0) / 6.0), "{x}");
+        assert_eq!(found, at(&c, 3.0, 0.0, 0.0)[0]);
+    }
+    assert_eq!(c.banks()[0].end(), 3.0);
+    // One interval: the fewest samples.
+    let blob = cubics(&[&column[..4]], false);
+    let c = Small::from_blob(&blob).unwrap();
+    assert!(near(
+        at(&c, 0.5, 0.0, 0.0)[0],
+        (7.0 + 23.0 + 92.0 - 2.0) / 48.0
+    ));
+    assert!(near(at(&c, 2.0, 0.0, 0.0)[0], (1.0 + 16.0 - 2.0) / 6.0));
+}
+
+#[test]
+fn a_cubic_is_smooth_to_its_second_derivative() {
+    let column = [1.0, 0.0, 0.0, 2.0, -1.0, 0.5, 0.0, 0.0, 1.0];
     for modulo in [false, true] {
-        let draft = only(DraftBank {
-            modulo,
-            interpolation: Interpolation::Cubic,
-            ..bank(0, 0.0, 1.0, vec![alternating.clone(), ends.clone()])
-        });
-        let blob = draft.encode().unwrap();
+        let blob = cubics(&[&column], modulo);
         let c = Small::from_blob(&blob).unwrap();
-        assert_eq!(c.peak(0), Some(1.25));
-        for k in 0..8192_u16 {
-            for value in at(&c, f32::from(k) / 1024.0, 0.0, 0.0) {
-                largest = largest.max(value.abs());
-            }
+        let at = |x: f32| f64::from(at(&c, x, 0.0, 0.0)[0]);
+        let (h, rounding) = (1.0 / 32.0, 12.0 * 2.0 * f64::from(f32::EPSILON));
+        for point in 1..if modulo { 20_u8 } else { 6 } {
+            let x = f32::from(point);
+            // A third difference is at most the third derivative, 8 · 2 here, times h³, and rounding; a
+            // step of the second derivative would show as that times h²/4 or more.
+            let [a, b, c, d] = [-1.5, -0.5, 0.5, 1.5].map(|k| at(x + k * h));
+            let third = (d - c) - 2.0 * (c - b) + (b - a);
+            let most = 16.0 * f64::from(h).powi(3) + 8.0 * rounding;
+            assert!(third.abs() < most, "{x} {third}");
+            // The two sides of a point are next to each other.
+            let sides = at(x.next_down()) - at(x.next_up());
+            assert!(sides.abs() < rounding + 4.0 * 20.0 * f64::from(f32::EPSILON));
         }
     }
-    assert_eq!(largest, 1.25);
+}
+
+#[test]
+fn a_cubic_never_exceeds_its_samples() {
+    let alternating = [-1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0];
+    let ends = [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0];
+    for modulo in [false, true] {
+        let blob = cubics(&[&alternating, &ends], modulo);
+        let c = Small::from_blob(&blob).unwrap();
+        assert_eq!(c.peak(0), Some(1.0));
+        let mut largest = [0.0_f32; 2];
+        for k in 0..8192_u16 {
+            let found = at(&c, f32::from(k) / 1024.0, 0.0, 0.0);
+            for (largest, value) in largest.iter_mut().zip(found) {
+                *largest = largest.max(value.abs());
+            }
+        }
+        // Two of the same sign in the middle are what is nearest: 23/24 − 1/24.
+        assert!((largest[0] - 22.0 / 24.0).abs() < 4.0 * f32::EPSILON);
+        assert_eq!(largest[1], 1.0);
+    }
 }
 
 #[test]
@@ -364,7 +415,7 @@ fn drafts() -> impl Strategy<Value = Draft> {
         any::<bool>(),
         0..4_usize,
         any::<bool>(),
-        (2_usize..7, 1_usize..4),
+        (2_usize..9, 1_usize..4),
     )
         .prop_flat_map(
             move |(input, start, step, modulo, direction, cubic, (points, tables))| {
@@ -376,7 +427,7 @@ fn drafts() -> impl Strategy<Value = Draft> {
                         Direction::Negative,
                         Direction::Signed,
                     ][if input == 3 { 0 } else { direction }],
-                    interpolation: if cubic {
+                    interpolation: if cubic && columns[0].len() >= 4 {
                         Interpolation::Cubic
                     } else {
                         Interpolation::Linear

@@ -128,7 +128,15 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
             return Err(LoadError::EmptyBank { bank: number });
         }
         let slot = self.slot(part, bank.input)?;
-        let span = Span::new(part, slot, bank.start, bank.step, bank.points, bank.modulo)?;
+        let span = Span::new(
+            part,
+            slot,
+            bank.start,
+            bank.step,
+            bank.points,
+            bank.modulo,
+            bank.interpolation,
+        )?;
         if bank.direction != Direction::Both && usize::from(slot) >= C::AXES {
             return Err(LoadError::DirectionOfAuxiliary { bank: number });
         }

@@ -1,5 +1,6 @@
 //! Evenly spaced points along an input, divided and checked once at load.
 
+use crate::description::Interpolation;
 use crate::load_error::{LoadError, Part};
 
 /// Evenly spaced points along one input.
@@ -13,7 +14,7 @@ pub(crate) struct Span {
     pub inverse_step: f32,
     /// Below this many steps from the start the position is used as it is …
     pub limit: f32,
-    /// … otherwise this one is: the last point, or the first with modulo.
+    /// … otherwise this one is: the end of the last interval, or the first point with modulo.
     pub beyond: f32,
     /// points · step, or 0 without modulo.
     pub period: f32,
@@ -48,13 +49,15 @@ impl Span {
         step: f32,
         points: u32,
         modulo: bool,
+        interpolation: Interpolation,
     ) -> Result<Self, LoadError> {
         let inverse_step = 1.0 / step;
         if !(step > 0.0 && step.is_finite() && inverse_step.is_finite()) {
             return Err(LoadError::Step { part });
         }
+        let reads = interpolation.reads();
         // Beyond 2²⁴ not every index is an f32.
-        if !(2..=1 << 24).contains(&points) {
+        if !(reads..=1 << 24).contains(&points) {
             return Err(LoadError::Points { part, points });
         }
         let last = points - 1;
@@ -82,8 +85,8 @@ impl Span {
             Ok(Self {
                 start,
                 inverse_step,
-                limit: last as f32,
-                beyond: last as f32,
+                limit: (points + 1 - reads) as f32,
+                beyond: (points + 1 - reads) as f32,
                 period: 0.0,
                 inverse_period: 0.0,
                 last,

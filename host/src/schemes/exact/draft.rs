@@ -3,6 +3,8 @@
 use super::Options;
 use super::cover::{self, Function};
 use super::points::Grid;
+use super::seen::Seen;
+use super::spline;
 use super::tables::{Found, input};
 use super::variables::{Kind, Variable};
 use crate::kinematics::{Kinematics, NotConverged};
@@ -13,10 +15,14 @@ use trueaxis::{
     Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation, SampleFormat, Term,
 };
 
+/// Samples are good to this part of the largest: less is 0, so that it is the same on every system.
+const SAMPLED: f64 = 1e-10;
+
 /// Lays out banks and terms.
 pub fn draft(
     found: &Found<'_>,
     grids: &BTreeMap<usize, Grid>,
+    seen: &BTreeMap<usize, Seen>,
     options: &Options,
 ) -> Result<Draft, NotConverged> {
     let (kinematics, variables) = (found.sampler.kinematics, found.sampler.variables);
@@ -48,9 +54,9 @@ pub fn draft(
         }
         let ends = Grid::over(variable.range, 1);
         let grid = grids.get(&v).copied().unwrap_or(ends);
-        for (functions, grid, format) in [
-            (&straight, ends, SampleFormat::F32),
-            (&bent, grid, options.format),
+        for (functions, grid, format, seen) in [
+            (&straight, ends, SampleFormat::F32, None),
+            (&bent, grid, options.format, seen.get(&v)),
         ] {
             if functions.is_empty() {
                 continue;
@@ -58,12 +64,24 @@ pub fn draft(
             // The runtime knows start and step as f32: values belong to the points it computes.
             let start = (grid.start * unit) as f32;
             let step = (grid.step * unit) as f32;
-            let points = grid.intervals + usize::from(!variable.wraps);
-            let at: Vec<f64> = (0..points)
-                .map(|i| (f64::from(start) + f64::from(step) * i as f64) / unit)
-                .collect();
+            let known = Grid {
+                start: f64::from(start) / unit,
+                step: f64::from(step) / unit,
+                ..grid
+            };
+            let at: Vec<f64> = known.sampled_at(variable.wraps).collect();
             let within = Within::new(&at, variable.range, grid.step);
-            let sampled = found.at_points(v, functions, &grid, &within.at)?;
+            let told = seen.and_then(|s| s.between(&within.at));
+            let mut values = match told {
+                Some(values) => values,
+                None => found.sample(v, functions, &within.at)?.values,
+            };
+            for mut column in values.column_iter_mut() {
+                within.extend(column.as_mut_slice());
+            }
+            if grid.cubic {
+                values = spline::coefficients(&values, variable.wraps);
+            }
             banks.push(DraftBank {
                 input,
                 start,
@@ -78,12 +96,18 @@ pub fn draft(
                 columns: (0..functions.len())
                     .map(|k| {
                         let scale = scale(v, functions[k]);
-                        let mut column: Vec<f64> =
-                            sampled.values.column(k).iter().copied().collect();
-                        if !grid.cubic {
-                            within.extend(&mut column);
-                        }
-                        column.iter().map(|x| (scale * x) as f32).collect()
+                        let column = values.column(k);
+                        let least = SAMPLED * column.amax();
+                        column
+                            .iter()
+                            .map(|x| {
+                                if x.abs() < least {
+                                    0.0
+                                } else {
+                                    (scale * x) as f32
+                                }
+                            })
+                            .collect()
                     })
                     .collect(),
             });

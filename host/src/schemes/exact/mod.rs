@@ -12,6 +12,7 @@
 mod along;
 mod attempt;
 mod basis;
+mod between;
 mod components;
 mod core;
 mod cover;
@@ -30,6 +31,7 @@ mod search;
 mod seen;
 #[cfg(test)]
 mod specimen;
+mod spline;
 mod tables;
 mod tolerance;
 mod trials;

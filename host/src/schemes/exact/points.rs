@@ -4,12 +4,12 @@ use super::cover::Function;
 use super::cubic;
 use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
 use super::seen::Seen;
+use super::spline;
 use super::tables::{Found, Sampled};
 use super::variables::Variable;
 use crate::kinematics::NotConverged;
 use crate::machine::PerAxis;
 use crate::schemes::Options;
-use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
 /// Evenly spaced points over a variable's range, in its kinematic unit.
@@ -115,20 +115,22 @@ impl Grid {
         }
     }
 
-    /// The points that a position at `share` of interval `k` is interpolated from, with their weights.
-    fn weights(&self, k: usize, share: f64) -> Vec<(usize, f64)> {
-        if !self.cubic {
-            return vec![(k, 1.0 - share), (k + 1, share)];
+    /// How many samples a table on it has, of a variable that wraps or not.
+    pub fn samples(&self, wraps: bool) -> usize {
+        match self.cubic {
+            true => spline::count(self.intervals, wraps),
+            false => self.intervals + usize::from(!wraps),
         }
-        // Of those that wrap, the last point is the first.
-        let n = self.intervals;
-        let around = [(k + n - 1) % n, k, k + 1, (k + 2) % n];
-        let around = match k {
-            0 => around,
-            _ if k + 2 <= n => [k - 1, k, k + 1, k + 2],
-            _ => around,
+    }
+
+    /// The positions at which tables on it are sampled, of a variable that wraps or not: its points, for
+    /// cubic tables also the middles between them.
+    pub fn sampled_at(&self, wraps: bool) -> impl Iterator<Item = f64> + '_ {
+        let (count, step) = match self.cubic {
+            true => (spline::positions(self.intervals, wraps), 0.5 * self.step),
+            false => (self.samples(wraps), self.step),
         };
-        around.into_iter().zip(cubic::weights(share)).collect()
+        (0..count).map(move |i| self.start + step * i as f64)
     }
 
     /// The points, in order.
@@ -158,7 +160,10 @@ pub fn grids(
     for (v, functions) in &bent {
         let variable = &found.sampler.variables[*v];
         let cheapest = |linear: Grid, cubic: Grid| {
-            let cost = |grid: &Grid| cubic::cost(functions.len(), grid, options.format);
+            let cost = |grid: &Grid| {
+                let samples = grid.samples(variable.wraps);
+                cubic::cost(functions.len(), samples, grid.cubic, options.format)
+            };
             if cost(&cubic) < cost(&linear) {
                 cubic
             } else {
@@ -190,7 +195,7 @@ fn coarsest(
     let variable = &found.sampler.variables[v];
     let mut best: Option<(f64, Grid)> = None;
     let mut consider = |grid: Grid| -> Result<f64, NotConverged> {
-        let [error, _] = found.interpolation_errors(v, functions, &grid)?;
+        let error = found.interpolation_error(v, functions, &grid)?;
         let better = match &best {
             None => true,
             Some((e, g)) => match (error <= most, *e <= most) {
@@ -246,32 +251,27 @@ fn coarsest(
 }
 
 impl Found<'_> {
-    /// How far interpolation of a variable's tables on a grid may lead each output astray, in units of
-    /// its tolerance: table by table where it errs most in an interval and at every kink between points,
-    /// with the other factors at their peaks. And how far straight lines between the same points.
-    pub fn interpolation_errors(
+    /// How far straight lines between the values of a variable's tables on a grid may lead each output
+    /// astray, in units of its tolerance: table by table in the middle of every interval and at every kink
+    /// between points, with the other factors at their peaks.
+    pub fn interpolation_error(
         &self,
         v: usize,
         functions: &[Function],
         grid: &Grid,
-    ) -> Result<[f64; 2], NotConverged> {
+    ) -> Result<f64, NotConverged> {
         let variable = &self.sampler.variables[v];
         let [low, high] = variable.range;
         let points: Vec<f64> = grid.points().map(|x| x.clamp(low, high)).collect();
         let slack = GRID_SLACK * grid.step;
         // Where to look: interval, position.
         let mut looks: Vec<(usize, f64)> = Vec::new();
-        let shares: &[f64] = if grid.cubic { &cubic::LOOKS } else { &[0.5] };
         let mut kinks = variable.kinks.iter().copied().peekable();
         for (k, ends) in points.windows(2).enumerate() {
             if ends[1] - ends[0] < slack {
                 continue; // beyond the range
             }
-            looks.extend(
-                shares
-                    .iter()
-                    .map(|t| (k, ends[0] + t * (ends[1] - ends[0]))),
-            );
+            looks.push((k, 0.5 * (ends[0] + ends[1])));
             while let Some(x) = kinks.next_if(|x| *x < ends[1] - slack) {
                 // Next to the ends of the calibrated range nothing is gained by more points.
                 if x > ends[0] + slack && !variable.ends.contains(&x) {
@@ -282,7 +282,7 @@ impl Found<'_> {
         }
         let at: Vec<f64> = looks.iter().map(|(_, x)| *x).collect();
         let truth = self.sample(v, functions, &at)?;
-        let sampled = self.at_points(v, functions, grid, &points)?;
+        let sampled = self.sample(v, functions, &points)?;
         // An end belongs to the inner side: there the tables go on smoothly up to it, and step to the
         // held value within the first interval outside.
         let [first, last] = variable.calibrated;
@@ -292,52 +292,22 @@ impl Found<'_> {
             let around = |e: &f64| *e > points[k] + slack && *e < points[k + 1] - slack;
             variable.ends.iter().any(around) || (from || to) && !variable.ends.is_empty()
         };
-        let straight = Grid {
-            cubic: false,
-            ..*grid
-        };
-        let mut worst = [0.0_f64; 2];
+        let mut worst = 0.0_f64;
         for (row, (k, x)) in looks.iter().enumerate() {
             if steps(*k) {
                 continue;
             }
             let share = (x - points[*k]) / (points[*k + 1] - points[*k]);
-            for (grid, worst) in [grid, &straight].into_iter().zip(&mut worst) {
-                let weights = grid.weights(*k, share);
-                let errors = self.errors_at(v, (&sampled, &weights), (&truth, row));
-                *worst = errors.iter().fold(*worst, |w, e| w.max(*e));
-            }
+            let line = [(*k, 1.0 - share), (*k + 1, share)];
+            let errors = self.errors_at(v, (&sampled, &line), (&truth, row));
+            worst = errors.iter().fold(worst, |w, e| w.max(*e));
         }
         Ok(worst)
     }
 
-    /// The tables at the points of a grid, `points` if these are kept within the range.
-    pub fn at_points(
-        &self,
-        v: usize,
-        functions: &[Function],
-        grid: &Grid,
-        points: &[f64],
-    ) -> Result<Sampled, NotConverged> {
-        if !grid.cubic || self.sampler.variables[v].wraps {
-            return self.sample(v, functions, points);
-        }
-        let inner = self.sample(v, functions, &points[1..points.len() - 1])?;
-        let columns = inner.values.column_iter().map(|column| {
-            let mut values: Vec<f64> = column.iter().copied().collect();
-            cubic::extend(&mut values);
-            DVector::from_vec(values)
-        });
-        let columns: Vec<_> = columns.collect();
-        Ok(Sampled {
-            values: DMatrix::from_columns(&columns),
-            ..inner
-        })
-    }
-
     /// What interpolation with these weights of rows does to each output, against the true values in a
     /// row of others.
-    fn errors_at(
+    pub fn errors_at(
         &self,
         v: usize,
         (sampled, weights): (&Sampled, &[(usize, f64)]),

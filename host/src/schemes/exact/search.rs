@@ -6,8 +6,8 @@ use super::judge::{Judge, Verdict};
 use super::limits::{
     BLAMELESS, CLOSER, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS,
     FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_COARSER, LEAST_POINT_SHARE,
-    MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, REFINEMENTS, ROOM_STEPS, SHARES, STARVING,
-    STUCK, TOO_GOOD, TOOL_SHARE,
+    LITTLE_LESS, MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, REFINEMENTS, ROOM_STEPS, SHARES,
+    STARVING, STUCK, TOO_GOOD, TOOL_SHARE,
 };
 use super::sampling::{Component, Sampler};
 use super::seen::Seen;
@@ -376,7 +376,7 @@ impl<'a> Search<'a> {
         let (mut enough, mut too_few) = (None, f64::INFINITY);
         while refinement <= REFINEMENTS {
             let grids = points::grids(&found, &seen, self.options, share, finer)?;
-            let draft = draft::draft(&found, &grids, self.options)?;
+            let draft = draft::draft(&found, &grids, &seen, self.options)?;
             let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
                 self.is_full = true;
                 // More than the target holds: fewer points, unless they were enough before.
@@ -441,11 +441,13 @@ impl<'a> Search<'a> {
                 continue;
             }
             let blameless = share * factor < BLAMELESS * verdict.error;
-            if self.options.points.is_some() || verdict.error > 0.9 * last || blameless {
+            // What was enough fails by little.
+            let stuck = verdict.error > 0.9 * last && !is_last;
+            if self.options.points.is_some() || stuck || blameless {
                 break;
             }
             last = verdict.error;
-            share *= 0.5;
+            share *= if is_last { LITTLE_LESS } else { 0.5 };
             refinement += 1;
         }
         Ok(false)

@@ -1,7 +1,9 @@
 //! Items that are being put into a plan: what comes after what is said by their types.
 
 use super::Filling;
-use crate::description::{FACTORS, GRID_INPUTS, GRID_OUTPUTS, GridAxis, SampleFormat};
+use crate::description::{
+    FACTORS, GRID_INPUTS, GRID_OUTPUTS, GridAxis, Interpolation, SampleFormat,
+};
 use crate::load_error::{LoadError, Part};
 use crate::plan::lookup::{BankLookup, GridLookup, PLAIN_WIDTH};
 use crate::plan::span::Span;
@@ -128,7 +130,16 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
             let found = self.inputs as u32 + 1;
             return Err(LoadError::GridInputs { grid, found });
         };
-        *span = Span::new(part, slot, axis.start, axis.step, axis.points, axis.modulo)?;
+        let linear = Interpolation::Linear;
+        *span = Span::new(
+            part,
+            slot,
+            axis.start,
+            axis.step,
+            axis.points,
+            axis.modulo,
+            linear,
+        )?;
         self.next += 1;
         Ok(span)
     }
