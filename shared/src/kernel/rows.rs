@@ -88,10 +88,12 @@ pub(super) unsafe fn products<'p>(
     values: From<'_, f32>,
     outputs: &mut [f32],
 ) -> From<'p, u32> {
-    for head in paired.iter().chain(bare) {
+    // SAFETY: the caller's.
+    let first = |head: &Head| unsafe { values.at_byte(usize::from(head.first)) };
+    for head in paired {
+        let mut total = first(head);
         // SAFETY: the caller's.
         unsafe {
-            let mut total = values.at_byte(usize::from(head.first));
             for _ in 0..head.pairs {
                 let both = word.at(0);
                 let [a, b] = [both & 0xFFFF, both >> 16];
@@ -101,6 +103,10 @@ pub(super) unsafe fn products<'p>(
             }
             *at_mut(outputs, usize::from(head.output) / 4) = total;
         }
+    }
+    for head in bare {
+        // SAFETY: the caller's.
+        unsafe { *at_mut(outputs, usize::from(head.output) / 4) = first(head) };
     }
     word
 }
