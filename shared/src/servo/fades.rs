@@ -1,5 +1,6 @@
 //! What is faded in: another compensation, other weights, another tool length or temperature.
 
+use super::lane::smaller;
 use super::state::{Fading, Servo, Values};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
@@ -28,11 +29,10 @@ impl<H: Handle> Servo<H> {
         let axes = from.axes().iter().zip(to.axes());
         let reaches = from.reach().axes.iter().zip(to.reach().axes.iter());
         for (lane, ((a, b), (&near, &far))) in self.lanes.iter_mut().zip(axes.zip(reaches)) {
-            let rise = lane.take(a, b, if near < far { near } else { far });
+            let rise = lane.take(a, b, smaller(near, far));
             let (one, both) = (lane.value_bound(), a.value_bound + b.value_bound);
-            let (s, f) = (rise / one, rise / both);
-            factor = if s < factor { s } else { factor };
-            blend = if f < blend { f } else { blend };
+            factor = smaller(rise / one, factor);
+            blend = smaller(rise / both, blend);
         }
         // An empty compensation has no axes and nothing to move.
         let pace = |rate: f32| {
@@ -202,11 +202,7 @@ impl<H: Handle> Servo<H> {
             .zip(self.correction.computed.as_ref())
             .zip(new.as_ref())
         {
-            let rate = if axis.rate_bound < axis.ramp_rate {
-                axis.rate_bound
-            } else {
-                axis.ramp_rate
-            };
+            let rate = smaller(axis.rate_bound, axis.ramp_rate);
             let most = rate * (1.0 / RISE) * dt * dt;
             let change = new - old;
             slow &= change <= most && change >= -most;

@@ -67,7 +67,8 @@ pub(super) struct Passed {
     pub travel_limited: bool,
 }
 
-fn smaller(a: f32, b: f32) -> f32 {
+/// Compare and select: see `guard.rs`.
+pub(super) fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
