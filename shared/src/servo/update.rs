@@ -78,7 +78,7 @@ impl<H: Handle> Servo<H> {
         let up = self.enabled && !self.dry_run && !self.frozen;
         let before = self.factor.value();
         let s = self.factor.advance(up, &self.factor_pace, dt);
-        let ramps = s != before || self.arrived || self.fading != Fading::Nothing;
+        let ramps = s != before || self.fading != Fading::Nothing;
         self.guard(s, step, ramps, &mut status);
 
         let conditions = &mut status.conditions;

@@ -92,3 +92,38 @@ fn the_end_of_a_hold_is_worked_off_where_the_axis_has_gone_on() {
         assert_eq!(servo.correction.dq, servo.correction.computed);
     }
 }
+
+/// Nothing but ± this on X and half of it on Y, mm.
+fn constant(value: f32) -> &'static C {
+    let mut draft = bare();
+    draft.terms = vec![term(0, value, &[]), term(1, 0.5 * value, &[])];
+    leak(&draft)
+}
+
+#[test]
+fn a_hold_that_begins_during_a_fade_or_a_ramp_leaves_the_axes_together() {
+    let inputs = at(0.0, 0.0, 0.0);
+    let hold = at(0.0, 0.0, f32::NAN);
+    let mut servo = S::new(constant(-0.9));
+    servo.enable();
+    for _ in 0..3 {
+        servo.update(&inputs, ALL, DT);
+    }
+    let correction = servo.update(&hold, ALL, DT);
+    let held = Conditions::BAD_INPUT | Conditions::HELD;
+    assert!(correction.status.is(held | Conditions::RAMPING));
+    assert_eq!(correction.status.rate_limited, 0);
+    let ramped = correction.computed.map(|dq| servo.factor() * dq);
+    assert_eq!(correction.dq, ramped);
+
+    settle(&mut servo, &inputs);
+    servo.swap(constant(0.9)).unwrap();
+    // A fade gathers speed with half the acceleration; a period twice as long makes that visible.
+    for _ in 0..3 {
+        servo.update(&inputs, ALL, 2.0 * DT);
+    }
+    let correction = servo.update(&hold, ALL, DT);
+    assert!(correction.status.is(held | Conditions::FADING));
+    assert_eq!(correction.status.rate_limited, 0);
+    assert_eq!(correction.dq, correction.computed);
+}
