@@ -266,3 +266,35 @@ impl Lane {
         near && (self.goal - last).abs() <= self.most
     }
 }
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::specimen;
+
+    #[test]
+    fn only_near_the_ends_of_the_travel_is_it_compared_with_them() {
+        for travel in [[-100.0, 50.0], [-1.0, 1000.0], [20.0, 30.0], [-30.0, -20.0]] {
+            for (bound, reach) in [(0.25, f32::MAX), (2.0, f32::MAX), (0.25, 25.0)] {
+                let mut axis = specimen::axis(b'X');
+                (axis.travel, axis.value_bound) = (travel, bound);
+                let mut lane = Lane::new();
+                lane.take(&axis, &axis, reach);
+                let [low, high] = travel.map(f64::from);
+                let [from, to] = lane.inside.map(f64::from);
+                let [first, last] = [low.max(-f64::from(reach)), high.min(f64::from(reach))];
+                // A millionth of the larger end, and what rounding adds to that.
+                let margin = 1.2e-6 * first.abs().max(last.abs());
+                let bound = f64::from(bound);
+                assert!(
+                    from > first + bound && from < first + bound + margin,
+                    "{travel:?}"
+                );
+                assert!(
+                    to < last - bound && to > last - bound - margin,
+                    "{travel:?}"
+                );
+            }
+        }
+    }
+}

@@ -12,26 +12,21 @@ fn with_weight(servo: &S, weight: f32) -> [f32; 3] {
 #[test]
 fn the_common_factor_has_half_its_rate_during_a_fade() {
     let inputs = at(20.0, 10.0, 45.0);
-    // The rate of the slowest axis, as far as the larger value bound goes at the smaller ramp rate.
-    let both = A.axes().iter().zip(B.axes());
-    let rates = both.map(|(a, b)| a.ramp_rate.min(b.ramp_rate) / a.value_bound.max(b.value_bound));
-    let rate = rates.fold(f32::MAX, f32::min);
-    for on in [false, true] {
-        let mut servo = settled(&inputs);
-        servo.swap(*B).unwrap();
+    let double = leak(&draft(2.0));
+    for (from, to) in [(double, *B), (*B, double)] {
+        // That of the slowest axis: as far as the larger value bound goes, at the smaller ramp rate.
+        let both = from.axes().iter().zip(to.axes());
+        let rates =
+            both.map(|(a, b)| a.ramp_rate.min(b.ramp_rate) / a.value_bound.max(b.value_bound));
+        let rate = rates.fold(f32::MAX, f32::min);
+        let mut servo = S::new(from);
+        servo.enable();
+        settle(&mut servo, &inputs);
+        servo.swap(to).unwrap();
         for _ in 0..100 {
             servo.update(&inputs, ALL, DT);
         }
-        if on {
-            // Back again before it is at zero.
-            servo.disable();
-            for _ in 0..500 {
-                servo.update(&inputs, ALL, DT);
-            }
-            servo.enable();
-        } else {
-            servo.disable();
-        }
+        servo.disable();
         let (mut last, mut fastest) = (servo.factor(), 0.0_f32);
         for _ in 0..200 {
             servo.update(&inputs, ALL, DT);
@@ -39,11 +34,47 @@ fn the_common_factor_has_half_its_rate_during_a_fade() {
             last = servo.factor();
         }
         assert!(servo.is_swapping());
-        // Differences of numbers up to 1, by 1 ms.
+        // Differences of numbers up to 1 round by 2⁻²⁴, over 1 ms.
         assert!(
             (fastest / (0.5 * rate) - 1.0).abs() < 0.001,
             "{fastest}, {rate}"
         );
+    }
+}
+
+#[test]
+fn a_fade_begins_from_rest() {
+    let inputs = at(20.0, 10.0, 45.0);
+    let mut servo = settled(&inputs);
+    let before = servo.correction.computed;
+    servo.swap(*B).unwrap();
+    let begin = servo.update(&inputs, ALL, DT);
+    assert_eq!(begin.computed, before);
+    let moved = servo.update(&inputs, ALL, DT).computed;
+    for k in 0..3 {
+        let (a, b) = (&A.axes()[k], &B.axes()[k]);
+        // From bound to bound no axis gathers speed faster than half its ramp rate in RISE. Numbers below
+        // 0.3 round by 2⁻²⁶, the blend three times.
+        let most = 0.5 * 0.5 * a.ramp_rate.min(b.ramp_rate) / RISE * DT * DT;
+        assert!((moved[k] - before[k]).abs() <= most + 3.0 * 2.0_f32.powi(-26));
+    }
+}
+
+#[test]
+fn an_auxiliary_is_let_in_at_once_only_as_slowly_as_a_ramp_begins() {
+    // 10 µm/K on X, 5 µm/K on Y; a ramp of 0.5 mm/s begins with 10 nm in 1 ms.
+    for (kelvin, conditions) in [(0.0009, 0), (-0.0009, 0), (0.0011, 1), (-0.0011, 1)] {
+        let mut servo = S::new(lengths());
+        servo.enable();
+        let mut inputs = at(1.0, 2.0, 3.0);
+        inputs.auxiliaries[1] = 1.0;
+        settle(&mut servo, &inputs);
+        inputs.auxiliaries[1] += kelvin;
+        // It is seen in this period, and begins in the next one.
+        servo.update(&inputs, ALL, DT);
+        let status = servo.update(&inputs, ALL, DT).status;
+        let expected = [Conditions::default(), Conditions::FADING][conditions];
+        assert_eq!(status.conditions, expected, "{kelvin} K");
     }
 }
 

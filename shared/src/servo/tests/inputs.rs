@@ -103,3 +103,64 @@ fn what_is_over_after_exactly_10_ms_was_only_held() {
         .status;
     assert!(status.is(held | Conditions::FROZEN));
 }
+
+/// X from a number that is as stored, Y from half of it.
+fn constant(value: f32) -> &'static C {
+    let mut draft = bare();
+    draft.terms = vec![term(0, value, &[]), term(1, -0.5 * value, &[])];
+    leak(&draft)
+}
+
+#[test]
+fn corrections_end_at_the_value_bound_and_say_so() {
+    // The bound is 1 mm.
+    for (value, x, y, saturated) in [
+        (1.0, 1.0, -0.5, 0),
+        (-1.5, -1.0, 0.75, 0b01),
+        (2.0, 1.0, -1.0, 0b01),
+        (-2.5, -1.0, 1.0, 0b11),
+    ] {
+        let mut servo = S::new(constant(value));
+        servo.enable();
+        let correction = settle(&mut servo, &at(0.0, 0.0, 0.0));
+        assert_eq!(correction.computed, [x, y, 0.0]);
+        assert_eq!(correction.dq, correction.computed);
+        assert_eq!(correction.status.saturated, saturated);
+        // Of both, while one fades into the other.
+        servo.swap(constant(0.5)).unwrap();
+        servo.update(&at(0.0, 0.0, 0.0), ALL, DT);
+        let correction = servo.update(&at(0.0, 0.0, 0.0), ALL, DT);
+        assert_eq!(correction.status.saturated, saturated);
+        assert!(correction.computed[0].abs() <= 1.0);
+    }
+}
+
+#[test]
+fn an_endless_axis_that_goes_back_over_zero_has_reversed() {
+    let mut draft = bare();
+    (draft.axes[2].travel, draft.axes[2].period) = ([-f32::MAX, f32::MAX], 360.0);
+    let c = leak(&draft);
+    for long in [false, true] {
+        for (there, back, travel) in [
+            (0.05, 359.9, Travel::Negative),
+            (359.95, 0.1, Travel::Positive),
+        ] {
+            let mut servo = S::new(c);
+            servo.enable();
+            let before = if travel == Travel::Negative {
+                359.5
+            } else {
+                0.5
+            };
+            settle(&mut servo, &at(0.0, 0.0, before));
+            for place in [there, back] {
+                if long {
+                    servo.unsettle();
+                }
+                assert_ne!(servo.travelling().0[2], travel);
+                servo.update(&at(0.0, 0.0, place), ALL, DT);
+            }
+            assert_eq!(servo.travelling().0[2], travel);
+        }
+    }
+}
