@@ -2,15 +2,25 @@
 //!
 //! Compare-and-select instead of `f32::clamp`, which is a slow call on the Cortex-M4F.
 
-/// `value` within ±`bound`, and whether the bound acted.
 #[inline(always)]
-pub(crate) fn bounded(value: f32, bound: f32) -> (f32, bool) {
+pub(crate) fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+pub(crate) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// `value` within ±`bound`.
+#[inline(always)]
+pub(crate) fn bounded(value: f32, bound: f32) -> f32 {
     if value > bound {
-        (bound, true)
+        bound
     } else if value < -bound {
-        (-bound, true)
+        -bound
     } else {
-        (value, false)
+        value
     }
 }
 
@@ -18,10 +28,8 @@ pub(crate) fn bounded(value: f32, bound: f32) -> (f32, bool) {
 /// not push further outside if q is not. 0 always satisfies it.
 #[inline(always)]
 pub(crate) fn within_travel(wanted: f32, q: f32, travel: [f32; 2]) -> (f32, bool) {
-    let down = travel[0] - q;
-    let up = travel[1] - q;
-    let down = if down < 0.0 { down } else { 0.0 };
-    let up = if up > 0.0 { up } else { 0.0 };
+    let down = smaller(travel[0] - q, 0.0);
+    let up = larger(travel[1] - q, 0.0);
     if wanted > up {
         (up, true)
     } else if wanted < down {
@@ -54,6 +62,9 @@ mod tests {
     fn a_correction_ends_at_the_end_of_the_travel() {
         let dq = |wanted, q| within_travel(wanted, q, TRAVEL);
         assert_eq!(dq(0.5, 19.0), (0.5, false));
+        // What just fits is not cut off.
+        assert_eq!(dq(0.25, 19.75), (0.25, false));
+        assert_eq!(dq(-0.25, -9.75), (-0.25, false));
         assert_eq!(dq(0.5, 19.75), (0.25, true));
         assert_eq!(dq(0.5, 20.0), (0.0, true));
         assert_eq!(dq(-0.5, 20.0), (-0.5, false));

@@ -132,7 +132,7 @@ mod tests {
             rate in 0.01_f32..200.0,
             faster in 1.0_f32..10.0,
             plan in prop::collection::vec(
-                (any::<bool>(), 1_usize..6, 0.0005_f32..LONGEST_PERIOD, 1_usize..6, -20.0_f32..-7.0, 1_usize..200),
+                (any::<bool>(), 1_usize..6, 0.0005_f32..LONGEST_PERIOD, 1_usize..6, -20.0_f32..-7.0, 0_usize..12, 1_usize..200),
                 1..12,
             ),
         ) {
@@ -141,11 +141,12 @@ mod tests {
             let (rate, acceleration) = (f64::from(pace.rate), f64::from(pace.acceleration));
             let mut ramp = Ramp::ZERO;
             let (mut place, mut speed, mut last_dt) = (0.0_f64, 0.0_f64, 0.0_f64);
-            for (up, longs, long, shorts, short, steps) in plan {
+            for (up, longs, long, shorts, short, first, steps) in plan {
                 let short = short.exp2().max(SHORTEST_PERIOD);
-                for step in 0..steps {
+                for step in first..first + steps {
                     let dt = if step % (longs + shorts) < longs { long } else { short };
-                    ramp.advance(up, &pace, dt);
+                    let rounded = ramp.advance(up, &pace, dt);
+                    prop_assert!((0.0..=1.0).contains(&rounded));
                     let way = f64::from(ramp.way.remaining) + f64::from(ramp.way.carried());
                     let s = if up { 1.0 - way } else { way };
                     let dt = f64::from(dt);

@@ -1,10 +1,9 @@
 //! What is faded in: another compensation, other weights, another tool length or temperature.
 
-use super::lane::smaller;
 use super::state::{Fading, Servo, Values};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
-use crate::guard;
+use crate::guard::{self, smaller};
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::pace::{Pace, RISE};
@@ -259,7 +258,7 @@ fn bound<C: Room>(
     let mut bit = 1;
     for (value, axis) in values.as_mut().iter_mut().zip(compensation.axes()) {
         if value.abs() > axis.value_bound {
-            *value = guard::bounded(*value, axis.value_bound).0;
+            *value = guard::bounded(*value, axis.value_bound);
             *saturated |= bit;
         }
         bit <<= 1;

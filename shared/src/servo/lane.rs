@@ -4,7 +4,7 @@
 use crate::catch_up::{CatchUp, Period};
 use crate::description::Axis;
 use crate::direction::Reversal;
-use crate::guard;
+use crate::guard::{self, larger, smaller};
 use crate::inputs::Travel;
 
 /// What lets the short way pass over an axis.
@@ -67,11 +67,6 @@ pub(super) struct Passed {
     pub travel_limited: bool,
 }
 
-/// Compare and select: see `guard.rs`.
-pub(super) fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
 impl Lane {
     pub(super) fn new() -> Self {
         Self {
@@ -131,14 +126,14 @@ impl Lane {
         self.hysteresis = axis.hysteresis;
         self.period = axis.period;
         self.reach = reach;
-        self.value_bound = -smaller(-axis.value_bound, -other.value_bound);
+        self.value_bound = larger(axis.value_bound, other.value_bound);
         self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
         self.rise = smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate));
         // Generous, so that no rounding here or in the comparison matters.
         const MARGIN: f32 = 1e-6;
         let [low, high] = self.travel;
-        let [from, to] = [-smaller(-low, reach), smaller(high, reach)];
-        let margin = self.value_bound + MARGIN * -smaller(from, -to);
+        let [from, to] = [larger(low, -reach), smaller(high, reach)];
+        let margin = self.value_bound + MARGIN * larger(-from, to);
         self.inside = [from + margin, to - margin];
         self.rise
     }
@@ -171,10 +166,10 @@ impl Lane {
         let reached = self.catch_up.advance(p, self.rise);
         // Coming to rest from a move may lead beyond the value bound, or out of the travel. After a
         // change of compensation the last correction may still be beyond the new bound.
-        let bound = -smaller(-self.value_bound, -p.last.abs());
-        let (bounded, _) = guard::bounded(reached, bound);
+        let bound = larger(self.value_bound, p.last.abs());
+        let bounded = guard::bounded(reached, bound);
         let (inside, again) = self.near_travel(bounded);
-        let most = -smaller(-(reached - p.last).abs(), -self.moved);
+        let most = larger((reached - p.last).abs(), self.moved);
         let dq = guard::within_reach(inside, p.last, most);
         if dq != reached {
             self.catch_up.displaced(dq, p, self.rise);
