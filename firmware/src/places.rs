@@ -50,10 +50,12 @@ struct Place<C: Room> {
 unsafe impl<C: Room> Sync for Place<C> {}
 
 impl<C: Room> Place<C> {
-    const EMPTY: Self = Self {
-        cell: UnsafeCell::new(Compensation::empty()),
-        held: AtomicBool::new(false),
-    };
+    const fn new() -> Self {
+        Self {
+            cell: UnsafeCell::new(Compensation::empty()),
+            held: AtomicBool::new(false),
+        }
+    }
 
     /// Private: whoever calls it keeps the rules at the head of this file.
     fn read(&self) -> &Compensation<'static, C> {
@@ -122,7 +124,7 @@ impl<C: Room> Places<C> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            both: [const { Place::EMPTY }; 2],
+            both: [const { Place::new() }; 2],
             taken: AtomicBool::new(false),
         }
     }

@@ -79,6 +79,19 @@ mod tests {
     }
 
     #[test]
+    fn a_change_ends_where_it_may_reach() {
+        let reached = |wanted| within_reach(wanted, 0.25, 0.5);
+        assert_eq!(
+            [reached(1.0), reached(0.75), reached(0.5)],
+            [0.75, 0.75, 0.5]
+        );
+        assert_eq!(
+            [reached(-1.0), reached(-0.25), reached(0.0)],
+            [-0.25, -0.25, 0.0]
+        );
+    }
+
+    #[test]
     fn an_endless_axis_is_never_limited_by_its_travel() {
         for q in [0.0, 1e6, -1e6, 3e38, -3e38] {
             for wanted in [-1.0, 0.0, 1.0] {
