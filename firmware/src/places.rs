@@ -1,13 +1,15 @@
 //! Two places for compensations: one that the servo reads, one to load into. The only file of this
 //! crate with `unsafe`.
 //!
-//! A servo that runs in an interrupt needs a `&'static Compensation`; the next compensation must be
-//! loaded without stopping it, so there are two, and what was read before is loaded into again.
-//! The rules that make this sound are held by three types that come from one [`Places::split`]:
+//! A servo that runs in an interrupt needs a compensation that lives for ever; the next one must be
+//! loaded without stopping it, so there are two, and what was read before is loaded into again. The main
+//! loop reads the one in use too, at the same time as the servo: so the servo cannot own it (then
+//! [`Servo::take_retired`] alone would do, without `unsafe`), and without a heap nobody counts who reads
+//! it. The rules that make this sound are held by the types that come from one [`Places::split`]:
 //!
-//! 1. [`Loader`] alone writes, with `&mut self`, and only into a place whose bit in `read` is clear.
-//! 2. [`Driven`] alone holds `'static` references; it never gives them away. It sets the bit of
-//!    a place before it takes it into its servo, and clears it when the servo no longer holds it.
+//! 1. [`Loader`] alone writes, with `&mut self`, and only into a place that is not held.
+//! 2. The servo of [`Driven`] alone holds places, each by a [`Held`], which marks its place for as long as
+//!    there is one.
 //! 3. A place goes from the loader to the servo only as [`Loaded`], which borrows the loader
 //!    mutably: while there is one, nothing is loaded.
 //! 4. Everybody else reads through a borrow of `Loader` or `Driven`, which ends before they write.
@@ -23,25 +25,73 @@ mod tests;
 use core::cell::UnsafeCell;
 use core::fmt;
 use core::marker::PhantomData;
-use core::mem::MaybeUninit;
-use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use trueaxis::{
-    Compensation, Correction, Inputs, LoadError, Refused, Room, Servo, Usual, WeightError,
+    Compensation, Correction, Handle, Inputs, LoadError, Refused, Room, Servo, Usual, WeightError,
 };
 
-/// Two compensations in static memory, empty at first.
+/// Two compensations in static memory, empty at first: all zeros, which take no flash.
 pub struct Places<C: Room = Usual> {
-    cells: [UnsafeCell<Compensation<'static, C>>; 2],
-    /// Bit of each place that the servo holds. Written by [`Driven`] only.
-    read: AtomicU8,
+    both: [Place<C>; 2],
     taken: AtomicBool,
 }
 
-// SAFETY: the cells are written only by the one `Loader`, and only while no reference into them
-// exists (the rules at the head of this file); otherwise they are shared for reading, which a
-// `Compensation` allows: it is plain data. The other fields are atomic.
-unsafe impl<C: Room> Sync for Places<C> {}
+/// One of the two.
+struct Place<C: Room> {
+    cell: UnsafeCell<Compensation<'static, C>>,
+    /// By the servo. Written by [`Held`] only.
+    held: AtomicBool,
+}
+
+// SAFETY: the cell is written only by the one `Loader`, and only while no reference into it
+// exists (the rules at the head of this file); otherwise it is shared for reading, which a
+// `Compensation` allows: it is plain data. The mark is atomic.
+unsafe impl<C: Room> Sync for Place<C> {}
+
+impl<C: Room> Place<C> {
+    const fn new() -> Self {
+        Self {
+            cell: UnsafeCell::new(Compensation::empty()),
+            held: AtomicBool::new(false),
+        }
+    }
+
+    /// Private: whoever calls it keeps the rules at the head of this file.
+    fn read(&self) -> &Compensation<'static, C> {
+        // SAFETY: it is called from `Loaded` and `Loader`, whose borrows keep the one writer from
+        // writing; and from `Held`, whose mark keeps the writer off. So no `&mut` exists while the
+        // reference lives.
+        unsafe { &*self.cell.get() }
+    }
+}
+
+/// What the servo holds a place by.
+struct Held<C: Room>(&'static Place<C>);
+
+impl<C: Room> Held<C> {
+    /// Marks a place that is [`Loaded`], or that nobody can have written yet.
+    fn new(place: &'static Place<C>) -> Self {
+        place.held.store(true, Ordering::Release);
+        Self(place)
+    }
+}
+
+impl<C: Room> Handle for Held<C> {
+    type Room = C;
+
+    #[inline(always)]
+    fn get(&self) -> &Compensation<'_, C> {
+        self.0.read()
+    }
+}
+
+/// The servo reads it no more: what it has read comes before this.
+impl<C: Room> Drop for Held<C> {
+    fn drop(&mut self) {
+        self.0.held.store(false, Ordering::Release);
+    }
+}
 
 /// Why no compensation was loaded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,9 +124,7 @@ impl<C: Room> Places<C> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            cells: [const { UnsafeCell::new(Compensation::empty()) }; 2],
-            // The first is that of the servo from the beginning.
-            read: AtomicU8::new(1),
+            both: [const { Place::new() }; 2],
             taken: AtomicBool::new(false),
         }
     }
@@ -86,10 +134,11 @@ impl<C: Room> Places<C> {
         if self.taken.swap(true, Ordering::AcqRel) {
             return None;
         }
+        let [first, _] = &self.both;
         let driven = Driven {
             places: self,
-            servo: MaybeUninit::new(Servo::new(self.shared(0))),
-            next: None,
+            servo: Servo::new(Held::new(first)),
+            changing: false,
         };
         Some((Loader { places: self }, driven))
     }
@@ -97,37 +146,28 @@ impl<C: Room> Places<C> {
     /// Takes both sides back, which ends the servo; both places are empty, and can be split again.
     /// False if the sides are of other places: those stay split for ever.
     pub fn unite(&'static self, mut loader: Loader<C>, driven: Driven<C>) -> bool {
-        // Of the driven side nothing is used from here on: its references are gone.
-        let Driven { places, .. } = driven;
-        let ours = core::ptr::eq(self, loader.places) && core::ptr::eq(self, places);
+        let ours = core::ptr::eq(self, loader.places) && core::ptr::eq(self, driven.places);
+        // It holds no place any more.
+        drop(driven);
         if ours {
-            self.read.store(0, Ordering::Release);
-            for place in [0, 1] {
+            for place in &self.both {
+                // No bytes are no blob: refused, and emptied thereby.
                 let _ = loader.write(place, &[]);
             }
-            self.read.store(1, Ordering::Release);
             self.taken.store(false, Ordering::Release);
         }
         ours
     }
 
-    fn cell(&self, place: u8) -> &UnsafeCell<Compensation<'static, C>> {
-        let [first, second] = &self.cells;
-        if place == 0 { first } else { second }
+    /// The place beside this one.
+    fn other(&self, place: &Place<C>) -> &Place<C> {
+        let [first, second] = &self.both;
+        if core::ptr::eq(first, place) {
+            second
+        } else {
+            first
+        }
     }
-
-    /// Private: whoever calls it keeps the rules at the head of this file.
-    fn shared(&self, place: u8) -> &Compensation<'static, C> {
-        // SAFETY: it is called from `split`, before anything can be written; from `Loaded` and
-        // `Loader`, whose borrows keep the one writer from writing; and from `Driven` for a place
-        // whose bit in `read` it has set, which keeps the writer off. So no `&mut` exists while
-        // the reference lives.
-        unsafe { &*self.cell(place).get() }
-    }
-}
-
-fn bit(place: u8) -> u8 {
-    1 << place
 }
 
 /// The side that loads: that of the main loop.
@@ -166,24 +206,25 @@ impl<C: Room> Loader<C> {
     /// The compensation that the servo uses; during a change the old one or the new one.
     #[must_use]
     pub fn current(&self) -> &Compensation<'_, C> {
-        let first = self.places.read.load(Ordering::Acquire) & bit(0) != 0;
-        self.places.shared(u8::from(!first))
+        let [first, second] = &self.places.both;
+        let held = first.held.load(Ordering::Acquire);
+        if held { first.read() } else { second.read() }
     }
 
-    /// A place that the servo does not hold. Only `Driven::take` makes it hold one, and only one
+    /// A place that the servo does not hold. Only [`Driven`] makes it hold one, and only one
     /// that is `Loaded`, which cannot exist here: this borrows the loader too. So it stays vacant.
-    fn vacant(&self) -> Option<u8> {
-        let read = self.places.read.load(Ordering::Acquire);
-        [0, 1].into_iter().find(|&place| read & bit(place) == 0)
+    fn vacant(&self) -> Option<&'static Place<C>> {
+        let held = |place: &&Place<C>| place.held.load(Ordering::Acquire);
+        self.places.both.iter().find(|place| !held(place))
     }
 
-    /// Writes into a place that is [`vacant`](Self::vacant).
-    fn write(&mut self, place: u8, slot: &'static [u8]) -> Result<(), LoadError> {
-        // SAFETY: the bit of `place` in `read` is clear, so the servo holds no reference to it;
-        // `Driven` gives none away; those of `Loaded` and `current` are borrows of `self`, which
-        // is borrowed mutably. There is one `Loader` for these places. The acquiring load in
-        // `vacant` comes after the servo's last reading, which its releasing store follows.
-        let compensation = unsafe { &mut *self.places.cell(place).get() };
+    /// Writes into a place of these that is [`vacant`](Self::vacant).
+    fn write(&mut self, place: &Place<C>, slot: &'static [u8]) -> Result<(), LoadError> {
+        // SAFETY: the place is not held, so the servo has no reference to it; those of `Loaded` and
+        // `current` are borrows of `self`, which is borrowed mutably. There is one `Loader` for
+        // these places. The acquiring load in `vacant` comes after the servo's last reading, which
+        // the releasing store of `Held` follows.
+        let compensation = unsafe { &mut *place.cell.get() };
         compensation.load_slot(slot)
     }
 }
@@ -191,7 +232,7 @@ impl<C: Room> Loader<C> {
 /// A compensation that is loaded and can be given to the servo.
 pub struct Loaded<'l, C: Room> {
     places: &'static Places<C>,
-    place: u8,
+    place: &'static Place<C>,
     loader: PhantomData<&'l mut ()>,
 }
 
@@ -199,38 +240,25 @@ impl<C: Room> Loaded<'_, C> {
     /// What is loaded.
     #[must_use]
     pub fn compensation(&self) -> &Compensation<'_, C> {
-        self.places.shared(self.place)
+        self.place.read()
     }
 
     /// What the servo uses.
     #[must_use]
     pub fn active(&self) -> &Compensation<'_, C> {
-        self.places.shared(1 - self.place)
+        self.places.other(self.place).read()
     }
 }
 
 /// The servo with the places it reads: the side of the interrupt.
 pub struct Driven<C: Room> {
     places: &'static Places<C>,
-    /// Always there. References within arguments count as in use for as long as the function
-    /// runs, and a driven side may be an argument of `main` itself; what is possibly uninitialised
-    /// is exempt from that.
-    servo: MaybeUninit<Servo<&'static Compensation<'static, C>>>,
-    /// The place that is being faded in.
-    next: Option<u8>,
+    servo: Servo<Held<C>>,
+    /// Another compensation is being faded in.
+    changing: bool,
 }
 
 impl<C: Room> Driven<C> {
-    fn servo(&self) -> &Servo<&'static Compensation<'static, C>> {
-        // SAFETY: it is initialised in `split`, and only ever assigned as a whole.
-        unsafe { self.servo.assume_init_ref() }
-    }
-
-    fn servo_mut(&mut self) -> &mut Servo<&'static Compensation<'static, C>> {
-        // SAFETY: as in `servo`.
-        unsafe { self.servo.assume_init_mut() }
-    }
-
     /// See [`Servo::update`].
     pub fn update(
         &mut self,
@@ -238,14 +266,11 @@ impl<C: Room> Driven<C> {
         referenced: u16,
         dt: f32,
     ) -> Correction<C::Axes<f32>> {
-        let correction = self.servo_mut().update(inputs, referenced, dt);
-        if let Some(next) = self.next
-            && !self.servo().is_swapping()
-        {
+        let correction = self.servo.update(inputs, referenced, dt);
+        if self.changing && !self.servo.is_swapping() {
             // With this the servo holds only `compensation()`, and that is the new one.
-            self.servo_mut().take_retired();
-            self.next = None;
-            self.places.read.store(bit(next), Ordering::Release);
+            drop(self.servo.take_retired());
+            self.changing = false;
         }
         correction
     }
@@ -255,23 +280,16 @@ impl<C: Room> Driven<C> {
     /// # Errors
     /// [`Refused`]; nothing changes.
     pub fn swap(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
-        if self.next.is_some() || !core::ptr::eq(self.places, loaded.places) {
+        if self.changing || !core::ptr::eq(self.places, loaded.places) {
             return Err(Refused::Busy);
         }
-        let before = self.places.read.load(Ordering::Relaxed);
-        self.places.read.store(0b11, Ordering::Release);
-        let places = self.places;
-        match self.servo_mut().swap(places.shared(loaded.place)) {
-            // None was retired: it is taken back as soon as it is.
+        // What comes back is held no more.
+        match self.servo.swap(Held::new(loaded.place)) {
             Ok(_) => {
-                self.next = Some(loaded.place);
+                self.changing = true;
                 Ok(())
             }
-            // The servo has not taken it.
-            Err(refused) => {
-                self.places.read.store(before, Ordering::Release);
-                Err(refused.why)
-            }
+            Err(refused) => Err(refused.why),
         }
     }
 
@@ -281,29 +299,26 @@ impl<C: Room> Driven<C> {
     /// # Errors
     /// [`Refused::Busy`] while a change is under way.
     pub fn replace(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
-        if self.next.is_some() || !core::ptr::eq(self.places, loaded.places) {
+        if self.changing || !core::ptr::eq(self.places, loaded.places) {
             return Err(Refused::Busy);
         }
-        self.places.read.store(0b11, Ordering::Release);
-        let places = self.places;
-        *self.servo_mut() = Servo::new(places.shared(loaded.place));
-        // The old servo is gone, and with it its references.
-        self.places.read.store(bit(loaded.place), Ordering::Release);
+        // The old servo goes, and holds its place no more.
+        self.servo = Servo::new(Held::new(loaded.place));
         Ok(())
     }
 
     /// See [`Servo::enable`] and [`Servo::disable`].
     pub fn enable(&mut self, on: bool) {
         if on {
-            self.servo_mut().enable();
+            self.servo.enable();
         } else {
-            self.servo_mut().disable();
+            self.servo.disable();
         }
     }
 
     /// See [`Servo::dry_run`].
     pub fn dry_run(&mut self, on: bool) {
-        self.servo_mut().dry_run(on);
+        self.servo.dry_run(on);
     }
 
     /// See [`Servo::set_weight`].
@@ -311,30 +326,30 @@ impl<C: Room> Driven<C> {
     /// # Errors
     /// [`WeightError`]; nothing changes.
     pub fn set_weight(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
-        self.servo_mut().set_weight(term, value)
+        self.servo.set_weight(term, value)
     }
 
     /// See [`Servo::compensation`].
     #[must_use]
     pub fn compensation(&self) -> &Compensation<'_, C> {
-        self.servo().compensation()
+        self.servo.compensation()
     }
 
     /// See [`Servo::is_swapping`].
     #[must_use]
     pub fn is_swapping(&self) -> bool {
-        self.next.is_some()
+        self.changing
     }
 
     /// See [`Servo::factor`].
     #[must_use]
     pub fn factor(&self) -> f32 {
-        self.servo().factor()
+        self.servo.factor()
     }
 
     /// See [`Servo::wanted_weights`].
     #[must_use]
     pub fn wanted_weights(&self) -> &trueaxis::Weights {
-        self.servo().wanted_weights()
+        self.servo.wanted_weights()
     }
 }

@@ -20,6 +20,8 @@ pub(crate) struct Period {
     pub frequency: f32,
     /// The same of the last period.
     pub last_frequency: f32,
+    /// The goal also moves with a ramp.
+    pub ramps: bool,
 }
 
 /// Nothing, while the goal is followed as it is. After a step of it, or while it moves faster than
@@ -80,13 +82,16 @@ impl CatchUp {
             let change = p.goal - p.last;
             let jerk = (change - p.velocity * p.dt).abs();
             // Mean velocities of neighbouring periods differ by the acceleration over half of both. The
-            // velocity may be back in the next period: one longer than this does not count.
+            // velocity may be back in the next period, and either neighbour may be very short: half of
+            // this one is what counts. A ramp, which moves all axes together, is followed as far as its
+            // own acceleration goes.
             let shorter = if p.last_frequency > p.frequency {
                 p.last_frequency
             } else {
                 p.frequency
             };
-            let apart = 0.5 * p.dt * (1.0 + p.dt * shorter);
+            let other = if p.ramps { 1.0 } else { 0.0 };
+            let apart = 0.5 * p.dt * (other + p.dt * shorter);
             let bounded = jerk * shorter <= self.pace.acceleration * apart;
             if change.abs() <= most && bounded {
                 // Followed as it is, it steps neither in position nor in velocity.
@@ -181,6 +186,7 @@ mod tests {
                         dt,
                         frequency: 1.0 / dt,
                         last_frequency: 1.0 / dt,
+                        ramps: false,
                     };
                     let dq = way.advance(&now, rate);
                     // Rounding of positions of a few mm in f32.
@@ -194,6 +200,54 @@ mod tests {
                 }
                 // A goal nearly as fast as the rate is reached late.
                 assert!(part > 0.9 || !way.is_active(), "{step} {part} {dt}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_step_within_a_long_period_is_no_jerk_in_a_very_short_one_after_it() {
+        let (rate, speed) = (2.0, 0.25_f32);
+        let (long, short) = (0.01_f32, 1e-5);
+        let acceleration = f64::from(Pace::new(rate, 0.4).acceleration);
+        // Of these parts of what the acceleration does in a long period, towards and away from the goal.
+        for part in (-20..=20).map(|k| 0.05 * k as f32) {
+            let mut way = CatchUp::new();
+            let step = part * acceleration as f32 * long * long;
+            // The goal has been followed at its constant speed.
+            let (mut goal, mut last, mut velocity) = (0.0, 0.0, f64::from(speed));
+            let mut last_dt = long;
+            for (period, dt) in [long, long, short, long, long, short]
+                .into_iter()
+                .enumerate()
+            {
+                goal += speed * dt + if period == 1 { step } else { 0.0 };
+                let now = Period {
+                    goal,
+                    last,
+                    velocity: velocity as f32,
+                    step: period == 1,
+                    rate,
+                    dt,
+                    frequency: 1.0 / dt,
+                    last_frequency: 1.0 / last_dt,
+                    ramps: false,
+                };
+                let dq = if way.is_active() || now.step {
+                    way.advance(&now, 0.4)
+                } else {
+                    goal
+                };
+                let reached = (f64::from(dq) - f64::from(last)) / f64::from(dt);
+                let most = acceleration * 0.5 * f64::from(dt + last_dt);
+                // Positions below 1/64 round by 2⁻³¹, twice in each of two velocities and as often on the
+                // way there.
+                let rounding =
+                    8.0 * 2.0_f64.powi(-31) / f64::from(if dt < last_dt { dt } else { last_dt });
+                assert!(
+                    (reached - velocity).abs() <= most * 1.001 + rounding,
+                    "{part}, period {period}: {velocity} to {reached}, not {most}"
+                );
+                (last, velocity, last_dt) = (dq, reached, dt);
             }
         }
     }

@@ -194,6 +194,23 @@ mod tests {
     }
 
     #[test]
+    fn after_a_known_direction_the_first_position_is_the_extreme() {
+        for (travel, q, back, other) in [
+            (Travel::Positive, 250.0, 249.0, Travel::Negative),
+            (Travel::Negative, -250.0, -249.0, Travel::Positive),
+        ] {
+            let mut r = Reversal::moved(travel);
+            for (place, expected) in [(q, travel), (back, other)] {
+                // As the servo follows an axis.
+                if !r.moves_on(place) {
+                    r.update(place, 0.5, 0.0);
+                }
+                assert_eq!(r.travel(), expected, "{place}");
+            }
+        }
+    }
+
+    #[test]
     fn a_turn_of_a_modulo_axis_is_no_reversal() {
         let mut r = Reversal::new();
         for (q, expected) in [

@@ -2,15 +2,25 @@
 //!
 //! Compare-and-select instead of `f32::clamp`, which is a slow call on the Cortex-M4F.
 
-/// `value` within ±`bound`, and whether the bound acted.
 #[inline(always)]
-pub(crate) fn bounded(value: f32, bound: f32) -> (f32, bool) {
+pub(crate) fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+pub(crate) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// `value` within ±`bound`.
+#[inline(always)]
+pub(crate) fn bounded(value: f32, bound: f32) -> f32 {
     if value > bound {
-        (bound, true)
+        bound
     } else if value < -bound {
-        (-bound, true)
+        -bound
     } else {
-        (value, false)
+        value
     }
 }
 
@@ -24,12 +34,7 @@ pub(crate) fn within_travel(wanted: f32, q: f32, travel: [f32; 2]) -> (f32, bool
 /// The corrections that satisfy that: from the first to the second.
 #[inline(always)]
 pub(crate) fn room(q: f32, travel: [f32; 2]) -> [f32; 2] {
-    let down = travel[0] - q;
-    let up = travel[1] - q;
-    [
-        if down < 0.0 { down } else { 0.0 },
-        if up > 0.0 { up } else { 0.0 },
-    ]
+    [smaller(travel[0] - q, 0.0), larger(travel[1] - q, 0.0)]
 }
 
 /// The nearest of these corrections, and whether that is another one.
@@ -67,6 +72,9 @@ mod tests {
     fn a_correction_ends_at_the_end_of_the_travel() {
         let dq = |wanted, q| within_travel(wanted, q, TRAVEL);
         assert_eq!(dq(0.5, 19.0), (0.5, false));
+        // What just fits is not cut off.
+        assert_eq!(dq(0.25, 19.75), (0.25, false));
+        assert_eq!(dq(-0.25, -9.75), (-0.25, false));
         assert_eq!(dq(0.5, 19.75), (0.25, true));
         assert_eq!(dq(0.5, 20.0), (0.0, true));
         assert_eq!(dq(-0.5, 20.0), (-0.5, false));
@@ -78,6 +86,19 @@ mod tests {
         let dq = |wanted, q| within_travel(wanted, q, TRAVEL).0;
         assert_eq!([dq(0.5, 21.0), dq(-0.5, 21.0)], [0.0, -0.5]);
         assert_eq!([dq(-0.5, -11.0), dq(0.5, -11.0)], [0.0, 0.5]);
+    }
+
+    #[test]
+    fn a_change_ends_where_it_may_reach() {
+        let reached = |wanted| within_reach(wanted, 0.25, 0.5);
+        assert_eq!(
+            [reached(1.0), reached(0.75), reached(0.5)],
+            [0.75, 0.75, 0.5]
+        );
+        assert_eq!(
+            [reached(-1.0), reached(-0.25), reached(0.0)],
+            [-0.25, -0.25, 0.0]
+        );
     }
 
     #[test]

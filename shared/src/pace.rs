@@ -61,6 +61,12 @@ impl Approach {
         self.remaining == 0.0 && self.speed == 0.0
     }
 
+    /// What rounding has left out of `remaining`.
+    #[cfg(test)]
+    pub(crate) fn carried(&self) -> f32 {
+        self.carry
+    }
+
     /// The way back along one of length 1, with what rounding took from either.
     pub(crate) fn turned(&self) -> Self {
         let remaining = 1.0 - self.remaining;

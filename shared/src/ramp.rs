@@ -58,7 +58,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::RISE;
+    use crate::{LONGEST_PERIOD, RISE, SHORTEST_PERIOD};
 
     #[test]
     fn a_ramp_lands_exactly_and_in_time() {
@@ -121,6 +121,47 @@ mod tests {
                         "from {} to {} by more than {}", speed, now, change
                     );
                     (value, speed, last_dt) = (s, now, dt);
+                }
+            }
+        }
+
+        /// Far shorter periods than above, among long ones: two of 10 ms and then one of 1 µs. There f32
+        /// is too coarse to tell speeds from s, so this looks at s as it is before it is rounded.
+        #[test]
+        fn no_pattern_of_long_and_very_short_periods_makes_a_ramp_jerk(
+            rate in 0.01_f32..200.0,
+            faster in 1.0_f32..10.0,
+            plan in prop::collection::vec(
+                (any::<bool>(), 1_usize..6, 0.0005_f32..LONGEST_PERIOD, 1_usize..6, -20.0_f32..-7.0, 0_usize..12, 1_usize..200),
+                1..12,
+            ),
+        ) {
+            // A catch-up may be faster than a ramp, with the acceleration of that.
+            let pace = Pace::new(rate * faster, rate);
+            let (rate, acceleration) = (f64::from(pace.rate), f64::from(pace.acceleration));
+            let mut ramp = Ramp::ZERO;
+            let (mut place, mut speed, mut last_dt) = (0.0_f64, 0.0_f64, 0.0_f64);
+            for (up, longs, long, shorts, short, first, steps) in plan {
+                let short = short.exp2().max(SHORTEST_PERIOD);
+                for step in first..first + steps {
+                    let dt = if step % (longs + shorts) < longs { long } else { short };
+                    let rounded = ramp.advance(up, &pace, dt);
+                    prop_assert!((0.0..=1.0).contains(&rounded));
+                    let way = f64::from(ramp.way.remaining) + f64::from(ramp.way.carried());
+                    let s = if up { 1.0 - way } else { way };
+                    let dt = f64::from(dt);
+                    let now = (s - place) / dt;
+                    // A speed is a sum of two, times half the period: three roundings in f32.
+                    let rounding = 3.0 * 2.0_f64.powi(-24) * rate;
+                    prop_assert!(now.abs() <= rate + rounding, "{now} beyond {rate}");
+                    // The way to stand still is reckoned 0.02 % longer, and taken if it is 0.1 % too
+                    // short.
+                    let most = acceleration * 1.001 * 0.5 * (dt + last_dt);
+                    prop_assert!(
+                        (now - speed).abs() <= most + 2.0 * rounding,
+                        "from {speed} to {now} by more than {most}, {last_dt} s and {dt} s"
+                    );
+                    (place, speed, last_dt) = (s, now, dt);
                 }
             }
         }

@@ -8,6 +8,7 @@ mod cross;
 mod elf;
 mod fuzz;
 mod hil;
+mod mutants;
 mod packages;
 mod process;
 mod qemu;
@@ -30,6 +31,7 @@ usage: cargo xtask COMMAND
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
   fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each
+  mutants [NAME…]                small changes of the servo and the loader, each of which a test must notice
   deny                           licences, advisories and sources of the dependencies";
 
 fn main() -> ExitCode {
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         ["hil", ref parts @ ..] => hil::execute(parts),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),
+        ["mutants", ref names @ ..] => mutants::execute(names),
         ["deny"] => test::deny(),
         ["help" | "--help" | "-h"] | [] => {
             println!("{USAGE}");

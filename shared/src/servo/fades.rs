@@ -3,7 +3,7 @@
 use super::state::{Fading, Servo, Values};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
-use crate::guard;
+use crate::guard::{self, smaller};
 use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::pace::{Pace, RISE};
@@ -28,11 +28,10 @@ impl<H: Handle> Servo<H> {
         let axes = from.axes().iter().zip(to.axes());
         let reaches = from.reach().axes.iter().zip(to.reach().axes.iter());
         for (lane, ((a, b), (&near, &far))) in self.lanes.iter_mut().zip(axes.zip(reaches)) {
-            let rise = lane.take(a, b, if near < far { near } else { far });
+            let rise = lane.take(a, b, smaller(near, far));
             let (one, both) = (lane.value_bound(), a.value_bound + b.value_bound);
-            let (s, f) = (rise / one, rise / both);
-            factor = if s < factor { s } else { factor };
-            blend = if f < blend { f } else { blend };
+            factor = smaller(rise / one, factor);
+            blend = smaller(rise / both, blend);
         }
         // An empty compensation has no axes and nothing to move.
         let pace = |rate: f32| {
@@ -202,11 +201,7 @@ impl<H: Handle> Servo<H> {
             .zip(self.correction.computed.as_ref())
             .zip(new.as_ref())
         {
-            let rate = if axis.rate_bound < axis.ramp_rate {
-                axis.rate_bound
-            } else {
-                axis.ramp_rate
-            };
+            let rate = smaller(axis.rate_bound, axis.ramp_rate);
             let most = rate * (1.0 / RISE) * dt * dt;
             let change = new - old;
             slow &= change <= most && change >= -most;
@@ -263,7 +258,7 @@ fn bound<C: Room>(
     let mut bit = 1;
     for (value, axis) in values.as_mut().iter_mut().zip(compensation.axes()) {
         if value.abs() > axis.value_bound {
-            *value = guard::bounded(*value, axis.value_bound).0;
+            *value = guard::bounded(*value, axis.value_bound);
             *saturated |= bit;
         }
         bit <<= 1;

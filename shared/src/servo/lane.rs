@@ -4,7 +4,7 @@
 use crate::catch_up::{CatchUp, Period};
 use crate::description::Axis;
 use crate::direction::Reversal;
-use crate::guard;
+use crate::guard::{self, larger, smaller};
 use crate::inputs::Travel;
 
 /// What lets the short way pass over an axis.
@@ -69,10 +69,6 @@ pub(super) struct Passed {
     pub travel_limited: bool,
 }
 
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
 impl Lane {
     pub(super) fn new() -> Self {
         Self {
@@ -132,14 +128,14 @@ impl Lane {
         self.hysteresis = axis.hysteresis;
         self.period = axis.period;
         self.reach = reach;
-        self.value_bound = -smaller(-axis.value_bound, -other.value_bound);
+        self.value_bound = larger(axis.value_bound, other.value_bound);
         self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
         self.rise = smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate));
         // Generous, so that no rounding here or in the comparison matters.
         const MARGIN: f32 = 1e-6;
         let [low, high] = self.travel;
-        let [from, to] = [-smaller(-low, reach), smaller(high, reach)];
-        let margin = self.value_bound + MARGIN * -smaller(from, -to);
+        let [from, to] = [larger(low, -reach), smaller(high, reach)];
+        let margin = self.value_bound + MARGIN * larger(-from, to);
         self.inside = [from + margin, to - margin];
         self.rise
     }
@@ -172,10 +168,10 @@ impl Lane {
         let reached = self.catch_up.advance(p, self.rise);
         // Coming to rest from a move may lead beyond the value bound, or out of the travel. After a
         // change of compensation the last correction may still be beyond the new bound.
-        let bound = -smaller(-self.value_bound, -p.last.abs());
-        let (bounded, _) = guard::bounded(reached, bound);
+        let bound = larger(self.value_bound, p.last.abs());
+        let bounded = guard::bounded(reached, bound);
         let (inside, again) = self.near_travel(bounded);
-        let most = -smaller(-(reached - p.last).abs(), -self.moved);
+        let most = larger((reached - p.last).abs(), self.moved);
         let dq = guard::within_reach(inside, p.last, most);
         if dq != reached {
             self.catch_up.displaced(dq, p, self.rise);
@@ -261,5 +257,37 @@ impl Lane {
         self.goal = guard::within_room(dq, self.room).0;
         let near = self.free < 0.0 && dq.abs() <= self.value_bound;
         near && (self.goal - last).abs() <= self.most
+    }
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::specimen;
+
+    #[test]
+    fn only_near_the_ends_of_the_travel_is_it_compared_with_them() {
+        for travel in [[-100.0, 50.0], [-1.0, 1000.0], [20.0, 30.0], [-30.0, -20.0]] {
+            for (bound, reach) in [(0.25, f32::MAX), (2.0, f32::MAX), (0.25, 25.0)] {
+                let mut axis = specimen::axis(b'X');
+                (axis.travel, axis.value_bound) = (travel, bound);
+                let mut lane = Lane::new();
+                lane.take(&axis, &axis, reach);
+                let [low, high] = travel.map(f64::from);
+                let [from, to] = lane.inside.map(f64::from);
+                let [first, last] = [low.max(-f64::from(reach)), high.min(f64::from(reach))];
+                // A millionth of the larger end, and what rounding adds to that.
+                let margin = 1.2e-6 * first.abs().max(last.abs());
+                let bound = f64::from(bound);
+                assert!(
+                    from > first + bound && from < first + bound + margin,
+                    "{travel:?}"
+                );
+                assert!(
+                    to < last - bound && to > last - bound - margin,
+                    "{travel:?}"
+                );
+            }
+        }
     }
 }

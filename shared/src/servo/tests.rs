@@ -10,7 +10,10 @@ use crate::handle::Handle;
 use crate::specimen::{adjustable, bank, bare, term};
 use crate::*;
 
+mod fades;
+mod inputs;
 mod reload;
+mod steps;
 
 type Three = Holds<3, 8, 8, 16, 1>;
 type C = Compensation<'static, Three>;
@@ -775,7 +778,14 @@ fn an_endless_axis_without_modulo_tables_has_8192_turns_too() {
 fn an_empty_compensation_can_run() {
     let mut servo = S::new(Box::leak(Box::new(C::empty())));
     servo.enable();
-    assert_eq!(settle(&mut servo, &at(1.0, 2.0, 3.0)).dq, [0.0; 3]);
+    // There is nothing that a common factor could be too fast for, yet it is a ramp.
+    let mut between = 0;
+    while servo.factor() < 1.0 {
+        assert_eq!(servo.update(&at(1.0, 2.0, 3.0), ALL, DT).dq, [0.0; 3]);
+        between += 1;
+        assert!(between < 2000);
+    }
+    assert!(between > 1000, "{between}");
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -1060,18 +1070,22 @@ proptest! {
     #[test]
     fn a_step_that_is_worked_off_is_no_step_of_the_velocity(
         slope in 0.0_f32..0.001,
-        plan in prop::collection::vec((0_u8..6, -400.0_f32..400.0, 1_usize..300, 0.01_f32..1.0), 5..30),
+        plan in prop::collection::vec((0_u8..6, -400.0_f32..400.0, 1_usize..300, -10.0_f32..0.0), 5..30),
         base in 1.0 / 8192.0_f32..0.01,
+        // So many long periods, and so many short ones, one after the other.
+        (longs, shorts) in (1_usize..4, 1_usize..6),
     ) {
         let mut servo = S::new(backlash(slope));
         servo.enable();
         let mut q = 0.0_f64;
         let mut speed = 0.0_f64;
-        let (mut dq, mut velocity, mut last_dt) = ([0.0_f64; 3], [0.0_f64; 3], 0.0);
+        let (mut dq, mut velocity, mut last_dt, mut second_last_dt) = ([0.0_f64; 3], [0.0_f64; 3], 0.0, 0.0);
         let mut referenced = ALL;
+        let (mut s, mut ramped) = (0.0, false);
         for (event, target, steps, share) in plan {
+            let short = (base * share.exp2()).max(SHORTEST_PERIOD);
             for step in 0..steps {
-                let dt = if step % 5 == 4 { base } else { base * share };
+                let dt = if step % (longs + shorts) < longs { base } else { short };
                 let time = f64::from(dt);
                 // At most 5 m/s² of the axis; so much of it goes through as it is.
                 let before = speed;
@@ -1090,6 +1104,12 @@ proptest! {
                 }
                 let correction = servo.update(&inputs, referenced, dt);
                 let between = 0.5 * (time + last_dt);
+                // While s moves the accelerations of both add; and a step that its own conceals, of as much
+                // as that in one period, is felt in the next one.
+                let both = (2.0 * between).max(0.5 * second_last_dt + 2.0 * last_dt + 0.5 * time);
+                let ramps = servo.factor() != s;
+                let most = 8.0 * if ramps || ramped { both } else { between };
+                s = servo.factor();
                 let shortest = if last_dt > 0.0 { time.min(last_dt) } else { time };
                 for k in 0..2 {
                     let now = f64::from(correction.dq[k]);
@@ -1097,16 +1117,16 @@ proptest! {
                     // Corrections below 1 round by 2⁻²⁵, positions below 1000 by 2⁻¹⁵ times the slope,
                     // each twice in a velocity and that twice in a change; the remainder as much again.
                     let rounding = 16.0 * (2.0_f64.powi(-25) + f64::from(slope) * 2.0_f64.powi(-15)) / shortest;
-                    // The ramp of s may begin at the same time; while it moves at up to 0.4/s, so does
-                    // the product with what the axis's own motion adds, twice.
+                    // While s moves at up to 0.4/s, so does the product with what the axis's own motion
+                    // adds, twice.
                     let own = f64::from(slope) * (speed - before).abs();
                     let product = 2.0 * 0.4 * f64::from(slope) * 400.0;
-                    let most = (2.0 * 8.0 + product) * between + own + rounding;
+                    let most = most + product * between + own + rounding;
                     let change = (fast - velocity[k]).abs();
                     prop_assert!(change <= most * 1.001, "axis {k}: {} to {fast}, not {most}", velocity[k]);
                     (dq[k], velocity[k]) = (now, fast);
                 }
-                last_dt = time;
+                (second_last_dt, last_dt, ramped) = (last_dt, time, ramps);
             }
         }
     }

@@ -76,8 +76,10 @@ impl<H: Handle> Servo<H> {
         let begun = self.fading != Fading::Nothing && !fading;
         status.saturated = self.compute(given, evaluated, begun, dt);
         let up = self.enabled && !self.dry_run && !self.frozen;
+        let before = self.factor.value();
         let s = self.factor.advance(up, &self.factor_pace, dt);
-        self.guard(s, step, &mut status);
+        let ramps = s != before || self.fading != Fading::Nothing;
+        self.guard(s, step, ramps, &mut status);
 
         let conditions = &mut status.conditions;
         conditions.set(Conditions::HELD, held);
@@ -135,18 +137,13 @@ impl<H: Handle> Servo<H> {
         step
     }
 
-    /// The common factor and the guard rails.
-    fn guard(&mut self, s: f32, step: bool, status: &mut Status) {
+    /// The common factor and the guard rails. `step`: what is computed may have stepped; `ramps`: the factor
+    /// has moved, or something is being faded in.
+    fn guard(&mut self, s: f32, step: bool, ramps: bool, status: &mut Status) {
         let Correction { dq, computed, .. } = &mut self.correction;
         let values = dq.as_mut().iter_mut().zip(computed.as_ref());
         let values = values.zip(self.before.as_mut());
         let dt = self.period;
-        // None before the first one.
-        let last_frequency = if self.last_frequency > 0.0 {
-            self.last_frequency
-        } else {
-            self.frequency
-        };
         let mut bit = 1;
         for (lane, ((dq, &computed), before)) in self.lanes.iter_mut().zip(values) {
             let last = *dq;
@@ -159,12 +156,13 @@ impl<H: Handle> Servo<H> {
                 let period = Period {
                     goal,
                     last,
-                    velocity: (last - *before) * last_frequency,
+                    velocity: (last - *before) * self.last_frequency,
                     step,
                     rate: lane.rate_bound,
                     dt,
                     frequency: self.frequency,
-                    last_frequency,
+                    last_frequency: self.last_frequency,
+                    ramps,
                 };
                 let passed = lane.catch_up(&period, limited);
                 *dq = passed.dq;

@@ -1,0 +1,156 @@
+//! What waits for what, and how fast both factors move together.
+
+use super::*;
+
+/// The correction of A at the place of the tests, with the adjustable weight.
+fn with_weight(servo: &S, weight: f32) -> [f32; 3] {
+    let mut weights = A.weights();
+    weights.set(5, weight).unwrap();
+    A.evaluate(&at(20.0, 10.0, 45.0), &servo.travelling(), &weights)
+}
+
+#[test]
+fn the_common_factor_has_half_its_rate_during_a_fade() {
+    let inputs = at(20.0, 10.0, 45.0);
+    let double = leak(&draft(2.0));
+    for (from, to) in [(double, *B), (*B, double)] {
+        // That of the slowest axis: as far as the larger value bound goes, at the smaller ramp rate.
+        let both = from.axes().iter().zip(to.axes());
+        let rates =
+            both.map(|(a, b)| a.ramp_rate.min(b.ramp_rate) / a.value_bound.max(b.value_bound));
+        let rate = rates.fold(f32::MAX, f32::min);
+        let mut servo = S::new(from);
+        servo.enable();
+        settle(&mut servo, &inputs);
+        servo.swap(to).unwrap();
+        for _ in 0..100 {
+            servo.update(&inputs, ALL, DT);
+        }
+        servo.disable();
+        let (mut last, mut fastest) = (servo.factor(), 0.0_f32);
+        for _ in 0..200 {
+            servo.update(&inputs, ALL, DT);
+            fastest = fastest.max((servo.factor() - last).abs() / DT);
+            last = servo.factor();
+        }
+        assert!(servo.is_swapping());
+        // Differences of numbers up to 1 round by 2⁻²⁴, over 1 ms.
+        assert!(
+            (fastest / (0.5 * rate) - 1.0).abs() < 0.001,
+            "{fastest}, {rate}"
+        );
+    }
+}
+
+#[test]
+fn a_fade_begins_from_rest() {
+    let inputs = at(20.0, 10.0, 45.0);
+    let mut servo = settled(&inputs);
+    let before = servo.correction.computed;
+    servo.swap(*B).unwrap();
+    let begin = servo.update(&inputs, ALL, DT);
+    assert_eq!(begin.computed, before);
+    let moved = servo.update(&inputs, ALL, DT).computed;
+    for k in 0..3 {
+        let (a, b) = (&A.axes()[k], &B.axes()[k]);
+        // From bound to bound no axis gathers speed faster than half its ramp rate in RISE. Numbers below
+        // 0.3 round by 2⁻²⁶, the blend three times.
+        let most = 0.5 * 0.5 * a.ramp_rate.min(b.ramp_rate) / RISE * DT * DT;
+        assert!((moved[k] - before[k]).abs() <= most + 3.0 * 2.0_f32.powi(-26));
+    }
+}
+
+#[test]
+fn an_auxiliary_is_let_in_at_once_only_as_slowly_as_a_ramp_begins() {
+    // 10 µm/K on X, 5 µm/K on Y; a ramp of 0.5 mm/s begins with 10 nm in 1 ms.
+    for (kelvin, conditions) in [(0.0009, 0), (-0.0009, 0), (0.0011, 1), (-0.0011, 1)] {
+        let mut servo = S::new(lengths());
+        servo.enable();
+        let mut inputs = at(1.0, 2.0, 3.0);
+        inputs.auxiliaries[1] = 1.0;
+        settle(&mut servo, &inputs);
+        inputs.auxiliaries[1] += kelvin;
+        // It is seen in this period, and begins in the next one.
+        servo.update(&inputs, ALL, DT);
+        let status = servo.update(&inputs, ALL, DT).status;
+        let expected = [Conditions::default(), Conditions::FADING][conditions];
+        assert_eq!(status.conditions, expected, "{kelvin} K");
+    }
+}
+
+#[test]
+fn a_fade_begins_only_when_the_common_factor_rests() {
+    let inputs = at(20.0, 10.0, 45.0);
+    let mut servo = S::new(*A);
+    servo.enable();
+    for _ in 0..100 {
+        servo.update(&inputs, ALL, DT);
+    }
+    servo.swap(*B).unwrap();
+    let mut ramping = 0;
+    while servo.factor() < 1.0 {
+        let correction = servo.update(&inputs, ALL, DT);
+        assert_eq!(correction.computed, with_weight(&servo, 1.0));
+        assert!(correction.status.is(Conditions::FADING));
+        ramping += 1;
+    }
+    assert!(ramping > 100);
+    for _ in 0..10 {
+        servo.update(&inputs, ALL, DT);
+    }
+    assert_ne!(servo.correction.computed, with_weight(&servo, 1.0));
+}
+
+#[test]
+fn a_weight_that_is_set_back_during_its_fade_comes_back_after_it() {
+    let inputs = at(20.0, 10.0, 45.0);
+    let mut servo = settled(&inputs);
+    let alone = {
+        let mut servo = settled(&inputs);
+        servo.set_weight(5, 2.0).unwrap();
+        periods_of_fading(&mut servo)
+    };
+    servo.set_weight(5, 2.0).unwrap();
+    servo.update(&inputs, ALL, DT);
+    servo.set_weight(5, 1.0).unwrap();
+    // Two fades, and the period between them, in which the second waits.
+    assert_eq!(1 + periods_of_fading(&mut servo), 2 * alone + 1);
+    assert_eq!(servo.correction.dq, with_weight(&servo, 1.0));
+    // One that is being faded in already is not faded in again.
+    servo.set_weight(5, 2.0).unwrap();
+    servo.update(&inputs, ALL, DT);
+    servo.set_weight(5, 3.0).unwrap();
+    servo.set_weight(5, 2.0).unwrap();
+    assert_eq!(1 + periods_of_fading(&mut servo), alone);
+    assert_eq!(servo.correction.dq, with_weight(&servo, 2.0));
+}
+
+/// Updates until nothing is faded in any more; how many periods something was.
+fn periods_of_fading(servo: &mut S) -> u32 {
+    let mut periods = 0;
+    while servo
+        .update(&at(20.0, 10.0, 45.0), ALL, DT)
+        .status
+        .is(Conditions::FADING)
+    {
+        periods += 1;
+        assert!(periods < 20_000, "it ends");
+    }
+    periods
+}
+
+#[test]
+fn weights_set_at_zero_hold_at_once_and_can_be_set_back() {
+    let inputs = at(20.0, 10.0, 45.0);
+    let mut servo = S::new(*A);
+    servo.update(&inputs, ALL, DT);
+    for weight in [2.0, 1.0, 2.0, 3.0] {
+        servo.set_weight(5, weight).unwrap();
+        let correction = servo.update(&inputs, ALL, DT);
+        assert_eq!(correction.computed, with_weight(&servo, weight));
+        assert!(!correction.status.is(Conditions::FADING));
+    }
+    servo.enable();
+    settle(&mut servo, &inputs);
+    assert_eq!(servo.correction.dq, with_weight(&servo, 3.0));
+}
