@@ -61,13 +61,13 @@ pub(crate) struct Plan<'a, C: Room> {
     one_cell: bool,
     /// Whether there is more than banks and the first `bare[1]` heads.
     more: bool,
-    /// Where among `banks` those of linear begin and end.
-    linear: [u16; 2],
-    /// Where among `heads` those without pairs and single values begin and end.
-    bare: [u16; 2],
     /// Whether there are terms other than those of `heads`.
     runs: bool,
     tables: u16,
+    /// Where among `banks` the linear ones begin and end.
+    linear: [u16; 2],
+    /// Where among `heads` those without pairs and single values begin and end.
+    bare: [u16; 2],
     floats: Option<&'a [f32]>,
     shorts: Option<&'a [i16]>,
     /// What the kernel adds first, see `pair_up`.
@@ -191,7 +191,7 @@ impl<'a, C: Room> Plan<'a, C> {
         &self.pairs
     }
 
-    /// The banks, in the order of evaluation, and where those of linear begin and end.
+    /// The banks, in the order of evaluation, and where the linear ones begin and end.
     #[inline(always)]
     pub(crate) fn banks(&self) -> (&[BankLookup], [usize; 2]) {
         let [linear, other] = self.linear;
