@@ -99,6 +99,13 @@ mod tests {
             [reached(-1.0), reached(-0.25), reached(0.0)],
             [-0.25, -0.25, 0.0]
         );
+        // What is just so far away is reached to the bit, though last + most rounds.
+        for k in 1..100 {
+            let (last, wanted) = (0.1, 0.007 * k as f32);
+            let most = (wanted - last).abs();
+            assert_eq!(within_reach(wanted, last, most), wanted);
+            assert_eq!(within_reach(-wanted, -last, most), -wanted);
+        }
     }
 
     #[test]
