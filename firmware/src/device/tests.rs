@@ -52,7 +52,8 @@ fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
         machine: machine.into(),
         axes: axes.iter().map(axis).collect(),
         banks: vec![
-            bank(Direction::Both, vec![0.0, 1.0, 0.25, -0.5, 0.75]),
+            // 1 at −50: of three equal samples.
+            bank(Direction::Both, vec![0.0, 1.0, 1.0, 1.0, -0.5, 0.75]),
             bank(Direction::Signed, vec![0.1; 5]),
         ],
         terms: vec![term(0, scale, &[0]), term(1, 0.5, &[1])],
