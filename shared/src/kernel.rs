@@ -228,7 +228,10 @@ unsafe fn lines<A: Row<f32>>(
     let mut rest = banks;
     // SAFETY: the caller's.
     unsafe {
-        while let Some((bank, others)) = rows::lines(rest, inputs, out.again()) {
+        // One that is beyond its ends may be the last.
+        while !rest.is_empty()
+            && let Some((bank, others)) = rows::lines(rest, inputs, out.again())
+        {
             let x = inputs.at(usize::from(bank.span.slot));
             out.set(usize::from(bank.table), beyond(bank, x, samples));
             rest = others;

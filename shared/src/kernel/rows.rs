@@ -47,13 +47,15 @@ pub(super) unsafe fn mix(
 /// points: that one, and those behind it.
 ///
 /// # Safety
-/// The banks are straight, their inputs are among `inputs`, and from `out` on there is room for all tables.
+/// There is a bank. The banks are straight, their inputs are among `inputs`, and from `out` on there is room
+/// for all tables.
 #[inline(always)]
 pub(super) unsafe fn lines<'b>(
     banks: &'b [BankLookup],
     inputs: From<'_, f32>,
     mut out: To<'_>,
 ) -> Option<(&'b BankLookup, &'b [BankLookup])> {
+    debug_assert!(!banks.is_empty());
     let mut rest = banks;
     while let Some((bank, others)) = rest.split_first() {
         let [a, rise] = bank.line;
@@ -88,6 +90,7 @@ pub(super) unsafe fn products<'p>(
     values: From<'_, f32>,
     outputs: &mut [f32],
 ) -> From<'p, u32> {
+    debug_assert!(paired.len() + bare.len() != 0);
     // SAFETY: the caller's.
     let first = |head: &Head| unsafe { values.at_byte(usize::from(head.first)) };
     for head in paired {
