@@ -127,3 +127,28 @@ fn a_hold_that_begins_during_a_fade_or_a_ramp_leaves_the_axes_together() {
     assert_eq!(correction.status.rate_limited, 0);
     assert_eq!(correction.dq, correction.computed);
 }
+
+#[test]
+fn the_short_way_leaves_a_reversal_to_the_long_one_on_every_axis_with_backlash() {
+    for axis in 0..3 {
+        let mut draft = bare();
+        draft.banks = vec![DraftBank {
+            direction: Direction::Signed,
+            ..bank(axis, -100.0, 200.0, vec![vec![0.05, 0.05]])
+        }];
+        draft.terms = vec![term(axis, 1.0, &[0])];
+        let place = |q: f32| {
+            let mut inputs = at(0.0, 0.0, 0.0);
+            inputs.axes[usize::from(axis)] = q;
+            inputs
+        };
+        let mut servo = S::new(leak(&draft));
+        servo.enable();
+        servo.update(&place(-1.0), ALL, DT);
+        settle(&mut servo, &place(0.0));
+        assert!(!servo.steady.is_nan());
+        let correction = servo.update(&place(-1.0), ALL, DT);
+        assert_eq!(correction.status.rate_limited, 1 << axis);
+        assert!(correction.dq[usize::from(axis)] > 0.0499);
+    }
+}
