@@ -233,20 +233,20 @@ mod tests {
             // Followed as it is until then, or still catching up.
             for stepped in [false, true] {
                 let mut way = CatchUp::new();
-                let goal = 0.5 * sense;
+                let (goal, last) = (0.5 * sense, -0.25 * sense);
                 if stepped {
                     let begin = Period {
                         step: true,
-                        ..period(goal, 0.0, 0.0)
+                        ..period(goal, last, last)
                     };
                     way.advance(&begin, 0.4);
                 }
                 assert_eq!(way.is_active(), stepped);
                 // At 0.5 mm/s towards the goal.
-                let dq = 0.0005 * sense;
-                way.displaced(dq, &period(goal, 0.0, 0.0), 0.4);
+                let dq = last + 0.0005 * sense;
+                way.displaced(dq, &period(goal, last, last), 0.4);
                 assert!(way.is_active());
-                let next = way.advance(&period(goal, dq, 0.0), 0.4);
+                let next = way.advance(&period(goal, dq, last), 0.4);
                 let change = (next - dq) / 0.001 - 0.5 * sense;
                 // Corrections below 0.5 round by 2⁻²⁶, twice in a speed.
                 let rounding = 2.0_f32.powi(-25) / 0.001;

@@ -418,7 +418,8 @@ fn what_is_put_in_beyond_its_number_is_refused_with_the_number_there_would_be() 
         assert_eq!(grid.input(&axis).err(), Some(inputs(3)));
         let mut grid = filling.grid(1, 3)?;
         grid.input(&axis)?;
-        assert_eq!(grid.end(0), Err(inputs(1)));
+        grid.input(&axis)?;
+        assert_eq!(grid.end(0), Err(inputs(2)));
         Ok(32)
     });
     // The samples that were taken are not there.
