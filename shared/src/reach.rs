@@ -132,7 +132,6 @@ mod tests {
     use alloc::vec;
 
     use super::*;
-    use crate::draft::DraftBank;
     use crate::room::Holds;
     use crate::specimen::{bank, bare, everything, term};
     use crate::{AlignedBlob, Compensation};
@@ -144,9 +143,10 @@ mod tests {
     fn blob() -> AlignedBlob {
         let mut draft = bare();
         draft.auxiliaries = vec![everything().auxiliaries[0].clone(); 2];
-        let modulo = |input, step| DraftBank {
-            modulo: true,
-            ..bank(input, 0.0, step, vec![vec![0.0, 0.1, 0.0, -0.1]])
+        let modulo = |input, step| {
+            let mut bank = bank(input, 0.0, step, vec![vec![0.0, 0.1, 0.0, -0.1]]);
+            bank.modulo = true;
+            bank
         };
         draft.banks = vec![modulo(2, 90.0), modulo(4, 2.0)];
         draft.terms = vec![term(0, 1.0, &[0]), term(0, 1.0, &[1])];

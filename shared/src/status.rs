@@ -138,6 +138,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn every_condition_has_a_bit_of_its_own() {
+        let bits = Conditions::NAMES.map(|(condition, _)| condition.0);
+        let all = bits.iter().fold(0, |all, bit| all | bit);
+        assert!(bits.iter().all(|bit| bit.count_ones() == 1));
+        assert_eq!(all.count_ones() as usize, bits.len());
+    }
+
+    #[test]
     fn conditions_say_which_of_them_hold() {
         let both = Conditions::HELD | Conditions::BAD_INPUT;
         assert_eq!(both | Conditions::HELD, both);
