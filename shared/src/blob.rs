@@ -363,12 +363,7 @@ fn closes(axes: &[Axis], part: Part, input: u8, span: &Span) -> Result<(), LoadE
     if span.is_modulo() && period > 0.0 {
         let times = period / span.period;
         let whole = (times + 0.5) as u32 as f32;
-        let off = if times > whole {
-            times - whole
-        } else {
-            whole - times
-        };
-        if off > ROUNDING * whole {
+        if ROUNDING * whole < (times - whole).abs() {
             return Err(LoadError::PeriodMismatch { part });
         }
     }

@@ -1,5 +1,6 @@
 //! How the correction of one axis comes back to what it should be after a step of that.
 
+use crate::guard::{bounded, larger};
 use crate::pace::{Approach, Pace};
 
 /// One period of one axis, mm or degrees and seconds.
@@ -42,16 +43,6 @@ pub(crate) struct CatchUp {
     velocity: f32,
 }
 
-fn within(x: f32, most: f32) -> f32 {
-    if x > most {
-        most
-    } else if x < -most {
-        -most
-    } else {
-        x
-    }
-}
-
 impl CatchUp {
     pub(crate) fn new() -> Self {
         Self {
@@ -85,20 +76,16 @@ impl CatchUp {
             // velocity may be back in the next period, and either neighbour may be very short: half of
             // this one is what counts. A ramp, which moves all axes together, is followed as far as its
             // own acceleration goes.
-            let shorter = if p.last_frequency > p.frequency {
-                p.last_frequency
-            } else {
-                p.frequency
-            };
+            let shorter = larger(p.last_frequency, p.frequency);
             let other = if p.ramps { 1.0 } else { 0.0 };
             let apart = 0.5 * p.dt * (other + p.dt * shorter);
-            let bounded = jerk * shorter <= self.pace.acceleration * apart;
-            if change.abs() <= most && bounded {
+            let smooth = jerk * shorter <= self.pace.acceleration * apart;
+            if change.abs() <= most && smooth {
                 // Followed as it is, it steps neither in position nor in velocity.
                 self.active = false;
                 return p.goal;
             }
-            self.velocity = within(p.velocity, p.rate);
+            self.velocity = bounded(p.velocity, p.rate);
             self.goal = p.last;
         }
         self.pace.rate = p.rate;
@@ -132,8 +119,8 @@ impl CatchUp {
             return dq;
         }
         // Both the goal and the remainder move: together no faster than the rate.
-        let dq = p.last + within(change, most);
-        self.velocity = within(change * p.frequency, p.rate);
+        let dq = p.last + bounded(change, most);
+        self.velocity = bounded(change * p.frequency, p.rate);
         self.set(dq - p.goal, self.velocity - own);
         dq
     }
@@ -152,7 +139,7 @@ impl CatchUp {
         if !self.active {
             self.begin(p, rise);
         }
-        self.velocity = within((dq - p.last) * p.frequency, p.rate);
+        self.velocity = bounded((dq - p.last) * p.frequency, p.rate);
         self.stepped = true;
         self.goal = p.goal;
         self.set(dq - p.goal, 0.0);
@@ -200,6 +187,73 @@ mod tests {
                 }
                 // A goal nearly as fast as the rate is reached late.
                 assert!(part > 0.9 || !way.is_active(), "{step} {part} {dt}");
+            }
+        }
+    }
+
+    /// One that stands still at `goal`, of the rate 2 mm/s.
+    fn period(goal: f32, last: f32, before: f32) -> Period {
+        let dt = 0.001;
+        Period {
+            goal,
+            last,
+            velocity: (last - before) / dt,
+            step: false,
+            rate: 2.0,
+            dt,
+            frequency: 1.0 / dt,
+            last_frequency: 1.0 / dt,
+            ramps: false,
+        }
+    }
+
+    #[test]
+    fn both_directions_are_worked_off_alike() {
+        for part in [-1.5, -0.5, 0.0, 0.5, 1.5] {
+            let mut ways = [CatchUp::new(), CatchUp::new()];
+            let (mut goal, mut last, mut before) = (0.25, 0.0, 0.0);
+            for k in 0..400 {
+                let found = [1.0, -1.0].map(|sense| Period {
+                    step: k == 0,
+                    ..period(sense * goal, sense * last, sense * before)
+                });
+                let [up, down] = [0, 1].map(|way| ways[way].advance(&found[way], 0.4));
+                assert_eq!(up, -down, "{part}, period {k}");
+                (before, last) = (last, up);
+                // From beyond the rate against it to beyond the rate with it.
+                goal += part * 0.002;
+            }
+        }
+    }
+
+    #[test]
+    fn what_had_to_be_elsewhere_goes_on_from_there_at_its_speed() {
+        let acceleration = Pace::new(2.0, 0.4).acceleration;
+        for sense in [1.0, -1.0] {
+            // Followed as it is until then, or still catching up.
+            for stepped in [false, true] {
+                let mut way = CatchUp::new();
+                let (goal, last) = (0.5 * sense, -0.25 * sense);
+                if stepped {
+                    let begin = Period {
+                        step: true,
+                        ..period(goal, last, last)
+                    };
+                    way.advance(&begin, 0.4);
+                }
+                assert_eq!(way.is_active(), stepped);
+                // At 0.5 mm/s towards the goal.
+                let dq = last + 0.0005 * sense;
+                way.displaced(dq, &period(goal, last, last), 0.4);
+                assert!(way.is_active());
+                let next = way.advance(&period(goal, dq, last), 0.4);
+                let change = (next - dq) / 0.001 - 0.5 * sense;
+                // Corrections below 0.5 round by 2⁻²⁶, twice in a speed.
+                let rounding = 2.0_f32.powi(-25) / 0.001;
+                assert!(change.abs() <= acceleration * 0.001 + rounding, "{change}");
+                // At its goal it has nothing to make up for.
+                way.displaced(goal, &period(goal, next, dq), 0.4);
+                assert!(!way.is_active());
             }
         }
     }

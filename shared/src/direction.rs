@@ -1,5 +1,6 @@
 //! Direction of travel with hysteresis.
 
+use crate::guard::{larger, smaller};
 use crate::inputs::Travel;
 
 /// Follows the command of one axis and tells in which direction it last moved.
@@ -107,36 +108,22 @@ impl Reversal {
         }
         if period > 0.0 {
             let jump = q - self.last;
-            if jump > 0.5 * period || jump < -0.5 * period {
+            if is_turned(jump, period) {
                 // Rare, so the division may stay.
                 let turns = jump / period;
-                let turns = (turns + if turns > 0.0 { 0.5 } else { -0.5 }) as i32 as f32;
+                let turns = (turns + 0.5_f32.copysign(turns)) as i32 as f32;
                 self.high += turns * period;
                 self.low += turns * period;
             }
         }
         self.last = q;
-        if q > self.high {
-            self.high = q;
-        }
-        if q < self.low {
-            self.low = q;
-        }
+        self.high = larger(q, self.high);
+        self.low = smaller(q, self.low);
         let retreated = self.high - q > hysteresis;
         let advanced = q - self.low > hysteresis;
         match self.travel {
-            // Both at once: the later extreme is `q` itself, so the smaller distance is the new one.
-            Travel::Unknown if retreated && advanced => {
-                let towards_high = self.high - q < q - self.low;
-                self.turn(
-                    if towards_high {
-                        Travel::Positive
-                    } else {
-                        Travel::Negative
-                    },
-                    q,
-                );
-            }
+            // Both at once: the hysteresis is less than it was, and nothing tells which extreme came last.
+            Travel::Unknown if retreated && advanced => self.turn(Travel::Unknown, q),
             Travel::Positive | Travel::Unknown if retreated => self.turn(Travel::Negative, q),
             Travel::Negative | Travel::Unknown if advanced => self.turn(Travel::Positive, q),
             _ => {}
@@ -149,6 +136,12 @@ impl Reversal {
         self.high = q;
         self.low = q;
     }
+}
+
+/// Whether this is more than half a period, so that there are whole turns in it.
+#[inline(always)]
+fn is_turned(jump: f32, period: f32) -> bool {
+    jump.abs() > 0.5 * period
 }
 
 impl Default for Reversal {
@@ -225,6 +218,64 @@ mod tests {
             (720.5, Travel::Negative),
         ] {
             assert_eq!(r.update(q, 0.5, 360.0), expected, "{q}");
+        }
+    }
+
+    #[test]
+    fn a_jump_of_half_a_turn_is_a_move() {
+        let mut r = Reversal::new();
+        for (q, expected) in [
+            (0.0, Travel::Unknown),
+            (180.0, Travel::Positive),
+            (0.0, Travel::Negative),
+            (180.125, Travel::Negative),
+        ] {
+            assert_eq!(r.update(q, 0.5, 360.0), expected, "{q}");
+        }
+    }
+
+    #[test]
+    fn a_direction_that_a_smaller_hysteresis_leaves_open_is_unknown_until_the_next_move() {
+        for sense in [1.0, -1.0] {
+            let mut r = Reversal::new();
+            for (q, hysteresis) in [(0.0, 10.0), (8.0, 10.0), (5.0, 1.0)] {
+                assert_eq!(r.update(sense * q, hysteresis, 0.0), Travel::Unknown);
+            }
+            assert_eq!(r.update(sense * 5.75, 1.0, 0.0), Travel::Unknown);
+            let travel = r.update(sense * 6.5, 1.0, 0.0);
+            let expected = [Travel::Negative, Travel::Positive][usize::from(sense > 0.0)];
+            assert_eq!(travel, expected);
+        }
+    }
+
+    #[test]
+    fn while_it_moves_on_only_its_extreme_is_new() {
+        for (sense, travel) in [(1.0, Travel::Positive), (-1.0, Travel::Negative)] {
+            let mut r = Reversal::new();
+            assert_eq!(r.extreme(0.5, 0.0), None);
+            r.update(0.0, 0.5, 0.0);
+            assert!(!r.moves_on(sense));
+            r.update(10.0 * sense, 0.5, 0.0);
+            let extreme = |r: &Reversal, q| {
+                // An axis with ends, and one of which less than half a turn is no jump.
+                assert_eq!(r.extreme(0.5, 0.0), Some((sense, q, f32::MAX)));
+                assert_eq!(r.extreme(0.5, 360.0), Some((sense, q, 90.0)));
+                assert_eq!(r.extreme(90.0, 360.0), None);
+            };
+            extreme(&r, 10.0 * sense);
+            assert!(!r.moves_on(9.75 * sense));
+            extreme(&r, 10.0 * sense);
+            for q in [10.0 * sense, 12.0 * sense] {
+                assert!(r.moves_on(q));
+                assert_eq!(r.travel(), travel);
+                extreme(&r, q);
+            }
+            // Without being asked at every place on the way: neither a turn nor the old extreme.
+            r.moved_on(170.0 * sense);
+            r.stands_at(170.0 * sense);
+            extreme(&r, 170.0 * sense);
+            assert_eq!(r.update(200.0 * sense, 0.5, 360.0), travel);
+            assert_ne!(r.update(199.0 * sense, 0.5, 360.0), travel);
         }
     }
 

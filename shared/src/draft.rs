@@ -406,9 +406,16 @@ mod tests {
 
     #[test]
     fn what_was_drafted_is_what_is_loaded() {
-        let draft = specimen::everything();
+        let mut draft = specimen::everything();
+        draft.policy = Policy::Position;
         let blob = draft.encode().unwrap();
         assert_eq!(blob.as_ptr() as usize % ALIGNMENT, 0);
+        let c = Compensation::decode(&blob).unwrap();
+        assert_eq!((c.axes(), c.samples()), (&draft.axes[..], 64));
+        let said = alloc::format!("{c:?}");
+        for part in ["specimen", "axes: 3", "tables: 7", "terms: 10", "grids: 2"] {
+            assert!(said.contains(part), "{said}");
+        }
         let c = Compensation::<'_, Holds<3, 8, 8, 16, 2>>::from_blob(&blob).unwrap();
         assert_eq!(c.machine(), draft.machine);
         assert_eq!(c.policy(), draft.policy);
@@ -438,11 +445,15 @@ mod tests {
                     assert!((read - value).abs() <= scale * 0.501, "{read} {value}");
                 }
                 assert_eq!(c.sample(table, column.len()), None);
+                let samples = (0..column.len()).filter_map(|point| c.sample(table, point));
+                let peak = samples.fold(0.0, |peak: f32, v| peak.max(v.abs()));
+                assert_eq!(c.peak(table), Some(peak));
                 table += 1;
             }
         }
         assert_eq!(c.tables(), table);
         assert_eq!(c.sample(table, 0), None);
+        assert_eq!(c.peak(table), None);
         for (number, (grid, draft)) in c.grids().iter().zip(&draft.grids).enumerate() {
             assert_eq!(&grid.axes[..], &draft.axes);
             assert_eq!(&grid.outputs[..], &draft.outputs);
@@ -452,6 +463,8 @@ mod tests {
                 let scale = grid.scales.first().copied().unwrap_or(0.0);
                 assert!((read - value).abs() <= scale * 0.501, "{read} {value}");
             }
+            assert_eq!(c.grid_sample(number, 0, width), None);
+            assert_eq!(c.grid_sample(number, draft.values.len() / width, 0), None);
         }
         assert_eq!(c.samples(), 2 + 10 + 4 + 3 + 4 + 2 + 36 + 3);
         assert_eq!(c.inputs_used(), 0b1111);

@@ -1,5 +1,7 @@
 //! A way to its end with bounded speed and acceleration, whatever the period of each step.
 
+use crate::guard::{larger, smaller};
+
 /// Seconds from standstill to the full rate.
 pub const RISE: f32 = 0.05;
 
@@ -85,7 +87,7 @@ impl Approach {
         let (v, change) = (self.speed, pace.acceleration * dt);
         let half = 0.5 * dt;
         let stops = |next: f32| next * next * pace.braking <= self.remaining - (v + next) * half;
-        let slower = if v > change { v - change } else { 0.0 };
+        let slower = larger(v - change, 0.0);
         let next = if v < 0.0 {
             let back = v + change;
             if back <= 0.0 || stops(back) {
@@ -94,11 +96,7 @@ impl Approach {
                 0.0
             }
         } else if v > pace.rate {
-            if slower > pace.rate {
-                slower
-            } else {
-                pace.rate
-            }
+            larger(slower, pace.rate)
         } else {
             let most = v + change;
             if v <= change {
@@ -110,7 +108,7 @@ impl Approach {
                     return;
                 }
             }
-            let most = if most < pace.rate { most } else { pace.rate };
+            let most = smaller(most, pace.rate);
             let little = v + 0.25 * (most - v);
             if stops(most) {
                 most
@@ -127,5 +125,41 @@ impl Approach {
         self.carry = step - (remaining - self.remaining);
         self.remaining = remaining;
         self.speed = next;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The speed after one step of 0.1 s, with an acceleration of 1.
+    fn after(remaining: f32, speed: f32, rate: f32) -> f32 {
+        let mut way = Approach::from(remaining, speed);
+        way.advance(&Pace::new(rate, RISE), 0.1);
+        way.speed
+    }
+
+    #[test]
+    fn it_takes_the_first_of_four_speeds_from_which_it_can_stop() {
+        // From 1.1, 1.025 and 1 the ways to stand still are 0.605, 0.525 and 0.5; the step there adds
+        // 0.105, 0.101 and 0.1.
+        for (remaining, expected) in [
+            (0.72, 1.1),
+            (0.7, 1.025),
+            (0.64, 1.025),
+            (0.61, 1.0),
+            (0.59, 0.9),
+        ] {
+            let found = after(remaining, 1.0, 10.0);
+            assert!((found - expected).abs() < 1e-6, "{remaining}: {found}");
+        }
+    }
+
+    #[test]
+    fn faster_than_its_rate_it_brakes_no_harder_than_it_may() {
+        for (speed, expected) in [(3.0, 2.9), (1.15, 1.05), (1.05, 1.0), (1.0, 1.0)] {
+            let found = after(100.0, speed, 1.0);
+            assert!((found - expected).abs() < 1e-6, "{speed}: {found}");
+        }
     }
 }

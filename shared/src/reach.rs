@@ -78,15 +78,10 @@ impl<C: Room> Reach<C> {
     /// referenced (bit 0 is the first).
     pub(crate) fn holds_axes(&self, inputs: &Inputs<C::Axes<f32>>, referenced: u16) -> bool {
         let mut matters = self.used_axes | referenced;
-        let mut left = self.all_axes;
         for (q, &limit) in inputs.axes.as_ref().iter().zip(self.axes.iter()) {
-            if left == 0 {
-                break;
-            }
             if !near(*q, if matters & 1 != 0 { limit } else { f32::MAX }) {
                 return false;
             }
-            left >>= 1;
             matters >>= 1;
         }
         true
@@ -130,4 +125,90 @@ impl<C: Room> Reach<C> {
 /// Not-a-number is not.
 fn near(x: f32, limit: f32) -> bool {
     x <= limit && x >= -limit
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use alloc::vec;
+
+    use super::*;
+    use crate::room::Holds;
+    use crate::specimen::{bank, bare, everything, term};
+    use crate::{AlignedBlob, Compensation};
+
+    type C<'a> = Compensation<'a, Holds<4, 4, 4, 4, 1>>;
+
+    /// Tables with modulo of 360 over the last axis and 8 over the second of two auxiliaries, of which only
+    /// those are used.
+    fn blob() -> AlignedBlob {
+        let mut draft = bare();
+        draft.auxiliaries = vec![everything().auxiliaries[0].clone(); 2];
+        let modulo = |input, step| {
+            let mut bank = bank(input, 0.0, step, vec![vec![0.0, 0.1, 0.0, -0.1]]);
+            bank.modulo = true;
+            bank
+        };
+        draft.banks = vec![modulo(2, 90.0), modulo(4, 2.0)];
+        draft.terms = vec![term(0, 1.0, &[0]), term(0, 1.0, &[1])];
+        draft.encode().unwrap()
+    }
+
+    #[test]
+    fn axes_that_are_used_or_referenced_are_within_reach_and_all_are_finite() {
+        let blob = blob();
+        let c = C::from_blob(&blob).unwrap();
+        let most = MOST_PERIODS * 360.0;
+        let holds = |axes: [f32; 3], referenced| {
+            let [x, y, z] = axes;
+            // There is room for an axis that the compensation does not have.
+            let inputs = Inputs::at([x, y, z, f32::NAN]);
+            c.reach().holds_axes(&inputs, referenced)
+        };
+        for referenced in [0b000, 0b011, 0b111] {
+            for (axes, expected) in [
+                ([1e9, -1e9, most], true),
+                ([1e9, -1e9, -most], true),
+                ([0.0, 0.0, most.next_up()], false),
+                ([0.0, 0.0, -most.next_up()], false),
+                ([f32::NAN, 0.0, 0.0], false),
+                ([0.0, f32::INFINITY, 0.0], false),
+                ([0.0, 0.0, f32::NAN], false),
+            ] {
+                assert_eq!(
+                    holds(axes, referenced),
+                    expected,
+                    "{axes:?}, {referenced:b}"
+                );
+            }
+        }
+        // Unused, it matters only while it is referenced.
+        let mut draft = bare();
+        draft.axes[1].travel = [-f32::MAX, f32::MAX];
+        draft.axes[1].period = 360.0;
+        let blob = draft.encode().unwrap();
+        let c = C::from_blob(&blob).unwrap();
+        let inputs = Inputs::at([1e9, 1e9, 1e9, f32::NAN]);
+        for (referenced, expected) in [(0b000, true), (0b101, true), (0b010, false)] {
+            assert_eq!(c.reach().holds_axes(&inputs, referenced), expected);
+        }
+    }
+
+    #[test]
+    fn auxiliaries_that_are_used_are_within_reach() {
+        let blob = blob();
+        let c = C::from_blob(&blob).unwrap();
+        let most = MOST_PERIODS * 8.0;
+        for (first, second, expected) in [
+            (f32::NAN, most, true),
+            (f32::NAN, -most, true),
+            (0.0, most.next_up(), false),
+            (0.0, -most.next_up(), false),
+            (0.0, f32::NAN, false),
+        ] {
+            let mut inputs = Inputs::at([0.0; 4]);
+            inputs.auxiliaries = [f32::NAN; AUXILIARIES];
+            inputs.auxiliaries[..2].copy_from_slice(&[first, second]);
+            assert_eq!(c.reach().holds_auxiliaries(&inputs), expected);
+        }
+    }
 }

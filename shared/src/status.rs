@@ -132,3 +132,29 @@ pub struct Correction<A = [f32; 8]> {
     /// What acted.
     pub status: Status,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_condition_has_a_bit_of_its_own() {
+        let bits = Conditions::NAMES.map(|(condition, _)| condition.0);
+        let all = bits.iter().fold(0, |all, bit| all | bit);
+        assert!(bits.iter().all(|bit| bit.count_ones() == 1));
+        assert_eq!(all.count_ones() as usize, bits.len());
+    }
+
+    #[test]
+    fn conditions_say_which_of_them_hold() {
+        let both = Conditions::HELD | Conditions::BAD_INPUT;
+        assert_eq!(both | Conditions::HELD, both);
+        assert_eq!(std::format!("{both:?}"), "{bad input, held}");
+        assert!(both.names().eq(["bad input", "held"]));
+        for condition in [Conditions::HELD, Conditions::BAD_INPUT, both] {
+            assert!(both.contains(condition));
+        }
+        assert!(!both.contains(Conditions::FROZEN));
+        assert!(!both.contains(both | Conditions::FROZEN));
+    }
+}

@@ -122,3 +122,22 @@ impl fmt::Display for WeightError {
 }
 
 impl core::error::Error for WeightError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_was_put_in_has_limits_and_a_refusal_names_them() {
+        let mut weights = Weights::empty();
+        for (term, value) in [(3, 0.5), (7, 0.75)] {
+            let place = weights.push(term, value, [0.25, 1.0]).unwrap();
+            assert_eq!(weights.limits_at(place), Some([0.25, 1.0]));
+            assert_eq!(weights.limits_at(place + 1), None);
+        }
+        assert!(weights.iter().eq([(3, 0.5), (7, 0.75)]));
+        let refused = weights.set(3, 1.5).unwrap_err();
+        let expected = "the weight must be a number from 0.25 to 1";
+        assert_eq!(std::format!("{refused}"), expected);
+    }
+}

@@ -39,7 +39,12 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
         return result;
     }
     println!("\n== those that are left, under all tests");
-    run(mutants(names).args(["--iterate", "--timeout", "600"]))
+    let result = run(mutants(names).args(["--iterate", "--timeout", "600"]));
+    if result.is_err() && !left("missed.txt") && left("timeout.txt") {
+        println!("what does not come to an end is noticed too");
+        return Ok(());
+    }
+    result
 }
 
 fn mutants(names: &[&str]) -> Command {

@@ -600,6 +600,15 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
             &postcard::to_allocvec(&(1_u8, vec![axis], list)).unwrap(),
         )
     };
+    let only_so_many = |outputs: u8| {
+        let (mut pieces, _) = self::pieces(&everything());
+        pieces[8] = postcard::to_allocvec(&(1_u8, vec![axis], outputs)).unwrap();
+        let bytes = assemble(&pieces.concat(), &Samples::default()).unwrap();
+        let end = 16 + pieces.concat().len();
+        let mut bytes = bytes[..end].to_vec();
+        bytes[8..12].copy_from_slice(&(end as u32).to_le_bytes());
+        refusal(&seal(bytes))
+    };
     let bad_outputs = LoadError::GridOutputs { grid: 0 };
     let mut list = vec![
         (
@@ -613,6 +622,13 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
         (
             replaced(7, &many),
             LoadError::TooManyFactors { term: 0, found: 7 },
+        ),
+        (
+            replaced(
+                7,
+                &postcard::to_allocvec(&(1_u8, 0_u8, 1.0_f32, None::<u8>, 9_u8)).unwrap(),
+            ),
+            LoadError::TooManyFactors { term: 0, found: 9 },
         ),
         (
             drafted(|d| d.terms[1].factors[1] = 7),
@@ -641,6 +657,13 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
             drafted(|d| d.grids[0].values[2] = 1.1e15),
             LoadError::OutputMagnitude { axis: 2 },
         ),
+        (
+            drafted(|d| {
+                d.grids[0].values[1] = 0.99e15;
+                d.grids[1].values[2] = -2e13;
+            }),
+            LoadError::OutputMagnitude { axis: 1 },
+        ),
         (grid(vec![]), LoadError::GridInputs { grid: 0, found: 0 }),
         (
             grid(vec![axis; 4]),
@@ -650,6 +673,9 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
         (outputs(&[3]), bad_outputs),
         (outputs(&[1, 1]), bad_outputs),
         (outputs(&[0; 7]), bad_outputs),
+        // The number of them alone says so.
+        (only_so_many(0), bad_outputs),
+        (only_so_many(7), bad_outputs),
         (
             refusal(&seal({
                 let mut bytes = padded.clone();
@@ -885,4 +911,89 @@ fn a_modulo_table_fits_a_turn_of_its_axis_a_whole_number_of_times() {
     let mut draft = everything();
     draft.banks[1].modulo = true;
     draft.encode().unwrap();
+}
+
+#[test]
+fn a_modulo_table_may_miss_a_turn_by_as_much_as_rounding_takes_from_it() {
+    let loaded = |turn: f32| {
+        let mut draft = everything();
+        draft.grids.clear();
+        draft.axes[2].period = turn;
+        // Once around is 1, four times are a turn.
+        draft.banks[2].step = 0.25;
+        let blob = draft.encode();
+        blob.map(|_| ()).map_err(|error| match error {
+            EncodeError::Refused(error) => error,
+            other => panic!("{other}"),
+        })
+    };
+    let part = Part::Bank(2);
+    let refused = Err(LoadError::PeriodMismatch { part });
+    // 4/4 194 304 is two units in the last place above 4, and four below.
+    let rounding = 4.0_f32 / 4_194_304.0;
+    for turn in [4.0, 4.0 + rounding, 4.0 - rounding] {
+        assert_eq!(loaded(turn), Ok(()), "{turn:e}");
+    }
+    for turn in [
+        (4.0 + rounding).next_up(),
+        (4.0 - rounding).next_down(),
+        3.75,
+        4.25,
+        4.5,
+    ] {
+        assert_eq!(loaded(turn), refused, "{turn:e}");
+    }
+}
+
+#[test]
+fn as_many_auxiliaries_and_grid_outputs_are_read_as_there_can_be() {
+    let mut draft = bare();
+    draft.axes = b"XYZABC".map(crate::specimen::axis).into();
+    draft.auxiliaries = vec![everything().auxiliaries[0].clone(); 8];
+    draft.banks = vec![bank(13, 0.0, 1.0, vec![vec![0.0, 1.0]])];
+    draft.terms = vec![term(0, 1.0, &[0])];
+    let mut grid = everything().grids[1].clone();
+    grid.outputs = vec![5, 4, 3, 2, 1, 0];
+    grid.values = vec![0.25; 18];
+    draft.grids = vec![grid];
+    let blob = draft.encode().unwrap();
+    let c = Largest::from_blob(&blob).unwrap();
+    let mut inputs = Inputs::at([0.0; 16]);
+    inputs.auxiliaries[7] = 0.5;
+    let found = c.evaluate(&inputs, &Travelling::default(), &c.weights());
+    // Integers: rounding of 0.25 to a scale and back.
+    for (axis, expected) in [0.75, 0.25, 0.25, 0.25, 0.25, 0.25].into_iter().enumerate() {
+        assert!((found[axis] - expected).abs() < 1e-7, "{found:?}");
+    }
+}
+
+#[test]
+fn room_for_more_changes_no_bit_of_a_correction() {
+    let blob = everything().encode().unwrap();
+    let small = Small::from_blob(&blob).unwrap();
+    let large = Largest::from_blob(&blob).unwrap();
+    let travel = [Travel::Positive, Travel::Unknown, Travel::Negative];
+    let mut many = Travelling([Travel::Unknown; 16]);
+    many.0[..3].copy_from_slice(&travel);
+    for k in 0..50 {
+        let place = [1.7 * k as f32, 30.0 - k as f32, 17.0 * k as f32];
+        let mut inputs = Inputs::at(place);
+        inputs.auxiliaries[0] = 50.0 + 3.0 * k as f32;
+        let mut more = Inputs::at([f32::NAN; 16]);
+        more.axes[..3].copy_from_slice(&place);
+        more.auxiliaries = inputs.auxiliaries;
+        assert_eq!(
+            small.evaluate(&inputs, &Travelling(travel), &small.weights()),
+            large.evaluate(&more, &many, &large.weights())[..3]
+        );
+    }
+}
+
+#[test]
+fn what_a_grid_is_over_is_used() {
+    let mut draft = bare();
+    draft.auxiliaries = everything().auxiliaries;
+    draft.grids = vec![everything().grids[1].clone()];
+    let blob = draft.encode().unwrap();
+    assert_eq!(Small::from_blob(&blob).unwrap().inputs_used(), 0b1000);
 }

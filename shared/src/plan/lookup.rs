@@ -64,7 +64,8 @@ pub(super) fn order(banks: &mut [BankLookup], samples: &[f32]) -> [u16; 2] {
     let mut ends = [0; 2];
     let mut placed = 0;
     for (kind, end) in [Kind::Straight, Kind::Linear].into_iter().zip(&mut ends) {
-        for k in 0..banks.len() {
+        let begin = placed;
+        for k in begin..banks.len() {
             let (before, bank) = banks.split_at_mut(k);
             let Some(bank) = bank.first_mut().filter(|bank| bank.kind == kind) else {
                 continue;

@@ -143,15 +143,17 @@ fn head<'t, C: Room>(
     head
 }
 
+/// What the terms of a group have in common.
+fn kind(t: &PackedTerm) -> (u8, bool, bool, u8) {
+    let paired = t.most == PAIRED;
+    (t.output, t.place == FIXED, paired, t.count.max(2))
+}
+
 /// Groups neighbouring terms of the same output, so that the kernel's inner loop has no branch.
 ///
 /// Up to two factors are one kind, the missing ones read as 1; otherwise the factor count must be
 /// equal. Fixed and adjustable terms do not mix, nor those that are paired up with others. Guarantee 6.
 pub(super) fn group(terms: &mut [PackedTerm]) {
-    let kind = |t: &PackedTerm| {
-        let paired = t.most == PAIRED;
-        (t.output, t.place == FIXED, paired, t.count.max(2))
-    };
     let mut start = 0;
     while start < terms.len() {
         work::count(1);

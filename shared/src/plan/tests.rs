@@ -10,7 +10,7 @@ use crate::description::{
 };
 use crate::draft::{AlignedBlob, Draft};
 use crate::room::Holds;
-use crate::specimen::{bank, bare, everything, term};
+use crate::specimen::{adjustable, bank, bare, everything, term};
 
 type Small = Holds<3, 8, 8, 16, 2>;
 
@@ -168,7 +168,12 @@ fn drafts() -> Vec<Draft> {
     cell.terms.clear();
     cell.grids.truncate(1);
     cell.grids[0].axes[2].modulo = false;
-    drafts.push(cell);
+    let mut line = cell.clone();
+    line.grids[0].axes.truncate(1);
+    line.grids[0].values.truncate(6);
+    let mut integers = cell.clone();
+    integers.grids[0].format = SampleFormat::I16;
+    drafts.extend([cell, line, integers]);
     let mut singles = bare();
     singles
         .banks
@@ -321,4 +326,103 @@ fn no_way_of_filling_a_plan_breaks_a_guarantee() {
         }
     }
     assert!(filled > 100, "{filled}");
+}
+
+/// Output, first value, pairs and single values of each head, as numbers of tables; the words.
+fn put_aside(draft: &Draft) -> (Vec<[u16; 4]>, Vec<[u32; 2]>) {
+    let blob = draft.encode().unwrap();
+    let mut plan = Plan::EMPTY;
+    fill(&mut plan, &blob).unwrap();
+    assert_guarantees(&plan);
+    let heads = plan.heads().0.iter();
+    let heads = heads.map(|head| [head.output / 4, head.first / 4, head.pairs, head.singles]);
+    let words = plan.pairs().iter().map(|word| [word & 0xFFFF, word >> 16]);
+    (
+        heads.collect(),
+        words.map(|[a, b]| [a / 4, b / 4]).collect(),
+    )
+}
+
+#[test]
+fn what_is_added_first_are_the_leading_terms_of_weight_1_and_up_to_two_factors() {
+    // Behind the tables there is room for.
+    let (one, zero) = (8, 9);
+    let mut draft = bare();
+    draft
+        .banks
+        .push(bank(0, 0.0, 1.0, std::vec![std::vec![0.0, 1.0]; 3]));
+    draft.terms = std::vec![
+        term(2, 1.0, &[2]),
+        term(0, 1.0, &[0]),
+        term(1, 1.0, &[1, 0]),
+        term(0, 1.0, &[1, 2]),
+        term(2, 1.0, &[1]),
+        term(0, 1.0, &[2]),
+        term(1, 1.0, &[2]),
+        // What ends them, and what would count if it stood in front of that.
+        adjustable(2, 1.0, [0.0, 1.0], &[0]),
+        term(0, 2.0, &[0]),
+        term(1, 1.0, &[0, 1, 2]),
+        term(0, 1.0, &[1]),
+        term(1, 1.0, &[1]),
+        term(2, 1.0, &[1]),
+    ];
+    let heads = [[0, 0, 2, 0], [1, zero, 2, 0], [2, 2, 0, 1]];
+    let words = [[1, 2], [2, one], [1, 0], [2, one], [1, 0]];
+    assert_eq!(put_aside(&draft), (heads.into(), words.into()));
+    // A single value, none, and a constant.
+    draft.terms = std::vec![term(2, 1.0, &[]), term(0, 1.0, &[1])];
+    let heads = [[2, zero, 1, 0], [0, 1, 0, 0], [1, zero, 0, 0]];
+    assert_eq!(put_aside(&draft), (heads.into(), [[one, one]].into()));
+}
+
+#[test]
+fn what_is_put_in_beyond_its_number_is_refused_with_the_number_there_would_be() {
+    let blob = AlignedBlob::from_bytes(&[0; 32]);
+    let mut plan = Plan::<Small>::EMPTY;
+    let axis = GridAxis {
+        input: 0,
+        start: 0.0,
+        step: 1.0,
+        points: 2,
+        modulo: false,
+    };
+    let line = Bank {
+        input: 0,
+        start: 0.0,
+        step: 1.0,
+        points: 2,
+        modulo: false,
+        direction: Direction::Both,
+        interpolation: Interpolation::Linear,
+        format: SampleFormat::F32,
+        tables: 1,
+        first: 0,
+    };
+    let result = plan.fill(&blob, |filling| {
+        filling.axes(3)?;
+        filling.samples([2, 0]);
+        filling.bank(0, &line)?.end()?;
+        filling.end_banks(1)?;
+        let mut term = filling.term(4, 0, 1.0, None)?;
+        for _ in 0..FACTORS {
+            term.factor(0)?;
+        }
+        let found = FACTORS as u32 + 1;
+        let refused = LoadError::TooManyFactors { term: 4, found };
+        assert_eq!(term.factor(0), Err(refused));
+        let inputs = |found| LoadError::GridInputs { grid: 1, found };
+        let mut grid = filling.grid(1, 2)?;
+        grid.input(&axis)?;
+        grid.input(&axis)?;
+        assert_eq!(grid.input(&axis).err(), Some(inputs(3)));
+        let mut grid = filling.grid(1, 3)?;
+        grid.input(&axis)?;
+        grid.input(&axis)?;
+        assert_eq!(grid.end(0), Err(inputs(2)));
+        Ok(32)
+    });
+    // The samples that were taken are not there.
+    assert!(matches!(result, Err(LoadError::SectionLength { .. })));
+    assert_empty(&plan);
 }

@@ -290,4 +290,88 @@ mod tests {
             }
         }
     }
+
+    /// Of these limits, where it has come in direction `sense` to `q`.
+    fn moved(travel: [f32; 2], period: f32, sense: f32, q: f32) -> Lane {
+        let mut axis = specimen::axis(b'X');
+        (axis.travel, axis.period, axis.value_bound) = (travel, period, 0.25);
+        let mut lane = Lane::new();
+        lane.take(&axis, &axis, f32::MAX);
+        for q in [q - sense, q] {
+            lane.follow(q, true, true);
+        }
+        lane
+    }
+
+    #[test]
+    fn an_axis_at_its_extreme_is_watched_as_far_as_nothing_else_acts() {
+        for (travel, period, sense, end) in [
+            ([-100.0, 50.0], 0.0, 1.0, 50.0),
+            ([-100.0, 50.0], 0.0, -1.0, 100.0),
+            ([-f32::MAX, f32::MAX], 360.0, 1.0, 100.0),
+            ([-f32::MAX, f32::MAX], 360.0, -1.0, 80.0),
+        ] {
+            let mut lane = moved(travel, period, sense, 10.0);
+            lane.settle(true);
+            assert!(lane.watch == Watch::Extreme);
+            assert_eq!((lane.sense, lane.front), (sense, 10.0 * sense));
+            assert_eq!(lane.free, 0.25);
+            // The value bound and a millionth of the travel are left free; a quarter of a turn is exact.
+            let left = end - lane.end;
+            let expected = if period > 0.0 {
+                0.0..=0.0
+            } else {
+                0.25..=0.2502
+            };
+            assert!(expected.contains(&left), "{left}");
+            // Within the hysteresis behind it, and unreferenced.
+            lane.unwatch(10.0);
+            let behind = 10.0 - 0.005 * sense;
+            lane.follow(behind, true, true);
+            lane.settle(true);
+            assert!(lane.watch == Watch::Place);
+            assert_eq!([lane.sense, lane.front, lane.end], [1.0, behind, behind]);
+            lane.unwatch(behind);
+            lane.settle(false);
+            assert!(lane.watch == Watch::Anywhere);
+            assert_eq!([lane.sense, lane.front, lane.end], [0.0; 3]);
+        }
+    }
+
+    #[test]
+    fn what_was_watched_is_where_it_came_to() {
+        for sense in [1.0, -1.0] {
+            let travel = [-f32::MAX, f32::MAX];
+            let mut lane = moved(travel, 360.0, sense, 10.0 * sense);
+            let before = lane.reversal.travel();
+            lane.settle(true);
+            // As the short way does.
+            lane.front = 95.0;
+            lane.unwatch(95.0 * sense);
+            assert_eq!(lane.position, 95.0 * sense);
+            let extreme = lane.reversal.extreme(0.01, 360.0);
+            assert_eq!(extreme, Some((sense, 95.0 * sense, 90.0)));
+            // Less than half a turn from there on, and more from where it was.
+            lane.follow(195.0 * sense, true, true);
+            assert_eq!(lane.reversal.travel(), before);
+        }
+    }
+
+    #[test]
+    fn only_where_no_other_bound_acts_is_the_travel_left_to_the_short_way() {
+        let near = |q: f32, dq, last| {
+            let mut lane = moved([-100.0, 50.0], 0.0, 1.0, q);
+            lane.settle(true);
+            lane.most = 0.125;
+            let found = lane.near_end(dq, last);
+            (found, lane.goal)
+        };
+        // 0.0625 are left to the end.
+        let q = 50.0 - 0.0625;
+        assert_eq!(near(q, 0.25, 0.0), (true, 0.0625));
+        assert_eq!(near(q, -0.125, 0.0), (true, -0.125));
+        assert!(!near(q, 0.5, 0.0).0, "the value bound");
+        assert!(!near(q, -0.25, 0.0).0, "the rate bound");
+        assert!(!near(0.0, 0.125, 0.0).0, "far from the ends");
+    }
 }

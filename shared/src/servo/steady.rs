@@ -46,9 +46,10 @@ impl<H: Handle> Servo<H> {
     /// After an update: prepares for the next one if it may be steady.
     pub(super) fn settle(&mut self, referenced: u16) {
         let moving = self.fading != Fading::Nothing || self.queued || self.weights_wait;
+        // Then it is enabled, and this is no dry run: the factor would move.
         let in_full = self.factor.at_rest() && self.factor.value() == 1.0;
         let arrived = core::mem::take(&mut self.arrived);
-        if !self.enabled || self.dry_run || self.held || moving || !in_full || arrived {
+        if self.held || moving || !in_full || arrived {
             return;
         }
         if self.lanes.iter().any(|lane| lane.catch_up.is_active()) {

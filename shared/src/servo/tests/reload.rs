@@ -52,6 +52,8 @@ fn what_is_not_taken_comes_back_with_the_reason() {
     assert_eq!(refused.why, Refused::Axes);
     assert_eq!(refused.handle.axes()[1].name, b'Z');
     assert_eq!(refused.to_string(), Refused::Axes.to_string());
+    assert!(refused.to_string().starts_with("the axes differ"));
+    assert_eq!(std::format!("{refused:?}"), "NotTaken(Axes)");
     servo.swap(boxed(&draft(0.5))).unwrap();
     let refused = servo.swap(refused.handle).unwrap_err();
     assert_eq!(refused.why, Refused::Busy);

@@ -127,3 +127,45 @@ fn a_hold_that_begins_during_a_fade_or_a_ramp_leaves_the_axes_together() {
     assert_eq!(correction.status.rate_limited, 0);
     assert_eq!(correction.dq, correction.computed);
 }
+
+#[test]
+fn the_short_way_leaves_a_reversal_to_the_long_one_on_every_axis_with_backlash() {
+    for axis in 0..3 {
+        let mut draft = bare();
+        draft.banks = vec![DraftBank {
+            direction: Direction::Signed,
+            ..bank(axis, -100.0, 200.0, vec![vec![0.0005, 0.0005]])
+        }];
+        draft.terms = vec![term(axis, 1.0, &[0])];
+        let place = |q: f32| {
+            let mut inputs = at(0.0, 0.0, 0.0);
+            inputs.axes[usize::from(axis)] = q;
+            inputs
+        };
+        let mut servo = S::new(leak(&draft));
+        servo.enable();
+        servo.update(&place(-1.0), ALL, DT);
+        settle(&mut servo, &place(0.0));
+        assert!(!servo.steady.is_nan());
+        let correction = servo.update(&place(-1.0), ALL, DT);
+        assert_eq!(correction.status.rate_limited, 1 << axis);
+        // 1 µm, of which 10 mm/s² take 5 nm, where 10 µm are let through.
+        assert!(correction.dq[usize::from(axis)] > 0.00049);
+    }
+}
+
+#[test]
+fn what_is_not_let_in_is_not_output_however_small_it_is() {
+    let mut servo = S::new(small(0.0005));
+    for dry_run in [false, true] {
+        if dry_run {
+            servo.dry_run(true);
+            servo.enable();
+        }
+        for x in [-1.0, 0.0, 1.0, -1.0] {
+            let correction = servo.update(&at(x, 0.0, 0.0), ALL, DT);
+            assert_eq!(correction.dq, [0.0; 3]);
+        }
+        assert_eq!(servo.correction.computed[0], -0.0005);
+    }
+}
