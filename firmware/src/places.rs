@@ -8,7 +8,7 @@
 //! it. The rules that make this sound are held by the types that come from one [`Places::split`]:
 //!
 //! 1. [`Loader`] alone writes, with `&mut self`, and only into a place that is not held.
-//! 2. The servo of [`Driven`] alone holds places, each by a [`Held`], which marks its place for as long as
+//! 2. The servo of [`Driven`] alone holds places, each by a `Held`, which marks its place for as long as
 //!    there is one.
 //! 3. A place goes from the loader to the servo only as [`Loaded`], which borrows the loader
 //!    mutably: while there is one, nothing is loaded.

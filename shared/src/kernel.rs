@@ -215,8 +215,8 @@ fn interval(span: &Span, x: f32) -> Option<(u32, f32)> {
 /// The only table of each of these banks, which has two points: a + (b − a)·t between them, and the end values.
 ///
 /// # Safety
-/// The banks are straight, and their inputs among `inputs` and their samples among `samples`; from `out` on
-/// there is room for all tables.
+/// There is a bank. The banks are straight, and their inputs among `inputs` and their samples among `samples`;
+/// from `out` on there is room for all tables.
 #[inline(always)]
 unsafe fn lines<A: Row<f32>>(
     banks: &[BankLookup],
@@ -228,12 +228,13 @@ unsafe fn lines<A: Row<f32>>(
     let mut rest = banks;
     // SAFETY: the caller's.
     unsafe {
-        // One that is beyond its ends may be the last.
-        while !rest.is_empty()
-            && let Some((bank, others)) = rows::lines(rest, inputs, out.again())
-        {
+        while let Some((bank, others)) = rows::lines(rest, inputs, out.again()) {
             let x = inputs.at(usize::from(bank.span.slot));
             out.set(usize::from(bank.table), beyond(bank, x, samples));
+            // One that is beyond its ends may be the last.
+            if others.is_empty() {
+                break;
+            }
             rest = others;
         }
     }
