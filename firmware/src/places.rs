@@ -40,7 +40,7 @@ pub struct Places<C: Room = Usual> {
 /// One of the two.
 struct Place<C: Room> {
     cell: UnsafeCell<Compensation<'static, C>>,
-    /// By the servo. Written by [`Held`] only.
+    /// By the servo. Written by `Held` only.
     held: AtomicBool,
 }
 
