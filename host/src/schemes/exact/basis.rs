@@ -60,9 +60,13 @@ impl Basis {
 
     /// The basis of a lever with its peaks in the calibrated range.
     pub fn of_lever(variable: &Variable) -> Self {
-        let products = (0..=2).map(|d| vec![Generator::Coordinate; d]).collect();
-        let basis = Self::of_products(products);
-        let seen = basis.product_values(variable, &variable.calibrated);
+        Self::of_generators(variable, 2, &variable.calibrated)
+    }
+
+    /// All products of generators up to a degree, with their peaks at these positions.
+    pub fn of_generators(variable: &Variable, degree: usize, at: &[f64]) -> Self {
+        let basis = Self::of_products(products(&variable.kind, degree));
+        let seen = basis.product_values(variable, at);
         basis.seen_as(seen)
     }
 
@@ -216,13 +220,17 @@ impl Basis {
         }
     }
 
+    /// A sum of functions, at nodes of the calibrated range.
+    pub fn at_nodes(&self, coefficients: &[f64]) -> Vec<f64> {
+        let rows = self.seen.row_iter();
+        rows.map(|row| row.iter().zip(coefficients).map(|(f, c)| f * c).sum())
+            .collect()
+    }
+
     /// Largest magnitude of a sum of functions.
     pub fn peak_of(&self, coefficients: &[f64]) -> f64 {
-        let sums = self.seen.row_iter().map(|row| {
-            let products = row.iter().zip(coefficients).map(|(f, c)| f * c);
-            products.sum::<f64>().abs()
-        });
-        sums.fold(0.0, f64::max)
+        let sums = self.at_nodes(coefficients).into_iter();
+        sums.fold(0.0, |most, sum: f64| most.max(sum.abs()))
     }
 }
 

@@ -3,6 +3,7 @@
 use super::basis::Basis;
 use super::core::{Entry, Key, merges};
 use super::generators::Generator;
+use super::prune::Spare;
 use super::variables::{Kind, Variable};
 use crate::machine::PerAxis;
 use rayon::prelude::*;
@@ -273,8 +274,10 @@ impl<'a> Cover<'a> {
             }
         }
         if self.prunes {
-            structure.prune(bases, &left.squares, share);
-            structure.unshare(bases);
+            let mut spare = Spare::new(left.squares, share);
+            structure.fold(variables, bases, &mut spare);
+            structure.prune(bases, &mut spare);
+            structure.unshare(variables, bases);
         }
         structure
     }
@@ -343,7 +346,7 @@ impl Structure {
 
     /// A merged table for these coefficients: an existing one that is proportional, or a new one.
     /// Returns its number and the weight to use it with.
-    fn merge(
+    pub fn merge(
         &mut self,
         variable: usize,
         coefficients: Vec<f64>,

@@ -19,6 +19,7 @@ mod cover;
 mod cubic;
 mod draft;
 mod fit;
+mod fold;
 mod generators;
 mod judge;
 mod limits;

@@ -3,37 +3,73 @@
 
 use super::basis::Basis;
 use super::cover::{Function, Merged, Structure, Term};
+use super::variables::Variable;
 use crate::machine::PerAxis;
 
+/// What may still be left out.
+pub struct Spare {
+    /// Sum of the squared peaks of what has been left out, per output.
+    squares: PerAxis,
+    share: f64,
+}
+
+impl Spare {
+    /// As long as what is left out of an output is less than `share` of the tolerance (root of the sum of
+    /// squares, twice); `squares` is what has been left out before.
+    pub fn new(squares: PerAxis, share: f64) -> Self {
+        Self { squares, share }
+    }
+
+    /// True if so much of an output can be left out besides.
+    pub fn has(&self, output: usize, peak: f64) -> bool {
+        self.has_all(&[(output, peak)])
+    }
+
+    /// True if all of these can be.
+    pub fn has_all(&self, peaks: &[(usize, f64)]) -> bool {
+        let mut squares = self.squares;
+        for &(output, peak) in peaks {
+            squares[output] = squares[output].max(0.0) + peak * peak;
+        }
+        let outputs = peaks.iter().map(|(output, _)| *output);
+        outputs
+            .into_iter()
+            .all(|output| 2.0 * squares[output].sqrt() <= self.share)
+    }
+
+    /// Leaves so much out.
+    pub fn take(&mut self, output: usize, peak: f64) {
+        let left = &mut self.squares[output];
+        *left = left.max(0.0) + peak * peak;
+    }
+
+    /// Leaves so much out if that can be.
+    fn try_take(&mut self, output: usize, peak: f64) -> bool {
+        let is_little = self.has(output, peak);
+        if is_little {
+            self.take(output, peak);
+        }
+        is_little
+    }
+}
+
 impl Structure {
-    /// Leaves out what is small, the smallest first, as long as what is left out of an output is less than
-    /// `share` of the tolerance (root of the sum of squares, twice); `squares` is what has been left out
-    /// before.
-    pub fn prune(&mut self, bases: &[Basis], squares: &PerAxis, share: f64) {
-        let mut squares = *squares;
-        let mut spare = |output: usize, peak: f64| {
-            let left = &mut squares[output];
-            let next = left.max(0.0) + peak * peak;
-            let is_little = 2.0 * next.sqrt() <= share;
-            if is_little {
-                *left = next;
-            }
-            is_little
-        };
+    /// Leaves out what is small, the smallest first, as long as it can be spared.
+    pub fn prune(&mut self, bases: &[Basis], spare: &mut Spare) {
         let mut order: Vec<(f64, usize)> = (0..self.terms.len())
             .map(|i| (self.peak(&self.terms[i], bases), i))
             .collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut gone = Vec::new();
         for &(peak, i) in &order {
-            if !spare(self.terms[i].output, peak) {
+            if !spare.try_take(self.terms[i].output, peak) {
                 break;
             }
             gone.push(i);
         }
         for (_, i) in order {
             if !gone.contains(&i) {
-                self.straighten(i, bases, &mut spare);
+                self.straighten(i, bases, spare);
             }
         }
         let mut number = 0;
@@ -46,7 +82,7 @@ impl Structure {
     /// Gives terms that share their only bent table with another a copy of it, so that it can take the
     /// term's weight: in an output whose terms are products of at most two tables that is cheaper than to
     /// multiply by the weight.
-    pub fn unshare(&mut self, bases: &[Basis]) {
+    pub fn unshare(&mut self, variables: &[Variable], bases: &[Basis]) {
         let mut seen: Vec<(usize, Function)> = Vec::new();
         for i in 0..self.terms.len() {
             let output = self.terms[i].output;
@@ -63,7 +99,7 @@ impl Structure {
                 seen.push((v, function));
                 continue;
             }
-            if !is_short {
+            if !is_short || !variables[v].peaks.is_empty() {
                 continue;
             }
             let coefficients = match function {
@@ -89,12 +125,7 @@ impl Structure {
     }
 
     /// Takes a merged table for the constant that it nearly is.
-    fn straighten(
-        &mut self,
-        i: usize,
-        bases: &[Basis],
-        spare: &mut impl FnMut(usize, f64) -> bool,
-    ) {
+    fn straighten(&mut self, i: usize, bases: &[Basis], spare: &mut Spare) {
         let term = &self.terms[i];
         for (place, &(v, function)) in term.factors.iter().enumerate() {
             let Function::Merged(id) = function else {
@@ -107,7 +138,7 @@ impl Structure {
                 continue;
             }
             let peak = self.peak(term, bases) / whole * bases[v].peak_of(&bend);
-            if spare(term.output, peak) {
+            if spare.try_take(term.output, peak) {
                 let term = &mut self.terms[i];
                 term.factors.remove(place);
                 term.weight *= constant;
@@ -117,7 +148,7 @@ impl Structure {
     }
 
     /// The most that a term can contribute.
-    fn peak(&self, term: &Term, bases: &[Basis]) -> f64 {
+    pub fn peak(&self, term: &Term, bases: &[Basis]) -> f64 {
         let peaks = term.factors.iter().map(|(v, function)| match function {
             Function::Numeric(k) => bases[*v].peaks[*k],
             Function::Merged(id) => bases[*v].peak_of(&self.merged[*id].coefficients),
