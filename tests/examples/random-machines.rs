@@ -4,20 +4,22 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-use trueaxis_tests::random_machines::{ALL, Counts, Effort, Judged, case, cases};
+use trueaxis_tests::random_machines::{ALL, Counts, Effort, Judged, case, cases, unmeasured};
 
 const USAGE: &str = "\
-usage: random-machines [COUNT] [--tolerance T] [--quick] [--seed N]
+usage: random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--seed N]
 
   COUNT          how many drawings (300)
   --tolerance T  µm and µrad (1); a finer and a coarser one are tried, too
   --quick        without the finer tolerance and without the stm32f405
+  --unmeasured   only drawings without measured motions
   --seed N       only this drawing, with its files";
 
 struct Arguments {
     count: usize,
     tolerance: f64,
     quick: bool,
+    unmeasured: bool,
     seed: Option<u64>,
 }
 
@@ -26,6 +28,7 @@ fn arguments() -> Option<Arguments> {
         count: ALL,
         tolerance: 1.0,
         quick: false,
+        unmeasured: false,
         seed: None,
     };
     let mut words = std::env::args().skip(1);
@@ -33,6 +36,7 @@ fn arguments() -> Option<Arguments> {
         match word.as_str() {
             "--tolerance" => arguments.tolerance = words.next()?.parse().ok()?,
             "--quick" => arguments.quick = true,
+            "--unmeasured" => arguments.unmeasured = true,
             "--seed" => arguments.seed = Some(words.next()?.parse().ok()?),
             count => arguments.count = count.parse().ok()?,
         }
@@ -46,6 +50,7 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let cases = match arguments.seed {
+        None if arguments.unmeasured => unmeasured(arguments.count),
         None => cases(arguments.count),
         Some(seed) => case(seed).into_iter().collect(),
     };

@@ -41,8 +41,18 @@ pub struct Case {
 /// these, so that a few are of all kinds; beyond, the first ones.
 #[must_use]
 pub fn cases(count: usize) -> Vec<Case> {
+    chosen(count, |_| true)
+}
+
+/// The same of those drawings that have no measured motions.
+#[must_use]
+pub fn unmeasured(count: usize) -> Vec<Case> {
+    chosen(count, |case| Kinds::of(case).tabulated == 0)
+}
+
+fn chosen(count: usize, wanted: fn(&Case) -> bool) -> Vec<Case> {
     let step = (ALL / count.max(1)).max(1);
-    let all = (0..).filter_map(case);
+    let all = (0..).filter_map(case).filter(wanted);
     all.step_by(step).take(count).collect()
 }
 

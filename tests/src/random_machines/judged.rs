@@ -170,6 +170,12 @@ impl Judged {
         &self.outcomes[self.outcomes.len() - 2]
     }
 
+    /// True if the tolerance that was asked for is missed by more than [`NEAR`] times.
+    #[must_use]
+    pub fn is_far(&self) -> bool {
+        self.asked().reached() > NEAR * self.asked().tolerance
+    }
+
     /// True if a tolerance is missed with more than a coarser one reaches.
     #[must_use]
     pub fn is_worse_than_coarser(&self) -> bool {
@@ -186,7 +192,7 @@ impl Judged {
         let any = |wrong: fn(&Outcome) -> bool| self.outcomes.iter().any(wrong);
         let asked = self.asked();
         let missed = !asked.is_met();
-        let far = asked.reached() > NEAR * asked.tolerance;
+        let far = self.is_far();
         let marks = [
             (missed && !far, "missed"),
             (far, "FAR"),

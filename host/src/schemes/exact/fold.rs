@@ -97,7 +97,8 @@ impl Structure {
         let mut best: Option<(f64, Vec<(usize, f64)>, Self)> = None;
         for &(v, kept) in &used {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
-                let [a, b] = [kept, gone].map(|id| bases[v].at_nodes(&self.merged[id].coefficients));
+                let [a, b] =
+                    [kept, gone].map(|id| bases[v].at_nodes(&self.merged[id].coefficients));
                 let weight = weight(&a, &b);
                 let rest = largest(a.iter().zip(&b).map(|(a, b)| b - weight * a));
                 let replaced = |(w, f): (usize, Function)| match f == Function::Merged(gone) {
@@ -105,7 +106,14 @@ impl Structure {
                     false => vec![(w, f)],
                 };
                 let errors = self.errors(v, gone, rest, bases);
-                self.consider(&mut best, spare, variables, (gone, weight), errors, replaced);
+                self.consider(
+                    &mut best,
+                    spare,
+                    variables,
+                    (gone, weight),
+                    errors,
+                    replaced,
+                );
             }
         }
         self.settle(best, spare)
@@ -144,7 +152,14 @@ impl Structure {
                         false => vec![(u, f)],
                     };
                     let errors = self.errors(v, gone, rest, bases);
-                    self.consider(&mut best, spare, variables, (gone, weight), errors, replaced);
+                    self.consider(
+                        &mut best,
+                        spare,
+                        variables,
+                        (gone, weight),
+                        errors,
+                        replaced,
+                    );
                 }
             }
         }
