@@ -18,8 +18,30 @@ const LINEAR: usize = 7;
 const CUBIC: usize = 19;
 const FACTOR: usize = 4;
 
-/// The part of each variable in a term, as coefficients over its basis.
-type Parts = BTreeMap<usize, Vec<f64>>;
+/// The part of each variable in a term.
+type Parts = BTreeMap<usize, Part>;
+
+/// A function of one variable.
+struct Part {
+    /// Coefficients over the variable's basis.
+    coefficients: Vec<f64>,
+    /// Its values at nodes.
+    values: Vec<f64>,
+}
+
+impl Part {
+    fn new(coefficients: Vec<f64>, basis: &Basis) -> Self {
+        let values = basis.at_nodes(&coefficients);
+        Self {
+            coefficients,
+            values,
+        }
+    }
+
+    fn constant(basis: &Basis) -> Self {
+        Self::new(unit(0, basis.len()), basis)
+    }
+}
 
 /// A term's weight times one part is nearly the same multiple of another's: by what, and the most that
 /// taking one for the other changes.
@@ -234,11 +256,12 @@ impl Structure {
             match function {
                 Function::Generator(g) => generators.entry(v).or_default().push(g),
                 Function::Sign => {
-                    parts.insert(v, unit(1, bases[v].len()));
+                    parts.insert(v, Part::new(unit(1, bases[v].len()), &bases[v]));
                 }
                 _ => {
                     let coefficients = self.coefficients(v, function, bases)?;
-                    if parts.insert(v, coefficients).is_some() {
+                    let part = Part::new(coefficients, &bases[v]);
+                    if parts.insert(v, part).is_some() {
                         return None;
                     }
                 }
@@ -252,7 +275,8 @@ impl Structure {
                 known == product
             };
             let k = bases[v].products.iter().position(is_it)?;
-            if parts.insert(v, unit(k, bases[v].len())).is_some() {
+            let part = Part::new(unit(k, bases[v].len()), &bases[v]);
+            if parts.insert(v, part).is_some() {
                 return None;
             }
         }
@@ -270,7 +294,7 @@ impl Structure {
             sum[k]
         } else {
             let others: f64 = (parts.iter().filter(|(w, _)| **w != v))
-                .map(|(w, c)| bases[*w].peak_of(c))
+                .map(|(_, part)| largest(part.values.iter().copied()))
                 .product();
             let (id, weight) = self.merge(v, sum, bases, others);
             factors.push((v, Function::Merged(id)));
@@ -296,11 +320,10 @@ fn along(
     let compared: Vec<(usize, f64, f64, f64)> = all
         .into_iter()
         .map(|v| {
-            let constant = unit(0, bases[v].len());
-            let a = bases[v].at_nodes(one.get(&v).unwrap_or(&constant));
-            let b = bases[v].at_nodes(other.get(&v).unwrap_or(&constant));
-            let weight = weight(&a, &b);
-            let rest = largest(a.iter().zip(&b).map(|(a, b)| b - weight * a));
+            let constant = Part::constant(&bases[v]);
+            let [a, b] = [one, other].map(|parts| &parts.get(&v).unwrap_or(&constant).values);
+            let weight = weight(a, b);
+            let rest = largest(a.iter().zip(b).map(|(a, b)| b - weight * a));
             (v, weight, rest, largest(b.iter().copied()))
         })
         .collect();
@@ -325,8 +348,8 @@ fn added(
     weight_of_other: f64,
     bases: &[Basis],
 ) -> Vec<f64> {
-    let constant = unit(0, bases[v].len());
-    let [a, b] = [one, other].map(|parts| parts.get(&v).unwrap_or(&constant));
+    let constant = Part::constant(&bases[v]);
+    let [a, b] = [one, other].map(|parts| &parts.get(&v).unwrap_or(&constant).coefficients);
     let pairs = a.iter().zip(b);
     pairs
         .map(|(a, b)| weight_of_one * a + weight_of_other * b)

@@ -71,6 +71,16 @@ impl Verdict {
     }
 }
 
+/// What came of measuring a draft.
+pub enum Measured {
+    /// All of it.
+    Is(Verdict),
+    /// A blob or the target cannot hold it.
+    TooLarge,
+    /// It errs by more than it may.
+    TooMuch,
+}
+
 impl<'a> Judge<'a> {
     /// Draws the positions: over the travel, and where no motion holds; half of them with axes at
     /// their ends, where most functions are largest.
@@ -118,14 +128,36 @@ impl<'a> Judge<'a> {
 
     /// Measures a draft; `None` if a blob or the target cannot hold it.
     pub fn measure(&self, draft: &Draft, target: &Target) -> Option<Verdict> {
-        let blob = draft.encode().ok()?;
-        let runtime = Runtime::load(&blob).ok()?;
-        if !target.shortages(&Size::of(&runtime)).is_empty() {
-            return None;
-        }
         let places = self.places.par_iter().chain(&self.others);
-        let found = places.map(|place| self.at(place, &runtime));
-        Some(found.reduce(|| Verdict::NOTHING, Verdict::worse))
+        match self.measure_at(places, draft, target, f64::INFINITY) {
+            Measured::Is(verdict) => Some(verdict),
+            Measured::TooLarge | Measured::TooMuch => None,
+        }
+    }
+
+    /// Measures a draft as long as it errs by no more than `most` tolerances, not at the positions at which
+    /// what is good is confirmed.
+    pub fn measure_up_to(&self, draft: &Draft, target: &Target, most: f64) -> Measured {
+        self.measure_at(self.places.par_iter(), draft, target, most)
+    }
+
+    fn measure_at<'p>(
+        &self,
+        places: impl ParallelIterator<Item = &'p Place>,
+        draft: &Draft,
+        target: &Target,
+        most: f64,
+    ) -> Measured {
+        let blob = draft.encode();
+        let runtime = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok());
+        let Some(runtime) = runtime.filter(|r| target.shortages(&Size::of(r)).is_empty()) else {
+            return Measured::TooLarge;
+        };
+        let found = places
+            .map(|place| self.at(place, &runtime))
+            .map(|verdict| (verdict.error <= most).then_some(verdict))
+            .try_reduce(|| Verdict::NOTHING, |a, b| Some(a.worse(b)));
+        found.map_or(Measured::TooMuch, Measured::Is)
     }
 
     /// True if a draft keeps a multiple of the tolerance at many more positions than it was measured

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-/// Component, monomial, node, variable, and the bits of the position along it.
-type Key = (usize, usize, usize, usize, u64);
+/// Component, node, variable, the bits of the position along it, and monomial.
+type Key = (usize, usize, usize, u64, usize);
 
 /// What has been sampled so far.
 #[derive(Debug, Default)]
@@ -25,31 +25,33 @@ impl Sampler<'_> {
         components: &[Component],
         at: &[f64],
     ) -> Result<Vec<Vec<PerAxis>>, NotConverged> {
-        let key = |c: &Column, x: f64| (c.component, c.monomial, c.node, v, x.to_bits());
+        let key = |c: &Column, x: f64| (c.component, c.node, v, x.to_bits(), c.monomial);
         let known = || self.memory.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut missing: Vec<(Key, &Column, f64)> = Vec::new();
+        let mut missing: Vec<Key> = Vec::new();
         {
             let known = known();
             for x in at {
                 for column in columns {
                     let key = key(column, *x);
                     if !known.contains_key(&key) {
-                        missing.push((key, column, *x));
+                        missing.push(key);
                     }
                 }
             }
         }
-        // Columns that differ in the output only share their exact corrections.
-        missing.sort_unstable_by_key(|(key, _, _)| *key);
-        missing.dedup_by_key(|(key, _, _)| *key);
-        let made: Result<Vec<(Key, PerAxis)>, NotConverged> = missing
+        // Columns that differ in the output only share their exact corrections; those that differ in the
+        // monomial, most of them.
+        missing.sort_unstable();
+        missing.dedup();
+        let places: Vec<&[Key]> = missing.chunk_by(|a, b| beside(a) == beside(b)).collect();
+        let made: Result<Vec<Vec<(Key, PerAxis)>>, NotConverged> = places
             .into_par_iter()
-            .map(|(key, column, x)| {
-                let value = self.coefficient_at(column, v, components, x)?;
-                Ok((key, value))
+            .map(|keys| {
+                let values = self.coefficients_at(keys, components)?;
+                Ok(keys.iter().copied().zip(values).collect())
             })
             .collect();
-        let made = made?;
+        let made = made?.into_iter().flatten();
         let mut known = known();
         known.extend(made);
         Ok(at
@@ -58,25 +60,34 @@ impl Sampler<'_> {
             .collect())
     }
 
-    /// One of them.
-    fn coefficient_at(
+    /// Those of one place.
+    fn coefficients_at(
         &self,
-        column: &Column,
-        v: usize,
+        keys: &[Key],
         components: &[Component],
-        x: f64,
-    ) -> Result<PerAxis, NotConverged> {
-        let component = &components[column.component];
-        let mut place = component.place(column.node);
-        let sides = self.variables[v].sides(x);
-        let mut mean = PerAxis::default();
+    ) -> Result<Vec<PerAxis>, NotConverged> {
+        let mut means = vec![PerAxis::default(); keys.len()];
+        let Some(&(component, node, v, x, _)) = keys.first() else {
+            return Ok(means);
+        };
+        let component = &components[component];
+        let monomials: Vec<usize> = keys.iter().map(|key| key.4).collect();
+        let mut place = component.place(node);
+        let sides = self.variables[v].sides(f64::from_bits(x));
         for side in &sides {
             place[v] = *side;
-            let value = self.coefficient(component, column.monomial, &place)?;
-            for (m, x) in mean.iter_mut().zip(value) {
-                *m += x / sides.len() as f64;
+            let values = self.coefficients(component, &monomials, &place)?;
+            for (mean, value) in means.iter_mut().zip(values) {
+                for (m, x) in mean.iter_mut().zip(value) {
+                    *m += x / sides.len() as f64;
+                }
             }
         }
-        Ok(mean)
+        Ok(means)
     }
+}
+
+/// All of a key but the monomial.
+fn beside(key: &Key) -> (usize, usize, usize, u64) {
+    (key.0, key.1, key.2, key.3)
 }

@@ -137,17 +137,24 @@ impl Sampler<'_> {
 
     /// What the switches in `on` add together at a place (inclusion and exclusion).
     pub fn added(&self, place: &Place, on: u32) -> Result<PerAxis, NotConverged> {
+        self.added_with(place, on, 0)
+    }
+
+    /// The part of that in which `always` are on.
+    fn added_with(&self, place: &Place, on: u32, always: u32) -> Result<PerAxis, NotConverged> {
         let mut sum = PerAxis::default();
         let mut subset = on;
         loop {
-            let sign = if (on.count_ones() - subset.count_ones()).is_multiple_of(2) {
-                1.0
-            } else {
-                -1.0
-            };
-            let value = self.exact(place, subset)?;
-            for (s, v) in sum.iter_mut().zip(value) {
-                *s += sign * v;
+            if subset & always == always {
+                let sign = if (on.count_ones() - subset.count_ones()).is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                };
+                let value = self.exact(place, subset)?;
+                for (s, v) in sum.iter_mut().zip(value) {
+                    *s += sign * v;
+                }
             }
             if subset == 0 {
                 return Ok(sum);
@@ -215,7 +222,10 @@ impl Sampler<'_> {
         levers: &[(usize, f64)],
         place: &Place,
     ) -> Result<PerAxis, NotConverged> {
-        let mut sum = self.odd_part(component, levers, place, |at| self.added(at, component.on))?;
+        // Without one of the odd variables both its ends are the same and cancel.
+        let odd = component.odd.iter().fold(0, |odd, v| odd | 1 << v);
+        let added = |at: &Place| self.added_with(at, component.on, odd);
+        let mut sum = self.odd_part(component, levers, place, added)?;
         // The zero offset belongs to the part without switches, and to it alone.
         if component.on == 0 {
             for (s, z) in sum.iter_mut().zip(&self.zero) {
@@ -225,22 +235,33 @@ impl Sampler<'_> {
         Ok(sum)
     }
 
-    /// The coefficient of one monomial of the levers' ξ, times the product of the odd variables'
-    /// ξ, with the rich variables at `place`.
-    pub fn coefficient(
+    /// The coefficients of monomials of the levers' ξ, times the product of the odd variables' ξ, with the
+    /// rich variables at `place`.
+    pub fn coefficients(
         &self,
         component: &Component,
-        monomial: usize,
+        monomials: &[usize],
         place: &Place,
-    ) -> Result<PerAxis, NotConverged> {
-        let mut sum = PerAxis::default();
-        for (levers, weight) in component.stencil(monomial) {
-            let value = self.at(component, &levers, place)?;
-            for (s, v) in sum.iter_mut().zip(value) {
-                *s += weight * v;
+    ) -> Result<Vec<PerAxis>, NotConverged> {
+        // The monomials share the points of their stencils.
+        let mut known: Vec<(Levers, PerAxis)> = Vec::new();
+        let mut coefficients = vec![PerAxis::default(); monomials.len()];
+        for (sum, monomial) in coefficients.iter_mut().zip(monomials) {
+            for (levers, weight) in component.stencil(*monomial) {
+                let value = match known.iter().find(|(l, _)| *l == levers) {
+                    Some((_, value)) => *value,
+                    None => {
+                        let value = self.at(component, &levers, place)?;
+                        known.push((levers, value));
+                        value
+                    }
+                };
+                for (s, v) in sum.iter_mut().zip(value) {
+                    *s += weight * v;
+                }
             }
         }
-        Ok(sum)
+        Ok(coefficients)
     }
 
     /// Fills the values of a component.
@@ -502,7 +523,9 @@ mod tests {
             for monomial in 0..component.monomials.len() {
                 for node in (0..component.nodes()).step_by(component.nodes() / 7 + 1) {
                     let place = component.place(node);
-                    let one = sampler.coefficient(component, monomial, &place).unwrap();
+                    let one = sampler
+                        .coefficients(component, &[monomial], &place)
+                        .unwrap()[0];
                     let filled = component.values[monomial * component.nodes() + node];
                     for (one, filled) in one.iter().zip(filled) {
                         // The iteration for samples ends at 5e-11; a second difference of three of

@@ -2,7 +2,7 @@
 
 use super::attempt::{self, Attempt, attempt};
 use super::cover::Minimize;
-use super::judge::{Judge, Verdict};
+use super::judge::{Judge, Measured, Verdict};
 use super::limits::{
     BLAMELESS, CLOSER, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS,
     FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_COARSER, LEAST_POINT_SHARE,
@@ -69,6 +69,58 @@ pub struct Search<'a> {
     pub is_full: bool,
     /// The best so far.
     pub best: Option<Candidate>,
+}
+
+/// Looks for the fewest points that are enough: which share of the tolerance they may take.
+struct Coarsening {
+    /// How often fewer points were tried.
+    tried: usize,
+    /// The largest share that left enough, and the smallest that did not.
+    enough: Option<f64>,
+    too_few: f64,
+    /// If what was enough is what remains.
+    is_last: bool,
+}
+
+impl Default for Coarsening {
+    fn default() -> Self {
+        Self {
+            tried: 0,
+            enough: None,
+            too_few: f64::INFINITY,
+            is_last: false,
+        }
+    }
+}
+
+impl Coarsening {
+    /// True if fewer points may be tried.
+    fn goes_on(&self) -> bool {
+        !self.is_last && self.tried < COARSENINGS
+    }
+
+    /// The share that was enough, while larger ones are tried.
+    fn enough_so_far(&self) -> Option<f64> {
+        self.enough.filter(|_| !self.is_last)
+    }
+
+    /// The share to try after one that was enough: so many times more, or something between.
+    fn was_enough(&mut self, share: f64, more: f64) -> f64 {
+        self.tried += 1;
+        self.enough = Some(share);
+        (share * more).min((share * self.too_few).sqrt())
+    }
+
+    /// The share to try after one that was not: something between, or what was enough.
+    fn was_too_few(&mut self, share: f64, enough: f64) -> f64 {
+        self.tried += 1;
+        self.too_few = share;
+        self.is_last = self.tried > COARSENINGS;
+        match self.is_last {
+            true => enough,
+            false => (enough * share).sqrt(),
+        }
+    }
 }
 
 impl<'a> Search<'a> {
@@ -370,14 +422,27 @@ impl<'a> Search<'a> {
         let mut last = f64::INFINITY;
         let mut room = ROOM_STEPS;
         let mut refinement = 0;
-        // How often fewer points were tried, which shares left enough and which too few, and if what was
-        // enough is what remains.
-        let (mut coarsening, mut is_last) = (0, false);
-        let (mut enough, mut too_few) = (None, f64::INFINITY);
+        let mut coarsening = Coarsening::default();
         while refinement <= REFINEMENTS {
             let grids = points::grids(&found, &seen, self.options, share, finer)?;
             let draft = draft::draft(&found, &grids, &seen, self.options)?;
-            let Some(mut verdict) = self.judge.measure(&draft, &self.options.target) else {
+            // What is made for a finer tolerance is to meet the one asked for.
+            let wanted = factor.max(1.0);
+            let target = &self.options.target;
+            let measured = match coarsening.enough_so_far() {
+                // Of fewer points only counts if they are enough.
+                Some(_) => self.judge.measure_up_to(&draft, target, GOOD * wanted),
+                None if adapts => self.judge.measure_up_to(&draft, target, f64::INFINITY),
+                None => match self.judge.measure(&draft, target) {
+                    Some(verdict) => Measured::Is(verdict),
+                    None => Measured::TooLarge,
+                },
+            };
+            if let (Measured::TooMuch, Some(enough)) = (&measured, coarsening.enough_so_far()) {
+                share = coarsening.was_too_few(share, enough);
+                continue;
+            }
+            let Measured::Is(mut verdict) = measured else {
                 self.is_full = true;
                 // More than the target holds: fewer points, unless they were enough before.
                 if last.is_finite() || room == 0 {
@@ -387,15 +452,11 @@ impl<'a> Search<'a> {
                 share *= 2.0;
                 continue;
             };
-            // What is made for a finer tolerance is to meet the one asked for.
-            let wanted = factor.max(1.0);
             let too_good = verdict.error < TOO_GOOD * wanted && verdict.harm <= HARMLESS;
-            if adapts && too_good && !is_last && coarsening < COARSENINGS {
-                coarsening += 1;
-                enough = Some(share);
+            if adapts && too_good && coarsening.goes_on() {
                 // Part of the error is the structure's, and does not grow with fewer points.
                 let more = (JUST_GOOD * wanted / verdict.error).clamp(LEAST_COARSER, TOOL_SHARE);
-                share = (share * more).min((share * too_few).sqrt());
+                share = coarsening.was_enough(share, more);
                 continue;
             }
             let mut good = verdict.error <= GOOD * wanted;
@@ -428,26 +489,18 @@ impl<'a> Search<'a> {
             if good {
                 return Ok(verdict.harm <= HARMLESS);
             }
-            if let Some(finer) = enough.filter(|_| !is_last) {
-                // Something between, or what was enough.
-                coarsening += 1;
-                too_few = share;
-                is_last = coarsening > COARSENINGS;
-                share = if is_last {
-                    finer
-                } else {
-                    (finer * share).sqrt()
-                };
+            if let Some(enough) = coarsening.enough_so_far() {
+                share = coarsening.was_too_few(share, enough);
                 continue;
             }
             let blameless = share * factor < BLAMELESS * verdict.error;
             // What was enough fails by little.
-            let stuck = verdict.error > 0.9 * last && !is_last;
+            let stuck = verdict.error > 0.9 * last && !coarsening.is_last;
             if self.options.points.is_some() || stuck || blameless {
                 break;
             }
             last = verdict.error;
-            share *= if is_last { LITTLE_LESS } else { 0.5 };
+            share *= if coarsening.is_last { LITTLE_LESS } else { 0.5 };
             refinement += 1;
         }
         Ok(false)
