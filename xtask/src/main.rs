@@ -27,7 +27,7 @@ usage: cargo xtask COMMAND
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
   hil [PART]                     the firmware in QEMU, flashed and driven over its serial line
-  random-machines [COUNT] [--tolerance T] [--quick] [--seed N]
+  random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
   fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each

@@ -71,6 +71,11 @@ impl Structure {
         TERM * self.terms.len() + tables + FACTOR * factors
     }
 
+    /// True if it takes fewer instructions, and no more tables, of which a target holds few.
+    fn is_cheaper(&self, than: &Self, variables: &[Variable]) -> bool {
+        self.cost(variables) < than.cost(variables) && self.count() <= than.count()
+    }
+
     /// Adds up two terms, if that is cheaper: those with which least changes.
     fn fold_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let parts: Vec<Option<Parts>> = (self.terms.iter())
@@ -94,7 +99,7 @@ impl Structure {
                     let mut with = self.clone();
                     with.put(i, of_one, v, sum, bases);
                     with.terms.remove(j);
-                    if with.cost(variables) < self.cost(variables) {
+                    if with.is_cheaper(self, variables) {
                         best = Some((multiple.error, one.output, with));
                     }
                 }
@@ -212,7 +217,7 @@ impl Structure {
                 return;
             }
         }
-        if with.cost(variables) < self.cost(variables) {
+        if with.is_cheaper(self, variables) {
             *best = Some((error, errors, with));
         }
     }
