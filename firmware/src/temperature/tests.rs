@@ -1,5 +1,9 @@
 //! A machine with sensors that come and go.
 
+mod curves;
+mod divider;
+mod max31865;
+
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::vec::Vec;
