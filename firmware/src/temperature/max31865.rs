@@ -106,10 +106,12 @@ impl fmt::Display for Faults {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Wires {
-    /// Two, whose resistance is measured with the sensor, or four, of which it is not.
-    TwoOrFour,
-    /// Three alike: the converter takes off the resistance of one.
+    /// Their resistance is measured with the sensor.
+    Two,
+    /// Alike: the converter takes off the resistance of one.
     Three,
+    /// Their resistance does not matter.
+    Four,
 }
 
 /// The frequency of the mains, which the filter takes out with its multiples.
@@ -164,7 +166,7 @@ impl<S: SpiDevice> Max31865<S> {
         conversion: Conversion,
     ) -> Self {
         let wires = match wires {
-            Wires::TwoOrFour => 0,
+            Wires::Two | Wires::Four => 0,
             Wires::Three => THREE_WIRES,
         };
         let notch = match mains {

@@ -52,14 +52,11 @@ impl SpiDevice for Spi {
                     }
                 }
                 spi::Operation::Read(bytes) => {
-                    let mut at = usize::from(address.expect("an address first"));
-                    for byte in bytes.iter_mut() {
-                        *byte = if chip.connected {
-                            chip.registers[at]
-                        } else {
-                            chip.idle
-                        };
-                        at += 1;
+                    let at = usize::from(address.expect("an address first"));
+                    if chip.connected {
+                        bytes.copy_from_slice(&chip.registers[at..at + bytes.len()]);
+                    } else {
+                        bytes.fill(chip.idle);
                     }
                 }
                 other => panic!("{other:?}"),
@@ -127,7 +124,7 @@ impl Spi {
     }
 
     fn sensor(&self, conversion: Conversion) -> Max31865<Self> {
-        let (wires, mains) = (Wires::TwoOrFour, Mains::Hz50);
+        let (wires, mains) = (Wires::Two, Mains::Hz50);
         Max31865::new(
             self.clone(),
             Platinum::PT100,
@@ -257,8 +254,8 @@ fn one_shot_checks_the_wires_before_each_reading() {
 #[test]
 fn wires_mains_and_thresholds_are_set() {
     for (wires, mains, configuration) in [
-        (Wires::TwoOrFour, Mains::Hz60, 0x84),
-        (Wires::TwoOrFour, Mains::Hz50, 0x85),
+        (Wires::Two, Mains::Hz60, 0x84),
+        (Wires::Four, Mains::Hz50, 0x85),
         (Wires::Three, Mains::Hz60, 0x94),
         (Wires::Three, Mains::Hz50, 0x95),
     ] {
