@@ -1,3 +1,5 @@
+mod servo_side;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::vec;

@@ -385,6 +385,13 @@ fn a_converter_that_is_not_there_is_named_and_one_that_comes_back_is_set() {
     assert_eq!(sensor.celsius(), Ok(None));
     assert_eq!(chip.configuration(), 0x85);
     assert_eq!(reading(&chip, &mut sensor), before);
+    // A single bit of the configuration flips: feeding, conversion, wires, filter.
+    for bit in [0x80, 0x40, 0x10, 0x01] {
+        chip.0.borrow_mut().registers[0] ^= bit;
+        assert_eq!(sensor.celsius(), Ok(None));
+        assert_eq!(chip.configuration(), 0x85);
+        assert_eq!(reading(&chip, &mut sensor), before);
+    }
     // Only the thresholds are lost.
     chip.0.borrow_mut().registers[6] ^= 2;
     assert_eq!(sensor.celsius(), Ok(None));
