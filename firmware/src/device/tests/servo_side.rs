@@ -1,11 +1,13 @@
 //! What the servo side counts and keeps.
 
+use std::boxed::Box;
 use std::cell::Cell;
 
 use trueaxis::link::{CostUnit, Rails};
 use trueaxis::{Auxiliary, AuxiliaryKind, PATIENCE};
 
 use super::*;
+use crate::places::Places;
 use crate::slots::Slots;
 
 /// The count, and what passes after each look at it.
@@ -61,16 +63,16 @@ fn started(scale: f32) -> Desktop {
 
 #[test]
 fn the_rails_are_counted_per_axis_as_the_servo_reports_them() {
-    // Up to 0.9 mm where 0.5 are allowed, jumps of 100 mm, and the end of the travel.
+    // Up to 0.9 mm where 0.5 are allowed, then that with jumps, then that at the end of the travel.
     let mut desktop = started(0.9);
     let mut counted = [Rails::default(); 2];
     for batch in 0..300 {
-        let y = match batch {
-            0..100 => -50.0,
-            100..200 => [-50.0, 90.0][batch % 2],
-            _ => 1000.0,
+        let [x, y] = match batch {
+            0..100 => [0.0, -50.0],
+            100..200 => [0.0, [-50.0, 90.0][batch % 2]],
+            _ => [1000.0, -50.0],
         };
-        for result in moved(&mut desktop, &[[1000.0, y]; 8]) {
+        for result in moved(&mut desktop, &[[x, y]; 8]) {
             let status = result.status;
             for (k, rails) in counted.iter_mut().enumerate() {
                 let acts = |mask: u16| u32::from(mask & (1 << k) != 0);
@@ -337,4 +339,87 @@ fn what_the_device_shows_is_what_it_tells() {
     assert_eq!((hello.axes.as_str(), hello.auxiliaries), ("XY", 0));
     let slots: Slots<_> = Slots::open(desktop.stop());
     assert_eq!(slots.newest(), Some(Slot::A));
+}
+
+#[test]
+fn a_dry_run_computes_and_gives_nothing() {
+    let mut desktop = started(0.3);
+    for (dry, given) in [(true, 0.0), (false, 0.3)] {
+        assert_eq!(ask(&mut desktop, &Request::DryRun(dry)), Reply::Done);
+        settle(&mut desktop);
+        let report = status(&mut desktop);
+        assert_eq!(report.dry_run, dry);
+        // What ramps in ends within the resolution of f32.
+        assert!((report.dq[0] - given).abs() < 1e-6, "{}", report.dq[0]);
+        assert!((report.computed[0] - 0.3).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_correction_that_happens_to_be_zero_is_not_at_rest() {
+    // Both terms weigh nothing.
+    let mut desktop = started(0.0);
+    let request = Request::SetWeight {
+        term: 1,
+        value: 0.0,
+    };
+    assert_eq!(ask(&mut desktop, &request), Reply::Done);
+    for _ in 0..200 {
+        moved(&mut desktop, &[[0.0, -100.0]; 8]);
+    }
+    let report = status(&mut desktop);
+    assert_eq!(report.dq.as_slice(), [0.0; 2]);
+    assert_eq!(report.factor, 1.0);
+    assert!(desktop.servo.lock(|side| !side.is_at_zero()));
+    assert_eq!(ask(&mut desktop, &Request::Enable(false)), Reply::Done);
+    for _ in 0..200 {
+        moved(&mut desktop, &[[0.0, -100.0]; 8]);
+    }
+    assert_eq!(status(&mut desktop).factor, 0.0);
+    assert!(desktop.servo.lock(|side| side.is_at_zero()));
+}
+
+#[test]
+fn what_is_kept_at_zero_stays_there_whatever_is_enabled() {
+    let mut desktop = started(0.3);
+    settle(&mut desktop);
+    desktop.servo.lock(|side| side.keep_at_zero(true));
+    assert_eq!(ask(&mut desktop, &Request::Enable(true)), Reply::Done);
+    // Nobody commands: it ramps by itself, and then nothing is updated any more.
+    for _ in 0..1000 {
+        desktop.servo.tick();
+    }
+    let updates = desktop.servo.lock(|side| {
+        assert!(side.is_at_zero() && side.is_enabled());
+        side.counters().updates
+    });
+    desktop.turn(10);
+    assert_eq!(desktop.servo.lock(|side| side.counters().updates), updates);
+    settle(&mut desktop);
+    assert!(desktop.servo.lock(|side| side.is_at_zero()));
+    desktop.servo.lock(|side| side.keep_at_zero(false));
+    settle(&mut desktop);
+    assert!(desktop.servo.lock(|side| !side.is_at_zero()));
+}
+
+#[test]
+fn another_compensation_is_let_in_only_if_enabled_and_not_kept_at_zero() {
+    let places: &'static Places = Box::leak(Box::default());
+    let (mut loader, driven) = places.split().unwrap();
+    let blob: &'static AlignedBlob = Box::leak(Box::new(blob("m", b"XY", 0.3)));
+    let mut side = ServoSide::new(driven, PERIOD);
+    for (enabled, kept) in [(true, true), (false, false), (false, true), (true, false)] {
+        side.enable(enabled);
+        side.keep_at_zero(kept);
+        side.replace(loader.load(blob).unwrap()).unwrap();
+        for _ in 0..500 {
+            side.tick(&mut Source(Some(at(-50.0))), &mut LinkOnly, &NoClock);
+        }
+        assert_eq!(side.is_at_zero(), !enabled || kept, "{enabled} {kept}");
+    }
+    assert_eq!(
+        side.replace(loader.load(blob).unwrap()),
+        Err(trueaxis::Refused::Busy),
+        "not at zero"
+    );
 }
