@@ -63,14 +63,24 @@ fn started(scale: f32) -> Desktop {
 
 #[test]
 fn the_rails_are_counted_per_axis_as_the_servo_reports_them() {
-    // Up to 0.9 mm where 0.5 are allowed, then that with jumps, then that at the end of the travel.
+    // Up to 0.9 mm where 0.5 are allowed, then that with jumps, then that at the end of the travel, then jumps
+    // there: alone and together, each kind of rail.
     let mut desktop = started(0.9);
     let mut counted = [Rails::default(); 2];
-    for batch in 0..300 {
+    for batch in 0..400 {
+        if batch == 300 {
+            // X alone from here on.
+            let request = Request::SetWeight {
+                term: 1,
+                value: 0.0,
+            };
+            assert_eq!(ask(&mut desktop, &request), Reply::Done);
+        }
         let [x, y] = match batch {
             0..100 => [0.0, -50.0],
-            100..200 => [0.0, [-50.0, 90.0][batch % 2]],
-            _ => [1000.0, -50.0],
+            100..200 => [0.0, [-50.0, 90.0][batch / 20 % 2]],
+            200..300 => [1000.0, -50.0],
+            _ => [999.95, [20.0, 90.0][batch / 20 % 2]],
         };
         for result in moved(&mut desktop, &[[x, y]; 8]) {
             let status = result.status;
