@@ -31,7 +31,7 @@ usage: cargo xtask COMMAND
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
   fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each
-  mutants [NAME…]                small changes of the servo and the loader, each of which a test must notice
+  mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
   deny                           licences, advisories and sources of the dependencies";
 
 fn main() -> ExitCode {

@@ -1,3 +1,5 @@
+mod servo_side;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::vec;
@@ -22,7 +24,7 @@ use super::*;
 const PERIOD: f32 = 0.001;
 
 /// X and Y; ΔX = scale · f(Y), up to `scale` mm.
-fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
+pub(crate) fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
     let axis = |&name: &u8| Axis {
         name,
         travel: [-1000.0, 1000.0],
@@ -123,7 +125,7 @@ fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
 }
 
 /// Ends with a slot being active.
-fn flashed(desktop: &mut Desktop, blob: &[u8]) -> Slot {
+pub(crate) fn flashed(desktop: &mut Desktop, blob: &[u8]) -> Slot {
     let Reply::Upload(Upload::Committed { slot, .. }) = upload(desktop, blob, false) else {
         panic!("not committed")
     };

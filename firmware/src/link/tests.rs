@@ -7,6 +7,7 @@ use trueaxis::link::{
 };
 
 use crate::desktop::Desktop;
+use crate::device::tests::{blob, flashed};
 use crate::mock_flash::MockFlash;
 
 fn desktop() -> Desktop {
@@ -181,4 +182,93 @@ fn what_cannot_be_read_is_refused_and_garbage_is_dropped() {
     assert!(!desktop.servo.lock(|side| side.snapshot().enabled));
     reply(&exchange(&mut desktop, &whole), (s, 3));
     assert!(desktop.servo.lock(|side| side.snapshot().enabled));
+}
+
+#[test]
+fn a_motion_is_answered_once_the_servo_has_taken_it_and_not_before() {
+    let mut desktop = desktop();
+    flashed(&mut desktop, &blob("m", b"XY", 0.1));
+    let s = session(&mut desktop, 17);
+    let before = exchange(&mut desktop, &frame(s, 1, &Request::Status));
+    reply(&before, (s, 1));
+    let motion = frame(s, 2, &Request::Motion(&[0; 8]));
+    let look = |desktop: &mut Desktop, bytes: &[u8], ticks| {
+        desktop.line.incoming.extend(bytes);
+        while !desktop.line.incoming.is_empty() {
+            desktop.turn(0);
+        }
+        desktop.turn(ticks);
+        desktop.turn(0);
+        std::mem::take(&mut desktop.line.outgoing)
+    };
+    // Asked again while it waits: neither done again, nor answered with what came before.
+    for _ in 0..3 {
+        assert_eq!(look(&mut desktop, &motion, 0), []);
+    }
+    let answer = look(&mut desktop, &[], 1);
+    let body = reply(&answer, (s, 2));
+    assert!(matches!(postcard::from_bytes(&body), Ok(Reply::Motion(_))));
+    let updates = desktop.servo.lock(|side| side.counters().updates);
+    assert_eq!(look(&mut desktop, &motion, 1), answer);
+    assert_eq!(desktop.servo.lock(|side| side.counters().updates), updates);
+    assert_eq!(desktop.link.counts().repeated, 1);
+    // Another session: nobody waits any more.
+    let motion = frame(s, 3, &Request::Motion(&[0; 8]));
+    assert_eq!(look(&mut desktop, &motion, 0), []);
+    session(&mut desktop, 18);
+    assert_eq!(look(&mut desktop, &[], 3), []);
+}
+
+/// A serial driver that reports so many errors, then works.
+struct Noisy(u32, crate::desktop::Line);
+
+impl embedded_io::ErrorType for Noisy {
+    type Error = embedded_io::ErrorKind;
+}
+
+impl embedded_io::ReadReady for Noisy {
+    fn read_ready(&mut self) -> Result<bool, Self::Error> {
+        Ok(true)
+    }
+}
+
+impl embedded_io::Read for Noisy {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Self::Error> {
+        if self.0 > 0 {
+            self.0 -= 1;
+            return Err(embedded_io::ErrorKind::Other);
+        }
+        let Ok(count) = self.1.read(buffer);
+        Ok(count)
+    }
+}
+
+impl embedded_io::Write for Noisy {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
+        let Ok(count) = self.1.write(bytes);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+#[test]
+fn errors_of_the_driver_are_counted_and_the_next_frame_is_answered() {
+    let Desktop {
+        mut device,
+        mut link,
+        ..
+    } = desktop();
+    let mut port = Noisy(3, crate::desktop::Line::default());
+    port.1.incoming.extend(frame(17, 0, &Request::Hello));
+    for errors in 1..=3 {
+        link.poll(&mut port, &mut device).unwrap();
+        assert_eq!(link.counts().errors, errors);
+    }
+    link.poll(&mut port, &mut device).unwrap();
+    assert_eq!(link.counts().errors, 3);
+    assert_eq!(link.counts().frames, 1);
+    reply(&port.1.outgoing, (17, 0));
 }

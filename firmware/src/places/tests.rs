@@ -1,4 +1,5 @@
 use std::boxed::Box;
+use std::format;
 use std::vec;
 
 use trueaxis::{
@@ -114,6 +115,9 @@ fn what_is_refused_leaves_everything_as_it_is() {
     assert!(!driven.is_swapping());
     let error = loader.load(&[1; 16]).map(|_| ()).unwrap_err();
     assert_eq!(error, NotLoaded::Refused(LoadError::BadMagic));
+    assert_eq!(format!("{error}"), format!("{}", LoadError::BadMagic));
+    let busy = "the previous change of compensation is not finished";
+    assert_eq!(format!("{}", NotLoaded::Busy), busy);
     // Of other places.
     let (mut foreign, _other) = places().split().unwrap();
     let loaded = foreign.load(blob("m", 1.0)).unwrap();

@@ -1,5 +1,9 @@
 //! A machine with sensors that come and go.
 
+mod curves;
+mod divider;
+mod max31865;
+
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::vec::Vec;
@@ -245,6 +249,31 @@ fn a_lost_sensor_holds_its_value_and_comes_back_slowly() {
         );
     }
     assert!((last - 15.0).abs() < 1e-3, "{last}");
+}
+
+#[test]
+fn an_input_falls_with_its_rate_too_and_stands_while_no_time_passes() {
+    let (bed, column) = (Bus::new(), Bus::new());
+    let mut temperatures = machine(&bed, &column);
+    for _ in 0..4 {
+        bed.measure(25.0);
+        temperatures.poll(1.0);
+    }
+    temperatures.advance(0.0, true);
+    for _ in 0..100 {
+        bed.measure(15.0);
+        temperatures.poll(1.0);
+    }
+    for second in 0..40 {
+        let value = values(&temperatures)[0].1;
+        // 0.1 K/s, and the rounding of so many sums.
+        assert!((value - (5.0 - 0.1 * second as f32)).abs() < 1e-4);
+        for nothing in [0.0, -1.0, f32::NAN] {
+            temperatures.advance(nothing, false);
+            assert_eq!(values(&temperatures)[0].1, value);
+        }
+        temperatures.advance(1.0, false);
+    }
 }
 
 #[test]

@@ -1,0 +1,124 @@
+//! A divider gives the resistance, whatever the reference; what cannot be gives none.
+
+use super::*;
+
+/// Of the sensor, as a converter sees it.
+fn ratio(ohms: f32, divider: Divider) -> f32 {
+    match divider.sensor {
+        Side::Low => ohms / (ohms + divider.resistor),
+        Side::High => divider.resistor / (ohms + divider.resistor),
+    }
+}
+
+const SIDES: [Divider; 2] = [
+    Divider {
+        resistor: 4_700.0,
+        sensor: Side::Low,
+    },
+    Divider {
+        resistor: 4_700.0,
+        sensor: Side::High,
+    },
+];
+
+#[test]
+fn a_divider_gives_the_resistance_of_either_side() {
+    for divider in SIDES {
+        for ohms in [47.0, 470.0, 4_700.0, 10_000.0, 100_000.0] {
+            let found = divider.ohms(ratio(ohms, divider)).expect("within");
+            // A ratio near 0 or 1 has fewer digits left: 100 of 2^-24.
+            assert!((found / ohms - 1.0).abs() < 6e-6, "{ohms} {found}");
+        }
+    }
+    assert_eq!(SIDES[0].ohms(0.25), Ok(4_700.0 * (0.25 / 0.75)));
+    assert_eq!(SIDES[1].ohms(0.25), Ok(4_700.0 * 3.0));
+}
+
+#[test]
+fn the_ends_are_open_and_shorted_and_nothing_is_beyond() {
+    let [low, high] = SIDES;
+    assert_eq!(low.ohms(0.0), Err(SensorError::Short));
+    assert_eq!(low.ohms(1.0), Err(SensorError::Open));
+    assert_eq!(high.ohms(0.0), Err(SensorError::Open));
+    assert_eq!(high.ohms(1.0), Err(SensorError::Short));
+    for divider in SIDES {
+        for ratio in [-1e-30, -1.0, 1.000_001, f32::INFINITY, f32::NAN] {
+            assert_eq!(divider.ohms(ratio), Err(SensorError::Implausible));
+        }
+    }
+    for resistor in [0.0, -1.0, f32::INFINITY, f32::NAN] {
+        let divider = Divider { resistor, ..low };
+        assert_eq!(divider.ohms(0.5), Err(SensorError::Implausible));
+    }
+}
+
+#[test]
+fn a_converter_that_has_nothing_or_fails_is_passed_on() {
+    let mut script = [
+        Ok(None),
+        Err(SensorError::Converter),
+        Ok(Some(0.5)),
+        Ok(Some(0.0)),
+        Ok(Some(4095.0 / 4096.0)),
+        Ok(Some(f32::NAN)),
+    ]
+    .into_iter();
+    let divider = Divider {
+        resistor: 10_000.0,
+        sensor: Side::Low,
+    };
+    let ratio = || script.next().expect("one each");
+    let mut sensor = Resistive::new(ratio, divider, Ntc::VISHAY_10K_3977);
+    assert_eq!(sensor.celsius(), Ok(None));
+    assert_eq!(sensor.celsius(), Err(SensorError::Converter));
+    let celsius = sensor.celsius().expect("a reading").expect("a reading");
+    // What f32 costs.
+    assert!((celsius - 25.0).abs() < 2e-4, "{celsius}");
+    assert_eq!(sensor.celsius(), Err(SensorError::Short));
+    // The last count of 12 bits: 41 MΩ.
+    assert_eq!(sensor.celsius(), Err(SensorError::Open));
+    assert_eq!(sensor.celsius(), Err(SensorError::Implausible));
+}
+
+/// An open or shorted sensor beside a good one, of another kind: lost, named, held.
+#[test]
+fn an_open_or_shorted_resistor_is_lost_and_its_input_held() {
+    for (fault, error) in [(1.0, SensorError::Open), (0.0, SensorError::Short)] {
+        let counts = RefCell::new(0.5);
+        let divider = Divider {
+            resistor: 10_000.0,
+            sensor: Side::Low,
+        };
+        let ratio = || Ok(Some(*counts.borrow()));
+        let mut bed = Resistive::new(ratio, divider, Ntc::VISHAY_10K_3977);
+        let bus = Bus::new();
+        let mut column = bus.sensor();
+        let sensors: [(&str, &mut dyn Thermometer); 2] =
+            [("bed", &mut bed), ("column", &mut column)];
+        let mut temperatures = Temperatures::new(sensors, Settings::MACHINE);
+        temperatures.assign(&inputs()[1..]);
+        for _ in 0..4 {
+            bus.measure(21.0);
+            temperatures.poll(1.0);
+        }
+        temperatures.advance(0.0, true);
+        let before = values(&temperatures);
+        assert!((before[0].1 - 5.0).abs() < 1e-3, "{before:?}");
+        assert_eq!(temperatures.lost(), 0b010);
+        *counts.borrow_mut() = fault;
+        for second in 1..=20 {
+            bus.measure(21.0);
+            temperatures.poll(1.0);
+            temperatures.advance(1.0, false);
+            assert_eq!(values(&temperatures), before);
+            assert_eq!(temperatures.lost(), if second > 5 { 0b011 } else { 0b010 });
+        }
+        let (name, _, lost, found) = temperatures.sensors().next().expect("the bed");
+        assert_eq!((name, lost, found), ("bed", true, Some(error)));
+        assert_eq!(
+            (error.is_open(), error.is_short()),
+            (fault == 1.0, fault == 0.0)
+        );
+        assert_eq!(std::format!("{error}"), ["shorted", "open"][fault as usize]);
+    }
+}
