@@ -1,13 +1,14 @@
 //! The controller side of trueaxis.
 //!
 //! A motion controller links this crate beside its own code. It re-exports the
-//! runtime; table slots, the host link and thermal inputs join it here.
+//! runtime; table slots, the host link, thermal inputs and the main loop of a board join it here.
 #![no_std]
 #![deny(unsafe_code)]
 
 #[cfg(any(test, feature = "mock"))]
 extern crate std;
 
+pub mod controller;
 #[cfg(any(test, feature = "mock"))]
 pub mod desktop;
 pub mod device;

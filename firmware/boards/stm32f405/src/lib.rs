@@ -1,29 +1,22 @@
-//! trueaxis on an STM32F405, and the same in QEMU: what does not depend on the board.
+//! trueaxis on an STM32F405, and the same in QEMU. What does not depend on the board is
+//! [`trueaxis_firmware::controller`].
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `controller` | the main loop: link, settings, temperatures, signals |
-//! | `servo` | the servo side, shared between the interrupt and the main loop |
-//! | `standstill` | whether the machine stands still with its drives off |
-//! | `signals` | lamp and fault pin |
 //! | `bare` | all `unsafe`: memory and registers at fixed addresses |
 //! | `stm32f405`, `qemu` | drivers of the one board and of the other |
 #![no_std]
 #![deny(unsafe_code)]
 
 pub mod bare;
-pub mod controller;
 #[cfg(feature = "qemu")]
 pub mod qemu;
-pub mod servo;
-pub mod signals;
-pub mod standstill;
 #[cfg(feature = "stm32f405")]
 pub mod stm32f405;
 
-use heapless::spsc::Consumer;
 use trueaxis::Holds;
-use trueaxis_firmware::places;
+use trueaxis_firmware::controller::{Event, Shown};
+use trueaxis_firmware::{controller, places};
 
 /// Axes of a compensation.
 pub const AXES: usize = 8;
@@ -47,19 +40,18 @@ pub type Tables = Holds<AXES, BANKS, TABLES, TERMS, GRIDS>;
 pub type Places = places::Places<Tables>;
 /// See [`trueaxis_firmware::device::ServoSide`].
 pub type ServoSide = trueaxis_firmware::device::ServoSide<Tables>;
+/// See [`controller::Shell`].
+pub type Shell = controller::Shell<Tables>;
+/// See [`controller::Shared`].
+pub type Shared = controller::Shared<Tables>;
 
-/// Takes what an interrupt has received; waits for the first byte, as `embedded_io` wants it.
-pub fn received(bytes: &mut Consumer<'static, u8>, buffer: &mut [u8]) -> usize {
-    let mut count = 0;
-    while let Some(place) = buffer.get_mut(count) {
-        match bytes.dequeue() {
-            Some(byte) => {
-                *place = byte;
-                count += 1;
-            }
-            None if count > 0 => break,
-            None => cortex_m::asm::wfi(),
-        }
+/// Writes to the log.
+pub fn log(event: Event) {
+    match event {
+        Event::Found(slot, state) => defmt::info!("slot {}: {}", slot, state),
+        Event::Active(slot) => defmt::info!("active slot: {}", slot),
+        Event::Shown(Shown::Correcting) => defmt::info!("correcting"),
+        Event::Shown(Shown::Idle) => defmt::info!("idle"),
+        Event::Shown(Shown::Fault) => defmt::warn!("fault"),
     }
-    count
 }

@@ -15,6 +15,7 @@ use embedded_storage::nor_flash::{
 use heapless::spsc::{Consumer, Queue};
 use semihosting::fs::File;
 use semihosting::io::{Read, Seek, SeekFrom, Write};
+use trueaxis_firmware::controller::received;
 use trueaxis_firmware::slots::{Slot, TableFlash, WhileBusy};
 use trueaxis_firmware::temperature::{SensorError, Thermometer};
 
@@ -218,7 +219,7 @@ impl embedded_io::ErrorType for Uart {
 
 impl embedded_io::Read for Uart {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        Ok(crate::received(&mut self.bytes, buffer))
+        Ok(received(&mut self.bytes, buffer, cortex_m::asm::wfi))
     }
 }
 

@@ -9,16 +9,16 @@ use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
 use defmt_semihosting as _;
 use heapless::spsc::Queue;
+use trueaxis_firmware::controller::{Board, MainLoop};
 use trueaxis_firmware::device::{Identity, LinkOnly, NoClock};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
 use trueaxis_stm32f405::bare::mirror::Mirror;
-use trueaxis_stm32f405::controller::{self, Board};
 use trueaxis_stm32f405::qemu::{FileFlash, NoPin, NoSensor, RELOAD, Uart};
-use trueaxis_stm32f405::servo::{self, Access, Shared};
-use trueaxis_stm32f405::{PERIOD, Places, ServoSide};
+use trueaxis_stm32f405::{PERIOD, Places, RATE, ServoSide, Shared, Shell, log};
 
 static PLACES: Places = Places::new();
+static SHELL: Shell = Shell::new(RATE);
 
 /// Ends QEMU with an error.
 fn stop(what: &str) -> ! {
@@ -43,7 +43,7 @@ fn main() -> ! {
         stop("no file for the flash")
     };
     let side = SIDE.insert(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
-    let access = Access::share(side);
+    let access = SHELL.share(side);
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(RELOAD - 1);
     core.SYST.clear_current();
@@ -56,19 +56,20 @@ fn main() -> ! {
         lamp: NoPin,
         healthy: NoPin,
         temperatures: Temperatures::<NoSensor, 0>::new([], Settings::MACHINE),
+        log,
     };
     let identity = Identity {
         firmware: concat!("trueaxis ", env!("CARGO_PKG_VERSION")),
         board: "qemu mps2-an386",
         period: PERIOD,
     };
-    controller::run(board, LINK, loader, access, identity)
+    MainLoop::start(board, LINK, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
 #[exception]
 fn SysTick() {
     // Time in QEMU is that of the computer it runs on, and says nothing about the processor.
-    servo::tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
+    SHELL.tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
 }
 
 #[panic_handler]

@@ -17,15 +17,14 @@ use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial::{Config as SerialConfig, RxListen, Serial};
 use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
 use stm32f4xx_hal::timer::{CounterHz, Event};
+use trueaxis_firmware::controller::{Board, MainLoop};
 use trueaxis_firmware::device::Identity;
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::spi::SpiMotion;
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
-use trueaxis_stm32f405::controller::{self, Board};
-use trueaxis_stm32f405::servo::{self, Access, Shared};
 use trueaxis_stm32f405::stm32f405::{BAUD, Cycles, InternalFlash, Received, Uart};
-use trueaxis_stm32f405::{PERIOD, Places, RATE, ServoSide};
+use trueaxis_stm32f405::{PERIOD, Places, RATE, ServoSide, Shared, Shell, log};
 
 /// The motion side: an SPI bus with one select line.
 type Motion = SpiMotion<ExclusiveDevice<Spi<SPI1>, PA4<Output>, NoDelay>>;
@@ -37,6 +36,7 @@ struct Servo {
 }
 
 static PLACES: Places = Places::new();
+static SHELL: Shell = Shell::new(RATE);
 /// On their way from `main` to the interrupts.
 static SERVO: Mutex<Cell<Option<Servo>>> = Mutex::new(Cell::new(None));
 static RECEIVED: Mutex<Cell<Option<Received>>> = Mutex::new(Cell::new(None));
@@ -99,7 +99,7 @@ fn main() -> ! {
     let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let side = SIDE.insert(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
-    let access = Access::share(side);
+    let access = SHELL.share(side);
     critical_section::with(|token| {
         let motion = SpiMotion::new(device);
         SERVO.borrow(token).set(Some(Servo { timer, motion }));
@@ -115,13 +115,14 @@ fn main() -> ! {
         lamp: c.pc13.into_push_pull_output(),
         healthy: b.pb0.into_push_pull_output(),
         temperatures: Temperatures::new([("bed", sensor)], Settings::MACHINE),
+        log,
     };
     let identity = Identity {
         firmware: concat!("trueaxis ", env!("CARGO_PKG_VERSION")),
         board: "stm32f405",
         period: PERIOD,
     };
-    controller::run(board, LINK, loader, access, identity)
+    MainLoop::start(board, LINK, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
 #[interrupt]
@@ -135,7 +136,7 @@ fn TIM2() {
         // Clears the flag that has called this.
         let _ = timer.wait();
         let (mut source, mut sink) = motion.ends();
-        servo::tick(&mut source, &mut sink, &Cycles);
+        SHELL.tick(&mut source, &mut sink, &Cycles);
     }
 }
 

@@ -5,6 +5,7 @@ use stm32f4xx_hal::nb::{self, block};
 use stm32f4xx_hal::pac::USART2;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::{Error, Rx, Tx};
+use trueaxis_firmware::controller::received;
 
 /// The receiving half: for the interrupt.
 pub struct Received {
@@ -69,7 +70,7 @@ impl embedded_io::ErrorType for Uart {
 
 impl embedded_io::Read for Uart {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, LineError> {
-        Ok(crate::received(&mut self.bytes, buffer))
+        Ok(received(&mut self.bytes, buffer, cortex_m::asm::wfi))
     }
 }
 

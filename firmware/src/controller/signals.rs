@@ -1,11 +1,9 @@
 //! The lamp and the fault pin.
 
 use embedded_hal::digital::{OutputPin, PinState};
-use trueaxis::Conditions;
-use trueaxis_firmware::device::ServoAccess;
+use trueaxis::{Conditions, Room};
 
-use crate::ServoSide;
-use crate::servo::Access;
+use crate::device::{ServoAccess, ServoSide};
 
 /// Conditions that are a fault: the corrections are not what they should be.
 const FAULTS: Conditions = Conditions(
@@ -14,6 +12,7 @@ const FAULTS: Conditions = Conditions(
 
 /// What the lamp shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Shown {
     /// Corrections are in: on.
     Correcting,
@@ -25,7 +24,7 @@ pub enum Shown {
 
 impl Shown {
     /// What there is to show.
-    pub fn of(side: &ServoSide, fault: bool) -> Self {
+    pub fn of<C: Room>(side: &ServoSide<C>, fault: bool) -> Self {
         let conditions = side.last().status.conditions.0;
         // Before the first command nothing is held that matters.
         let held = side.is_enabled() && conditions & FAULTS.0 != 0;
@@ -54,7 +53,12 @@ impl<L: OutputPin, H: OutputPin> Signals<L, H> {
     }
 
     /// Shows the state at `now`, ms: to be called from the main loop.
-    pub fn show(&mut self, servo: &mut Access, fault: bool, now: u32) -> Shown {
+    pub fn show<C: Room>(
+        &mut self,
+        servo: &mut impl ServoAccess<C>,
+        fault: bool,
+        now: u32,
+    ) -> Shown {
         let shown = servo.with(|side| Shown::of(side, fault));
         let on = match shown {
             Shown::Correcting => true,
