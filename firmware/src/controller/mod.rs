@@ -11,6 +11,8 @@ mod serial;
 mod servo;
 mod signals;
 mod standstill;
+#[cfg(test)]
+mod tests;
 
 pub use serial::received;
 pub use servo::{Access, Shared, Shell};

@@ -18,3 +18,6 @@ pub fn received(bytes: &mut Consumer<'_, u8>, buffer: &mut [u8], mut wait: impl 
     }
     count
 }
+
+#[cfg(test)]
+mod tests;

@@ -95,3 +95,6 @@ impl<C: Room> ServoAccess<C> for Access<C> {
         critical_section::with(|token| f(&mut self.side.borrow_ref_mut(token)))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -73,3 +73,6 @@ impl<L: OutputPin, H: OutputPin> Signals<L, H> {
         shown
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -51,3 +51,6 @@ impl<P: InputPin, C: Room> Machine for Standstill<P, C> {
         self.quiet && pin.is_ok_and(|mut pin| pin.is_high().unwrap_or(false))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,7 +12,7 @@ mod change;
 mod report;
 mod servo_side;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod upload;
 
 use trueaxis::Room;

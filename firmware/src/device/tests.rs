@@ -23,6 +23,11 @@ const PERIOD: f32 = 0.001;
 
 /// X and Y; ΔX = scale · f(Y), up to `scale` mm.
 fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
+    draft(machine, axes, scale).encode().unwrap()
+}
+
+/// What [`blob`] encodes.
+pub(crate) fn draft(machine: &str, axes: &[u8], scale: f32) -> Draft {
     let axis = |&name: &u8| Axis {
         name,
         travel: [-1000.0, 1000.0],
@@ -48,7 +53,7 @@ fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
         limits: (output == 1).then_some([-1.0, 1.0]),
         factors: factors.try_into().unwrap(),
     };
-    let draft = Draft {
+    Draft {
         machine: machine.into(),
         axes: axes.iter().map(axis).collect(),
         banks: vec![
@@ -58,8 +63,7 @@ fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
         ],
         terms: vec![term(0, scale, &[0]), term(1, 0.5, &[1])],
         ..Draft::default()
-    };
-    draft.encode().unwrap()
+    }
 }
 
 fn flash(while_busy: WhileBusy) -> MockFlash {
