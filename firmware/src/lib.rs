@@ -13,6 +13,7 @@ pub mod controller;
 pub mod desktop;
 pub mod device;
 pub mod link;
+pub mod mirror;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock_flash;
 pub mod places;

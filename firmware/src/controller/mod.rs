@@ -64,6 +64,18 @@ pub enum Event {
     Shown(Shown),
 }
 
+/// Writes to the log: for [`Board::log`].
+#[cfg(all(feature = "defmt", target_os = "none"))]
+pub fn log(event: Event) {
+    match event {
+        Event::Found(slot, state) => defmt::info!("slot {}: {}", slot, state),
+        Event::Active(slot) => defmt::info!("active slot: {}", slot),
+        Event::Shown(Shown::Correcting) => defmt::info!("correcting"),
+        Event::Shown(Shown::Idle) => defmt::info!("idle"),
+        Event::Shown(Shown::Fault) => defmt::warn!("fault"),
+    }
+}
+
 /// The main loop between two turns.
 pub struct MainLoop<'l, F, P, D, L, H, T, C: Room, const N: usize> {
     device: Device<F, Access<C>, Standstill<D, C>, C>,

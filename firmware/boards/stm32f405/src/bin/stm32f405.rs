@@ -3,6 +3,7 @@
 #![no_main]
 
 use core::cell::{Cell, RefCell};
+use core::mem::MaybeUninit;
 
 use cortex_m_rt::entry;
 use critical_section::Mutex;
@@ -17,14 +18,15 @@ use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial::{Config as SerialConfig, RxListen, Serial};
 use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
 use stm32f4xx_hal::timer::{CounterHz, Event};
-use trueaxis_firmware::controller::{Board, MainLoop};
-use trueaxis_firmware::device::Identity;
+use trueaxis_firmware::controller::{Board, MainLoop, Shared, Shell, log};
+use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
+use trueaxis_firmware::places::Places;
 use trueaxis_firmware::spi::SpiMotion;
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
 use trueaxis_stm32f405::stm32f405::{BAUD, Cycles, InternalFlash, Received, Uart};
-use trueaxis_stm32f405::{PERIOD, Places, RATE, ServoSide, Shared, Shell, log};
+use trueaxis_stm32f405::{PERIOD, RATE, Tables};
 
 /// The motion side: an SPI bus with one select line.
 type Motion = SpiMotion<ExclusiveDevice<Spi<SPI1>, PA4<Output>, NoDelay>>;
@@ -35,8 +37,8 @@ struct Servo {
     motion: Motion,
 }
 
-static PLACES: Places = Places::new();
-static SHELL: Shell = Shell::new(RATE);
+static PLACES: Places<Tables> = Places::new();
+static SHELL: Shell<Tables> = Shell::new(RATE);
 /// On their way from `main` to the interrupts.
 static SERVO: Mutex<Cell<Option<Servo>>> = Mutex::new(Cell::new(None));
 static RECEIVED: Mutex<Cell<Option<Received>>> = Mutex::new(Cell::new(None));
@@ -49,8 +51,9 @@ fn stop(what: &str) -> ! {
 
 #[entry]
 fn main() -> ! {
-    static mut SIDE: Option<Shared> = None;
-    static mut LINK: Link = Link::new();
+    // Their first values would be stored in flash.
+    static mut SIDE: MaybeUninit<Shared<Tables>> = MaybeUninit::uninit();
+    static mut LINK: MaybeUninit<Link> = MaybeUninit::uninit();
     // Nearly two frames of the link.
     static mut BYTES: Queue<u8, 2048> = Queue::new();
 
@@ -98,7 +101,7 @@ fn main() -> ! {
     let sensor_bus = SoftI2c::new(clock, data, chip.TIM5.delay_us(&mut rcc));
     let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
-    let side = SIDE.insert(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
+    let side = SIDE.write(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
     let access = SHELL.share(side);
     critical_section::with(|token| {
         let motion = SpiMotion::new(device);
@@ -122,7 +125,8 @@ fn main() -> ! {
         board: "stm32f405",
         period: PERIOD,
     };
-    MainLoop::start(board, LINK, loader, access, identity).run(cortex_m::asm::wfi)
+    let link = LINK.write(Link::new());
+    MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
 #[interrupt]
@@ -156,6 +160,9 @@ fn USART2() {
 /// driven.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
-    defmt::error!("{}", defmt::Display2Format(info));
+    // Without the message, for which the program would have to know how everything is written.
+    if let Some(place) = info.location() {
+        defmt::error!("panic in {}, line {}", place.file(), place.line());
+    }
     cortex_m::peripheral::SCB::sys_reset()
 }
