@@ -9,6 +9,8 @@
 extern crate std;
 
 pub mod controller;
+#[cfg(feature = "cortex-m")]
+pub mod cycles;
 #[cfg(any(test, feature = "mock"))]
 pub mod desktop;
 pub mod device;

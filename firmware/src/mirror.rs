@@ -11,7 +11,6 @@ mod tests;
 
 use core::cell::UnsafeCell;
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, Ordering};
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
@@ -22,15 +21,9 @@ const PIECE: usize = 1024;
 /// Bytes that are read at once where a piece cannot be read: one word with its error-correcting code.
 const WORD: usize = 32;
 
-/// Room for both slots: a `static`, all zeros, which takes no flash.
+/// Room for both slots: a `static mut` of `main`, all zeros, which takes no flash.
 #[repr(C, align(32))]
-pub struct Memory<const SLOT: usize> {
-    slots: [UnsafeCell<[u8; SLOT]>; 2],
-    taken: AtomicBool,
-}
-
-// SAFETY: the one `Mirrored` alone reaches the cells; what it gives away, see `Mirrored::open`.
-unsafe impl<const SLOT: usize> Sync for Memory<SLOT> {}
+pub struct Memory<const SLOT: usize>([UnsafeCell<[u8; SLOT]>; 2]);
 
 impl<const SLOT: usize> Default for Memory<SLOT> {
     fn default() -> Self {
@@ -39,16 +32,13 @@ impl<const SLOT: usize> Default for Memory<SLOT> {
 }
 
 impl<const SLOT: usize> Memory<SLOT> {
-    /// Not in use.
+    /// Zeros.
     #[must_use]
     pub const fn new() -> Self {
         const {
             assert!(SLOT.is_multiple_of(WORD), "a slot consists of whole words");
         }
-        Self {
-            slots: [const { UnsafeCell::new([0; SLOT]) }; 2],
-            taken: AtomicBool::new(false),
-        }
+        Self([const { UnsafeCell::new([0; SLOT]) }; 2])
     }
 }
 
@@ -65,8 +55,7 @@ pub struct Mirrored<F, const SLOT: usize> {
 }
 
 impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
-    /// Reads both slots, which begin at `starts` in the addresses of the driver. `None` if `memory`
-    /// is in use already.
+    /// Reads both slots, which begin at `starts` in the addresses of the driver.
     ///
     /// # Safety
     /// It is given to [`Slots`](crate::slots::Slots), which changes only a slot that is not active;
@@ -76,11 +65,8 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
         flash: F,
         starts: [u32; 2],
         while_busy: WhileBusy,
-        memory: &'static Memory<SLOT>,
-    ) -> Option<Self> {
-        if memory.taken.swap(true, Ordering::AcqRel) {
-            return None;
-        }
+        memory: &'static mut Memory<SLOT>,
+    ) -> Self {
         let mut mirrored = Self {
             flash,
             starts,
@@ -90,10 +76,10 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
         for start in starts {
             mirrored.refresh(start, SLOT);
         }
-        Some(mirrored)
+        mirrored
     }
 
-    /// Stops: gives the flash back. The memory stays in use, for whoever still reads there.
+    /// Stops: gives the flash back; the memory is for whoever still reads there.
     pub fn close(self) -> F {
         self.flash
     }
@@ -119,7 +105,7 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
 
     /// Replaces bytes in memory, those of them that are in a slot.
     fn put(&mut self, from: u32, bytes: &[u8]) {
-        for (cell, start) in self.memory.slots.iter().zip(self.starts) {
+        for (cell, start) in self.memory.0.iter().zip(self.starts) {
             let Some(at) = from.checked_sub(start) else {
                 continue;
             };
@@ -128,7 +114,7 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
                 continue;
             }
             // SAFETY: the bytes are all within the cell, which `bytes` does not overlap: it is of the
-            // caller. `self` is the one `Mirrored` of this memory, and is borrowed mutably; for those
+            // caller. `self` alone has this memory, and is borrowed mutably; for those
             // that `in_place` has given away see `open`. There is no reference to the others.
             unsafe {
                 let place = cell.get().cast::<u8>().add(at);
@@ -138,13 +124,13 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
     }
 
     fn bytes(&self, slot: Slot) -> &'static [u8] {
-        let [a, b] = &self.memory.slots;
+        let [a, b] = &self.memory.0;
         let cell = match slot {
             Slot::A => a,
             Slot::B => b,
         };
-        // SAFETY: each slot is a cell of its own, and is changed by `put` alone, which needs the one
-        // `Mirrored` mutably; that nobody keeps a reference until then, see `open`.
+        // SAFETY: each slot is a cell of its own, and is changed by `put` alone, which needs `self`
+        // mutably; that nobody keeps a reference until then, see `open`.
         unsafe { &*cell.get() }
     }
 }

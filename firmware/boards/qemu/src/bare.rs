@@ -6,16 +6,14 @@ use trueaxis_firmware::slots::WhileBusy;
 
 use crate::flash::{FileFlash, SLOT};
 
-/// The slots in memory.
-static MEMORY: Memory<SLOT> = Memory::new();
-
-/// A flash mirrored in memory, the first time this is called.
+/// A flash mirrored in memory.
 pub fn mirrored<const WRITE: usize>(
     flash: FileFlash<WRITE>,
     while_busy: WhileBusy,
-) -> Option<Mirrored<FileFlash<WRITE>, SLOT>> {
+    memory: &'static mut Memory<SLOT>,
+) -> Mirrored<FileFlash<WRITE>, SLOT> {
     // SAFETY: the one caller gives it to `Slots`, in `MainLoop::start`, which does what it says there.
-    unsafe { Mirrored::open(flash, [0, SLOT as u32], while_busy, &MEMORY) }
+    unsafe { Mirrored::open(flash, [0, SLOT as u32], while_busy, memory) }
 }
 
 /// The first UART of the MPS2 boards, a CMSDK APB UART.

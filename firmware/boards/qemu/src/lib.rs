@@ -9,7 +9,7 @@
 //! | `flash` | the slots in a file |
 //! | `uart` | the serial line |
 //! | `nothing` | pins and sensors that are not there |
-//! | `bare` | all `unsafe`: registers at fixed addresses, and the one mirror of the slots |
+//! | `bare` | all `unsafe`: registers at fixed addresses, and the mirror of the slots |
 #![no_std]
 #![deny(unsafe_code)]
 
@@ -29,11 +29,12 @@ use trueaxis::Room;
 use trueaxis_firmware::controller::{Board, MainLoop, Shared, Shell, log};
 use trueaxis_firmware::device::{Identity, LinkOnly, NoClock, ServoSide};
 use trueaxis_firmware::link::Link;
+use trueaxis_firmware::mirror;
 use trueaxis_firmware::places::Places;
 use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
 
-use flash::FileFlash;
+use flash::{FileFlash, SLOT};
 use nothing::{NoPin, NoSensor};
 use uart::Uart;
 
@@ -56,6 +57,7 @@ pub struct Memory<C: Room> {
     link: MaybeUninit<Link>,
     /// Two frames of the link and more.
     bytes: Queue<u8, 4096>,
+    slots: mirror::Memory<SLOT>,
 }
 
 impl<C: Room> Default for Memory<C> {
@@ -72,6 +74,7 @@ impl<C: Room> Memory<C> {
             side: MaybeUninit::uninit(),
             link: MaybeUninit::uninit(),
             bytes: Queue::new(),
+            slots: mirror::Memory::new(),
         }
     }
 }
@@ -96,11 +99,14 @@ pub fn run<C: Room, const WRITE: usize>(
     let Ok(file) = FileFlash::<WRITE>::open() else {
         stop("no file for the flash")
     };
-    let Some(flash) = bare::mirrored(file, stand.while_busy) else {
-        stop("started twice")
-    };
     let period = 1.0 / stand.rate as f32;
-    let Memory { side, link, bytes } = memory;
+    let Memory {
+        side,
+        link,
+        bytes,
+        slots,
+    } = memory;
+    let flash = bare::mirrored(file, stand.while_busy, slots);
     let side = side.write(Mutex::new(RefCell::new(ServoSide::new(driven, period))));
     let access = shell.share(side);
     core.SYST.set_clock_source(SystClkSource::Core);

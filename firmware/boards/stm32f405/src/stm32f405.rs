@@ -15,20 +15,5 @@ mod serial;
 pub use flash::InternalFlash;
 pub use serial::{Received, Uart};
 
-use cortex_m::peripheral::DWT;
-use trueaxis::link::CostUnit;
-use trueaxis_firmware::device::Clock;
-
 /// Baud rate of the link.
 pub const BAUD: u32 = 115_200;
-
-/// The cycle counter of the processor, which must have been enabled.
-pub struct Cycles;
-
-impl Clock for Cycles {
-    const UNIT: CostUnit = CostUnit::Cycles;
-
-    fn now(&self) -> u32 {
-        DWT::cycle_count()
-    }
-}

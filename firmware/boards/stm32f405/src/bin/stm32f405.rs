@@ -19,13 +19,14 @@ use stm32f4xx_hal::serial::{Config as SerialConfig, RxListen, Serial};
 use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
 use stm32f4xx_hal::timer::{CounterHz, Event};
 use trueaxis_firmware::controller::{Board, MainLoop, Shared, Shell, log};
+use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::places::Places;
 use trueaxis_firmware::spi::SpiMotion;
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
-use trueaxis_stm32f405::stm32f405::{BAUD, Cycles, InternalFlash, Received, Uart};
+use trueaxis_stm32f405::stm32f405::{BAUD, InternalFlash, Received, Uart};
 use trueaxis_stm32f405::{PERIOD, RATE, Tables};
 
 /// The motion side: an SPI bus with one select line.
