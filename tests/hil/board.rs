@@ -10,6 +10,8 @@ use trueaxis_host::link::{Client, Controller, Tcp};
 
 /// Where the programs are, and where files may be made.
 pub struct Setup {
+    /// Which board of QEMU runs it.
+    pub machine: String,
     /// The firmware for QEMU.
     pub firmware: PathBuf,
     /// The command `trueaxis`.
@@ -71,7 +73,8 @@ impl Board<'_> {
         };
         let child = Command::new("qemu-system-arm")
             .current_dir(&self.folder)
-            .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none"])
+            .args(["-machine", &self.setup.machine])
+            .args(["-nographic", "-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native"])
             .arg("-serial")
             .arg(format!(

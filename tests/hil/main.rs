@@ -1,7 +1,7 @@
 //! Hardware in the loop: the firmware in QEMU, driven by the real command and by the host's end of
 //! the link. `cargo xtask hil` builds everything and runs this.
 //!
-//! Nothing here has a tolerance: what the emulated Cortex-M4F computes must have the bits that this
+//! Nothing here has a tolerance: what the emulated processor computes must have the bits that this
 //! computer computes.
 
 mod board;
@@ -34,11 +34,12 @@ const PARTS: [Part; 5] = [
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    let [firmware, command, folder, chosen @ ..] = &arguments[..] else {
-        eprintln!("usage: hil FIRMWARE COMMAND FOLDER [PART]");
+    let [machine, firmware, command, folder, chosen @ ..] = &arguments[..] else {
+        eprintln!("usage: hil MACHINE FIRMWARE COMMAND FOLDER [PART]");
         return ExitCode::from(2);
     };
     let setup = Setup {
+        machine: machine.to_string_lossy().into_owned(),
         firmware: firmware.into(),
         command: command.into(),
         folder: folder.into(),
