@@ -6,7 +6,7 @@ mod figures;
 mod instruction;
 mod trace;
 
-use crate::cross::Cross;
+use crate::cross::{CORTEX_M, Cross};
 use crate::elf::Program;
 use crate::process::{cargo, root, run, target};
 use crate::qemu;
@@ -98,7 +98,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
             return Err(format!("bench-target takes --accept, not `{other}`"));
         }
     };
-    let cross = Cross::provide()?;
+    let cross = Cross::provide(CORTEX_M)?;
     qemu::provide()?;
     let folder = build(&cross)?;
     let (mut figures, costs) = measure(&folder.join("release/bench-target"))?;
