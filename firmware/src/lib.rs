@@ -18,6 +18,7 @@ pub mod link;
 pub mod mirror;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock_flash;
+pub mod motion_side;
 pub mod places;
 pub mod slots;
 pub mod spi;

@@ -453,17 +453,17 @@ fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
     }
     struct Drives(Option<Correction<[f32; 8]>>);
     impl CorrectionSink<[f32; 8]> for Drives {
-        fn give(&mut self, correction: &Correction<[f32; 8]>) {
+        fn give(&mut self, correction: &Correction<[f32; 8]>, _: bool) {
             self.0 = Some(*correction);
         }
     }
     let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
     flashed(&mut desktop, &blob("m", b"XY", 0.3));
     ask(&mut desktop, &Request::Enable(true));
-    let mut spi = Spi(Some(Command {
-        axes: [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        referenced: 3,
-    }));
+    let mut spi = Spi(Some(Command::new(
+        [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        3,
+    )));
     let mut drives = Drives(None);
     let mut ticks = |spi: &mut Spi, count| {
         let mut given = vec![];
@@ -495,10 +495,7 @@ fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
     // The link may command now, but not while the source does.
     assert_eq!(ask(&mut desktop, &Request::Motion(&[0; 8])), Reply::Done);
     desktop.servo.lock(|side| {
-        spi.0 = Some(Command {
-            axes: [0.0; 8],
-            referenced: 3,
-        });
+        spi.0 = Some(Command::new([0.0; 8], 3));
         side.tick(&mut spi, &mut LinkOnly, &NoClock);
     });
     assert_eq!(
