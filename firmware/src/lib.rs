@@ -20,6 +20,7 @@ pub mod mirror;
 pub mod mock_flash;
 pub mod motion_side;
 pub mod places;
+pub mod record;
 pub mod slots;
 pub mod spi;
 pub mod temperature;

@@ -4,9 +4,11 @@
 //! |---|---|
 //! | `servo` | the servo side, shared between the interrupt and the main loop |
 //! | `standstill` | whether the machine stands still with its drives off |
-//! | `signals` | lamp and fault pin |
+//! | `signals` | the lamp |
+//! | `liveness` | whether both live: watchdog and fault pin |
 //! | `serial` | the receiving end of a serial line |
 
+mod liveness;
 mod serial;
 mod servo;
 mod signals;
@@ -14,8 +16,9 @@ mod standstill;
 #[cfg(test)]
 mod tests;
 
+pub use liveness::{Beat, Heart, Liveness, Watchdog};
 pub use serial::received;
-pub use servo::{Access, Shared, Shell};
+pub use servo::{Access, Shell};
 pub use signals::{Shown, Signals};
 pub use standstill::Standstill;
 
@@ -35,7 +38,7 @@ const SENSOR_PERIOD: u32 = 1000;
 const INPUT_PERIOD: u32 = 20;
 
 /// What a board brings.
-pub struct Board<F, P, D, L, H, T, const N: usize> {
+pub struct Board<F, P, D, L, T, const N: usize> {
     /// The table slots.
     pub flash: F,
     /// The serial line to the host.
@@ -44,8 +47,6 @@ pub struct Board<F, P, D, L, H, T, const N: usize> {
     pub drives_off: D,
     /// Lamp.
     pub lamp: L,
-    /// Fault pin: high while there is no fault.
-    pub healthy: H,
     /// Sensors.
     pub temperatures: Temperatures<T, N>,
     /// Writes to the log.
@@ -77,29 +78,28 @@ pub fn log(event: Event) {
 }
 
 /// The main loop between two turns.
-pub struct MainLoop<'l, F, P, D, L, H, T, C: Room, const N: usize> {
+pub struct MainLoop<'l, F, P, D, L, T, C: Room, const N: usize> {
     device: Device<F, Access<C>, Standstill<D, C>, C>,
     servo: Access<C>,
     link: &'l mut Link,
     port: P,
-    duties: Duties<L, H, T, N>,
+    duties: Duties<L, T, N>,
     /// When the duties were done, ms.
     last: u32,
 }
 
-impl<'l, F, P, D, L, H, T, C: Room, const N: usize> MainLoop<'l, F, P, D, L, H, T, C, N>
+impl<'l, F, P, D, L, T, C: Room, const N: usize> MainLoop<'l, F, P, D, L, T, C, N>
 where
     F: TableFlash,
     P: Read + ReadReady + Write,
     D: InputPin,
     L: OutputPin,
-    H: OutputPin,
     T: Thermometer,
 {
     /// Starts the device; the servo interrupt may begin before.
     #[must_use]
     pub fn start(
-        board: Board<F, P, D, L, H, T, N>,
+        board: Board<F, P, D, L, T, N>,
         link: &'l mut Link,
         loader: Loader<C>,
         servo: Access<C>,
@@ -116,7 +116,7 @@ where
             link,
             port: board.port,
             duties: Duties {
-                signals: Signals::new(board.lamp, board.healthy),
+                signals: Signals::new(board.lamp),
                 temperatures: board.temperatures,
                 log: Log::new(board.log),
                 assigned: None,
@@ -129,6 +129,7 @@ where
 
     /// One turn. False if nothing more is to be done until the next interrupt.
     pub fn turn(&mut self) -> bool {
+        self.servo.lives();
         // What cannot be sent is asked for again.
         let _ = self.link.poll(&mut self.port, &mut self.device);
         let now = self.servo.milliseconds();
@@ -152,8 +153,8 @@ where
 }
 
 /// What is to be done beside the link, once per millisecond.
-struct Duties<L, H, T, const N: usize> {
-    signals: Signals<L, H>,
+struct Duties<L, T, const N: usize> {
+    signals: Signals<L>,
     temperatures: Temperatures<T, N>,
     log: Log,
     /// For which active slot the sensors have been assigned.
@@ -164,7 +165,7 @@ struct Duties<L, H, T, const N: usize> {
     advanced: u32,
 }
 
-impl<L: OutputPin, H: OutputPin, T: Thermometer, const N: usize> Duties<L, H, T, N> {
+impl<L: OutputPin, T: Thermometer, const N: usize> Duties<L, T, N> {
     fn step<F, D, C: Room>(
         &mut self,
         device: &Device<F, Access<C>, Standstill<D, C>, C>,
@@ -196,7 +197,8 @@ impl<L: OutputPin, H: OutputPin, T: Thermometer, const N: usize> Duties<L, H, T,
             servo.with(|side| side.set_sensors_lost(self.temperatures.lost()));
         }
         let fault = device.fault().is_some();
-        let shown = self.signals.show(servo, fault, now);
+        servo.with(|side| side.set_faulty(fault));
+        let shown = self.signals.show(servo, now);
         self.log.note(shown, active);
     }
 }

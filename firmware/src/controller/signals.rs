@@ -1,14 +1,9 @@
-//! The lamp and the fault pin.
+//! The lamp.
 
 use embedded_hal::digital::{OutputPin, PinState};
-use trueaxis::{Conditions, Room};
+use trueaxis::Room;
 
 use crate::device::{ServoAccess, ServoSide};
-
-/// Conditions that are a fault: the corrections are not what they should be.
-const FAULTS: Conditions = Conditions(
-    Conditions::BAD_INPUT.0 | Conditions::BAD_PERIOD.0 | Conditions::HELD.0 | Conditions::FROZEN.0,
-);
 
 /// What the lamp shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,11 +19,8 @@ pub enum Shown {
 
 impl Shown {
     /// What there is to show.
-    pub fn of<C: Room>(side: &ServoSide<C>, fault: bool) -> Self {
-        let conditions = side.last().status.conditions.0;
-        // Before the first command nothing is held that matters.
-        let held = side.is_enabled() && conditions & FAULTS.0 != 0;
-        if fault || held {
+    pub fn of<C: Room>(side: &ServoSide<C>) -> Self {
+        if !side.is_healthy() {
             Self::Fault
         } else if side.is_enabled() && side.driven().factor() == 1.0 {
             Self::Correcting
@@ -38,28 +30,20 @@ impl Shown {
     }
 }
 
-/// Lamp and fault pin.
-pub struct Signals<L, H> {
+/// The lamp. The fault pin is set from the servo interrupt: [`Heart`](super::Heart).
+pub struct Signals<L> {
     lamp: L,
-    /// High while there is no fault: a controller that has lost its power or its program reports
-    /// one too.
-    healthy: H,
 }
 
-impl<L: OutputPin, H: OutputPin> Signals<L, H> {
-    /// Both off until something is shown.
-    pub const fn new(lamp: L, healthy: H) -> Self {
-        Self { lamp, healthy }
+impl<L: OutputPin> Signals<L> {
+    /// Off until something is shown.
+    pub const fn new(lamp: L) -> Self {
+        Self { lamp }
     }
 
     /// Shows the state at `now`, ms: to be called from the main loop.
-    pub fn show<C: Room>(
-        &mut self,
-        servo: &mut impl ServoAccess<C>,
-        fault: bool,
-        now: u32,
-    ) -> Shown {
-        let shown = servo.with(|side| Shown::of(side, fault));
+    pub fn show<C: Room>(&mut self, servo: &mut impl ServoAccess<C>, now: u32) -> Shown {
+        let shown = servo.with(|side| Shown::of(side));
         let on = match shown {
             Shown::Correcting => true,
             Shown::Idle => (now / 1000).is_multiple_of(2),
@@ -67,9 +51,6 @@ impl<L: OutputPin, H: OutputPin> Signals<L, H> {
         };
         // Pins of a microcontroller do not fail.
         let _ = self.lamp.set_state(PinState::from(on));
-        let _ = self
-            .healthy
-            .set_state(PinState::from(shown != Shown::Fault));
         shown
     }
 }

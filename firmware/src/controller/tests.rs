@@ -8,7 +8,7 @@ use std::{thread_local, vec};
 use embedded_hal::digital::{self, ErrorKind};
 use embedded_io::ErrorType;
 use trueaxis::link::{
-    Framed, Header, MOST_BODY, MOST_WIRE, Received, Receiver, Reply, Request, encode,
+    Framed, Header, MOST_BODY, MOST_WIRE, Received, Receiver, Reply, Request, Restart, encode,
 };
 use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Usual};
 
@@ -107,8 +107,8 @@ pub(super) fn side(scale: f32) -> ServoSide<Usual> {
     ServoSide::new(loaded(scale), PERIOD)
 }
 
-pub(super) fn shared(side: ServoSide<Usual>) -> &'static Shared<Usual> {
-    leak(critical_section::Mutex::new(RefCell::new(side)))
+pub(super) fn shared(side: ServoSide<Usual>) -> &'static mut ServoSide<Usual> {
+    Box::leak(Box::new(side))
 }
 
 /// The main loop's access to a side that no interrupt updates.
@@ -177,23 +177,34 @@ struct Here;
 
 impl PositionSource<[f32; 8]> for Here {
     fn take(&mut self) -> Option<Command<[f32; 8]>> {
-        Some(Command {
-            axes: [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            referenced: u16::MAX,
-        })
+        Some(Command::new(
+            [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            u16::MAX,
+        ))
     }
 }
 
-type Main = MainLoop<'static, MockFlash, Port, Wire, Wire, Wire, Probe, Usual, 1>;
+type Main = MainLoop<'static, MockFlash, Port, Wire, Wire, Probe, Usual, 1>;
+
+/// Counts how often it is fed.
+pub(super) struct Dog(pub Rc<Cell<u32>>);
+
+impl Watchdog for Dog {
+    fn feed(&mut self) {
+        self.0.set(self.0.get() + 1);
+    }
+}
 
 /// A board of mocks, and the other ends of its wires.
 struct Bench {
     main: Main,
     shell: &'static Shell<Usual>,
+    heart: Heart<Wire, Dog>,
     line: Rc<RefCell<Line>>,
     drives_off: Rc<Pin>,
     lamp: Rc<Pin>,
     healthy: Rc<Pin>,
+    fed: Rc<Cell<u32>>,
     celsius: Rc<Cell<Option<f32>>>,
     asked: Rc<Cell<u32>>,
 }
@@ -215,7 +226,7 @@ impl Bench {
         let shell = leak(Shell::new(4000));
         let port = Port::default();
         let [drives_off, lamp, healthy] = [true, false, false].map(Pin::new);
-        let (celsius, asked) = (Rc::default(), Rc::default());
+        let (celsius, asked, fed) = (Rc::default(), Rc::default(), Rc::default());
         let probe = Probe {
             celsius: Rc::clone(&celsius),
             asked: Rc::clone(&asked),
@@ -226,7 +237,6 @@ impl Bench {
             port,
             drives_off: Wire(Rc::clone(&drives_off)),
             lamp: Wire(Rc::clone(&lamp)),
-            healthy: Wire(Rc::clone(&healthy)),
             temperatures: Temperatures::new([("bed", probe)], Settings::MACHINE),
             log,
         };
@@ -234,15 +244,18 @@ impl Bench {
             firmware: "test",
             board: "bench",
             period: PERIOD,
+            restart: Restart::Unknown,
         };
         let access = shell.share(shared(ServoSide::new(driven, PERIOD)));
         Self {
             main: MainLoop::start(board, Box::leak(Box::default()), loader, access, identity),
             shell,
+            heart: Heart::new(Wire(Rc::clone(&healthy)), Dog(Rc::clone(&fed))),
             line,
             drives_off,
             lamp,
             healthy,
+            fed,
             celsius,
             asked,
         }
@@ -251,15 +264,21 @@ impl Bench {
     /// So many milliseconds without commands, with a turn after each servo period.
     fn run(&mut self, milliseconds: u32) {
         for _ in 0..4 * milliseconds {
-            self.shell.tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
+            self.period(&mut LinkOnly);
             self.main.turn();
         }
+    }
+
+    /// One servo interrupt.
+    fn period(&mut self, source: &mut impl PositionSource<[f32; 8]>) -> Beat {
+        let healthy = self.shell.tick(source, &mut LinkOnly, &NoClock);
+        self.heart.beat(self.shell.liveness(), healthy)
     }
 
     /// The same while the motion side commands one place.
     fn run_there(&mut self, milliseconds: u32) {
         for _ in 0..4 * milliseconds {
-            self.shell.tick(&mut Here, &mut LinkOnly, &NoClock);
+            self.period(&mut Here);
             self.main.turn();
         }
     }
@@ -325,9 +344,42 @@ fn the_pins_show_a_controller_without_a_compensation_as_a_fault() {
     );
 
     let mut bench = Bench::start(Some(&warm("bed")));
-    assert!(!bench.healthy.high.get(), "nothing is shown yet");
+    bench.period(&mut LinkOnly);
+    assert!(!bench.healthy.high.get(), "the main loop has not begun");
     bench.run(1);
     assert!(bench.healthy.high.get());
+}
+
+#[test]
+fn the_fault_pin_is_set_from_the_servo_interrupt() {
+    let mut bench = Bench::start(Some(&warm("bed")));
+    bench.celsius.set(Some(20.0));
+    bench.main.servo.with(|side| side.enable(true));
+    bench.run_there(5000);
+    assert!(bench.healthy.high.get());
+    // In the period without a command, with no turn of the main loop.
+    bench.period(&mut LinkOnly);
+    assert!(!bench.healthy.high.get());
+    bench.period(&mut Here);
+    assert!(bench.healthy.high.get());
+}
+
+#[test]
+fn a_main_loop_that_stops_drops_the_fault_pin_after_a_second_and_starves_the_watchdog() {
+    let mut bench = Bench::start(Some(&warm("bed")));
+    bench.run(10);
+    let fed = bench.fed.get();
+    assert_eq!(fed, 40, "once in each period");
+    for _ in 0..4000 {
+        assert_eq!(bench.period(&mut LinkOnly), Beat::Alive);
+        assert!(bench.healthy.high.get());
+    }
+    for _ in 0..100 {
+        assert_eq!(bench.period(&mut LinkOnly), Beat::Dead);
+        assert!(!bench.healthy.high.get());
+        bench.main.turn();
+    }
+    assert_eq!(bench.fed.get(), fed + 4000);
 }
 
 #[test]
@@ -335,16 +387,16 @@ fn nothing_but_the_link_goes_on_between_two_milliseconds() {
     let mut bench = Bench::start(Some(&warm("bed")));
     bench.shell.tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
     bench.main.turn();
-    assert!(!bench.healthy.high.get());
+    assert!(!bench.lamp.high.get());
     for _ in 0..3 {
         bench.shell.tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
     }
     bench.main.turn();
-    assert!(bench.healthy.high.get());
+    assert!(bench.lamp.high.get());
     // And only once in each.
-    bench.healthy.high.set(false);
+    bench.lamp.high.set(false);
     bench.main.turn();
-    assert!(!bench.healthy.high.get());
+    assert!(!bench.lamp.high.get());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What a board provides.
 
-use trueaxis::link::CostUnit;
+use trueaxis::link::{CostUnit, Restart};
 use trueaxis::{Correction, Room};
 
 use super::servo_side::ServoSide;
@@ -148,4 +148,6 @@ pub struct Identity {
     pub board: &'static str,
     /// Nominal servo period, s.
     pub period: f32,
+    /// Why it has started.
+    pub restart: Restart,
 }

@@ -11,11 +11,7 @@ use crate::places::{Driven, Loaded};
 
 /// Conditions that are a fault: the corrections are not what they should be.
 pub const FAULTS: Conditions = Conditions(
-    Conditions::BAD_INPUT.0
-        | Conditions::BAD_AUXILIARY.0
-        | Conditions::BAD_PERIOD.0
-        | Conditions::HELD.0
-        | Conditions::FROZEN.0,
+    Conditions::BAD_INPUT.0 | Conditions::BAD_PERIOD.0 | Conditions::HELD.0 | Conditions::FROZEN.0,
 );
 
 /// What has been counted since start.
@@ -28,6 +24,8 @@ pub struct Counters<C: Room> {
     pub missed: u32,
     /// How regularly the source of the board gives commands.
     pub regularity: Regularity,
+    /// Periods that the one before had not left time for.
+    pub overruns: u32,
     /// In how many periods the guard rails of each axis have acted.
     pub rails: C::Axes<Rails>,
     /// Cost of the last update.
@@ -168,6 +166,7 @@ impl<C: Room> ServoSide<C> {
                 updates: 0,
                 missed: 0,
                 regularity: Regularity::NONE,
+                overruns: 0,
                 rails: C::Axes::<Rails>::all(Rails::default()),
                 cost: 0,
                 worst_cost: 0,
@@ -260,6 +259,11 @@ impl<C: Room> ServoSide<C> {
         let wrong = self.last.status.conditions.0 & FAULTS.0 != 0;
         // While none are wanted nothing is held that matters.
         !(self.faulty || self.counters.regularity.fault || self.enabled && wrong)
+    }
+
+    /// Reports how many periods the one before had not left time for.
+    pub fn set_overruns(&mut self, count: u32) {
+        self.counters.overruns = count;
     }
 
     /// Reports what only the main loop knows: a fault of the slots.

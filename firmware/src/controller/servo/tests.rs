@@ -6,7 +6,7 @@ use trueaxis::{Correction, Usual};
 
 use super::*;
 use crate::controller::tests::{leak, shared, side};
-use crate::device::{Command, LinkOnly, NoClock};
+use crate::device::{Command, LinkOnly, NoClock, Regularity};
 
 fn shell(rate: u32) -> &'static Shell<Usual> {
     leak(Shell::new(rate))
@@ -64,15 +64,12 @@ struct Sink<'e>(&'e Ends);
 impl PositionSource<[f32; 8]> for Source<'_> {
     fn take(&mut self) -> Option<Command<[f32; 8]>> {
         self.0.taken.set(self.0.taken.get() + 1);
-        Some(Command {
-            axes: [1.0; 8],
-            referenced: 3,
-        })
+        Some(Command::new([1.0; 8], 3))
     }
 }
 
 impl CorrectionSink<[f32; 8]> for Sink<'_> {
-    fn give(&mut self, _: &Correction<[f32; 8]>) {
+    fn give(&mut self, _: &Correction<[f32; 8]>, _: bool) {
         self.0.given.set(self.0.given.get() + 1);
     }
 }
@@ -137,4 +134,94 @@ fn a_tick_while_somebody_holds_the_side_is_left_out_and_time_goes_on() {
     });
     assert_eq!(ends.taken.get(), 0);
     assert_eq!(shell.milliseconds(), 1);
+}
+
+/// Says what it is told, with what it is told about its regularity.
+struct Told(bool, Regularity);
+
+impl PositionSource<[f32; 8]> for Told {
+    fn take(&mut self) -> Option<Command<[f32; 8]>> {
+        self.0
+            .then_some(Command::new([0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3))
+    }
+
+    fn regularity(&self) -> Regularity {
+        self.1
+    }
+}
+
+#[test]
+fn a_tick_runs_with_no_interrupt_masked() {
+    /// Looks from another thread: the lock of `critical_section` is free, and the side is gone.
+    struct Look(&'static Shell<Usual>, bool);
+    impl CorrectionSink<[f32; 8]> for Look {
+        fn give(&mut self, _: &Correction<[f32; 8]>, _: bool) {
+            let shell = self.0;
+            let gone = std::thread::spawn(move || shell.take().is_none());
+            self.1 = gone.join().unwrap();
+        }
+    }
+    let shell = shell(1000);
+    shell.share(shared(side(0.3)));
+    let mut look = Look(shell, false);
+    shell.tick(&mut Told(true, Regularity::NONE), &mut look, &NoClock);
+    assert!(look.1);
+}
+
+#[test]
+fn a_tick_says_whether_there_is_a_fault() {
+    let shell = shell(1000);
+    assert!(
+        !shell.tick(&mut LinkOnly, &mut LinkOnly, &NoClock),
+        "no side yet"
+    );
+    let mut access = shell.share(shared(side(0.3)));
+    let tick = |told: &mut Told| shell.tick(told, &mut LinkOnly, &NoClock);
+    let mut told = Told(true, Regularity::NONE);
+    assert!(tick(&mut told));
+    // Of the frames.
+    told.1.fault = true;
+    assert!(!tick(&mut told));
+    told.1.fault = false;
+    assert!(tick(&mut told));
+    // Of the slots.
+    access.with(|side| side.set_faulty(true));
+    assert!(!tick(&mut told));
+    access.with(|side| side.set_faulty(false));
+    assert!(tick(&mut told));
+    // Of the servo, which matters while corrections are wanted.
+    told.0 = false;
+    assert!(tick(&mut told));
+    access.with(|side| side.enable(true));
+    assert!(!tick(&mut told));
+}
+
+#[test]
+fn overruns_and_regularity_are_shown_with_the_next_period() {
+    let shell = shell(1000);
+    let mut access = shell.share(shared(side(0.3)));
+    shell.overrun();
+    shell.overrun();
+    let seen = Regularity {
+        skipped: 7,
+        ..Regularity::NONE
+    };
+    shell.tick(&mut Told(true, seen), &mut LinkOnly, &NoClock);
+    access.with(|side| {
+        assert_eq!(side.counters().overruns, 2);
+        assert_eq!(side.counters().regularity, seen);
+    });
+}
+
+#[test]
+fn the_main_loop_is_dead_after_a_second_of_silence() {
+    let shell = shell(4000);
+    let access = shell.share(shared(side(0.3)));
+    for _ in 0..2 {
+        access.lives();
+        for _ in 0..4000 {
+            assert!(shell.liveness().servo());
+        }
+    }
+    assert!(!shell.liveness().servo());
 }
