@@ -15,6 +15,7 @@ const SOFTWARE: u32 = 1;
 const MAIN_LOOP: u32 = 2;
 const EXCEPTION: u32 = 3;
 const PANIC: u32 = 4;
+const CLOCK: u32 = 5;
 
 /// What has been written down before a reset.
 pub type Words = [u32; WORDS];
@@ -31,6 +32,7 @@ pub fn write(reason: &Restart) -> Words {
     match *reason {
         Restart::Software => *kind = SOFTWARE,
         Restart::MainLoopStopped => *kind = MAIN_LOOP,
+        Restart::ClockStopped => *kind = CLOCK,
         Restart::Exception { address, status } => (*kind, *a, *b) = (EXCEPTION, address, status),
         Restart::Panic { line, file } => {
             (*kind, *a) = (PANIC, line);
@@ -57,6 +59,7 @@ pub fn read(words: &Words) -> Option<Restart> {
     Some(match kind {
         SOFTWARE => Restart::Software,
         MAIN_LOOP => Restart::MainLoopStopped,
+        CLOCK => Restart::ClockStopped,
         EXCEPTION => Restart::Exception {
             address: a,
             status: b,
@@ -138,6 +141,7 @@ mod tests {
         prop_oneof![
             Just(Restart::Software),
             Just(Restart::MainLoopStopped),
+            Just(Restart::ClockStopped),
             any::<[u32; 2]>().prop_map(|[address, status]| Restart::Exception { address, status }),
             (any::<u32>(), any::<[u8; 24]>()).prop_map(|(line, file)| Restart::Panic {
                 line,
@@ -183,7 +187,7 @@ mod tests {
 
     #[test]
     fn a_record_of_another_kind_is_none() {
-        for kind in [0, 5, u32::MAX] {
+        for kind in [0, 6, u32::MAX] {
             let mut words = write(&Restart::Software);
             words[1] = kind;
             words[WORDS - 1] = checksum(&words);

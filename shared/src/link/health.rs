@@ -71,6 +71,8 @@ pub enum Restart {
         /// The end of the path of its source.
         file: Tail,
     },
+    /// Its crystal had stopped.
+    ClockStopped,
 }
 
 impl fmt::Display for Restart {
@@ -87,6 +89,7 @@ impl fmt::Display for Restart {
                 write!(f, "an exception at {address:#010x}, status {status:#010x}")
             }
             Self::Panic { line, file } => write!(f, "a panic in …{file}, line {line}"),
+            Self::ClockStopped => f.write_str("the crystal had stopped"),
         }
     }
 }
@@ -102,6 +105,7 @@ impl Restart {
                 | Self::MainLoopStopped
                 | Self::Exception { .. }
                 | Self::Panic { .. }
+                | Self::ClockStopped
         )
     }
 }
@@ -158,6 +162,7 @@ mod tests {
             Restart::MainLoopStopped,
             exception,
             panic,
+            Restart::ClockStopped,
         ] {
             assert!(fault.is_fault(), "{fault}");
         }

@@ -105,6 +105,12 @@ fn the_bodies_are_those_of_the_specification() {
     expected.extend([0; 18]);
     expected.extend([1, 2, 3, 4, 5, 6]);
     assert_eq!(body(&Reply::Health(health)), expected);
+    let health = Health {
+        restart: Restart::ClockStopped,
+        ..Health::default()
+    };
+    let expected = [8, 0, 9, 0, 0, 0, 0, 0, 0];
+    assert_eq!(body(&Reply::Health(health)), expected);
     let last = LoadError::SectionLength {
         stated: 1,
         computed: 2,

@@ -8,7 +8,8 @@
 //! |---|---|
 //! | `flash` | the slots in a file |
 //! | `uart` | the serial line |
-//! | `nothing` | pins and sensors that are not there |
+//! | `nothing` | pins, a watchdog and sensors that are not there |
+//! | `wanted` | what a test wants to go wrong |
 //! | `bare` | all `unsafe`: registers at fixed addresses, and the mirror of the slots |
 #![no_std]
 #![deny(unsafe_code)]
@@ -17,29 +18,36 @@ mod bare;
 mod flash;
 mod nothing;
 mod uart;
+mod wanted;
 
-use core::cell::RefCell;
 use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::syst::SystClkSource;
-use critical_section::Mutex;
 use defmt_semihosting as _;
 use heapless::spsc::Queue;
 use trueaxis::Room;
-use trueaxis_firmware::controller::{Board, MainLoop, Shared, Shell, log};
+use trueaxis_firmware::controller::{Board, Heart, MainLoop, Shell, log};
 use trueaxis_firmware::device::{Identity, LinkOnly, NoClock, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::mirror;
 use trueaxis_firmware::places::Places;
+use trueaxis_firmware::record::Flags;
 use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
 
 use flash::{FileFlash, SLOT};
-use nothing::{NoPin, NoSensor};
+use nothing::{NoDog, NoPin, NoSensor};
 use uart::Uart;
+use wanted::{Wanted, wanted};
 
 /// Clock of SysTick, Hz.
 const CLOCK: u32 = 25_000_000;
+
+/// For the log, ms.
+static NOW: AtomicU32 = AtomicU32::new(0);
+
+defmt::timestamp!("{=u32:ms}", NOW.load(Ordering::Relaxed));
 
 /// Which board QEMU stands in for.
 pub struct Stand {
@@ -53,7 +61,7 @@ pub struct Stand {
 
 /// Memory of the program, for a `static mut` of `main`.
 pub struct Memory<C: Room> {
-    side: MaybeUninit<Shared<C>>,
+    side: MaybeUninit<ServoSide<C>>,
     link: MaybeUninit<Link>,
     /// Two frames of the link and more.
     bytes: Queue<u8, 4096>,
@@ -92,6 +100,15 @@ pub fn run<C: Room, const WRITE: usize>(
     shell: &'static Shell<C>,
     memory: &'static mut Memory<C>,
 ) -> ! {
+    // QEMU has no flags that say why it has reset, and no fault pin.
+    let restart = trueaxis_cortex_m::start(Flags::default(), || ());
+    if !restart.is_fault() {
+        match wanted() {
+            Some(Wanted::Panic) => panic!("a test wants it"),
+            Some(Wanted::Exception) => cortex_m::asm::udf(),
+            None => {}
+        }
+    }
     let (Some(mut core), Some((loader, driven))) = (cortex_m::Peripherals::take(), places.split())
     else {
         stop("started twice")
@@ -107,8 +124,7 @@ pub fn run<C: Room, const WRITE: usize>(
         slots,
     } = memory;
     let flash = bare::mirrored(file, stand.while_busy, slots);
-    let side = side.write(Mutex::new(RefCell::new(ServoSide::new(driven, period))));
-    let access = shell.share(side);
+    let access = shell.share(side.write(ServoSide::new(driven, period)));
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(CLOCK / stand.rate - 1);
     core.SYST.clear_current();
@@ -119,7 +135,6 @@ pub fn run<C: Room, const WRITE: usize>(
         port: Uart::start(bytes),
         drives_off: NoPin,
         lamp: NoPin,
-        healthy: NoPin,
         temperatures: Temperatures::<NoSensor, 0>::new([], Settings::MACHINE),
         log,
     };
@@ -127,6 +142,7 @@ pub fn run<C: Room, const WRITE: usize>(
         firmware: concat!("trueaxis ", env!("CARGO_PKG_VERSION")),
         board: stand.name,
         period,
+        restart,
     };
     let link = link.write(Link::new());
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
@@ -135,10 +151,12 @@ pub fn run<C: Room, const WRITE: usize>(
 /// One servo period: for the handler of SysTick.
 pub fn tick<C: Room>(shell: &Shell<C>) {
     // Time in QEMU is that of the computer it runs on, and says nothing about the processor.
-    shell.tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
+    let healthy = shell.tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
+    Heart::new(NoPin, NoDog).beat(shell.liveness(), healthy);
+    NOW.store(shell.milliseconds(), Ordering::Relaxed);
 }
 
 #[panic_handler]
-fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-    semihosting::process::exit(101)
+fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+    trueaxis_cortex_m::stop_after(info)
 }

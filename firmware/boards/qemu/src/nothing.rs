@@ -1,8 +1,9 @@
-//! Pins and sensors that are not there.
+//! Pins, a watchdog and sensors that are not there.
 
 use core::convert::Infallible;
 
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
+use trueaxis_firmware::controller::Watchdog;
 use trueaxis_firmware::temperature::{SensorError, Thermometer};
 
 /// A pin that leads nowhere and reads high: of this machine the drives are always off.
@@ -30,6 +31,13 @@ impl InputPin for NoPin {
     fn is_low(&mut self) -> Result<bool, Infallible> {
         Ok(false)
     }
+}
+
+/// A watchdog that does not bite: time here is that of the computer, which may be busy.
+pub struct NoDog;
+
+impl Watchdog for NoDog {
+    fn feed(&mut self) {}
 }
 
 /// There are no sensors.

@@ -120,3 +120,11 @@ pub fn start_servo(interrupt: Interrupt) {
     // handler shares with the main loop is in a `Mutex` of `critical_section`.
     unsafe { interrupt.enable() };
 }
+
+/// Drives the fault pin low, from anywhere: PB0.
+pub fn fault_pin_low() {
+    // One store to the register that sets and clears pins; it changes no other pin.
+    embassy_stm32::pac::GPIOB
+        .bsrr()
+        .write(|w| w.set_br(0, true));
+}

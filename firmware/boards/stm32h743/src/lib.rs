@@ -20,5 +20,7 @@ pub const RATE: u32 = 4000;
 /// Nominal servo period, s.
 pub const PERIOD: f32 = 1.0 / RATE as f32;
 
+/// Axes of a compensation, and of a frame of the motion side.
+pub const AXES: usize = 8;
 /// What a compensation has room for: axes, banks, tables, terms, grids.
-pub type Tables = Holds<8, 32, 96, 256, 2>;
+pub type Tables = Holds<AXES, 32, 96, 256, 2>;

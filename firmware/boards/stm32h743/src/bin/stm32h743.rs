@@ -2,7 +2,7 @@
 #![no_std]
 #![no_main]
 
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
 use core::mem::MaybeUninit;
 
 use cortex_m::peripheral::DWT;
@@ -14,63 +14,102 @@ use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AnyPin, Input, Level, Output, OutputOpenDrain, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::mode::Blocking;
-use embassy_stm32::peripherals::{TIM2, USART3};
+use embassy_stm32::pac::RCC;
+use embassy_stm32::peripherals::{IWDG1, TIM2, USART3};
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{Config as SpiConfig, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::{RoundTo, Timer};
 use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart, Config as SerialConfig};
+use embassy_stm32::wdg::IndependentWatchdog;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
-use trueaxis_firmware::controller::{Board, MainLoop, Shared, Shell, log};
+use trueaxis::link::{Restart, Tail};
+use trueaxis_cortex_m::leave;
+use trueaxis_firmware::controller::{Beat, Board, Heart, MainLoop, Shell, Watchdog, log};
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::places::Places;
-use trueaxis_firmware::spi::SpiMotion;
+use trueaxis_firmware::record::Flags;
+use trueaxis_firmware::spi::{Polled, Tolerance};
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32h743::bare;
 use trueaxis_stm32h743::stm32h743::{BAUD, Cycling, SecondBank, clocks};
-use trueaxis_stm32h743::{PERIOD, RATE, Tables};
+use trueaxis_stm32h743::{AXES, PERIOD, RATE, Tables};
 
 embassy_stm32::bind_interrupts!(struct Lines {
     USART3 => BufferedInterruptHandler<USART3>;
 });
 
 /// The motion side: an SPI bus with one select line.
-type Motion = SpiMotion<ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, NoDelay>>;
+type Motion =
+    Polled<ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, NoDelay>, AXES>;
 
 /// What the servo interrupt owns.
 struct Servo {
     timer: Timer<'static, TIM2>,
     motion: Motion,
+    heart: Heart<Output<'static>, Dog>,
 }
+
+/// The independent watchdog.
+struct Dog(IndependentWatchdog<'static, IWDG1>);
+
+impl Watchdog for Dog {
+    fn feed(&mut self) {
+        self.0.pet();
+    }
+}
+
+/// Nominally so long without a servo interrupt or a main loop until the watchdog bites, µs.
+const BITES: u32 = 10_000;
 
 static PLACES: Places<Tables> = Places::new();
 static SHELL: Shell<Tables> = Shell::new(RATE);
+
+defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
+
 /// On its way from `main` to the interrupt.
 static SERVO: Mutex<Cell<Option<Servo>>> = Mutex::new(Cell::new(None));
 
 /// A start that fails is tried again: until then the fault pin is not driven, which is a fault.
-fn stop(what: &str) -> ! {
-    defmt::error!("{}", what);
-    cortex_m::peripheral::SCB::sys_reset()
+fn fail(line: u32, what: &str) -> ! {
+    let file = Tail::of(what);
+    trueaxis_cortex_m::stop(&Restart::Panic { line, file })
+}
+
+/// Why the last reset was, as the hardware says; the next one begins with a clean slate.
+fn flags() -> Flags {
+    let rsr = RCC.rsr().read();
+    RCC.rsr().modify(|w| w.set_rmvf(true));
+    Flags {
+        power_on: rsr.porrstf(),
+        brown_out: rsr.borrstf(),
+        watchdog: rsr.iwdg1rstf(),
+        software: rsr.sftrstf(),
+        pin: rsr.pinrstf(),
+    }
 }
 
 #[entry]
 fn main() -> ! {
     // Their first values would be stored in flash.
-    static mut SIDE: MaybeUninit<Shared<Tables>> = MaybeUninit::uninit();
+    static mut SIDE: MaybeUninit<ServoSide<Tables>> = MaybeUninit::uninit();
     static mut LINK: MaybeUninit<Link> = MaybeUninit::uninit();
     // Two frames of the link each.
     static mut RECEIVED: [u8; 2048] = [0; 2048];
     static mut SENDING: [u8; 2048] = [0; 2048];
 
     let Some(mut core) = cortex_m::Peripherals::take() else {
-        stop("started twice")
+        fail(line!(), "started twice")
     };
     let Some((loader, driven)) = PLACES.split() else {
-        stop("started twice")
+        fail(line!(), "started twice")
     };
+    let restart = trueaxis_cortex_m::start(flags(), bare::fault_pin_low);
+    if restart.is_fault() {
+        defmt::warn!("started after: {}", restart);
+    }
     let chip = embassy_stm32::init(clocks());
     core.DCB.enable_trace();
     DWT::unlock();
@@ -88,7 +127,7 @@ fn main() -> ! {
         rate,
     );
     let Ok(port) = port else {
-        stop("no such baud rate")
+        fail(line!(), "no such baud rate")
     };
     // The servo comes first.
     interrupt::USART3.set_priority(Priority::P1);
@@ -112,15 +151,19 @@ fn main() -> ! {
     let flash = Flash::new_blocking(chip.FLASH);
     let flash = SecondBank::new(flash, core.SCB, &mut core.CPUID);
     let Some(flash) = bare::mirrored(flash) else {
-        stop("started twice")
+        fail(line!(), "started twice")
     };
 
-    let side = SIDE.write(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
-    let access = SHELL.share(side);
-    critical_section::with(|token| {
-        let motion = SpiMotion::new(device);
-        SERVO.borrow(token).set(Some(Servo { timer, motion }));
-    });
+    let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
+    let mut watchdog = IndependentWatchdog::new(chip.IWDG1, BITES);
+    watchdog.unleash();
+    let healthy = Output::new(chip.PB0, Level::Low, Speed::Low);
+    let servo = Servo {
+        timer,
+        motion: Polled::new(device, Tolerance::USUAL),
+        heart: Heart::new(healthy, Dog(watchdog)),
+    };
+    critical_section::with(|token| SERVO.borrow(token).set(Some(servo)));
     bare::start_servo(interrupt::TIM2);
 
     let board = Board {
@@ -128,7 +171,6 @@ fn main() -> ! {
         port,
         drives_off: Input::new(chip.PB1, Pull::Down),
         lamp: Output::new(chip.PE1, Level::Low, Speed::Low),
-        healthy: Output::new(chip.PB0, Level::Low, Speed::Low),
         temperatures: Temperatures::new([("bed", sensor)], Settings::MACHINE),
         log,
     };
@@ -136,6 +178,7 @@ fn main() -> ! {
         firmware: concat!("trueaxis ", env!("CARGO_PKG_VERSION")),
         board: "stm32h743",
         period: PERIOD,
+        restart,
     };
     let link = LINK.write(Link::new());
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
@@ -148,11 +191,20 @@ fn TIM2() {
     if OWN.is_none() {
         *OWN = critical_section::with(|token| SERVO.borrow(token).take());
     }
-    if let Some(Servo { timer, motion }) = OWN {
+    if let Some(Servo {
+        timer,
+        motion,
+        heart,
+    }) = OWN
+    {
         // The flag that has called this.
         timer.clear_update_interrupt();
-        let (mut source, mut sink) = motion.ends();
-        SHELL.tick(&mut source, &mut sink, &Cycles);
+        let (mut source, mut sink) = motion.poll();
+        let healthy = SHELL.tick(&mut source, &mut sink, &Cycles);
+        if heart.beat(SHELL.liveness(), healthy) == Beat::Dead {
+            // It is not fed any more; this is why.
+            leave(&Restart::MainLoopStopped);
+        }
     }
 }
 
@@ -160,9 +212,5 @@ fn TIM2() {
 /// driven.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
-    // Without the message, for which the program would have to know how everything is written.
-    if let Some(place) = info.location() {
-        defmt::error!("panic in {}, line {}", place.file(), place.line());
-    }
-    cortex_m::peripheral::SCB::sys_reset()
+    trueaxis_cortex_m::stop_after(info)
 }
