@@ -65,6 +65,8 @@ where
                 damaged: seen.damaged,
                 faults: seen.faults,
                 overruns: counters.overruns,
+                // The link knows.
+                garbled: 0,
             }
         })
     }

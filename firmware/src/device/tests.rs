@@ -678,6 +678,7 @@ fn health_shows_what_the_source_has_counted_and_why_the_controller_has_started()
         damaged: 4,
         faults: 5,
         overruns: 6,
+        garbled: 0,
     };
     assert_eq!(ask(&mut desktop, &Request::Health), Reply::Health(expected));
 }

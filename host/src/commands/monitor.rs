@@ -239,12 +239,14 @@ fn well(health: &Health) -> String {
         damaged,
         faults,
         overruns,
+        garbled,
     } = health;
     let pin = if *healthy { "no fault" } else { "fault" };
     format!(
         "frames       {frames}, {repeated} periods without, {skipped} skipped, {damaged} damaged; \
          {faults} faults\n\
          periods      {overruns} overrun; fault pin: {pin}\n\
+         line         {garbled} garbled frames of the host\n\
          started      {restart}\n"
     )
 }
@@ -327,6 +329,7 @@ fn object(
             "damaged": h.damaged,
             "faults": h.faults,
             "overruns": h.overruns,
+            "garbled": h.garbled,
         })),
     })
 }

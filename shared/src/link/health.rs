@@ -130,6 +130,8 @@ pub struct Health {
     pub faults: u32,
     /// Periods that the one before had not left time for.
     pub overruns: u32,
+    /// Frames of the host that had lost bytes, or had others.
+    pub garbled: u32,
 }
 
 #[cfg(test)]

@@ -99,17 +99,18 @@ fn the_bodies_are_those_of_the_specification() {
         damaged: 4,
         faults: 5,
         overruns: 6,
+        garbled: 7,
     };
     let mut expected = vec![8, 1, 8, 0xAC, 2];
     expected.extend(b"spi.rs");
     expected.extend([0; 18]);
-    expected.extend([1, 2, 3, 4, 5, 6]);
+    expected.extend([1, 2, 3, 4, 5, 6, 7]);
     assert_eq!(body(&Reply::Health(health)), expected);
     let health = Health {
         restart: Restart::ClockStopped,
         ..Health::default()
     };
-    let expected = [8, 0, 9, 0, 0, 0, 0, 0, 0];
+    let expected = [8, 0, 9, 0, 0, 0, 0, 0, 0, 0];
     assert_eq!(body(&Reply::Health(health)), expected);
     let last = LoadError::SectionLength {
         stated: 1,
