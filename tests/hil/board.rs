@@ -62,6 +62,11 @@ pub struct Board<'s> {
 impl Board<'_> {
     /// Switches the power on.
     pub fn start(&mut self) -> Result<(), Failure> {
+        self.start_wanting(None)
+    }
+
+    /// The same; something may be wanted to go wrong.
+    pub fn start_wanting(&mut self, wanted: Option<&str>) -> Result<(), Failure> {
         self.stop();
         // Free a moment ago; QEMU takes no port of its own choice.
         self.port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
@@ -75,7 +80,11 @@ impl Board<'_> {
             .current_dir(&self.folder)
             .args(["-machine", &self.setup.machine])
             .args(["-nographic", "-monitor", "none"])
-            .args(["-semihosting-config", "enable=on,target=native"])
+            .arg("-semihosting-config")
+            .arg(format!(
+                "enable=on,target=native,arg=qemu{}",
+                wanted.map_or_else(String::new, |word| format!(",arg={word}"))
+            ))
             .arg("-serial")
             .arg(format!(
                 "tcp:127.0.0.1:{},server=on,wait=off,nodelay=on",

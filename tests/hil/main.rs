@@ -11,6 +11,7 @@ mod change;
 mod line;
 mod power;
 mod same;
+mod stop;
 mod widths;
 
 use board::Setup;
@@ -25,12 +26,13 @@ type Seen = Result<String, Failure>;
 /// A part: its name, and what runs it.
 type Part = (&'static str, fn(&Setup) -> Seen);
 
-const PARTS: [Part; 6] = [
+const PARTS: [Part; 7] = [
     ("bit identity", same::run),
     ("change under way", change::run),
     ("power cuts", power::run),
     ("bad slots", power::run_bad_slots),
     ("bad lines", line::run),
+    ("restarts", stop::run),
     ("runtime alone", alone::run),
 ];
 
