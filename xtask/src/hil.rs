@@ -18,12 +18,13 @@ const BOARDS: [(&str, &str, &[&str]); 2] = [
             "power cuts",
             "bad slots",
             "bad lines",
+            "restarts",
         ],
     ),
     (
         "stm32h743",
         "mps2-an500",
-        &["bit identity", "power cuts", "bad slots"],
+        &["bit identity", "power cuts", "bad slots", "restarts"],
     ),
 ];
 /// The program for RISC-V: the same.
