@@ -134,6 +134,11 @@ fn answers_may_be_late_by_four_periods_but_not_by_five_or_early() {
 }
 
 #[test]
+fn the_limits_are_those_of_the_manual() {
+    assert_eq!((Two::LATE, Two::STEADY), (4, 10));
+}
+
+#[test]
 fn the_same_answer_for_ever_is_no_news_nor_are_two_in_turn() {
     for stuck in [1, 2] {
         let mut side = following([0.1, 0.1]);
