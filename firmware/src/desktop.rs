@@ -13,6 +13,7 @@ use std::vec::Vec;
 use embedded_io::{ErrorType, Read, ReadReady, Write};
 
 use trueaxis::Usual;
+use trueaxis::link::Restart;
 
 use crate::device::{Device, Identity, LinkOnly, Machine, NoClock, ServoAccess, ServoSide};
 use crate::link::Link;
@@ -149,6 +150,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
             firmware: concat!("trueaxis-firmware ", env!("CARGO_PKG_VERSION")),
             board: "desktop",
             period,
+            restart: Restart::PowerOn,
         };
         let slots = Slots::open(flash);
         let device = Device::start(slots, loader, servo.clone(), standstill.clone(), identity);

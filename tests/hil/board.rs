@@ -10,6 +10,8 @@ use trueaxis_host::link::{Client, Controller, Tcp};
 
 /// Where the programs are, and where files may be made.
 pub struct Setup {
+    /// Which board of QEMU runs it.
+    pub machine: String,
     /// The firmware for QEMU.
     pub firmware: PathBuf,
     /// The command `trueaxis`.
@@ -60,6 +62,11 @@ pub struct Board<'s> {
 impl Board<'_> {
     /// Switches the power on.
     pub fn start(&mut self) -> Result<(), Failure> {
+        self.start_wanting(None)
+    }
+
+    /// The same; something may be wanted to go wrong.
+    pub fn start_wanting(&mut self, wanted: Option<&str>) -> Result<(), Failure> {
         self.stop();
         // Free a moment ago; QEMU takes no port of its own choice.
         self.port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
@@ -71,8 +78,13 @@ impl Board<'_> {
         };
         let child = Command::new("qemu-system-arm")
             .current_dir(&self.folder)
-            .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none"])
-            .args(["-semihosting-config", "enable=on,target=native"])
+            .args(["-machine", &self.setup.machine])
+            .args(["-nographic", "-monitor", "none"])
+            .arg("-semihosting-config")
+            .arg(format!(
+                "enable=on,target=native,arg=qemu{}",
+                wanted.map_or_else(String::new, |word| format!(",arg={word}"))
+            ))
             .arg("-serial")
             .arg(format!(
                 "tcp:127.0.0.1:{},server=on,wait=off,nodelay=on",

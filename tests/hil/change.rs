@@ -6,7 +6,7 @@ use crate::same::Twin;
 use crate::{Failure, Seen};
 use trueaxis::link::{Activation, Refusal, Request, Slot};
 use trueaxis::{Compensation, Conditions, Correction};
-use trueaxis_host::link::LinkError;
+use trueaxis_host::link::{Client, LinkError, Tcp};
 
 /// Servo periods between two questions.
 const STRETCH: usize = 500;
@@ -65,6 +65,7 @@ pub fn run(setup: &Setup) -> Seen {
     }
 
     // The change itself, while commands stream.
+    let garbled = garbled(&mut client)?;
     let mut dq = twin.last;
     match client.activate(Slot::B, false)? {
         Activation::Fading(Slot::B) => {}
@@ -84,6 +85,9 @@ pub fn run(setup: &Setup) -> Seen {
         }
     }
     twin.follow(&mut client, stretch()?)?;
+    if self::garbled(&mut client)? != garbled {
+        return Err("bytes were lost while commands streamed in a fade".into());
+    }
     match client.activate(Slot::B, false)? {
         Activation::Active(Some(Slot::B)) => {}
         other => return Err(format!("after the fade: {other:?}").into()),
@@ -102,6 +106,11 @@ pub fn run(setup: &Setup) -> Seen {
         fades * STRETCH,
         100.0 * steepest
     ))
+}
+
+/// Frames that have lost bytes on their way to the controller.
+fn garbled(client: &mut Client<Tcp>) -> Result<u32, Failure> {
+    Ok(client.health()?.ok_or("health is not known")?.garbled)
 }
 
 /// The largest change of a correction in one period, as a part of what its rate bound allows.

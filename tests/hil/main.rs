@@ -1,15 +1,17 @@
 //! Hardware in the loop: the firmware in QEMU, driven by the real command and by the host's end of
 //! the link. `cargo xtask hil` builds everything and runs this.
 //!
-//! Nothing here has a tolerance: what the emulated Cortex-M4F computes must have the bits that this
+//! Nothing here has a tolerance: what the emulated processor computes must have the bits that this
 //! computer computes.
 
+mod alone;
 mod board;
 mod cases;
 mod change;
 mod line;
 mod power;
 mod same;
+mod stop;
 mod widths;
 
 use board::Setup;
@@ -24,21 +26,24 @@ type Seen = Result<String, Failure>;
 /// A part: its name, and what runs it.
 type Part = (&'static str, fn(&Setup) -> Seen);
 
-const PARTS: [Part; 5] = [
+const PARTS: [Part; 7] = [
     ("bit identity", same::run),
     ("change under way", change::run),
     ("power cuts", power::run),
     ("bad slots", power::run_bad_slots),
     ("bad lines", line::run),
+    ("restarts", stop::run),
+    ("runtime alone", alone::run),
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    let [firmware, command, folder, chosen @ ..] = &arguments[..] else {
-        eprintln!("usage: hil FIRMWARE COMMAND FOLDER [PART]");
+    let [machine, firmware, command, folder, chosen @ ..] = &arguments[..] else {
+        eprintln!("usage: hil MACHINE FIRMWARE COMMAND FOLDER PART…");
         return ExitCode::from(2);
     };
     let setup = Setup {
+        machine: machine.to_string_lossy().into_owned(),
         firmware: firmware.into(),
         command: command.into(),
         folder: folder.into(),
@@ -49,7 +54,7 @@ fn main() -> ExitCode {
     }
     let mut failed = false;
     for (name, run) in PARTS {
-        if !chosen.is_empty() && chosen.iter().all(|chosen| chosen != name) {
+        if chosen.iter().all(|chosen| chosen != name) {
             continue;
         }
         let start = Instant::now();

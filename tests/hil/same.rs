@@ -166,7 +166,7 @@ impl<'c> Twin<'c> {
 }
 
 /// Everything that a correction says, as integers.
-fn bits(c: &Correction<[f32; 8]>) -> ([u32; 8], [u32; 8], trueaxis::Status) {
+pub fn bits(c: &Correction<[f32; 8]>) -> ([u32; 8], [u32; 8], trueaxis::Status) {
     (
         c.dq.map(f32::to_bits),
         c.computed.map(f32::to_bits),

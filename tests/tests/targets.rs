@@ -4,34 +4,46 @@ use trueaxis::{Compensation, Largest, Room};
 use trueaxis_host::target::Target;
 use trueaxis_tests::read;
 
+/// What stands behind `before` in a file.
+fn behind(file: &str, before: &str) -> String {
+    let text = read(file);
+    let rest = text.split_once(before).map(|(_, rest)| rest.to_owned());
+    rest.unwrap_or_else(|| panic!("{file} has no `{before}`"))
+}
+
 /// The number after `before` in a file.
 fn number(file: &str, before: &str) -> usize {
-    let text = read(file);
-    let (_, rest) = text
-        .split_once(before)
-        .unwrap_or_else(|| panic!("{file} has no `{before}`"));
+    let rest = behind(file, before);
     let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
     digits.parse().unwrap()
 }
 
 #[test]
-fn the_reference_board_is_built_with_the_capacities_of_its_target() {
-    let board = |name: &str| {
-        let before = format!("pub const {name}: usize = ");
-        number("firmware/boards/stm32f405/src/lib.rs", &before)
-    };
+fn the_boards_are_built_with_the_capacities_of_the_reference_target() {
     let target = Target::stm32f405();
-    assert_eq!(target.axes, board("AXES"));
-    assert_eq!(target.banks, board("BANKS"));
-    assert_eq!(target.tables, board("TABLES"));
-    assert_eq!(target.terms, board("TERMS"));
-    assert_eq!(target.grids, board("GRIDS"));
+    let holds = [
+        target.axes,
+        target.banks,
+        target.tables,
+        target.terms,
+        target.grids,
+    ];
+    for board in ["stm32f405", "stm32h743"] {
+        let file = format!("firmware/boards/{board}/src/lib.rs");
+        let rest = behind(&file, "pub type Tables = Holds<");
+        let (list, _) = rest.split_once('>').unwrap();
+        let built: Vec<usize> = list.split(", ").map(|n| n.parse().unwrap()).collect();
+        assert_eq!(built, holds, "{board}");
+    }
     let slot = 1024 * number("memory.x", "SLOT_A : ORIGIN = 0x08080000, LENGTH = ");
     let trailer = number(
         "firmware/src/slots/layout.rs",
         "pub const TRAILER: usize = ",
     );
     assert_eq!(target.bytes, Some(slot - trailer));
+    let other = "firmware/boards/stm32h743/stm32h743.x";
+    let other = 1024 * number(other, "SLOT_A : ORIGIN = 0x08100000, LENGTH = ");
+    assert_eq!(other, slot, "so that a blob for one fits the other");
     // The manual says so too.
     let row = format!(
         "| {} | {} | {} | {} | {} | 262 016 |",

@@ -6,7 +6,7 @@ mod figures;
 mod instruction;
 mod trace;
 
-use crate::cross::Cross;
+use crate::cross::{CORTEX_M, Cross};
 use crate::elf::Program;
 use crate::process::{cargo, root, run, target};
 use crate::qemu;
@@ -86,6 +86,8 @@ const STACK: u64 = 1024;
 const CODE: u64 = 16 * 1024;
 /// Most bytes of flash with loading.
 const FLASH: u64 = 32 * 1024;
+/// Most bytes of flash of the whole firmware for the STM32F405, without tables: code and first values.
+const IMAGE: u64 = 72 * 1024;
 
 /// # Errors
 /// What cannot be built or run, a panic in the servo path, or a figure that grew.
@@ -98,7 +100,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
             return Err(format!("bench-target takes --accept, not `{other}`"));
         }
     };
-    let cross = Cross::provide()?;
+    let cross = Cross::provide(CORTEX_M)?;
     qemu::provide()?;
     let folder = build(&cross)?;
     let (mut figures, costs) = measure(&folder.join("release/bench-target"))?;
@@ -121,6 +123,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
         figures.set(key, size.into());
     }
     figures.set("code_runtime", runtime.flash().into());
+    figures.set("image_stm32f405", image(&cross)?.into());
 
     print(&figures, &costs, &cross.version);
     let json = target("bench-target.json");
@@ -173,6 +176,13 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
     };
     build("fast")?;
     build("release")
+}
+
+/// Bytes of flash that the firmware for the STM32F405 takes.
+fn image(cross: &Cross) -> Result<u32, String> {
+    let (mut build, folder) = cross.cargo("stm32f405", &["build", "-q", "--release"]);
+    run(&mut build)?;
+    Ok(Program::read(&folder.join("release/stm32f405"))?.flash())
 }
 
 /// What the typical call of each kind costs, by key.
@@ -282,6 +292,11 @@ fn print(figures: &Figures, costs: &Costs, version: &str) {
             get("code_runtime"),
             FLASH,
         ),
+        (
+            "firmware of the STM32F405, no tables",
+            get("image_stm32f405"),
+            IMAGE,
+        ),
     ];
     for (what, value, budget) in bytes {
         print!("{what:<40} {:>23}", value);
@@ -358,7 +373,11 @@ fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>
     let cycles = CYCLES
         .iter()
         .map(|(key, budget)| (format!("{key}_cycles"), *budget));
-    let code = [("code_servo_update", CODE), ("code_runtime", FLASH)];
+    let code = [
+        ("code_servo_update", CODE),
+        ("code_runtime", FLASH),
+        ("image_stm32f405", IMAGE),
+    ];
     let code = code.map(|(key, budget)| (key.to_owned(), budget));
     let over: Vec<String> = typical
         .chain(most)

@@ -1,6 +1,6 @@
 //! `cargo xtask boards`: the runtime under RTIC and under embassy, built and linked.
 
-use crate::cross::Cross;
+use crate::cross::{CORTEX_M, Cross};
 use crate::process::{cargo, run, target};
 use std::fs;
 
@@ -10,7 +10,7 @@ const BOARDS: [&str; 2] = ["rtic", "embassy"];
 /// # Errors
 /// What cannot be built.
 pub fn execute() -> Result<(), String> {
-    let cross = Cross::provide()?;
+    let cross = Cross::provide(CORTEX_M)?;
     let blobs = target("board-blobs");
     fs::create_dir_all(&blobs).map_err(|e| format!("{}: {e}", blobs.display()))?;
     for policy in ["orientation", "direction"] {

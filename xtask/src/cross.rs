@@ -1,4 +1,4 @@
-//! The compiler for the Cortex-M4F.
+//! The compilers for controllers.
 //!
 //! The usual one with `rustup target add` where that works. Elsewhere the distribution's, which
 //! comes with the source of its library: that is built along (`-Zbuild-std`, an unstable option,
@@ -9,7 +9,10 @@ use crate::process::{root, target, works};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const TARGET: &str = "thumbv7em-none-eabihf";
+/// Cortex-M4F and Cortex-M7.
+pub const CORTEX_M: &str = "thumbv7em-none-eabihf";
+/// RISC-V with hardware floats of single precision.
+pub const RISC_V: &str = "riscv32imafc-unknown-none-elf";
 /// Where Debian has its compiler, whatever else is in the path.
 const RUSTC: &str = "/usr/bin/rustc";
 const CARGO: &str = "/usr/bin/cargo";
@@ -17,8 +20,9 @@ const SOURCE: &str = "/usr/lib/rustlib/src/rust/library/core/src/lib.rs";
 /// The `rust-version` of the workspace.
 const MINOR: u32 = 89;
 
-/// A compiler for the target.
+/// A compiler for a target.
 pub struct Cross {
+    target: &'static str,
     /// The distribution's, with the library built along.
     from_source: bool,
     /// Its version, e.g. `1.95.0`.
@@ -30,14 +34,15 @@ impl Cross {
     ///
     /// # Errors
     /// What could not be installed.
-    pub fn provide() -> Result<Self, String> {
-        if !has_target() {
-            eprintln!("the target {TARGET} is not installed: trying rustup");
-            works(Command::new("rustup").args(["target", "add", TARGET]));
+    pub fn provide(target: &'static str) -> Result<Self, String> {
+        if !has(target) {
+            eprintln!("the target {target} is not installed: trying rustup");
+            works(Command::new("rustup").args(["target", "add", target]));
         }
-        if has_target() {
+        if has(target) {
             let version = version("rustc").ok_or("rustc does not say its version")?;
             return Ok(Self {
+                target,
                 from_source: false,
                 version,
             });
@@ -45,16 +50,17 @@ impl Cross {
         if !has_source() {
             install(
                 &["rustc-web", "cargo-web", "rust-web-src", "lld"],
-                "building for the Cortex-M4F (rustup has no target for it)",
+                "building for a controller (rustup has no target for it)",
             )?;
         }
         match version(RUSTC) {
             Some(version) if has_source() => Ok(Self {
+                target,
                 from_source: true,
                 version,
             }),
             _ => Err(format!(
-                "no compiler for {TARGET}: neither did `rustup target add {TARGET}` work, nor is \
+                "no compiler for {target}: neither did `rustup target add {target}` work, nor is \
                  there {RUSTC} 1.{MINOR} or newer with {SOURCE}"
             )),
         }
@@ -63,17 +69,19 @@ impl Cross {
     /// `cargo WORDS` in the workspace of a board, and the folder with a folder of programs for each
     /// profile.
     pub fn cargo(&self, board: &str, words: &[&str]) -> (Command, PathBuf) {
-        let folder = target(if self.from_source {
-            "board-source"
-        } else {
-            "board"
-        });
+        // Programs of one name, and flags that would build all anew by turns.
+        let processor = match board {
+            "stm32h743" => "-m7",
+            _ => "",
+        };
+        let source = if self.from_source { "-source" } else { "" };
+        let folder = target(&format!("board{processor}{source}"));
         let mut command = if self.from_source {
             let mut command = Command::new(CARGO);
             command
                 .env("RUSTC", RUSTC)
                 .env("RUSTC_BOOTSTRAP", "1")
-                .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "ld.lld");
+                .env(format!("CARGO_TARGET_{}_LINKER", self.variable()), "ld.lld");
             command
         } else {
             Command::new("cargo")
@@ -89,14 +97,19 @@ impl Cross {
         if self.from_source {
             command.arg("-Zbuild-std=core");
         }
-        (command, folder.join(TARGET))
+        (command, folder.join(self.target))
+    }
+
+    /// The target as a part of a variable's name.
+    fn variable(&self) -> String {
+        self.target.replace('-', "_").to_uppercase()
     }
 }
 
-/// Whether the usual compiler has a library for the target.
-fn has_target() -> bool {
+/// Whether the usual compiler has a library for a target.
+fn has(target: &str) -> bool {
     let output = Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", TARGET])
+        .args(["--print", "target-libdir", "--target", target])
         .output();
     let Ok(output) = output else { return false };
     let folder = String::from_utf8_lossy(&output.stdout).trim().to_owned();

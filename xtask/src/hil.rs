@@ -1,41 +1,95 @@
-//! `cargo xtask hil`: the firmware in QEMU, flashed and driven over its serial line.
+//! `cargo xtask hil`: the firmware in QEMU, flashed and driven over its serial line, on every board; and
+//! the runtime alone on RISC-V.
 
-use crate::cross::Cross;
+use crate::cross::{CORTEX_M, Cross, RISC_V};
 use crate::process::{cargo, run, target};
 use crate::qemu;
 use std::process::Command;
 
+/// Boards: folder, the machine of QEMU that stands in for it, and what is tried there. What does not
+/// depend on the processor or its flash is tried once.
+const BOARDS: [(&str, &str, &[&str]); 2] = [
+    (
+        "stm32f405",
+        "mps2-an386",
+        &[
+            "bit identity",
+            "change under way",
+            "power cuts",
+            "bad slots",
+            "bad lines",
+            "restarts",
+        ],
+    ),
+    (
+        "stm32h743",
+        "mps2-an500",
+        &["bit identity", "power cuts", "bad slots", "restarts"],
+    ),
+];
+/// The program for RISC-V: the same.
+const ALONE: (&str, &str, &[&str]) = ("riscv", "virt", &["runtime alone"]);
+
+/// `chosen`: of all parts only these.
+///
 /// # Errors
 /// What cannot be built, or what did not hold.
-pub fn execute(parts: &[&str]) -> Result<(), String> {
-    let cross = Cross::provide()?;
-    qemu::provide()?;
-    let mut folder = None;
-    // The one for the real part is linked, if not run.
-    for board in ["stm32f405", "qemu"] {
-        let words = [
-            "build",
-            "-q",
-            "--release",
-            "--features",
-            board,
-            "--bin",
-            board,
-        ];
-        let (mut build, profiles) = cross.cargo("stm32f405", &words);
-        run(&mut build)?;
-        folder = Some(profiles);
+pub fn execute(chosen: &[&str]) -> Result<(), String> {
+    let known = |part: &&&str| {
+        let all = BOARDS.iter().chain([&ALONE]);
+        all.into_iter().any(|(_, _, parts)| parts.contains(part))
+    };
+    if let Some(part) = chosen.iter().find(|part| !known(part)) {
+        return Err(format!("there is no part `{part}`"));
     }
-    let firmware = folder.unwrap_or_default().join("release/qemu");
+    let wanted = |parts: &[&'static str]| -> Vec<&'static str> {
+        let wanted = |part: &&&str| chosen.is_empty() || chosen.contains(part);
+        parts.iter().filter(wanted).copied().collect()
+    };
     run(cargo()
         .args(["build", "-q", "-p", "trueaxis-host", "-p", "trueaxis-tests"])
         .args(["--bin", "trueaxis", "--bin", "hil"]))?;
+    // One that has failed does not keep the others from being tried.
+    let mut failed = Vec::new();
+    let cross = Cross::provide(CORTEX_M)?;
+    qemu::provide()?;
+    for (board, machine, parts) in BOARDS {
+        // The one for the real part is linked, if not run: it is what is built by default.
+        let (mut build, _) = cross.cargo(board, &["build", "-q", "--release"]);
+        run(&mut build)?;
+        let words = "build -q --release --no-default-features --features qemu --bin qemu";
+        let words: Vec<&str> = words.split(' ').collect();
+        let (mut build, folder) = cross.cargo(board, &words);
+        run(&mut build)?;
+        let program = folder.join("release/qemu");
+        failed.extend(try_on(machine, &program, &wanted(parts)).err());
+    }
+    let (board, machine, parts) = ALONE;
+    let cross = Cross::provide(RISC_V)?;
+    qemu::provide_risc_v()?;
+    let (mut build, folder) = cross.cargo(board, &["build", "-q", "--release"]);
+    run(&mut build)?;
+    let program = folder.join("release/trueaxis-riscv");
+    failed.extend(try_on(machine, &program, &wanted(parts)).err());
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(failed.join("; "))
+    }
+}
+
+/// Runs these parts on a machine of QEMU.
+fn try_on(machine: &str, program: &std::path::Path, parts: &[&str]) -> Result<(), String> {
+    if parts.is_empty() {
+        return Ok(());
+    }
     // Of the usual profile, whatever this was built with.
     let programs = target("debug");
     let mut hil = Command::new(programs.join("hil"));
-    hil.arg(firmware)
+    hil.arg(machine)
+        .arg(program)
         .arg(programs.join("trueaxis"))
-        .arg(target("hil"))
+        .arg(target("hil").join(machine))
         .args(parts);
     run(&mut hil)
 }

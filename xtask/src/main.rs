@@ -26,7 +26,8 @@ usage: cargo xtask COMMAND
   bench                          run times beside their rivals; instruction counts with valgrind
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
-  hil [PART]                     the firmware in QEMU, flashed and driven over its serial line
+  hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line,
+                                 and the runtime alone on RISC-V
   random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it

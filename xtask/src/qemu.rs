@@ -7,7 +7,7 @@ use std::process::Command;
 
 const PROGRAM: &str = "qemu-system-arm";
 
-/// Installs QEMU if it is missing.
+/// Installs QEMU for Cortex-M if it is missing.
 ///
 /// # Errors
 /// It cannot be installed.
@@ -15,7 +15,18 @@ pub fn provide() -> Result<(), String> {
     if works(Command::new(PROGRAM).arg("--version")) {
         return Ok(());
     }
-    install(&["qemu-system-arm"], "running on an emulated Cortex-M4F")
+    install(&[PROGRAM], "running on an emulated Cortex-M")
+}
+
+/// Installs QEMU for RISC-V if it is missing.
+///
+/// # Errors
+/// It cannot be installed.
+pub fn provide_risc_v() -> Result<(), String> {
+    if works(Command::new("qemu-system-riscv32").arg("--version")) {
+        return Ok(());
+    }
+    install(&["qemu-system-misc"], "running on an emulated RISC-V")
 }
 
 /// What makes QEMU translate, and log, one instruction at a time.

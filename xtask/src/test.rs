@@ -71,8 +71,16 @@ fn steps() -> Vec<Step> {
             "native",
         ),
         step(
-            "formatting of the board",
+            "formatting of the STM32F405",
             "fmt --manifest-path firmware/boards/stm32f405/Cargo.toml --all --check",
+        ),
+        step(
+            "formatting of the STM32H743",
+            "fmt --manifest-path firmware/boards/stm32h743/Cargo.toml --all --check",
+        ),
+        step(
+            "formatting of the program for RISC-V",
+            "fmt --manifest-path firmware/boards/riscv/Cargo.toml --check",
         ),
         step(
             "formatting of the example for RTIC",
@@ -192,8 +200,16 @@ pub fn deny() -> Result<(), String> {
             "deny --all-features check licenses bans sources",
         ),
         step(
-            "licences, bans, sources of the board",
+            "licences, bans, sources of the STM32F405",
             "deny --manifest-path firmware/boards/stm32f405/Cargo.toml --all-features --config deny.toml check licenses bans sources",
+        ),
+        step(
+            "licences, bans, sources of the STM32H743",
+            "deny --manifest-path firmware/boards/stm32h743/Cargo.toml --all-features --config deny.toml check licenses bans sources",
+        ),
+        step(
+            "licences, bans, sources of the program for RISC-V",
+            "deny --manifest-path firmware/boards/riscv/Cargo.toml --config deny.toml check licenses bans sources",
         ),
         step(
             "licences, bans, sources of the example for RTIC",

@@ -7,7 +7,7 @@ fn main() {
     let board = |name: &str| env::var_os(format!("CARGO_FEATURE_{name}")).is_some();
     let map = match (board("STM32F405"), board("QEMU")) {
         (true, false) => "../../../memory.x",
-        (false, true) => "qemu.x",
+        (false, true) => "../qemu/memory.x",
         // Nothing is linked.
         _ => return,
     };

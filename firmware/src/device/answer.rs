@@ -135,6 +135,7 @@ where
         }
         let reply = match *request {
             Request::Status => Ok(Reply::Status(self.report())),
+            Request::Health => Ok(Reply::Health(self.health())),
             Request::Begin { length, crc } => self.begin(length, crc).map(Reply::Upload),
             Request::Chunk { offset, bytes } => self.chunk(offset, bytes).map(Reply::Upload),
             Request::Commit { force } => self.commit(force).map(Reply::Upload),

@@ -24,10 +24,10 @@ use change::Change;
 use upload::Stage;
 
 pub use board::{
-    Clock, Command, CorrectionSink, Identity, LinkOnly, Machine, NoClock, PositionSource,
-    ServoAccess,
+    Clock, Command, CorrectionSink, Enabling, Identity, LinkOnly, Machine, NoClock, PositionSource,
+    Regularity, ServoAccess,
 };
-pub use servo_side::{Counters, ServoSide, Snapshot};
+pub use servo_side::{Counters, FAULTS, ServoSide, Snapshot};
 
 /// The side of the main loop.
 pub struct Device<F, S, M, C: Room> {

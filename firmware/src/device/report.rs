@@ -1,7 +1,7 @@
 //! What hello and status tell.
 
 use trueaxis::Room;
-use trueaxis::link::{Capacities, Hello, Report, Slot, SlotReport, short_name};
+use trueaxis::link::{Capacities, Health, Hello, Report, Slot, SlotReport, short_name};
 
 use super::{Device, Machine, ServoAccess};
 use crate::slots::TableFlash;
@@ -48,6 +48,27 @@ where
             }),
             fault: self.fault(),
         }
+    }
+
+    /// How well the controller is.
+    pub fn health(&mut self) -> Health {
+        let restart = self.identity.restart;
+        self.servo.with(|side| {
+            let counters = side.counters();
+            let seen = counters.regularity;
+            Health {
+                healthy: side.is_healthy(),
+                restart,
+                frames: seen.frames,
+                repeated: seen.repeated,
+                skipped: seen.skipped,
+                damaged: seen.damaged,
+                faults: seen.faults,
+                overruns: counters.overruns,
+                // The link knows.
+                garbled: 0,
+            }
+        })
     }
 
     /// How things are.

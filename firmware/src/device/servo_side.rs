@@ -6,16 +6,26 @@ use trueaxis::{
     Status, WeightError, Weights,
 };
 
-use super::board::{Clock, Command, CorrectionSink, PositionSource};
+use super::board::{Clock, Command, CorrectionSink, Enabling, PositionSource, Regularity};
 use crate::places::{Driven, Loaded};
+
+/// Conditions that are a fault: the corrections are not what they should be.
+pub const FAULTS: Conditions = Conditions(
+    Conditions::BAD_INPUT.0 | Conditions::BAD_PERIOD.0 | Conditions::HELD.0 | Conditions::FROZEN.0,
+);
 
 /// What has been counted since start.
 #[derive(Clone, Copy, Debug)]
 pub struct Counters<C: Room> {
     /// Servo updates.
     pub updates: u32,
-    /// Periods without a command, of a source that has given commands before.
+    /// Periods without a command, of a source that has given commands before: nothing new has come
+    /// for longer than is tolerated.
     pub missed: u32,
+    /// How regularly the source of the board gives commands.
+    pub regularity: Regularity,
+    /// Periods that the one before had not left time for.
+    pub overruns: u32,
     /// In how many periods the guard rails of each axis have acted.
     pub rails: C::Axes<Rails>,
     /// Cost of the last update.
@@ -83,7 +93,14 @@ pub struct ServoSide<C: Room> {
     driven: Driven<C>,
     /// Nominal period, s.
     period: f32,
+    /// What the host wants; `None` if it has said nothing since start.
+    host: Option<bool>,
+    /// What the motion side wants, as it has said last.
+    enabling: Enabling,
+    /// What follows from both.
     enabled: bool,
+    /// The main loop has found a fault.
+    faulty: bool,
     dry_run: bool,
     /// The corrections are to be zero whatever is enabled.
     to_zero: bool,
@@ -92,7 +109,9 @@ pub struct ServoSide<C: Room> {
     referenced: u16,
     auxiliaries: [f32; AUXILIARIES],
     sensors_lost: u8,
+    /// Of the host, and of the motion side.
     tool_length: Option<f32>,
+    given_length: Option<f32>,
     last: Correction<C::Axes<f32>>,
     positions: C::Axes<f32>,
     /// For how long the source of the board has been silent, s; `None` before its first command.
@@ -122,7 +141,10 @@ impl<C: Room> ServoSide<C> {
         Self {
             driven,
             period,
+            host: None,
+            enabling: Enabling::Host,
             enabled: false,
+            faulty: false,
             dry_run: false,
             to_zero: false,
             suspended: false,
@@ -130,6 +152,7 @@ impl<C: Room> ServoSide<C> {
             auxiliaries: [f32::NAN; AUXILIARIES],
             sensors_lost: 0,
             tool_length: None,
+            given_length: None,
             last: rest,
             positions: C::Axes::<f32>::all(0.0),
             silent: None,
@@ -142,6 +165,8 @@ impl<C: Room> ServoSide<C> {
             counters: Counters {
                 updates: 0,
                 missed: 0,
+                regularity: Regularity::NONE,
+                overruns: 0,
                 rails: C::Axes::<Rails>::all(Rails::default()),
                 cost: 0,
                 worst_cost: 0,
@@ -169,21 +194,22 @@ impl<C: Room> ServoSide<C> {
         clock: &K,
     ) {
         let command = source.take();
+        self.counters.regularity = source.regularity();
+        if let Some(command) = &command {
+            self.silent = Some(0.0);
+            self.heed(command);
+        }
         if self.suspended {
             // Nothing is computed, but where the machine is remains known.
-            if let Some(Command { axes, referenced }) = command {
-                self.silent = Some(0.0);
-                self.referenced = referenced;
-                if axes.as_ref().iter().all(|q| q.is_finite()) {
-                    self.positions = axes;
-                }
+            if let Some(Command { axes, .. }) = command
+                && axes.as_ref().iter().all(|q| q.is_finite())
+            {
+                self.positions = axes;
             }
-            sink.give(&self.last);
+            sink.give(&self.last, self.is_healthy());
             return;
         }
-        if let Some(Command { axes, referenced }) = command {
-            self.silent = Some(0.0);
-            self.referenced = referenced;
+        if let Some(Command { axes, .. }) = command {
             self.update(axes, clock);
         } else if let Some(axes) = self.batch.next() {
             self.update(axes, clock);
@@ -199,7 +225,50 @@ impl<C: Room> ServoSide<C> {
         } else {
             return;
         }
-        sink.give(&self.last);
+        sink.give(&self.last, self.is_healthy());
+    }
+
+    /// What a command says beside the positions.
+    fn heed(&mut self, command: &Command<C::Axes<f32>>) {
+        self.referenced = command.referenced;
+        if self.enabling != command.enabling {
+            self.enabling = command.enabling;
+            self.settle_enabled();
+        }
+        let bits = |length: Option<f32>| length.map(f32::to_bits);
+        if bits(self.given_length) != bits(command.tool_length) {
+            self.given_length = command.tool_length;
+            self.place_tool_length();
+        }
+    }
+
+    /// Neither host nor motion side lets corrections in that the other has taken out.
+    fn settle_enabled(&mut self) {
+        self.enabled = match self.enabling {
+            Enabling::Host => self.host == Some(true),
+            Enabling::On => self.host != Some(false),
+            Enabling::Off => false,
+        };
+        self.driven.enable(self.enabled && !self.to_zero);
+    }
+
+    /// There is no fault: commands come regularly, the corrections that are wanted are what they
+    /// should be, and the main loop has not reported one. This is what the fault pin shows.
+    #[must_use]
+    pub fn is_healthy(&self) -> bool {
+        let wrong = self.last.status.conditions.0 & FAULTS.0 != 0;
+        // While none are wanted nothing is held that matters.
+        !(self.faulty || self.counters.regularity.fault || self.enabled && wrong)
+    }
+
+    /// Reports how many periods the one before had not left time for.
+    pub fn set_overruns(&mut self, count: u32) {
+        self.counters.overruns = count;
+    }
+
+    /// Reports what only the main loop knows: a fault of the slots.
+    pub fn set_faulty(&mut self, on: bool) {
+        self.faulty = on;
     }
 
     /// Something waits for corrections that are zero, or for nothing but an update at zero.
@@ -238,10 +307,11 @@ impl<C: Room> ServoSide<C> {
         }
     }
 
-    /// Lets the corrections in or takes them out.
+    /// What the host wants: lets the corrections in or takes them out. Where the motion side says
+    /// something too, they are in only if neither has taken them out ([`Enabling`]).
     pub fn enable(&mut self, on: bool) {
-        self.enabled = on;
-        self.driven.enable(on && !self.to_zero);
+        self.host = Some(on);
+        self.settle_enabled();
     }
 
     /// Starts or ends a dry run.
@@ -255,7 +325,8 @@ impl<C: Room> ServoSide<C> {
         self.referenced = mask;
     }
 
-    /// Sets the tool length, mm. Until then it is not a number: where tables depend on it, a fault.
+    /// Sets the tool length of the host, mm: it counts while the motion side gives none. Without
+    /// either it is not a number: where tables depend on it, a fault.
     pub fn set_tool_length(&mut self, length: f32) {
         self.tool_length = Some(length);
         self.place_tool_length();
@@ -282,10 +353,11 @@ impl<C: Room> ServoSide<C> {
     }
 
     fn place_tool_length(&mut self) {
+        let length = self.given_length.or(self.tool_length);
         let auxiliaries = self.driven.compensation().auxiliaries();
         for (value, auxiliary) in self.auxiliaries.iter_mut().zip(auxiliaries) {
             if auxiliary.kind == AuxiliaryKind::ToolLength {
-                *value = self.tool_length.unwrap_or(f32::NAN);
+                *value = length.unwrap_or(f32::NAN);
             }
         }
     }

@@ -6,12 +6,12 @@ use std::vec;
 use std::vec::Vec;
 
 use trueaxis::link::{
-    Activation, EvaluateRow, Fault, MOST_BODY, MOST_CHUNK, MotionResult, Refusal, Reply, Request,
-    Slot, Upload, put_positions,
+    Activation, EvaluateRow, Fault, Health, MOST_BODY, MOST_CHUNK, MotionResult, Refusal, Reply,
+    Request, Restart, Slot, Upload, put_positions,
 };
 use trueaxis::{
-    AlignedBlob, Axis, Conditions, Correction, Direction, Draft, DraftBank, Inputs, Interpolation,
-    SampleFormat, Servo, Term, Travel, Travelling,
+    AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Conditions, Correction, Direction, Draft,
+    DraftBank, Inputs, Interpolation, SampleFormat, Servo, Term, Travel, Travelling,
 };
 
 use crate::desktop::{Desktop, Side};
@@ -25,6 +25,11 @@ const PERIOD: f32 = 0.001;
 
 /// X and Y; ΔX = scale · f(Y), up to `scale` mm.
 pub(crate) fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
+    draft(machine, axes, scale).encode().unwrap()
+}
+
+/// What [`blob`] encodes.
+pub(crate) fn draft(machine: &str, axes: &[u8], scale: f32) -> Draft {
     let axis = |&name: &u8| Axis {
         name,
         travel: [-1000.0, 1000.0],
@@ -50,7 +55,7 @@ pub(crate) fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
         limits: (output == 1).then_some([-1.0, 1.0]),
         factors: factors.try_into().unwrap(),
     };
-    let draft = Draft {
+    Draft {
         machine: machine.into(),
         axes: axes.iter().map(axis).collect(),
         banks: vec![
@@ -60,8 +65,7 @@ pub(crate) fn blob(machine: &str, axes: &[u8], scale: f32) -> AlignedBlob {
         ],
         terms: vec![term(0, scale, &[0]), term(1, 0.5, &[1])],
         ..Draft::default()
-    };
-    draft.encode().unwrap()
+    }
 }
 
 fn flash(while_busy: WhileBusy) -> MockFlash {
@@ -75,6 +79,7 @@ fn ask(desktop: &mut Desktop, request: &Request<'_>) -> Reply<'static> {
         Answer::Now(Reply::Upload(upload)) => Reply::Upload(upload),
         Answer::Now(Reply::Activation(activation)) => Reply::Activation(activation),
         Answer::Now(Reply::Status(report)) => Reply::Status(report),
+        Answer::Now(Reply::Health(health)) => Reply::Health(health),
         Answer::Now(Reply::Done) => Reply::Done,
         Answer::Now(other) => Reply::Corrections(match other {
             Reply::Corrections(bytes) => bytes.to_vec().leak(),
@@ -451,17 +456,17 @@ fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
     }
     struct Drives(Option<Correction<[f32; 8]>>);
     impl CorrectionSink<[f32; 8]> for Drives {
-        fn give(&mut self, correction: &Correction<[f32; 8]>) {
+        fn give(&mut self, correction: &Correction<[f32; 8]>, _: bool) {
             self.0 = Some(*correction);
         }
     }
     let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
     flashed(&mut desktop, &blob("m", b"XY", 0.3));
     ask(&mut desktop, &Request::Enable(true));
-    let mut spi = Spi(Some(Command {
-        axes: [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        referenced: 3,
-    }));
+    let mut spi = Spi(Some(Command::new(
+        [0.0, -50.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        3,
+    )));
     let mut drives = Drives(None);
     let mut ticks = |spi: &mut Spi, count| {
         let mut given = vec![];
@@ -493,14 +498,189 @@ fn a_source_that_falls_silent_is_held_and_then_ramped_to_zero() {
     // The link may command now, but not while the source does.
     assert_eq!(ask(&mut desktop, &Request::Motion(&[0; 8])), Reply::Done);
     desktop.servo.lock(|side| {
-        spi.0 = Some(Command {
-            axes: [0.0; 8],
-            referenced: 3,
-        });
+        spi.0 = Some(Command::new([0.0; 8], 3));
         side.tick(&mut spi, &mut LinkOnly, &NoClock);
     });
     assert_eq!(
         ask(&mut desktop, &Request::Motion(&[0; 8])),
         Reply::Refused(Refusal::Occupied)
     );
+}
+
+/// A source of the board that says this in every period; nothing if `None`.
+struct Board(Option<Command<[f32; 8]>>);
+
+impl PositionSource<[f32; 8]> for Board {
+    fn take(&mut self) -> Option<Command<[f32; 8]>> {
+        self.0
+    }
+}
+
+fn tick(desktop: &Desktop, board: &mut Board) {
+    let ticked = |side: &mut Side| side.tick(board, &mut LinkOnly, &NoClock);
+    desktop.servo.lock(ticked);
+}
+
+#[test]
+fn neither_host_nor_motion_side_lets_corrections_in_that_the_other_has_taken_out() {
+    let at = |enabling| Command {
+        enabling,
+        ..Command::new([0.0; 8], 3)
+    };
+    // What the host has said; what the motion side says: nothing at all, leaves it, on, off.
+    for (host, expected) in [
+        (None, [false, false, true, false]),
+        (Some(true), [true, true, true, false]),
+        (Some(false), [false, false, false, false]),
+    ] {
+        let says = [
+            None,
+            Some(at(Enabling::Host)),
+            Some(at(Enabling::On)),
+            Some(at(Enabling::Off)),
+        ];
+        for (command, expected) in says.into_iter().zip(expected) {
+            // In either order.
+            for first in [true, false] {
+                let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+                flashed(&mut desktop, &blob("m", b"XY", 0.3));
+                let say = |desktop: &mut Desktop| {
+                    if let Some(on) = host {
+                        ask(desktop, &Request::Enable(on));
+                    }
+                };
+                if first {
+                    say(&mut desktop);
+                }
+                tick(&desktop, &mut Board(command));
+                if !first {
+                    say(&mut desktop);
+                }
+                assert_eq!(
+                    status(&mut desktop).enabled,
+                    expected,
+                    "{host:?} {command:?}"
+                );
+                for _ in 0..2000 {
+                    tick(&desktop, &mut Board(command.or(Some(at(Enabling::Host)))));
+                }
+                let factor = if expected { 1.0 } else { 0.0 };
+                assert_eq!(status(&mut desktop).factor, factor);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_the_motion_side_wants_holds_while_it_is_silent_and_while_the_servo_is_suspended() {
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    let on = Command {
+        enabling: Enabling::On,
+        ..Command::new([0.0; 8], 3)
+    };
+    tick(&desktop, &mut Board(Some(on)));
+    for _ in 0..1000 {
+        tick(&desktop, &mut Board(None));
+    }
+    assert!(status(&mut desktop).enabled);
+    desktop.servo.lock(|side| side.suspend(true));
+    let off = Command {
+        enabling: Enabling::Off,
+        axes: [1.0; 8],
+        ..on
+    };
+    tick(&desktop, &mut Board(Some(off)));
+    let report = status(&mut desktop);
+    assert!(!report.enabled);
+    assert_eq!((report.positions[0], report.referenced), (1.0, 3));
+}
+
+#[test]
+fn the_tool_length_of_the_motion_side_counts_while_it_gives_one() {
+    let mut draft = draft("m", b"XY", 0.3);
+    draft.auxiliaries = vec![Auxiliary {
+        kind: AuxiliaryKind::ToolLength,
+        name: "tool".try_into().unwrap(),
+        reference: 100.0,
+    }];
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    flashed(&mut desktop, &draft.encode().unwrap());
+    let with = |tool_length| {
+        Some(Command {
+            tool_length,
+            ..Command::new([0.0; 8], 3)
+        })
+    };
+    let length = |desktop: &mut Desktop| status(desktop).auxiliaries[0];
+    assert!(length(&mut desktop).is_nan());
+    tick(&desktop, &mut Board(with(Some(130.0))));
+    assert_eq!(length(&mut desktop), 130.0);
+    ask(&mut desktop, &Request::ToolLength(95.5));
+    assert_eq!(length(&mut desktop), 130.0);
+    tick(&desktop, &mut Board(with(Some(131.0))));
+    assert_eq!(length(&mut desktop), 131.0);
+    tick(&desktop, &mut Board(with(None)));
+    assert_eq!(length(&mut desktop), 95.5);
+    // What is no number is no length, whatever the host says.
+    tick(&desktop, &mut Board(with(Some(f32::NAN))));
+    assert!(length(&mut desktop).is_nan());
+}
+
+#[test]
+fn corrections_that_are_wanted_and_held_are_a_fault_and_others_are_none() {
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    flashed(&mut desktop, &blob("m", b"XY", 0.3));
+    let healthy = |desktop: &Desktop| desktop.servo.lock(|side| side.is_healthy());
+    let mut here = Board(Some(Command::new([0.0; 8], 3)));
+    let mut silent = Board(None);
+    tick(&desktop, &mut here);
+    tick(&desktop, &mut silent);
+    assert!(healthy(&desktop), "none are wanted");
+    ask(&mut desktop, &Request::Enable(true));
+    for _ in 0..1000 {
+        tick(&desktop, &mut here);
+    }
+    assert!(healthy(&desktop));
+    tick(&desktop, &mut silent);
+    assert!(!healthy(&desktop));
+    tick(&desktop, &mut here);
+    assert!(healthy(&desktop));
+}
+
+#[test]
+fn health_shows_what_the_source_has_counted_and_why_the_controller_has_started() {
+    struct Irregular;
+    impl PositionSource<[f32; 8]> for Irregular {
+        fn take(&mut self) -> Option<Command<[f32; 8]>> {
+            None
+        }
+        fn regularity(&self) -> Regularity {
+            Regularity {
+                frames: 1,
+                repeated: 2,
+                skipped: 3,
+                damaged: 4,
+                faults: 5,
+                fault: true,
+            }
+        }
+    }
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    desktop.servo.lock(|side| {
+        side.set_overruns(6);
+        side.tick(&mut Irregular, &mut LinkOnly, &NoClock);
+    });
+    let expected = Health {
+        healthy: false,
+        restart: Restart::PowerOn,
+        frames: 1,
+        repeated: 2,
+        skipped: 3,
+        damaged: 4,
+        faults: 5,
+        overruns: 6,
+        garbled: 0,
+    };
+    assert_eq!(ask(&mut desktop, &Request::Health), Reply::Health(expected));
 }

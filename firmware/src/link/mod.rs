@@ -232,6 +232,10 @@ impl Link {
         let reply = match request {
             Err(_) => Reply::Refused(Refusal::Unknown),
             Ok(request) => match controller.answer(&request, &mut self.rows) {
+                Answer::Now(Reply::Health(mut health)) => {
+                    health.garbled = self.counts.garbage;
+                    Reply::Health(health)
+                }
                 Answer::Now(reply) => reply,
                 Answer::Later => {
                     self.waiting = Some(header);

@@ -10,7 +10,7 @@ use std::fmt::Write;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use trueaxis::Conditions;
-use trueaxis::link::{Activation, CostUnit, MOST_AXES, Report, SlotState, Upload};
+use trueaxis::link::{Activation, CostUnit, Health, MOST_AXES, Report, SlotState, Upload};
 use trueaxis_host::link::Controller;
 
 /// Watch a controller: positions, corrections, faults
@@ -49,6 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }
         let report = client.status().map_err(|error| port.bad(&error))?;
+        let health = client.health().map_err(|error| port.bad(&error))?;
         if known.replace((report.activation, report.upload))
             != Some((report.activation, report.upload))
         {
@@ -58,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let seconds = start.elapsed().as_secs_f64();
         let mut text = String::new();
         if arguments.json {
-            text = format!("{}\n", object(&controller, &report, seconds));
+            text = format!("{}\n", object(&controller, &report, health, seconds));
         } else if arguments.csv {
             let head = header(&controller);
             if head != columns {
@@ -71,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 // Over what is there: up, and clear to the end.
                 text = format!("\x1b[{drawn}A\x1b[J");
             }
-            let shown = table(&port.port, &controller, &report);
+            let shown = table(&port.port, &controller, &report, health);
             drawn = shown.lines().count();
             text += &shown;
         }
@@ -148,7 +149,7 @@ fn slot(state: SlotState) -> String {
 }
 
 /// What people read.
-fn table(port: &str, controller: &Controller, report: &Report) -> String {
+fn table(port: &str, controller: &Controller, report: &Report, health: Option<Health>) -> String {
     let mut text = String::new();
     let t = &mut text;
     let (firmware, board) = (&controller.firmware, &controller.board);
@@ -191,6 +192,10 @@ fn table(port: &str, controller: &Controller, report: &Report) -> String {
         report.worst_cost,
         unit(report)
     );
+    if let Some(health) = health {
+        text += &well(&health);
+    }
+    let t = &mut text;
     for (k, value) in report.auxiliaries.iter().enumerate() {
         let lost = match (report.sensors_lost >> k) & 1 {
             0 => "",
@@ -221,6 +226,29 @@ fn table(port: &str, controller: &Controller, report: &Report) -> String {
         );
     }
     text
+}
+
+/// Frames of the motion side, and why the controller has started.
+fn well(health: &Health) -> String {
+    let Health {
+        healthy,
+        restart,
+        frames,
+        repeated,
+        skipped,
+        damaged,
+        faults,
+        overruns,
+        garbled,
+    } = health;
+    let pin = if *healthy { "no fault" } else { "fault" };
+    format!(
+        "frames       {frames}, {repeated} periods without, {skipped} skipped, {damaged} damaged; \
+         {faults} faults\n\
+         periods      {overruns} overrun; fault pin: {pin}\n\
+         line         {garbled} garbled frames of the host\n\
+         started      {restart}\n"
+    )
 }
 
 /// Columns of `--csv`.
@@ -258,7 +286,12 @@ fn line(report: &Report, seconds: f64) -> String {
     text
 }
 
-fn object(controller: &Controller, report: &Report, seconds: f64) -> serde_json::Value {
+fn object(
+    controller: &Controller,
+    report: &Report,
+    health: Option<Health>,
+    seconds: f64,
+) -> serde_json::Value {
     json!({
         "time": seconds,
         "machine": controller.machine,
@@ -287,5 +320,16 @@ fn object(controller: &Controller, report: &Report, seconds: f64) -> serde_json:
         "compensation": activation(report.activation),
         "upload": upload(report.upload),
         "fault": report.fault.map(|fault| fault.to_string()),
+        "health": health.map(|h| json!({
+            "healthy": h.healthy,
+            "restart": h.restart.to_string(),
+            "frames": h.frames,
+            "repeated": h.repeated,
+            "skipped": h.skipped,
+            "damaged": h.damaged,
+            "faults": h.faults,
+            "overruns": h.overruns,
+            "garbled": h.garbled,
+        })),
     })
 }

@@ -5,9 +5,9 @@ use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::time::{Duration, Instant};
 use trueaxis::link::{
-    self, Activation, Capacities, END, EvaluateRow, Fault, Framed, Header, Hello, MOST_AXES,
-    MOST_BODY, MOST_WIRE, MotionResult, PROTOCOL, Received, Receiver, Refusal, Reply, Report,
-    Request, Slot, SlotReport, Upload, WhileBusy, encode,
+    self, Activation, Capacities, END, EvaluateRow, Fault, Framed, Header, Health, Hello,
+    MOST_AXES, MOST_BODY, MOST_WIRE, MotionResult, PROTOCOL, Received, Receiver, Refusal, Reply,
+    Report, Request, Slot, SlotReport, Upload, WhileBusy, encode,
 };
 use trueaxis::{Correction, Travel};
 
@@ -250,6 +250,19 @@ impl<P: Port> Client<P> {
         match self.ask(&Request::Status)? {
             Reply::Status(report) => Ok(report),
             _ => Err(LinkError::Unexpected),
+        }
+    }
+
+    /// How well it is; `None` of a controller that does not know this request yet.
+    ///
+    /// # Errors
+    /// [`LinkError`]
+    pub fn health(&mut self) -> Result<Option<Health>, LinkError> {
+        match self.ask(&Request::Health) {
+            Ok(Reply::Health(health)) => Ok(Some(health)),
+            Err(LinkError::Refused(Refusal::Unknown)) => Ok(None),
+            Ok(_) => Err(LinkError::Unexpected),
+            Err(error) => Err(error),
         }
     }
 

@@ -242,6 +242,9 @@ fn the_monitor_shows_positions_corrections_and_faults() {
     assert!(text.contains("slot A in use"), "{text}");
     assert!(text.contains("enabled, factor 1.000"), "{text}");
     assert!(text.contains("updates 500"), "{text}");
+    assert!(text.contains("frames 0, 0 periods without"), "{text}");
+    assert!(text.contains("overrun; fault pin: no fault"), "{text}");
+    assert!(text.contains("started power on"), "{text}");
     assert!(text.contains("X 1.5000 0.0"), "{text}");
     let csv = [
         "monitor",
@@ -278,6 +281,8 @@ fn the_monitor_shows_positions_corrections_and_faults() {
         let object: serde_json::Value = serde_json::from_str(line).unwrap();
         assert_eq!(object["enabled"], true);
         assert_eq!(object["positions"][1], 20.0);
+        assert_eq!(object["health"]["healthy"], true);
+        assert_eq!(object["health"]["restart"], "power on");
     }
     served.take();
 }

@@ -9,6 +9,7 @@
 //! | `frame` | protocol version, session, sequence number, checksum |
 //! | `request`, `reply` | the messages, postcard-encoded |
 //! | `report` | what hello and status tell |
+//! | `health` | frames of the motion side, and why the controller has started |
 //! | `slot`, `progress` | what slots hold; how far uploads and changes have come |
 //! | `refusal` | why a request was not carried out |
 //! | `rows` | positions and corrections as rows of little-endian f32 |
@@ -18,6 +19,7 @@
 
 mod cobs;
 mod frame;
+mod health;
 mod progress;
 mod refusal;
 mod reply;
@@ -33,6 +35,7 @@ pub use frame::{
     END, FrameError, Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver,
     VERSION_ANSWER, VersionAnswer, encode, encode_version_answer,
 };
+pub use health::{Health, Restart, Tail};
 pub use progress::{Activation, Upload};
 pub use refusal::Refusal;
 pub use reply::Reply;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::health::Health;
 use super::progress::{Activation, Upload};
 use super::refusal::Refusal;
 use super::report::{Hello, Report};
@@ -29,4 +30,6 @@ pub enum Reply<'a> {
     Motion(&'a [u8]),
     /// It is not done, and nothing has changed.
     Refused(Refusal),
+    /// How well the controller is.
+    Health(Health),
 }

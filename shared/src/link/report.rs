@@ -34,8 +34,8 @@ pub enum WhileBusy {
     /// Nothing: every fetch and every read stalls, for up to seconds. The slots are erased and
     /// written only while the machine stands still with its drives off.
     Standstill,
-    /// Each slot has a bank of its own, and the program does not lie in that of the slot being
-    /// written: reads of the other bank go on.
+    /// What is erased or written lies in a bank where the servo reads nothing: neither its program
+    /// nor the active samples. Reads of the other bank, and of RAM, go on.
     DualBank,
     /// Servo code, vectors and active samples are in RAM.
     ServoInRam,

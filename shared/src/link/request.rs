@@ -74,4 +74,6 @@ pub enum Request<'a> {
     /// Commands positions to the servo, in lock-step: one servo period for each row of
     /// [`positions`](super::positions). Answer: [`Reply::Motion`](super::Reply::Motion).
     Motion(&'a [u8]),
+    /// Asks how well the controller is. Answer: [`Reply::Health`](super::Reply::Health).
+    Health,
 }

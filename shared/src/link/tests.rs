@@ -87,8 +87,31 @@ fn the_bodies_are_those_of_the_specification() {
     let active = Activation::Active(Some(Slot::A));
     assert_eq!(body(&Reply::Activation(active)), [3, 0, 1, 0]);
     // The last variants: none has been inserted before them.
-    assert_eq!(body(&Request::Motion(&[])), [13, 0]);
+    assert_eq!(body(&Request::Health), [14]);
     assert_eq!(body(&Reply::Refused(Refusal::LogicBug)), [7, 24]);
+    let file = Tail::of("spi.rs");
+    let health = Health {
+        healthy: true,
+        restart: Restart::Panic { line: 300, file },
+        frames: 1,
+        repeated: 2,
+        skipped: 3,
+        damaged: 4,
+        faults: 5,
+        overruns: 6,
+        garbled: 7,
+    };
+    let mut expected = vec![8, 1, 8, 0xAC, 2];
+    expected.extend(b"spi.rs");
+    expected.extend([0; 18]);
+    expected.extend([1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(body(&Reply::Health(health)), expected);
+    let health = Health {
+        restart: Restart::ClockStopped,
+        ..Health::default()
+    };
+    let expected = [8, 0, 9, 0, 0, 0, 0, 0, 0, 0];
+    assert_eq!(body(&Reply::Health(health)), expected);
     let last = LoadError::SectionLength {
         stated: 1,
         computed: 2,

@@ -27,15 +27,15 @@ use embassy_time::{Duration, Ticker};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use static_cell::ConstStaticCell;
 use trueaxis::{Compensation, Holds, Inputs, Servo, include_blob};
-use trueaxis_firmware::device::{Command, CorrectionSink, PositionSource};
-use trueaxis_firmware::spi::SpiMotion;
+use trueaxis_firmware::device::{Command, CorrectionSink, FAULTS, PositionSource};
+use trueaxis_firmware::spi::{Polled, Tolerance};
 
 /// Axes of this machine, and room for the tables of one compensation.
 type Tables = Compensation<'static, Holds<5, 16, 32, 64, 1>>;
 /// What corrects with them.
 type Corrected = Servo<&'static Tables>;
 /// The motion side.
-type Motion = SpiMotion<ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, NoDelay>>;
+type Motion = Polled<ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, NoDelay>, 5>;
 /// What one task tells another.
 type Told<T> = Signal<CriticalSectionRawMutex, T>;
 
@@ -95,15 +95,15 @@ async fn servo(mut motion: Motion, tables: [&'static Tables; 2]) {
             // It is faded in, all axes together.
             length = other;
         }
-        let (mut commands, mut corrections) = motion.ends();
+        let (mut commands, mut corrections) = motion.poll();
         // Without a command none of the axes counts: the correction is held, then taken out.
-        let command: Command<[f32; 5]> = commands.take().unwrap_or(Command {
-            axes: [f32::NAN; 5],
-            referenced: 0,
-        });
+        let command: Command<[f32; 5]> = commands.take().unwrap_or(Command::new([f32::NAN; 5], 0));
+        let regular = !commands.regularity().fault;
         let mut inputs = Inputs::at(command.axes);
         inputs.auxiliaries[0] = length;
-        corrections.give(servo.advance(&inputs, command.referenced, PERIOD));
+        let correction = servo.advance(&inputs, command.referenced, PERIOD);
+        let wrong = correction.status.conditions.0 & FAULTS.0 != 0;
+        corrections.give(correction, regular && !wrong);
     }
 }
 
@@ -137,7 +137,10 @@ async fn main(spawner: Spawner) {
     interrupt::UART4.set_priority(Priority::P6);
     let urgent = SERVO.start(interrupt::UART4);
     let (Ok(servo), Ok(tools)) = (
-        servo(SpiMotion::new(device), [orientation, direction]),
+        servo(
+            Polled::new(device, Tolerance::USUAL),
+            [orientation, direction],
+        ),
         tools(next),
     ) else {
         stop()

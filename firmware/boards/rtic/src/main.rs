@@ -48,8 +48,8 @@ mod app {
     use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
     use stm32f4xx_hal::timer::{CounterHz, Event};
     use trueaxis::Inputs;
-    use trueaxis_firmware::device::{Command, CorrectionSink, PositionSource};
-    use trueaxis_firmware::spi::SpiMotion;
+    use trueaxis_firmware::device::{Command, CorrectionSink, FAULTS, PositionSource};
+    use trueaxis_firmware::spi::{Polled, Tolerance};
 
     #[shared]
     struct Shared {
@@ -61,7 +61,7 @@ mod app {
     #[local]
     struct Local {
         timer: CounterHz<TIM2>,
-        motion: SpiMotion<ExclusiveDevice<Spi<SPI1>, PA4<Output>, NoDelay>>,
+        motion: Polled<ExclusiveDevice<Spi<SPI1>, PA4<Output>, NoDelay>, 5>,
         change: PB0<Input>,
         next: PB1<Input>,
         tables: [&'static Tables; 2],
@@ -106,7 +106,7 @@ mod app {
         let shared = Shared { servo, tool: 0 };
         let local = Local {
             timer,
-            motion: SpiMotion::new(device),
+            motion: Polled::new(device, Tolerance::USUAL),
             change,
             next,
             tables,
@@ -120,18 +120,18 @@ mod app {
         let local = context.local;
         // Clears the flag that has called this.
         let _ = local.timer.wait();
-        let (mut commands, mut corrections) = local.motion.ends();
+        let (mut commands, mut corrections) = local.motion.poll();
         // Without a command none of the axes counts: the correction is held, then taken out.
-        let command: Command<[f32; 5]> = commands.take().unwrap_or(Command {
-            axes: [f32::NAN; 5],
-            referenced: 0,
-        });
+        let command: Command<[f32; 5]> = commands.take().unwrap_or(Command::new([f32::NAN; 5], 0));
+        let regular = !commands.regularity().fault;
         let mut inputs = Inputs::at(command.axes);
         (context.shared.servo, context.shared.tool).lock(|servo, tool| {
             if let Some(length) = TOOLS.get(*tool) {
                 inputs.auxiliaries[0] = *length;
             }
-            corrections.give(servo.advance(&inputs, command.referenced, PERIOD));
+            let correction = servo.advance(&inputs, command.referenced, PERIOD);
+            let wrong = correction.status.conditions.0 & FAULTS.0 != 0;
+            corrections.give(correction, regular && !wrong);
         });
     }
 

@@ -2,7 +2,6 @@
 #![allow(unsafe_code)]
 
 /// The table slots of the STM32F405, as `memory.x` places them.
-#[cfg(feature = "stm32f405")]
 pub mod slots {
     use trueaxis_firmware::slots::Slot;
 
@@ -34,147 +33,7 @@ pub mod slots {
     }
 }
 
-/// In QEMU: the slots in memory, mirrored from a file.
-#[cfg(feature = "qemu")]
-pub mod mirror {
-    use core::cell::UnsafeCell;
-    use core::sync::atomic::{AtomicBool, Ordering};
-    use trueaxis_firmware::slots::Slot;
-
-    /// Bytes of a slot: those of the STM32F405.
-    pub const LENGTH: usize = 256 * 1024;
-
-    #[repr(C, align(32))]
-    struct Cell(UnsafeCell<[u8; LENGTH]>);
-
-    // SAFETY: only the one `Mirror` reaches it; see there.
-    unsafe impl Sync for Cell {}
-
-    static CELLS: [Cell; 2] = [const { Cell(UnsafeCell::new([0; LENGTH])) }; 2];
-    static TAKEN: AtomicBool = AtomicBool::new(false);
-
-    /// The slots in memory. There is one.
-    pub struct Mirror(());
-
-    impl Mirror {
-        /// The mirror, the first time this is called.
-        pub fn take() -> Option<Self> {
-            (!TAKEN.swap(true, Ordering::Relaxed)).then_some(Self(()))
-        }
-
-        /// The bytes of a slot in place.
-        pub fn bytes(&self, slot: Slot) -> &'static [u8] {
-            let cell = &CELLS[slot.index()].0;
-            // SAFETY: each slot is a cell of its own, and is changed by `write` alone, which needs
-            // the one `Mirror` mutably. `Slots` writes only a slot that is not active, and nobody
-            // keeps a reference to the bytes of such a slot across a change
-            // (`TableFlash::in_place`, `Loader::vacate`).
-            unsafe { &*cell.get() }
-        }
-
-        /// Replaces bytes of a slot; false, and nothing, if they are not all within it.
-        pub fn write(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> bool {
-            let cell = &CELLS[slot.index()].0;
-            // SAFETY: `self` is the one `Mirror`, and is borrowed mutably; for references that
-            // `bytes` has given away see there.
-            let all = unsafe { &mut *cell.get() };
-            let place = all
-                .get_mut(at..)
-                .and_then(|rest| rest.get_mut(..bytes.len()));
-            match place {
-                Some(place) => {
-                    place.copy_from_slice(bytes);
-                    true
-                }
-                None => false,
-            }
-        }
-    }
-}
-
-/// In QEMU: the first UART of the MPS2 boards, a CMSDK APB UART.
-#[cfg(feature = "qemu")]
-pub mod uart {
-    use core::cell::RefCell;
-    use cortex_m_rt::exception;
-    use critical_section::Mutex;
-    use heapless::spsc::Producer;
-
-    const BASE: usize = 0x4000_4000;
-    const DATA: usize = BASE;
-    const STATE: usize = BASE + 4;
-    const CONTROL: usize = BASE + 8;
-    const INTERRUPT: usize = BASE + 12;
-    const DIVIDER: usize = BASE + 16;
-
-    /// Number of the interrupt for a byte that has come.
-    const RECEIVED: u16 = 0;
-
-    /// Where the interrupt puts what has come.
-    static BYTES: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell::new(None));
-
-    /// The number of an interrupt, for the interrupt controller.
-    #[derive(Clone, Copy)]
-    struct Number(u16);
-
-    // SAFETY: the number stays the same, and this board has that interrupt.
-    unsafe impl cortex_m::interrupt::InterruptNumber for Number {
-        fn number(self) -> u16 {
-            self.0
-        }
-    }
-
-    fn read(register: usize) -> u32 {
-        // SAFETY: the constants above, which are registers of this board whatever else it runs;
-        // reading them changes no memory of this program.
-        unsafe { (register as *const u32).read_volatile() }
-    }
-
-    fn write(register: usize, value: u32) {
-        // SAFETY: as above; the UART has no access to memory.
-        unsafe { (register as *mut u32).write_volatile(value) }
-    }
-
-    /// Enables both directions; what comes goes to `bytes`. QEMU ignores the rate.
-    pub fn start(bytes: Producer<'static, u8>) {
-        critical_section::with(|token| BYTES.borrow(token).replace(Some(bytes)));
-        write(DIVIDER, 16);
-        // Transmit, receive, interrupt on receive.
-        write(CONTROL, 0b1011);
-        // SAFETY: the handler is below; what it shares is in a `Mutex` of `critical_section`.
-        unsafe { cortex_m::peripheral::NVIC::unmask(Number(RECEIVED)) };
-    }
-
-    /// A byte can be sent.
-    pub fn writable() -> bool {
-        read(STATE) & 0b01 == 0
-    }
-
-    /// Sends a byte.
-    pub fn send(byte: u8) {
-        write(DATA, byte.into());
-    }
-
-    /// All interrupts but the one of SysTick: only that of a byte is enabled.
-    // SAFETY: called by the processor alone; it may interrupt anything but a critical section, and
-    // touches only what is behind one.
-    #[exception]
-    unsafe fn DefaultHandler(_: i16) {
-        write(INTERRUPT, 0b10);
-        while read(STATE) & 0b10 != 0 {
-            let byte = (read(DATA) & 0xFF) as u8;
-            critical_section::with(|token| {
-                if let Some(bytes) = BYTES.borrow_ref_mut(token).as_mut() {
-                    // Without room it is lost, and so is its frame, which is asked for again.
-                    let _ = bytes.enqueue(byte);
-                }
-            });
-        }
-    }
-}
-
-/// Lets interrupts come, whose handlers are in place.
-#[cfg(feature = "stm32f405")]
+/// Lets interrupts come, whose handlers are in place: of the highest priority, all the same.
 pub fn start_interrupts<const N: usize>(
     nvic: &mut cortex_m::peripheral::NVIC,
     interrupts: [stm32f4xx_hal::pac::Interrupt; N],
@@ -184,9 +43,131 @@ pub fn start_interrupts<const N: usize>(
         // its enable bit: what handlers share with the main loop is in a `Mutex` of
         // `critical_section`, which masks all of them.
         unsafe {
-            // All the same: none interrupts another.
-            nvic.set_priority(interrupt, 0x10);
+            nvic.set_priority(interrupt, 0);
             cortex_m::peripheral::NVIC::unmask(interrupt);
         }
+    }
+}
+
+/// DMA between the data register of a peripheral and bytes of a static.
+pub mod dma {
+    use core::sync::atomic::{AtomicU8, Ordering, fence};
+    use stm32f4xx_hal::dma::traits::Stream;
+    use stm32f4xx_hal::dma::{DmaChannel, DmaDataSize, DmaDirection};
+
+    /// A data register: its address.
+    #[derive(Clone, Copy)]
+    #[repr(u32)]
+    pub enum End {
+        /// Of SPI1.
+        Spi1 = 0x4001_300C,
+        /// Of USART2.
+        Usart2 = 0x4000_4404,
+    }
+
+    /// Starts a transfer of all `bytes`, or of all of them again and again.
+    pub fn start<S: Stream>(
+        stream: &mut S,
+        channel: DmaChannel,
+        direction: DmaDirection,
+        end: End,
+        bytes: &'static [AtomicU8],
+        again: bool,
+    ) {
+        stop(stream);
+        // No static of this chip has more: the RAM has 128 KiB, and the longest of these 4.
+        let count = u16::try_from(bytes.len()).unwrap_or(0);
+        stream.set_channel(channel);
+        stream.set_direction(direction);
+        stream.set_peripheral_address(end as u32);
+        stream.set_memory_address(bytes.as_ptr() as u32);
+        stream.set_number_of_transfers(count);
+        stream.set_memory_increment(true);
+        stream.set_peripheral_increment(false);
+        stream.set_circular_mode(again);
+        stream.set_fifo_enable(false);
+        // What has been stored before is there when the hardware reads it.
+        fence(Ordering::SeqCst);
+        // SAFETY: all registers are set: bytes on both ends, an address of a data register, and as
+        // many bytes as there are. They live for ever, and whoever reads or writes them does so
+        // atomically, so it does not matter when the hardware does.
+        unsafe {
+            stream.set_memory_size(DmaDataSize::Byte);
+            stream.set_peripheral_size(DmaDataSize::Byte);
+            stream.enable();
+        }
+    }
+
+    /// Ends a transfer wherever it is.
+    pub fn stop<S: Stream>(stream: &mut S) {
+        // SAFETY: how many bytes have been transferred stays in the stream; whoever reads the others
+        // finds those of an earlier transfer, which are bytes too.
+        unsafe { stream.disable() };
+        while stream.is_enabled() {}
+        stream.clear_all_flags();
+        // What is read after this is what the hardware has written.
+        fence(Ordering::SeqCst);
+    }
+}
+
+/// Takes everything out of SPI1, whatever state it is in; its clock goes on.
+pub fn reset_spi1(_: &mut stm32f4xx_hal::pac::SPI1) {
+    use stm32f4xx_hal::pac::SPI1;
+    use stm32f4xx_hal::rcc::Reset;
+    // SAFETY: the driver sets and clears the one bit by its alias in the bit band, in one access each;
+    // whoever else uses that register is not disturbed. The caller has SPI1.
+    unsafe { SPI1::reset_unchecked() };
+}
+
+/// The independent watchdog, which the servo interrupt feeds and the main loop adjusts.
+pub mod iwdg {
+    use stm32f4xx_hal::pac::IWDG;
+
+    fn registers() -> &'static stm32f4xx_hal::pac::iwdg::RegisterBlock {
+        // SAFETY: the registers of a peripheral that nothing else of this program uses. Each
+        // function below leaves them so that any other may follow, at any time.
+        unsafe { &*IWDG::ptr() }
+    }
+
+    fn key(key: u16) {
+        // SAFETY: the keys below are those of RM0090, 21.4.1.
+        registers().kr().write(|w| unsafe { w.key().bits(key) });
+    }
+
+    /// It begins to count.
+    pub fn start() {
+        key(0xCCCC);
+    }
+
+    /// It begins to count anew. Ends a `set` that it interrupts, so that must be masked.
+    pub fn feed() {
+        key(0xAAAA);
+    }
+
+    /// A change is on its way.
+    pub fn is_changing() -> bool {
+        let state = registers().sr().read();
+        state.pvu().bit_is_set() || state.rvu().bit_is_set()
+    }
+
+    /// Prescaler 4 · 2ⁿ and the count from which it counts down.
+    pub fn set(prescaler: u8, reload: u16) {
+        key(0x5555);
+        // SAFETY: every value of three and of twelve bits has a meaning.
+        unsafe {
+            registers().pr().write(|w| w.pr().bits(prescaler & 0b111));
+            registers().rlr().write(|w| w.rl().bits(reload & 0xFFF));
+        }
+        key(0xAAAA);
+    }
+}
+
+/// Drives the fault pin low, from anywhere: PB0.
+pub fn fault_pin_low() {
+    // SAFETY: one store to the register that sets and clears pins; it changes no other pin.
+    unsafe {
+        (*stm32f4xx_hal::pac::GPIOB::ptr())
+            .bsrr()
+            .write(|w| w.br0().set_bit());
     }
 }

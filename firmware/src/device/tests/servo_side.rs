@@ -40,16 +40,13 @@ impl PositionSource<[f32; 8]> for Source {
 struct Sink(Vec<Correction<[f32; 8]>>);
 
 impl CorrectionSink<[f32; 8]> for Sink {
-    fn give(&mut self, correction: &Correction<[f32; 8]>) {
+    fn give(&mut self, correction: &Correction<[f32; 8]>, _: bool) {
         self.0.push(*correction);
     }
 }
 
 fn at(y: f32) -> Command<[f32; 8]> {
-    Command {
-        axes: [0.0, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        referenced: 3,
-    }
+    Command::new([0.0, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3)
 }
 
 fn started(scale: f32) -> Desktop {

@@ -1,77 +1,31 @@
-//! trueaxis in QEMU: `qemu-system-arm -machine mps2-an386 -serial tcp::4000,server,nowait …`.
+//! The same in QEMU: `qemu-system-arm -machine mps2-an386 -serial tcp::4000,server,nowait …`.
 #![no_std]
 #![no_main]
 
-use core::cell::RefCell;
-
-use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::{entry, exception};
-use critical_section::Mutex;
-use defmt_semihosting as _;
-use heapless::spsc::Queue;
-use trueaxis_firmware::device::{Identity, LinkOnly, NoClock};
-use trueaxis_firmware::link::Link;
-use trueaxis_firmware::temperature::{Settings, Temperatures};
-use trueaxis_stm32f405::bare::mirror::Mirror;
-use trueaxis_stm32f405::controller::{self, Board};
-use trueaxis_stm32f405::qemu::{FileFlash, NoPin, NoSensor, RELOAD, Uart};
-use trueaxis_stm32f405::servo::{self, Access, Shared};
-use trueaxis_stm32f405::{PERIOD, Places, ServoSide};
+use trueaxis_firmware::controller::Shell;
+use trueaxis_firmware::places::Places;
+use trueaxis_firmware::slots::WhileBusy;
+use trueaxis_qemu::{Memory, Stand};
+use trueaxis_stm32f405::{RATE, Tables};
 
-static PLACES: Places = Places::new();
-
-/// Ends QEMU with an error.
-fn stop(what: &str) -> ! {
-    defmt::error!("{}", what);
-    semihosting::process::exit(1)
-}
+static PLACES: Places<Tables> = Places::new();
+static SHELL: Shell<Tables> = Shell::new(RATE);
 
 #[entry]
 fn main() -> ! {
-    static mut SIDE: Option<Shared> = None;
-    static mut LINK: Link = Link::new();
-    // Two frames of the link.
-    static mut BYTES: Queue<u8, 4096> = Queue::new();
+    static mut MEMORY: Memory<Tables> = Memory::new();
 
-    let (Some(mut core), Some(mirror)) = (cortex_m::Peripherals::take(), Mirror::take()) else {
-        stop("started twice")
+    let stand = Stand {
+        name: "qemu mps2-an386",
+        rate: RATE,
+        // As on the STM32F405, so that the same is tried here.
+        while_busy: WhileBusy::Standstill,
     };
-    let Some((loader, driven)) = PLACES.split() else {
-        stop("started twice")
-    };
-    let Ok(flash) = FileFlash::open(mirror) else {
-        stop("no file for the flash")
-    };
-    let side = SIDE.insert(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
-    let access = Access::share(side);
-    core.SYST.set_clock_source(SystClkSource::Core);
-    core.SYST.set_reload(RELOAD - 1);
-    core.SYST.clear_current();
-    core.SYST.enable_counter();
-    core.SYST.enable_interrupt();
-    let board = Board {
-        flash,
-        port: Uart::start(BYTES),
-        drives_off: NoPin,
-        lamp: NoPin,
-        healthy: NoPin,
-        temperatures: Temperatures::<NoSensor, 0>::new([], Settings::MACHINE),
-    };
-    let identity = Identity {
-        firmware: concat!("trueaxis ", env!("CARGO_PKG_VERSION")),
-        board: "qemu mps2-an386",
-        period: PERIOD,
-    };
-    controller::run(board, LINK, loader, access, identity)
+    trueaxis_qemu::run::<_, 4>(stand, &PLACES, &SHELL, MEMORY)
 }
 
 #[exception]
 fn SysTick() {
-    // Time in QEMU is that of the computer it runs on, and says nothing about the processor.
-    servo::tick(&mut LinkOnly, &mut LinkOnly, &NoClock);
-}
-
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-    semihosting::process::exit(101)
+    trueaxis_qemu::tick(&SHELL);
 }

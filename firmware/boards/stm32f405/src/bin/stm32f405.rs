@@ -2,93 +2,121 @@
 #![no_std]
 #![no_main]
 
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
+use core::mem::MaybeUninit;
 
-use cortex_m_rt::entry;
+use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
 use defmt_rtt as _;
-use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
-use heapless::spsc::Queue;
-use stm32f4xx_hal::gpio::{Output, PA4, PinState, Pull};
+use stm32f4xx_hal::dma::StreamsTuple;
+use stm32f4xx_hal::gpio::{Edge, ExtiPin, Output, PB0, PinState, Pull, Speed};
 use stm32f4xx_hal::interrupt;
-use stm32f4xx_hal::pac::{Interrupt, Peripherals, SPI1, TIM2};
+use stm32f4xx_hal::pac::{Interrupt, Peripherals, SPI1};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::rcc::Config;
-use stm32f4xx_hal::serial::{Config as SerialConfig, RxListen, Serial};
-use stm32f4xx_hal::spi::{Mode, Phase, Polarity, Spi};
-use stm32f4xx_hal::timer::{CounterHz, Event};
-use trueaxis_firmware::device::Identity;
+use stm32f4xx_hal::rcc::{Config, Enable};
+use stm32f4xx_hal::serial::Serial;
+use stm32f4xx_hal::serial::config::{Config as SerialConfig, DmaConfig};
+use trueaxis::link::{Restart, Tail};
+use trueaxis_cortex_m::{leave, stop};
+use trueaxis_firmware::controller::{Beat, Board, Heart, MainLoop, Shell, log};
+use trueaxis_firmware::cycles::Cycles;
+use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
-use trueaxis_firmware::spi::SpiMotion;
+use trueaxis_firmware::places::Places;
+use trueaxis_firmware::spi::{Exchange, MOST, Tolerance};
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
-use trueaxis_stm32f405::controller::{self, Board};
-use trueaxis_stm32f405::servo::{self, Access, Shared};
-use trueaxis_stm32f405::stm32f405::{BAUD, Cycles, InternalFlash, Received, Uart};
-use trueaxis_stm32f405::{PERIOD, Places, RATE, ServoSide};
-
-/// The motion side: an SPI bus with one select line.
-type Motion = SpiMotion<ExclusiveDevice<Spi<SPI1>, PA4<Output>, NoDelay>>;
+use trueaxis_stm32f405::stm32f405::{
+    BAUD, CRYSTAL, Dog, InternalFlash, LENGTH, Motion, Silence, Uart, supply,
+};
+use trueaxis_stm32f405::{AXES, PERIOD, RATE, Tables};
 
 /// What the servo interrupt owns.
 struct Servo {
-    timer: CounterHz<TIM2>,
     motion: Motion,
+    silence: Silence,
+    exchange: Exchange<AXES>,
+    heart: Heart<PB0<Output>, Dog>,
 }
 
-static PLACES: Places = Places::new();
-/// On their way from `main` to the interrupts.
-static SERVO: Mutex<Cell<Option<Servo>>> = Mutex::new(Cell::new(None));
-static RECEIVED: Mutex<Cell<Option<Received>>> = Mutex::new(Cell::new(None));
+static PLACES: Places<Tables> = Places::new();
+static SHELL: Shell<Tables> = Shell::new(RATE);
+/// Between two servo interrupts.
+static SERVO: Mutex<Cell<Option<&'static mut Servo>>> = Mutex::new(Cell::new(None));
+
+defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
 
 /// A start that fails is tried again: until then the fault pin is not driven, which is a fault.
-fn stop(what: &str) -> ! {
-    defmt::error!("{}", what);
-    cortex_m::peripheral::SCB::sys_reset()
+fn fail(line: u32, what: &str) -> ! {
+    let file = Tail::of(what);
+    stop(&Restart::Panic { line, file })
 }
 
 #[entry]
 fn main() -> ! {
-    static mut SIDE: Option<Shared> = None;
-    static mut LINK: Link = Link::new();
-    // Nearly two frames of the link.
-    static mut BYTES: Queue<u8, 2048> = Queue::new();
+    // Their first values would be stored in flash.
+    static mut SIDE: MaybeUninit<ServoSide<Tables>> = MaybeUninit::uninit();
+    static mut OWN: MaybeUninit<Servo> = MaybeUninit::uninit();
+    static mut LINK: MaybeUninit<Link> = MaybeUninit::uninit();
 
     let (Some(mut core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else {
-        stop("started twice")
+        fail(line!(), "started twice")
     };
     let Some((loader, driven)) = PLACES.split() else {
-        stop("started twice")
+        fail(line!(), "started twice")
     };
-    let mut rcc = chip.RCC.freeze(Config::hsi().sysclk(168.MHz()));
+    let restart = trueaxis_cortex_m::start(supply::flags(&chip.RCC), bare::fault_pin_low);
+    if supply::watch_over(&chip.FLASH) {
+        defmt::info!("brown-out level set");
+    }
+    if restart.is_fault() {
+        defmt::warn!("started after: {}", restart);
+    }
+    // Without its crystal it stays here, with the fault pin low.
+    #[cfg(not(feature = "hsi"))]
+    let source = Config::hse(CRYSTAL);
+    #[cfg(feature = "hsi")]
+    let source = Config::hsi();
+    let mut rcc = chip.RCC.freeze(source.sysclk(168.MHz()));
+    #[cfg(not(feature = "hsi"))]
+    supply::watch_crystal(&rcc);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
+    // A probe that halts the program is no fault of it.
+    chip.DBGMCU
+        .apb1_fz()
+        .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim2_stop().set_bit());
 
     let (a, b, c) = (
         chip.GPIOA.split(&mut rcc),
         chip.GPIOB.split(&mut rcc),
         chip.GPIOC.split(&mut rcc),
     );
-    let rate = SerialConfig::default().baudrate(BAUD.bps());
-    let Ok(serial) = Serial::new(chip.USART2, (a.pa2, a.pa3), rate, &mut rcc) else {
-        stop("no such baud rate")
+    let rate = SerialConfig::default()
+        .baudrate(BAUD.bps())
+        .dma(DmaConfig::TxRx);
+    let Ok(line) = Serial::new(chip.USART2, (a.pa2, a.pa3), rate, &mut rcc) else {
+        fail(line!(), "no such baud rate")
     };
-    let (send, mut receive) = serial.split();
-    receive.listen();
-    let (bytes_in, bytes_out) = BYTES.split();
+    let slow = StreamsTuple::new(chip.DMA1, &mut rcc);
+    let port = Uart::start(line, slow.5, slow.6);
 
-    let mode = Mode {
-        polarity: Polarity::IdleLow,
-        phase: Phase::CaptureOnFirstTransition,
-    };
-    let pins = (Some(a.pa5), Some(a.pa6), Some(a.pa7));
-    let bus = Spi::new(chip.SPI1, pins, mode, 10.MHz(), &mut rcc);
-    let Ok(device) = ExclusiveDevice::new_no_delay(bus, a.pa4.into_push_pull_output());
-    let mut timer = chip.TIM2.counter_hz(&mut rcc);
-    if timer.start(RATE.Hz()).is_err() {
-        stop("no such servo rate");
-    }
-    timer.listen(Event::Update);
+    let mut lines = chip.SYSCFG.constrain(&mut rcc);
+    let mut edges = chip.EXTI;
+    // Without a motion side it is not selected.
+    let mut select = a.pa4.into_pull_up_input();
+    select.make_interrupt_source(&mut lines);
+    select.trigger_on_edge(&mut edges, Edge::Rising);
+    select.enable_interrupt(&mut edges);
+    let mut select = select.into_alternate::<5>();
+    select.set_internal_resistor(Pull::Up);
+    // They stay connected without an owner.
+    let _ = a.pa5.into_alternate::<5>();
+    let _ = a.pa6.into_alternate::<5>().speed(Speed::VeryHigh);
+    let _ = a.pa7.into_alternate::<5>();
+    SPI1::enable(&mut rcc);
+    let fast = StreamsTuple::new(chip.DMA2, &mut rcc);
+    let mut motion = Motion::new(chip.SPI1, fast.2, fast.3, select, edges);
 
     // Not the peripheral: its driver waits for ever on a line that is stuck.
     let mut clock = b.pb6.into_open_drain_output_in_state(PinState::High);
@@ -98,63 +126,91 @@ fn main() -> ! {
     let sensor_bus = SoftI2c::new(clock, data, chip.TIM5.delay_us(&mut rcc));
     let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
-    let side = SIDE.insert(Mutex::new(RefCell::new(ServoSide::new(driven, PERIOD))));
-    let access = Access::share(side);
-    critical_section::with(|token| {
-        let motion = SpiMotion::new(device);
-        SERVO.borrow(token).set(Some(Servo { timer, motion }));
-        let received = Received::new(receive, bytes_in);
-        RECEIVED.borrow(token).set(Some(received));
+    let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
+    let exchange = Exchange::new(Tolerance::USUAL);
+    let mut answer = [0; MOST];
+    exchange.answer(&mut answer);
+    // One that has begun is lost; the next is not.
+    let _ = motion.arm(&answer);
+    let own = OWN.write(Servo {
+        motion,
+        silence: Silence::start(chip.TIM2, &mut rcc),
+        exchange,
+        heart: Heart::new(b.pb0.into_push_pull_output(), Dog::start()),
     });
-    bare::start_interrupts(&mut core.NVIC, [Interrupt::USART2, Interrupt::TIM2]);
+    critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
+    bare::start_interrupts(&mut core.NVIC, [Interrupt::EXTI4, Interrupt::TIM2]);
 
     let board = Board {
         flash: InternalFlash::new(chip.FLASH),
-        port: Uart::new(send, bytes_out),
+        port,
         drives_off: b.pb1.into_pull_down_input(),
         lamp: c.pc13.into_push_pull_output(),
-        healthy: b.pb0.into_push_pull_output(),
         temperatures: Temperatures::new([("bed", sensor)], Settings::MACHINE),
+        log,
     };
     let identity = Identity {
         firmware: concat!("trueaxis ", env!("CARGO_PKG_VERSION")),
         board: "stm32f405",
         period: PERIOD,
+        restart,
     };
-    controller::run(board, LINK, loader, access, identity)
+    let link = LINK.write(Link::new());
+    MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
+}
+
+/// One servo period: a frame has ended, or none has come in time.
+fn servo() {
+    let Some(own) = critical_section::with(|token| SERVO.borrow(token).take()) else {
+        return;
+    };
+    if period(own) == Some(Beat::Dead) {
+        // It is not fed any more; this is why.
+        leave(&Restart::MainLoopStopped);
+    }
+    critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
+}
+
+fn period(own: &mut Servo) -> Option<Beat> {
+    let ended = own.motion.has_ended();
+    if ended {
+        own.silence.restart();
+        own.exchange.hear(own.motion.frame(&mut [0; LENGTH]));
+    } else if !own.silence.is_over() {
+        // The other of the two interrupts has done it.
+        return None;
+    }
+    let (mut source, mut sink) = own.exchange.ends();
+    let healthy = SHELL.tick(&mut source, &mut sink, &Cycles);
+    if ended {
+        let mut answer = [0; MOST];
+        own.exchange.answer(&mut answer);
+        if !own.motion.arm(&answer) {
+            SHELL.overrun();
+        }
+    }
+    Some(own.heart.beat(SHELL.liveness(), healthy))
+}
+
+#[interrupt]
+fn EXTI4() {
+    servo();
 }
 
 #[interrupt]
 fn TIM2() {
-    static mut OWN: Option<Servo> = None;
-
-    if OWN.is_none() {
-        *OWN = critical_section::with(|token| SERVO.borrow(token).take());
-    }
-    if let Some(Servo { timer, motion }) = OWN {
-        // Clears the flag that has called this.
-        let _ = timer.wait();
-        let (mut source, mut sink) = motion.ends();
-        servo::tick(&mut source, &mut sink, &Cycles);
-    }
+    servo();
 }
 
-#[interrupt]
-fn USART2() {
-    static mut OWN: Option<Received> = None;
-
-    if OWN.is_none() {
-        *OWN = critical_section::with(|token| RECEIVED.borrow(token).take());
-    }
-    if let Some(received) = OWN {
-        received.take();
-    }
+/// The crystal has stopped; the processor goes on with its internal oscillator.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    stop(&Restart::ClockStopped)
 }
 
 /// Starts again: disabled, with corrections zero, after an interval in which the fault pin is not
 /// driven.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
-    defmt::error!("{}", defmt::Display2Format(info));
-    cortex_m::peripheral::SCB::sys_reset()
+    trueaxis_cortex_m::stop_after(info)
 }

@@ -9,6 +9,7 @@ use stm32f4xx_hal::flash::{Error, FlashExt, UnlockedFlash};
 use stm32f4xx_hal::pac::FLASH;
 use trueaxis_firmware::slots::{Slot, TableFlash, WhileBusy};
 
+use super::watchdog::while_nothing_runs;
 use crate::bare::slots;
 
 /// The internal flash: addresses of the driver count from its start.
@@ -68,7 +69,9 @@ impl NorFlash for InternalFlash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         self.clear_errors();
-        let result = NorFlash::erase(&mut self.flash.unlocked(), from, to);
+        let mut unlocked = self.flash.unlocked();
+        let result = while_nothing_runs(|| NorFlash::erase(&mut unlocked, from, to));
+        drop(unlocked);
         self.reset_cache();
         result
     }

@@ -3,36 +3,37 @@
 use core::cell::RefCell;
 
 use embedded_hal::digital::InputPin;
-use trueaxis_firmware::device::Machine;
+use trueaxis::{Room, Row};
 
-use crate::AXES;
+use crate::device::Machine;
 
 /// So long the commands must not have changed, ms.
 const QUIET: u32 = 200;
 
 /// The state of the drives from a pin, and whether the commands have stopped.
-pub struct Standstill<P> {
+pub struct Standstill<P, C: Room> {
     /// High while the drives are off.
     drives_off: RefCell<P>,
-    commands: [f32; AXES],
+    commands: C::Axes<f32>,
     /// When they changed last, ms; `None` if not since start.
     changed: Option<u32>,
     quiet: bool,
 }
 
-impl<P: InputPin> Standstill<P> {
+impl<P: InputPin, C: Room> Standstill<P, C> {
     /// `drives_off` is high while the drives are off.
-    pub const fn new(drives_off: P) -> Self {
+    #[must_use]
+    pub fn new(drives_off: P) -> Self {
         Self {
             drives_off: RefCell::new(drives_off),
-            commands: [0.0; AXES],
+            commands: C::Axes::<f32>::all(0.0),
             changed: None,
             quiet: false,
         }
     }
 
     /// Looks at the machine: to be called from the main loop, with the last commands.
-    pub fn observe(&mut self, commands: &[f32; AXES], now: u32) {
+    pub fn observe(&mut self, commands: &C::Axes<f32>, now: u32) {
         if self.commands != *commands {
             self.commands = *commands;
             self.changed = Some(now);
@@ -42,7 +43,7 @@ impl<P: InputPin> Standstill<P> {
     }
 }
 
-impl<P: InputPin> Machine for Standstill<P> {
+impl<P: InputPin, C: Room> Machine for Standstill<P, C> {
     fn standstill(&self) -> bool {
         // The pin as it is now, not as it was before an answer was sent. One that cannot be read says
         // nothing, so the drives may be on.
@@ -50,3 +51,6 @@ impl<P: InputPin> Machine for Standstill<P> {
         self.quiet && pin.is_ok_and(|mut pin| pin.is_high().unwrap_or(false))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,97 @@
+//! Registers at fixed addresses, and the one mirror: the only file of this crate with `unsafe`.
+#![allow(unsafe_code)]
+
+use trueaxis_firmware::mirror::{Memory, Mirrored};
+use trueaxis_firmware::slots::WhileBusy;
+
+use crate::flash::{FileFlash, SLOT};
+
+/// A flash mirrored in memory.
+pub fn mirrored<const WRITE: usize>(
+    flash: FileFlash<WRITE>,
+    while_busy: WhileBusy,
+    memory: &'static mut Memory<SLOT>,
+) -> Mirrored<FileFlash<WRITE>, SLOT> {
+    // SAFETY: the one caller gives it to `Slots`, in `MainLoop::start`, which does what it says there.
+    unsafe { Mirrored::open(flash, [0, SLOT as u32], while_busy, memory) }
+}
+
+/// The first UART of the MPS2 boards, a CMSDK APB UART.
+pub mod uart {
+    use core::cell::RefCell;
+    use cortex_m_rt::exception;
+    use critical_section::Mutex;
+    use heapless::spsc::Producer;
+
+    const BASE: usize = 0x4000_4000;
+    const DATA: usize = BASE;
+    const STATE: usize = BASE + 4;
+    const CONTROL: usize = BASE + 8;
+    const INTERRUPT: usize = BASE + 12;
+    const DIVIDER: usize = BASE + 16;
+
+    /// Number of the interrupt for a byte that has come.
+    const RECEIVED: u16 = 0;
+
+    /// Where the interrupt puts what has come.
+    static BYTES: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell::new(None));
+
+    /// The number of an interrupt, for the interrupt controller.
+    #[derive(Clone, Copy)]
+    struct Number(u16);
+
+    // SAFETY: the number stays the same, and this board has that interrupt.
+    unsafe impl cortex_m::interrupt::InterruptNumber for Number {
+        fn number(self) -> u16 {
+            self.0
+        }
+    }
+
+    fn read(register: usize) -> u32 {
+        // SAFETY: the constants above, which are registers of this board whatever else it runs;
+        // reading them changes no memory of this program.
+        unsafe { (register as *const u32).read_volatile() }
+    }
+
+    fn write(register: usize, value: u32) {
+        // SAFETY: as above; the UART has no access to memory.
+        unsafe { (register as *mut u32).write_volatile(value) }
+    }
+
+    /// Enables both directions; what comes goes to `bytes`. QEMU ignores the rate.
+    pub fn start(bytes: Producer<'static, u8>) {
+        critical_section::with(|token| BYTES.borrow(token).replace(Some(bytes)));
+        write(DIVIDER, 16);
+        // Transmit, receive, interrupt on receive.
+        write(CONTROL, 0b1011);
+        // SAFETY: the handler is below; what it shares is in a `Mutex` of `critical_section`.
+        unsafe { cortex_m::peripheral::NVIC::unmask(Number(RECEIVED)) };
+    }
+
+    /// A byte can be sent.
+    pub fn writable() -> bool {
+        read(STATE) & 0b01 == 0
+    }
+
+    /// Sends a byte.
+    pub fn send(byte: u8) {
+        write(DATA, byte.into());
+    }
+
+    /// All interrupts but the one of SysTick: only that of a byte is enabled.
+    // SAFETY: called by the processor alone; it may interrupt anything but a critical section, and
+    // touches only what is behind one.
+    #[exception]
+    unsafe fn DefaultHandler(_: i16) {
+        write(INTERRUPT, 0b10);
+        while read(STATE) & 0b10 != 0 {
+            let byte = (read(DATA) & 0xFF) as u8;
+            critical_section::with(|token| {
+                if let Some(bytes) = BYTES.borrow_ref_mut(token).as_mut() {
+                    // Without room it is lost, and so is its frame, which is asked for again.
+                    let _ = bytes.enqueue(byte);
+                }
+            });
+        }
+    }
+}

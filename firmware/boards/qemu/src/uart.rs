@@ -1,0 +1,55 @@
+//! The serial line: `-serial` of QEMU. Received in an interrupt: a loop that looks at the registers
+//! would keep QEMU from its other work.
+
+use core::convert::Infallible;
+
+use heapless::spsc::{Consumer, Queue};
+use trueaxis_firmware::controller::received;
+
+use crate::bare::uart;
+
+/// The serial line.
+pub struct Uart {
+    bytes: Consumer<'static, u8>,
+}
+
+impl Uart {
+    /// Enables it; `queue` is between the interrupt and the link.
+    pub fn start<const N: usize>(queue: &'static mut Queue<u8, N>) -> Self {
+        let (producer, bytes) = queue.split();
+        uart::start(producer);
+        Self { bytes }
+    }
+}
+
+impl embedded_io::ErrorType for Uart {
+    type Error = Infallible;
+}
+
+impl embedded_io::Read for Uart {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        Ok(received(&mut self.bytes, buffer, cortex_m::asm::wfi))
+    }
+}
+
+impl embedded_io::ReadReady for Uart {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(self.bytes.ready())
+    }
+}
+
+impl embedded_io::Write for Uart {
+    fn write(&mut self, buffer: &[u8]) -> Result<usize, Infallible> {
+        let Some(byte) = buffer.first() else {
+            return Ok(0);
+        };
+        while !uart::writable() {}
+        uart::send(*byte);
+        Ok(1)
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        while !uart::writable() {}
+        Ok(())
+    }
+}

@@ -1,0 +1,119 @@
+//! The motion side, which is the master of SPI1: frames by DMA, their end as an interrupt.
+//!
+//! While the select line is low the hardware does everything. At its rising edge [`Motion::frame`]
+//! takes what has come, and [`Motion::arm`] lays out the next answer: from then on the next frame
+//! may begin.
+
+use core::sync::atomic::{AtomicU8, Ordering};
+
+use stm32f4xx_hal::dma::traits::Stream;
+use stm32f4xx_hal::dma::{DmaChannel, DmaDirection, Stream2, Stream3};
+use stm32f4xx_hal::gpio::{Alternate, PA4};
+use stm32f4xx_hal::pac::{DMA2, EXTI, SPI1};
+use trueaxis_firmware::spi::length;
+
+use crate::AXES;
+use crate::bare::dma::{self, End};
+use crate::bare::reset_spi1;
+
+/// Bytes of a frame.
+pub const LENGTH: usize = length(AXES);
+
+static RECEIVED: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
+static SENT: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
+
+/// SPI1 as a slave.
+pub struct Motion {
+    spi: SPI1,
+    /// DMA2, RM0090 table 43: both are channel 3.
+    receive: Stream2<DMA2>,
+    send: Stream3<DMA2>,
+    select: PA4<Alternate<5>>,
+    edges: EXTI,
+    armed: bool,
+}
+
+impl Motion {
+    /// Takes SPI1, whose clock runs and whose pins are connected, and the select line, whose rising
+    /// edge is an interrupt.
+    pub const fn new(
+        spi: SPI1,
+        receive: Stream2<DMA2>,
+        send: Stream3<DMA2>,
+        select: PA4<Alternate<5>>,
+        edges: EXTI,
+    ) -> Self {
+        Self {
+            spi,
+            receive,
+            send,
+            select,
+            edges,
+            armed: false,
+        }
+    }
+
+    /// Whether a frame has ended since this was asked last.
+    pub fn has_ended(&mut self) -> bool {
+        let ended = self.edges.pr().read().pr4().bit_is_set();
+        if ended {
+            self.edges.pr().write(|w| w.pr4().clear_bit_by_one());
+        }
+        ended
+    }
+
+    /// The bytes of the frame that has ended: fewer than [`LENGTH`] if it was cut off, none if
+    /// nothing was laid out for it.
+    pub fn frame<'b>(&mut self, bytes: &'b mut [u8; LENGTH]) -> &'b [u8] {
+        if !self.armed {
+            return &[];
+        }
+        self.armed = false;
+        let missing = usize::from(self.receive.number_of_transfers());
+        dma::stop(&mut self.receive);
+        dma::stop(&mut self.send);
+        for (byte, place) in bytes.iter_mut().zip(&RECEIVED) {
+            *byte = place.load(Ordering::Relaxed);
+        }
+        bytes.get(..LENGTH - missing.min(LENGTH)).unwrap_or(&[])
+    }
+
+    /// Lays out the answer for the next frame. False if that has begun: it is lost.
+    pub fn arm(&mut self, answer: &[u8]) -> bool {
+        if self.select.is_low() {
+            return false;
+        }
+        for (place, byte) in SENT.iter().zip(answer) {
+            place.store(*byte, Ordering::Relaxed);
+        }
+        // A frame that was cut off leaves a byte in the transmit buffer, which nothing else takes
+        // out.
+        reset_spi1(&mut self.spi);
+        // The order of RM0090, 28.3.9.
+        self.spi.cr2().write(|w| w.rxdmaen().enabled());
+        let channel = DmaChannel::Channel3;
+        let to_memory = DmaDirection::PeripheralToMemory;
+        dma::start(
+            &mut self.receive,
+            channel,
+            to_memory,
+            End::Spi1,
+            &RECEIVED,
+            false,
+        );
+        let from_memory = DmaDirection::MemoryToPeripheral;
+        dma::start(
+            &mut self.send,
+            channel,
+            from_memory,
+            End::Spi1,
+            &SENT,
+            false,
+        );
+        self.spi.cr2().modify(|_, w| w.txdmaen().enabled());
+        // Slave, mode 0, 8 bits, most significant first, select by its pin.
+        self.spi.cr1().write(|w| w.spe().enabled());
+        self.armed = true;
+        self.select.is_high()
+    }
+}

@@ -1,0 +1,46 @@
+//! Supply, clock, and why the last reset was.
+
+use stm32f4xx_hal::pac::{FLASH, RCC};
+use trueaxis_firmware::record::Flags;
+
+/// Why the last reset was, as the hardware says; the next one begins with a clean slate.
+pub fn flags(rcc: &RCC) -> Flags {
+    let csr = rcc.csr().read();
+    let flags = Flags {
+        power_on: csr.porrstf().bit_is_set(),
+        brown_out: csr.borrstf().bit_is_set(),
+        watchdog: csr.wdgrstf().bit_is_set() || csr.wwdgrstf().bit_is_set(),
+        software: csr.sftrstf().bit_is_set(),
+        pin: csr.padrstf().bit_is_set(),
+    };
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    flags
+}
+
+/// Sees to it that the chip is held in reset below 2.7 V (brown-out level 3): below that, flash and
+/// clock are beyond what they are specified for. True if it has just been set, which happens once in
+/// the life of a chip: the option bytes keep it.
+///
+/// RM0090, 3.6.2. Of the option bytes nothing but this level changes; of a chip that is read-protected
+/// they stay as they are.
+pub fn watch_over(flash: &FLASH) -> bool {
+    let options = flash.optcr().read();
+    if options.bor_lev().is_bor_level3() || !options.rdp().is_level0() {
+        return false;
+    }
+    while flash.sr().read().bsy().bit_is_set() {}
+    for key in [0x0819_2A3B, 0x4C5D_6E7F] {
+        flash.optkeyr().write(|w| w.optkeyr().set(key));
+    }
+    flash.optcr().modify(|_, w| w.bor_lev().bor_level3());
+    flash.optcr().modify(|_, w| w.optstrt().set_bit());
+    while flash.sr().read().bsy().bit_is_set() {}
+    flash.optcr().modify(|_, w| w.optlock().set_bit());
+    true
+}
+
+/// Lets the processor notice when the crystal stops: an exception that nothing masks (NMI).
+#[cfg(not(feature = "hsi"))]
+pub fn watch_crystal(rcc: &RCC) {
+    rcc.cr().modify(|_, w| w.csson().on());
+}

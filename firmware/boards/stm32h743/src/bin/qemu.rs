@@ -1,0 +1,31 @@
+//! The same in QEMU: `qemu-system-arm -machine mps2-an500 -serial tcp::4000,server,nowait …`.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::{entry, exception};
+use trueaxis_firmware::controller::Shell;
+use trueaxis_firmware::places::Places;
+use trueaxis_firmware::slots::WhileBusy;
+use trueaxis_qemu::{Memory, Stand};
+use trueaxis_stm32h743::{RATE, Tables};
+
+static PLACES: Places<Tables> = Places::new();
+static SHELL: Shell<Tables> = Shell::new(RATE);
+
+#[entry]
+fn main() -> ! {
+    static mut MEMORY: Memory<Tables> = Memory::new();
+
+    let stand = Stand {
+        name: "qemu mps2-an500",
+        rate: RATE,
+        // As on the STM32H743, so that the same is tried here; and so are words of 32 bytes.
+        while_busy: WhileBusy::DualBank,
+    };
+    trueaxis_qemu::run::<_, 32>(stand, &PLACES, &SHELL, MEMORY)
+}
+
+#[exception]
+fn SysTick() {
+    trueaxis_qemu::tick(&SHELL);
+}

@@ -1,0 +1,26 @@
+//! trueaxis on an STM32H743. What does not depend on the board is
+//! [`trueaxis_firmware::controller`]; the same in QEMU is `trueaxis-qemu`.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `stm32h743` | drivers |
+//! | `bare` | all `unsafe`: memory and registers at fixed addresses |
+#![no_std]
+#![deny(unsafe_code)]
+
+#[cfg(feature = "stm32h743")]
+pub mod bare;
+#[cfg(feature = "stm32h743")]
+pub mod stm32h743;
+
+use trueaxis::Holds;
+
+/// Servo periods per second.
+pub const RATE: u32 = 4000;
+/// Nominal servo period, s.
+pub const PERIOD: f32 = 1.0 / RATE as f32;
+
+/// Axes of a compensation, and of a frame of the motion side.
+pub const AXES: usize = 8;
+/// What a compensation has room for: axes, banks, tables, terms, grids.
+pub type Tables = Holds<AXES, 32, 96, 256, 2>;

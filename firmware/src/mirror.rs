@@ -1,0 +1,192 @@
+//! Table slots that are read in memory, where a copy of them is kept: for flash that cannot be read in
+//! place at any time. Of two banks the one that is erased or written cannot be read, and holds both
+//! slots; or the flash is behind a bus of its own.
+//!
+//! With the program elsewhere, a servo that reads its samples here runs on while a slot is erased
+//! and written.
+#![allow(unsafe_code)]
+
+#[cfg(test)]
+mod tests;
+
+use core::cell::UnsafeCell;
+use core::ops::Range;
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+
+use crate::slots::{Slot, TableFlash, WhileBusy};
+
+/// Bytes that are read at once while all is well.
+const PIECE: usize = 1024;
+/// Bytes that are read at once where a piece cannot be read: one word with its error-correcting code.
+const WORD: usize = 32;
+
+/// Room for both slots: a `static mut` of `main`, all zeros, which takes no flash.
+#[repr(C, align(32))]
+pub struct Memory<const SLOT: usize>([UnsafeCell<[u8; SLOT]>; 2]);
+
+impl<const SLOT: usize> Default for Memory<SLOT> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const SLOT: usize> Memory<SLOT> {
+    /// Zeros.
+    #[must_use]
+    pub const fn new() -> Self {
+        const {
+            assert!(SLOT.is_multiple_of(WORD), "a slot consists of whole words");
+        }
+        Self([const { UnsafeCell::new([0; SLOT]) }; 2])
+    }
+}
+
+/// A flash with two slots of `SLOT` bytes, mirrored in memory.
+///
+/// A word that cannot be read (whose power has gone while it was programmed, where there is an
+/// error-correcting code) is zeros in memory: neither blank nor part of a valid blob.
+pub struct Mirrored<F, const SLOT: usize> {
+    flash: F,
+    /// First addresses of the slots.
+    starts: [u32; 2],
+    while_busy: WhileBusy,
+    memory: &'static Memory<SLOT>,
+}
+
+impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
+    /// Reads both slots, which begin at `starts` in the addresses of the driver.
+    ///
+    /// # Safety
+    /// It is given to [`Slots`](crate::slots::Slots), which changes only a slot that is not active;
+    /// and whoever keeps bytes of such a slot [in place](TableFlash::in_place) does not look at
+    /// them once an upload has begun (see [`Loader::vacate`](crate::places::Loader::vacate)).
+    pub unsafe fn open(
+        flash: F,
+        starts: [u32; 2],
+        while_busy: WhileBusy,
+        memory: &'static mut Memory<SLOT>,
+    ) -> Self {
+        let mut mirrored = Self {
+            flash,
+            starts,
+            while_busy,
+            memory,
+        };
+        for start in starts {
+            mirrored.refresh(start, SLOT);
+        }
+        mirrored
+    }
+
+    /// Stops: gives the flash back; the memory is for whoever still reads there.
+    pub fn close(self) -> F {
+        self.flash
+    }
+
+    /// Copies from the flash what it holds now.
+    fn refresh(&mut self, from: u32, length: usize) {
+        let mut piece = [0; PIECE];
+        for at in (0..length).step_by(PIECE) {
+            let (start, count) = (from + at as u32, PIECE.min(length - at));
+            let Some(bytes) = piece.get_mut(..count) else {
+                continue;
+            };
+            if self.flash.read(start, bytes).is_err() {
+                for (word, start) in bytes.chunks_mut(WORD).zip((start..).step_by(WORD)) {
+                    if self.flash.read(start, word).is_err() {
+                        word.fill(0);
+                    }
+                }
+            }
+            self.put(start, bytes);
+        }
+    }
+
+    /// Replaces bytes in memory, those of them that are in a slot.
+    fn put(&mut self, from: u32, bytes: &[u8]) {
+        for (cell, start) in self.memory.0.iter().zip(self.starts) {
+            let Some(at) = from.checked_sub(start) else {
+                continue;
+            };
+            let at = at as usize;
+            if at >= SLOT || bytes.len() > SLOT - at {
+                continue;
+            }
+            // SAFETY: the bytes are all within the cell, which `bytes` does not overlap: it is of the
+            // caller. `self` alone has this memory, and is borrowed mutably; for those
+            // that `in_place` has given away see `open`. There is no reference to the others.
+            unsafe {
+                let place = cell.get().cast::<u8>().add(at);
+                place.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
+            }
+        }
+    }
+
+    fn bytes(&self, slot: Slot) -> &'static [u8] {
+        let [a, b] = &self.memory.0;
+        let cell = match slot {
+            Slot::A => a,
+            Slot::B => b,
+        };
+        // SAFETY: each slot is a cell of its own, and is changed by `put` alone, which needs `self`
+        // mutably; that nobody keeps a reference until then, see `open`.
+        unsafe { &*cell.get() }
+    }
+}
+
+impl<F: ErrorType, const SLOT: usize> ErrorType for Mirrored<F, SLOT> {
+    type Error = F::Error;
+}
+
+impl<F: NorFlash, const SLOT: usize> ReadNorFlash for Mirrored<F, SLOT> {
+    const READ_SIZE: usize = F::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), F::Error> {
+        self.flash.read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.flash.capacity()
+    }
+}
+
+impl<F: NorFlash, const SLOT: usize> NorFlash for Mirrored<F, SLOT> {
+    const WRITE_SIZE: usize = F::WRITE_SIZE;
+    const ERASE_SIZE: usize = F::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {
+        let result = self.flash.erase(from, to);
+        self.refresh(from, to.saturating_sub(from) as usize);
+        result
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), F::Error> {
+        let result = self.flash.write(offset, bytes);
+        self.refresh(offset, bytes.len());
+        result
+    }
+}
+
+impl<F: NorFlash, const SLOT: usize> TableFlash for Mirrored<F, SLOT> {
+    fn range(&self, slot: Slot) -> Range<u32> {
+        let [a, b] = self.starts;
+        let start = match slot {
+            Slot::A => a,
+            Slot::B => b,
+        };
+        start..start + SLOT as u32
+    }
+
+    fn mapped(&self, slot: Slot) -> &[u8] {
+        self.bytes(slot)
+    }
+
+    fn in_place(&self, slot: Slot) -> &'static [u8] {
+        self.bytes(slot)
+    }
+
+    fn while_busy(&self) -> WhileBusy {
+        self.while_busy
+    }
+}

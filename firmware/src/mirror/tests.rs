@@ -1,0 +1,179 @@
+use std::boxed::Box;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
+use std::rc::Rc;
+use std::vec::Vec;
+
+use embedded_storage::nor_flash::{NorFlashError, NorFlashErrorKind};
+
+use super::*;
+
+/// Bytes of a slot, and of a block.
+const SLOT: usize = 2048;
+const BLOCK: usize = 1024;
+
+/// Two slots from address 4096 on, with an error-correcting code for each word.
+#[derive(Clone, Default)]
+struct Chip {
+    bytes: Rc<RefCell<Vec<u8>>>,
+    /// Numbers of words whose code does not hold.
+    torn: Rc<RefCell<BTreeSet<usize>>>,
+    /// Words that are programmed before the power goes.
+    power: Rc<Cell<Option<usize>>>,
+}
+
+const START: u32 = 4096;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Unreadable;
+
+impl NorFlashError for Unreadable {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl ErrorType for Chip {
+    type Error = Unreadable;
+}
+
+impl ReadNorFlash for Chip {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Unreadable> {
+        let at = (offset - START) as usize;
+        let words = at / WORD..(at + bytes.len()).div_ceil(WORD);
+        if self.torn.borrow().range(words).next().is_some() {
+            // What an aborted transfer has brought.
+            bytes.fill(0x55);
+            return Err(Unreadable);
+        }
+        bytes.copy_from_slice(&self.bytes.borrow()[at..at + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        START as usize + 2 * SLOT
+    }
+}
+
+impl NorFlash for Chip {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = BLOCK;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Unreadable> {
+        let [from, to] = [from, to].map(|address| (address - START) as usize);
+        self.bytes.borrow_mut()[from..to].fill(0xFF);
+        self.torn
+            .borrow_mut()
+            .retain(|w| !(from..to).contains(&(w * WORD)));
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Unreadable> {
+        for (number, word) in bytes.chunks(WORD).enumerate() {
+            let at = (offset - START) as usize + number * WORD;
+            if self.power.get() == Some(number) {
+                self.torn.borrow_mut().insert(at / WORD);
+                return Err(Unreadable);
+            }
+            self.bytes.borrow_mut()[at..at + WORD].copy_from_slice(word);
+        }
+        Ok(())
+    }
+}
+
+/// A chip whose bytes are their own addresses, more or less; and its mirror.
+fn mirrored() -> (Chip, Mirrored<Chip, SLOT>) {
+    let chip = Chip::default();
+    *chip.bytes.borrow_mut() = (0..2 * SLOT).map(|at| (at % 251) as u8).collect();
+    (chip.clone(), open(&chip))
+}
+
+fn open(chip: &Chip) -> Mirrored<Chip, SLOT> {
+    let memory = Box::leak(Box::new(Memory::new()));
+    let starts = [START, START + SLOT as u32];
+    // SAFETY: no test keeps bytes in place across a change of theirs.
+    unsafe { Mirrored::open(chip.clone(), starts, WhileBusy::DualBank, memory) }
+}
+
+/// Whether both slots in memory are what the flash holds, unreadable words being zeros.
+fn agrees(chip: &Chip, mirrored: &Mirrored<Chip, SLOT>) -> bool {
+    let mut bytes = chip.bytes.borrow().clone();
+    for word in chip.torn.borrow().iter() {
+        bytes[word * WORD..][..WORD].fill(0);
+    }
+    let [a, b] = Slot::BOTH.map(|slot| mirrored.in_place(slot).to_vec());
+    let mapped = Slot::BOTH.map(|slot| mirrored.mapped(slot).to_vec());
+    assert_eq!(mapped, [a.clone(), b.clone()]);
+    bytes == [a, b].concat()
+}
+
+#[test]
+fn at_start_both_slots_are_copied() {
+    let (chip, mirrored) = mirrored();
+    assert!(agrees(&chip, &mirrored));
+    assert_eq!(mirrored.range(Slot::A), START..START + 2048);
+    assert_eq!(mirrored.range(Slot::B), START + 2048..START + 4096);
+    assert_eq!(mirrored.while_busy(), WhileBusy::DualBank);
+    assert_eq!(mirrored.capacity(), START as usize + 2 * SLOT);
+    for slot in Slot::BOTH {
+        assert_eq!(mirrored.in_place(slot).as_ptr().addr() % 32, 0);
+    }
+}
+
+#[test]
+fn what_is_erased_and_written_is_copied_and_nothing_else_changes() {
+    let (chip, mut mirrored) = mirrored();
+    let b = START + SLOT as u32;
+    mirrored.erase(b, b + BLOCK as u32).unwrap();
+    assert!(agrees(&chip, &mirrored));
+    assert!(
+        mirrored.in_place(Slot::B)[..BLOCK]
+            .iter()
+            .all(|byte| *byte == 0xFF)
+    );
+    mirrored.write(b + 64, &[7; 96]).unwrap();
+    assert!(agrees(&chip, &mirrored));
+    assert_eq!(mirrored.in_place(Slot::B)[64..160], [7; 96]);
+    mirrored
+        .erase(START + BLOCK as u32, START + SLOT as u32)
+        .unwrap();
+    mirrored.write(START + SLOT as u32 - 32, &[9; 32]).unwrap();
+    assert!(agrees(&chip, &mirrored));
+    let mut bytes = [0; 32];
+    mirrored.read(START + SLOT as u32 - 32, &mut bytes).unwrap();
+    assert_eq!(bytes, [9; 32]);
+}
+
+#[test]
+fn a_torn_word_is_zeros_in_memory_and_an_error_of_a_read() {
+    let (chip, _) = mirrored();
+    // The first word, the last of a piece, the last of all.
+    chip.torn.borrow_mut().extend([0, 31, 2 * SLOT / WORD - 1]);
+    let mut mirrored = open(&chip);
+    assert!(agrees(&chip, &mirrored));
+    assert_eq!(mirrored.read(START, &mut [0; 32]), Err(Unreadable));
+    assert_eq!(mirrored.read(START + 32, &mut [0; 32]), Ok(()));
+}
+
+#[test]
+fn a_write_that_is_cut_short_is_copied_as_far_as_it_came() {
+    let (chip, mut mirrored) = mirrored();
+    mirrored.erase(START, START + BLOCK as u32).unwrap();
+    chip.power.set(Some(1));
+    assert_eq!(mirrored.write(START, &[3; 96]), Err(Unreadable));
+    assert!(agrees(&chip, &mirrored));
+    let slot = mirrored.in_place(Slot::A);
+    assert_eq!((slot[31], slot[32], slot[64]), (3, 0, 0xFF));
+}
+
+#[test]
+fn the_flash_is_given_back_and_its_bytes_in_place_stay_as_they_were() {
+    let (chip, mirrored) = mirrored();
+    let slot = mirrored.in_place(Slot::B);
+    let mut flash = mirrored.close();
+    flash.erase(START, START + 2 * SLOT as u32).unwrap();
+    assert_eq!(slot[0], (SLOT % 251) as u8);
+    assert_eq!(chip.bytes.borrow()[SLOT], 0xFF);
+}

@@ -1,0 +1,222 @@
+//! The bytes of both frames.
+
+use trueaxis::Conditions;
+
+use crate::device::{Command, Enabling};
+
+/// Version of the frames.
+pub const VERSION: u8 = 2;
+const HEAD: usize = 12;
+const CHECK: usize = 4;
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// Bytes of the longest frame.
+pub const MOST: usize = length(trueaxis::link::MOST_AXES);
+
+/// Bytes of a frame with so many axes, of either direction.
+#[must_use]
+pub const fn length(axes: usize) -> usize {
+    HEAD + 4 * axes + CHECK
+}
+
+/// Of a command: the tool length counts.
+const TOOL_LENGTH: u8 = 1 << 2;
+/// Of an answer: it answers a command.
+const ANSWERS: u8 = 1;
+/// Of an answer: there is no fault.
+const HEALTHY: u8 = 1 << 1;
+
+/// Why bytes are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum NoFrame {
+    /// Not as many bytes as a frame of these axes has.
+    Length,
+    /// The checksum does not hold.
+    Check,
+    /// Another version, another number of axes, or a flag that has no meaning yet.
+    Unknown,
+}
+
+/// What the motion side says in one period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Said<A> {
+    /// One more, modulo 256, in every new command.
+    pub count: u8,
+    /// The command.
+    pub command: Command<A>,
+}
+
+/// What the controller answers in the next period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer<A> {
+    /// Count of the command last taken; `None` before the first.
+    pub count: Option<u8>,
+    /// No fault: what the fault pin shows too.
+    pub healthy: bool,
+    /// What holds there.
+    pub conditions: Conditions,
+    /// Periods without a new frame, and frames without a period of their own: a count that wraps.
+    pub irregular: u16,
+    /// Corrections Δq, mm or degrees.
+    pub dq: A,
+}
+
+/// A checked frame, without its checksum.
+struct Parts<'a> {
+    count: u8,
+    mask: u16,
+    flags: u8,
+    number: u16,
+    value: f32,
+    rows: &'a [u8],
+}
+
+impl Parts<'_> {
+    fn get(bytes: &[u8], axes: usize) -> Result<Parts<'_>, NoFrame> {
+        let (body, check) = bytes.split_last_chunk::<CHECK>().ok_or(NoFrame::Length)?;
+        if bytes.len() != length(axes) {
+            return Err(NoFrame::Length);
+        }
+        if CRC.checksum(body) != u32::from_le_bytes(*check) {
+            return Err(NoFrame::Check);
+        }
+        let (head, rows) = body.split_first_chunk::<HEAD>().ok_or(NoFrame::Length)?;
+        let [version, count, m0, m1, flags, of, n0, n1, value @ ..] = *head;
+        if version != VERSION || usize::from(of) != axes {
+            return Err(NoFrame::Unknown);
+        }
+        Ok(Parts {
+            count,
+            mask: u16::from_le_bytes([m0, m1]),
+            flags,
+            number: u16::from_le_bytes([n0, n1]),
+            value: f32::from_le_bytes(value),
+            rows,
+        })
+    }
+
+    fn values<const AXES: usize>(&self) -> [f32; AXES] {
+        let mut values = [0.0; AXES];
+        for (value, bytes) in values.iter_mut().zip(self.rows.chunks_exact(4)) {
+            if let Some(bytes) = bytes.first_chunk() {
+                *value = f32::from_le_bytes(*bytes);
+            }
+        }
+        values
+    }
+}
+
+/// Writes a frame; the bytes written, or `None` if there is no room.
+fn put<'a>(
+    [count, flags]: [u8; 2],
+    [mask, number]: [u16; 2],
+    value: f32,
+    values: &[f32],
+    out: &'a mut [u8],
+) -> Option<&'a [u8]> {
+    let axes = u8::try_from(values.len()).ok()?;
+    let frame = out.get_mut(..length(values.len()))?;
+    let (body, check) = frame.split_last_chunk_mut::<CHECK>()?;
+    let (head, rows) = body.split_first_chunk_mut::<HEAD>()?;
+    let [m0, m1] = mask.to_le_bytes();
+    let [n0, n1] = number.to_le_bytes();
+    let [v0, v1, v2, v3] = value.to_le_bytes();
+    *head = [VERSION, count, m0, m1, flags, axes, n0, n1, v0, v1, v2, v3];
+    for (place, value) in rows.chunks_exact_mut(4).zip(values) {
+        place.copy_from_slice(&value.to_le_bytes());
+    }
+    *check = CRC.checksum(body).to_le_bytes();
+    Some(frame)
+}
+
+impl<const AXES: usize> Said<[f32; AXES]> {
+    /// Writes it, as the motion side does; `None` if there is no room.
+    pub fn put<'a>(&self, out: &'a mut [u8]) -> Option<&'a [u8]> {
+        let Command {
+            axes,
+            referenced,
+            enabling,
+            tool_length,
+        } = self.command;
+        let enabling = match enabling {
+            Enabling::Host => 0,
+            Enabling::On => 1,
+            Enabling::Off => 2,
+        };
+        let given = if tool_length.is_some() {
+            TOOL_LENGTH
+        } else {
+            0
+        };
+        let flags = enabling | given;
+        let length = tool_length.unwrap_or(0.0);
+        put([self.count, flags], [referenced, 0], length, &axes, out)
+    }
+
+    /// Reads it, as the controller does.
+    ///
+    /// # Errors
+    /// See [`NoFrame`].
+    pub fn get(bytes: &[u8]) -> Result<Self, NoFrame> {
+        let parts = Parts::get(bytes, AXES)?;
+        let enabling = match parts.flags & !TOOL_LENGTH {
+            0 => Enabling::Host,
+            1 => Enabling::On,
+            2 => Enabling::Off,
+            _ => return Err(NoFrame::Unknown),
+        };
+        if parts.number != 0 {
+            return Err(NoFrame::Unknown);
+        }
+        let given = parts.flags & TOOL_LENGTH != 0;
+        Ok(Self {
+            count: parts.count,
+            command: Command {
+                axes: parts.values(),
+                referenced: parts.mask,
+                enabling,
+                tool_length: given.then_some(parts.value),
+            },
+        })
+    }
+}
+
+impl<const AXES: usize> Answer<[f32; AXES]> {
+    /// Before anything has been computed: it answers nothing.
+    pub const NOTHING: Self = Self {
+        count: None,
+        healthy: false,
+        conditions: Conditions::DISABLED,
+        irregular: 0,
+        dq: [0.0; AXES],
+    };
+
+    /// Writes it, as the controller does; `None` if there is no room.
+    pub fn put<'a>(&self, out: &'a mut [u8]) -> Option<&'a [u8]> {
+        let answers = if self.count.is_some() { ANSWERS } else { 0 };
+        let healthy = if self.healthy { HEALTHY } else { 0 };
+        let bytes = [self.count.unwrap_or(0), answers | healthy];
+        let words = [self.conditions.0, self.irregular];
+        put(bytes, words, 0.0, &self.dq, out)
+    }
+
+    /// Reads it, as the motion side does.
+    ///
+    /// # Errors
+    /// See [`NoFrame`].
+    pub fn get(bytes: &[u8]) -> Result<Self, NoFrame> {
+        let parts = Parts::get(bytes, AXES)?;
+        if parts.flags & !(ANSWERS | HEALTHY) != 0 {
+            return Err(NoFrame::Unknown);
+        }
+        let answers = parts.flags & ANSWERS != 0;
+        Ok(Self {
+            count: answers.then_some(parts.count),
+            healthy: parts.flags & HEALTHY != 0,
+            conditions: Conditions(parts.mask),
+            irregular: parts.number,
+            dq: parts.values(),
+        })
+    }
+}

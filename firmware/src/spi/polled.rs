@@ -1,0 +1,51 @@
+//! For a board with a clock of its own, which asks the motion side once per period.
+
+use embedded_hal::spi::SpiDevice;
+
+use super::exchange::{Exchange, Sink, Source};
+use super::frame::{MOST, length};
+use super::intake::Tolerance;
+
+/// The exchange with a motion side that is the slave of an SPI bus.
+///
+/// Its frames and the periods of this side belong to two clocks: now and then one is skipped or
+/// serves twice, see [`Tolerance`]. Where the motion side can be the master, that is better.
+#[derive(Debug)]
+pub struct Polled<D, const AXES: usize> {
+    device: D,
+    exchange: Exchange<AXES>,
+}
+
+impl<D: SpiDevice, const AXES: usize> Polled<D, AXES> {
+    /// Nothing is exchanged yet.
+    pub const fn new(device: D, tolerance: Tolerance) -> Self {
+        Self {
+            device,
+            exchange: Exchange::new(tolerance),
+        }
+    }
+
+    /// Exchanges one frame: once per period, before its update.
+    pub fn poll(&mut self) -> (Source<'_, AXES>, Sink<'_, AXES>) {
+        let (mut said, mut received) = ([0; MOST], [0; MOST]);
+        self.exchange.answer(&mut said);
+        let received = received.get_mut(..length(AXES)).unwrap_or_default();
+        let said = said.get(..length(AXES)).unwrap_or_default();
+        // What a bus that fails has left in the buffer is no frame.
+        match self.device.transfer(received, said) {
+            Ok(()) => self.exchange.hear(received),
+            Err(_) => self.exchange.hear(&[]),
+        }
+        self.exchange.ends()
+    }
+
+    /// The device.
+    pub const fn device(&mut self) -> &mut D {
+        &mut self.device
+    }
+
+    /// The exchange, to see what it has counted.
+    pub const fn exchange(&self) -> &Exchange<AXES> {
+        &self.exchange
+    }
+}
