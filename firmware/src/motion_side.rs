@@ -174,12 +174,10 @@ impl<const AXES: usize> MotionSide<AXES> {
 
     /// Goes to what is wanted, as far as one period allows: all axes the same part of their ways.
     fn approach(&mut self) {
-        let mut most = 1.0;
+        let mut most = 1.0_f32;
         for ((dq, wanted), step) in self.dq.iter().zip(&self.wanted).zip(&self.bounds.step) {
-            let times = (wanted - dq).abs() / step;
-            if times > most {
-                most = times;
-            }
+            // Of an axis without a step there is no way either; what is not a number is left out.
+            most = ((wanted - dq).abs() / step).max(most);
         }
         if most > 1.0 {
             for (dq, wanted) in self.dq.iter_mut().zip(&self.wanted) {

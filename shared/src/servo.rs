@@ -127,15 +127,14 @@ impl<H: Handle> Servo<H> {
     /// # Errors
     /// [`Refused`], and `to`; nothing changes.
     pub fn swap(&mut self, to: H) -> Result<Option<H>, NotTaken<H>> {
-        let wanted = to.get().weights();
         if let Some(why) = self.refusal(to.get()) {
             return Err(NotTaken { why, handle: to });
         }
         if core::ptr::eq(self.current.get(), to.get()) {
-            self.want(wanted);
+            self.want(to.get().weights());
             return Ok(Some(to));
         }
-        self.wanted = wanted;
+        self.wanted = to.get().weights();
         self.unsettle();
         self.weights_wait = false;
         self.queued = true;

@@ -30,9 +30,11 @@ fn the_boards_are_built_with_the_capacities_of_the_reference_target() {
     ];
     for board in ["stm32f405", "stm32h743"] {
         let file = format!("firmware/boards/{board}/src/lib.rs");
-        let rest = behind(&file, "pub type Tables = Holds<");
+        let axes = number(&file, "pub const AXES: usize = ");
+        let rest = behind(&file, "pub type Tables = Holds<AXES, ");
         let (list, _) = rest.split_once('>').unwrap();
-        let built: Vec<usize> = list.split(", ").map(|n| n.parse().unwrap()).collect();
+        let others = list.split(", ").map(|n| n.parse().unwrap());
+        let built: Vec<usize> = [axes].into_iter().chain(others).collect();
         assert_eq!(built, holds, "{board}");
     }
     let slot = 1024 * number("memory.x", "SLOT_A : ORIGIN = 0x08080000, LENGTH = ");

@@ -257,6 +257,20 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
+    fn what_is_within_a_step_is_reached_to_the_bit(
+        from in -0.5_f32..0.5,
+        way in -0.00099_f32..0.00099,
+    ) {
+        let mut side = following([from, 0.0]);
+        let to = from + way;
+        prop_assume!(to.abs() <= 0.5);
+        prop_assert_eq!(period(&mut side, 0, [to, 0.0]).dq[0].to_bits(), to.to_bits());
+        // From near zero the difference is not exact.
+        let mut side = following([1e-6, 0.0]);
+        prop_assert_eq!(period(&mut side, 0, [way, 0.0]).dq[0].to_bits(), way.to_bits());
+    }
+
+    #[test]
     fn no_step_whatever_happens_to_the_answers(
         // Each fate for some periods, so that losses of every length are there.
         fates in prop::collection::vec((fate(), 1_usize..60), 1..60),

@@ -1,4 +1,4 @@
-//! The end of a program on a Cortex-M: a fault of the processor, a panic, whatever a board adds. The
+//! What boards with a Cortex-M do alike: short delays, and the end of a program: a fault of the processor, a panic, whatever a board adds. The
 //! fault pin goes low, the reason is left in memory that a reset leaves as it is
 //! ([`trueaxis_firmware::record`]), and the controller starts again.
 #![no_std]
@@ -10,6 +10,7 @@ use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
 use critical_section::Mutex;
+use embedded_hal::delay::DelayNs;
 use trueaxis::link::{Restart, Tail};
 use trueaxis_firmware::record::{self, Flags, NONE, Words};
 
@@ -65,6 +66,7 @@ pub fn stop(reason: &Restart) -> ! {
 }
 
 /// The same for the handler of a panic.
+#[inline(always)]
 pub fn stop_after(panic: &PanicInfo<'_>) -> ! {
     let place = panic.location();
     let (line, file) = place.map_or((0, ""), |place| (place.line(), place.file()));
@@ -82,4 +84,27 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
         address: frame.pc(),
         status,
     })
+}
+
+/// Waits by counting cycles: at least so long.
+pub struct Cycling {
+    /// Cycles of the processor per microsecond.
+    per_us: u32,
+}
+
+impl Cycling {
+    /// With a processor that makes so many cycles per second: whole ones per microsecond.
+    #[must_use]
+    pub const fn new(hertz: u32) -> Self {
+        Self {
+            per_us: hertz / 1_000_000,
+        }
+    }
+}
+
+impl DelayNs for Cycling {
+    fn delay_ns(&mut self, ns: u32) {
+        // No driver here waits for so long that this ends early.
+        cortex_m::asm::delay((ns / 1000 + 1).saturating_mul(self.per_us));
+    }
 }

@@ -18,7 +18,6 @@ use embassy_stm32::rcc::{
     VoltageScale,
 };
 use embassy_stm32::time::Hertz;
-use embedded_hal::delay::DelayNs;
 
 /// Baud rate of the link.
 pub const BAUD: u32 = 115_200;
@@ -54,15 +53,4 @@ pub fn clocks() -> embassy_stm32::Config {
     rcc.apb4_pre = APBPrescaler::DIV2;
     rcc.voltage_scale = VoltageScale::Scale1;
     config
-}
-
-/// Waits by counting cycles: at least so long.
-pub struct Cycling;
-
-impl DelayNs for Cycling {
-    fn delay_ns(&mut self, ns: u32) {
-        let cycles = u64::from(ns) * u64::from(CORE / 1_000_000) / 1000;
-        // Some 10 s at most.
-        cortex_m::asm::delay(u32::try_from(cycles).unwrap_or(u32::MAX));
-    }
 }

@@ -17,7 +17,7 @@ use stm32f4xx_hal::rcc::{Config, Enable};
 use stm32f4xx_hal::serial::Serial;
 use stm32f4xx_hal::serial::config::{Config as SerialConfig, DmaConfig};
 use trueaxis::link::{Restart, Tail};
-use trueaxis_cortex_m::{leave, stop};
+use trueaxis_cortex_m::{Cycling, leave, stop};
 use trueaxis_firmware::controller::{Beat, Board, Heart, MainLoop, Shell, log};
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
@@ -123,7 +123,7 @@ fn main() -> ! {
     clock.set_internal_resistor(Pull::Up);
     let mut data = b.pb7.into_open_drain_output_in_state(PinState::High);
     data.set_internal_resistor(Pull::Up);
-    let sensor_bus = SoftI2c::new(clock, data, chip.TIM5.delay_us(&mut rcc));
+    let sensor_bus = SoftI2c::new(clock, data, Cycling::new(rcc.clocks.sysclk().raw()));
     let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
@@ -210,6 +210,9 @@ unsafe fn NonMaskableInt() -> ! {
 
 /// Starts again: disabled, with corrections zero, after an interval in which the fault pin is not
 /// driven.
+// Inlined, the compiler sees that nobody reads the message, and leaves out all that would write it.
+#[allow(unused_attributes)]
+#[inline(always)]
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
     trueaxis_cortex_m::stop_after(info)

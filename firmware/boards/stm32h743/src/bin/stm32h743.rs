@@ -24,7 +24,7 @@ use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart, Config as Ser
 use embassy_stm32::wdg::IndependentWatchdog;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use trueaxis::link::{Restart, Tail};
-use trueaxis_cortex_m::leave;
+use trueaxis_cortex_m::{Cycling, leave};
 use trueaxis_firmware::controller::{Beat, Board, Heart, MainLoop, Shell, Watchdog, log};
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
@@ -34,7 +34,7 @@ use trueaxis_firmware::record::Flags;
 use trueaxis_firmware::spi::{Polled, Tolerance};
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32h743::bare;
-use trueaxis_stm32h743::stm32h743::{BAUD, Cycling, SecondBank, clocks};
+use trueaxis_stm32h743::stm32h743::{BAUD, CORE, SecondBank, clocks};
 use trueaxis_stm32h743::{AXES, PERIOD, RATE, Tables};
 
 embassy_stm32::bind_interrupts!(struct Lines {
@@ -91,6 +91,12 @@ fn flags() -> Flags {
     }
 }
 
+/// The main loop lives, wherever it is; the time, ms.
+fn alive() -> u32 {
+    SHELL.liveness().main_loop();
+    SHELL.milliseconds()
+}
+
 #[entry]
 fn main() -> ! {
     // Their first values would be stored in flash.
@@ -145,11 +151,11 @@ fn main() -> ! {
     let [clock, data] = [chip.PB8.into(), chip.PB9.into()].map(|pin: Peri<'_, AnyPin>| {
         OutputOpenDrain::new_pull(pin, Level::High, Speed::Low, Pull::Up)
     });
-    let sensor_bus = SoftI2c::new(clock, data, Cycling);
+    let sensor_bus = SoftI2c::new(clock, data, Cycling::new(CORE));
     let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let flash = Flash::new_blocking(chip.FLASH);
-    let flash = SecondBank::new(flash, core.SCB, &mut core.CPUID);
+    let flash = SecondBank::new(flash, core.SCB, &mut core.CPUID, alive);
     let Some(flash) = bare::mirrored(flash) else {
         fail(line!(), "started twice")
     };
@@ -210,6 +216,9 @@ fn TIM2() {
 
 /// Starts again: disabled, with corrections zero, after an interval in which the fault pin is not
 /// driven.
+// Inlined, the compiler sees that nobody reads the message, and leaves out all that would write it.
+#[allow(unused_attributes)]
+#[inline(always)]
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
     trueaxis_cortex_m::stop_after(info)

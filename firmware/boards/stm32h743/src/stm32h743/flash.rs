@@ -5,18 +5,28 @@
 
 use cortex_m::peripheral::{CPUID, SCB};
 use embassy_stm32::flash::{Blocking, Error, Flash};
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use embassy_stm32::pac::FLASH;
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase,
+};
 
 use crate::bare;
 
+/// Longer than any sector takes to be erased, ms (data sheet: 4 s).
+const ERASE: u32 = 6000;
+
 /// First address of the flash.
 const START: usize = 0x0800_0000;
+/// Bytes of a bank.
+const BANK: u32 = 1024 * 1024;
 
 /// The flash: addresses of the driver count from its start.
 pub struct SecondBank {
     flash: Flash<'static, Blocking>,
     /// For the data cache, which keeps what was there before.
     scb: SCB,
+    /// Says that the main loop lives, and gives the time, ms.
+    alive: fn() -> u32,
 }
 
 /// Why the flash did not do what it was asked.
@@ -26,7 +36,9 @@ pub enum FlashError {
     Controller(Error),
     /// A word whose error-correcting code does not hold: the power went while it was programmed.
     Unreadable,
-    /// A place that does not exist.
+    /// A sector was not erased.
+    NotErased,
+    /// A place that does not exist, or where the program is.
     Place,
 }
 
@@ -35,18 +47,64 @@ impl embedded_storage::nor_flash::NorFlashError for FlashError {
         match self {
             Self::Controller(Error::Unaligned) => NorFlashErrorKind::NotAligned,
             Self::Controller(Error::Size) | Self::Place => NorFlashErrorKind::OutOfBounds,
-            Self::Controller(_) | Self::Unreadable => NorFlashErrorKind::Other,
+            Self::Controller(_) | Self::Unreadable | Self::NotErased => NorFlashErrorKind::Other,
         }
     }
 }
 
 impl SecondBank {
-    /// Takes the flash and what knows the caches, which it enables.
+    /// Takes the flash and what knows the caches, which it enables. While a sector is erased, the main
+    /// loop is here and says that it is `alive`, and gets the time, ms.
     #[must_use]
-    pub fn new(flash: Flash<'static, Blocking>, mut scb: SCB, cpuid: &mut CPUID) -> Self {
+    pub fn new(
+        flash: Flash<'static, Blocking>,
+        mut scb: SCB,
+        cpuid: &mut CPUID,
+        alive: fn() -> u32,
+    ) -> Self {
         scb.enable_icache();
         scb.enable_dcache(cpuid);
-        Self { flash, scb }
+        Self { flash, scb, alive }
+    }
+
+    /// Erases a sector of bank 2 (RM0433, 4.3.10). The driver of the HAL would be silent for so long
+    /// that the main loop counts as dead.
+    fn erase_sector(&mut self, sector: u8) -> Result<(), FlashError> {
+        let bank = FLASH.bank(1);
+        bank.ccr().write(|w| {
+            w.set_clr_eop(true);
+            w.set_clr_wrperr(true);
+            w.set_clr_pgserr(true);
+            w.set_clr_operr(true);
+        });
+        if bank.cr().read().lock() {
+            for key in [0x4567_0123, 0xCDEF_89AB] {
+                bank.keyr().write_value(key);
+            }
+        }
+        bank.cr().modify(|w| {
+            w.set_ser(true);
+            w.set_snb(sector);
+        });
+        bank.cr().modify(|w| w.set_start(true));
+        let start = (self.alive)();
+        let busy = || {
+            let status = bank.sr().read();
+            status.bsy() || status.qw()
+        };
+        while busy() {
+            // One that never ends is left to the watchdog.
+            if (self.alive)().wrapping_sub(start) > ERASE {
+                while busy() {}
+            }
+        }
+        let status = bank.sr().read();
+        bank.cr().modify(|w| w.set_ser(false));
+        bank.cr().modify(|w| w.set_lock(true));
+        if status.wrperr() || status.pgserr() || status.operr() {
+            return Err(FlashError::NotErased);
+        }
+        Ok(())
     }
 
     /// Nothing of what was there is kept in the cache.
@@ -86,9 +144,16 @@ impl NorFlash for SecondBank {
     const ERASE_SIZE: usize = embassy_stm32::flash::MAX_ERASE_SIZE;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
-        let result = self.flash.blocking_erase(from, to);
-        self.forget(from, to.saturating_sub(from) as usize);
-        result.map_err(FlashError::Controller)
+        check_erase(self, from, to).map_err(|_| FlashError::Place)?;
+        if from < BANK {
+            return Err(FlashError::Place);
+        }
+        for start in (from..to).step_by(Self::ERASE_SIZE) {
+            let result = self.erase_sector(((start - BANK) / Self::ERASE_SIZE as u32) as u8);
+            self.forget(start, Self::ERASE_SIZE);
+            result?;
+        }
+        Ok(())
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
