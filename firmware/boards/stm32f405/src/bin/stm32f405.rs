@@ -160,6 +160,7 @@ fn main() -> ! {
 }
 
 /// One servo period: a frame has ended, or none has come in time.
+#[inline(never)] // Once, for both interrupts.
 fn servo() {
     let Some(own) = critical_section::with(|token| SERVO.borrow(token).take()) else {
         return;
