@@ -73,7 +73,7 @@ where
             change: Change::None,
             motion: None,
         };
-        let candidates = [device.slots.newest(), device.slots.fallback()];
+        let candidates = [device.slots.in_use(), device.slots.before()];
         for slot in candidates.into_iter().flatten() {
             match device.take(slot) {
                 Ok(()) => break,

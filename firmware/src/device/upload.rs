@@ -44,6 +44,8 @@ impl From<SlotError> for Refusal {
             SlotError::Blob(error) => Self::Load(error),
             SlotError::OtherBlob => Self::OtherBlob,
             SlotError::Flash(_) => Self::Flash,
+            SlotError::NotChosen => Self::NoCompensation,
+            SlotError::Full => Self::Full,
             // The reason is known where the check is.
             SlotError::Refused | SlotError::LogicBug => Self::LogicBug,
         }

@@ -7,13 +7,13 @@ use crate::slots::{Damage, SlotState};
 #[test]
 fn every_flip_in_a_small_blob_or_behind_it_is_found() {
     let blobs = blobs(2, 40);
-    let mut slots = Slots::open(MockFlash::<4, 128>::new(4));
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(8));
     let slot = upload(&mut slots, &blobs[0], 64);
     slots.set_active(Some(slot));
     assert_eq!(upload(&mut slots, &blobs[1], 64), slot.other());
     let newest = slot.other();
     let mut flash = slots.close();
-    let length = flash.mapped(newest).len();
+    let length = flash.bytes(newest).len();
     let capacity = length - 128;
     let filling = blobs[1].len()..capacity;
     assert!(!filling.is_empty());
@@ -68,7 +68,7 @@ fn sampled_flips_in_a_large_blob_are_found() {
 #[test]
 fn a_flip_while_running_is_found_by_a_rescan() {
     let blob = blob(0, 40);
-    let mut slots = Slots::open(MockFlash::<4, 512>::new(1));
+    let mut slots = Slots::open(MockFlash::<4, 768>::new(1));
     let slot = upload(&mut slots, &blob, 64);
     let mut flash = slots.close();
     flash.flip(slot, 8 * 100);
@@ -83,7 +83,7 @@ fn a_flip_while_running_is_found_by_a_rescan() {
 #[test]
 fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
     let blobs = blobs(3, 40);
-    let mut slots = Slots::open(MockFlash::<4, 512>::new(1));
+    let mut slots = Slots::open(MockFlash::<4, 768>::new(1));
     for blob in &blobs[..2] {
         let slot = upload(&mut slots, blob, 64);
         slots.set_active(Some(slot));
@@ -100,7 +100,8 @@ fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
     flash.flip(damaged, 8 * 100);
     let slots = Slots::open(flash);
     assert_eq!(
-        (slots.newest(), slots.fallback()),
-        (Some(slot), Some(damaged))
+        (slots.in_use(), slots.before(), slots.newest()),
+        (Some(slot), None, Some(slot))
     );
+    assert_eq!(slots.waiting(), Some(damaged));
 }
