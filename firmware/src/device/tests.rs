@@ -1,3 +1,6 @@
+mod at_start;
+mod hosts;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::vec;
@@ -73,6 +76,8 @@ fn ask(desktop: &mut Desktop, request: &Request<'_>) -> Reply<'static> {
         Answer::Now(Reply::Upload(upload)) => Reply::Upload(upload),
         Answer::Now(Reply::Activation(activation)) => Reply::Activation(activation),
         Answer::Now(Reply::Status(report)) => Reply::Status(report),
+        Answer::Now(Reply::AtStart(at_start)) => Reply::AtStart(at_start),
+        Answer::Now(Reply::Weights(weights)) => Reply::Weights(weights),
         Answer::Now(Reply::Done) => Reply::Done,
         Answer::Now(other) => Reply::Corrections(match other {
             Reply::Corrections(bytes) => bytes.to_vec().leak(),
@@ -96,6 +101,11 @@ fn announced(blob: &[u8]) -> (u32, u32) {
 
 /// Uploads until it is committed; ticks go on meanwhile.
 fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
+    upload_with(desktop, blob, &Request::Commit { force })
+}
+
+/// The same with another request at its end.
+fn upload_with(desktop: &mut Desktop, blob: &[u8], last: &Request<'_>) -> Reply<'static> {
     let (length, crc) = announced(blob);
     let mut next = loop {
         match ask(desktop, &Request::Begin { length, crc }) {
@@ -119,7 +129,7 @@ fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
         }
         desktop.turn(1);
     }
-    ask(desktop, &Request::Commit { force })
+    ask(desktop, last)
 }
 
 /// Ends with a slot being active.
@@ -215,6 +225,7 @@ fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
     slots.write(0, &nine).unwrap();
     // Whoever wrote it had more room.
     slots.commit(|_| true).unwrap();
+    slots.choose(slots.choosing(Slot::B)).unwrap();
     let desktop = Desktop::<4, 256>::start(slots.close(), PERIOD);
     assert!(matches!(
         desktop.device.fault(),

@@ -122,7 +122,8 @@ impl<F: TableFlash> Slots<F> {
     }
 
     /// The valid slot with this compensation.
-    fn slot_of(&self, table: Option<Table>) -> Option<Slot> {
+    #[must_use]
+    pub fn slot_of(&self, table: Option<Table>) -> Option<Slot> {
         let wanted = table?;
         let mut both = Slot::BOTH.into_iter();
         both.find(|&slot| self.table(slot) == Some(wanted))
@@ -208,10 +209,17 @@ impl<F: TableFlash> Slots<F> {
 
     /// Sees to it that the newest choice is not lost with this slot.
     pub(super) fn secure(&mut self, slot: Slot) -> Result<(), SlotError> {
-        if self.must_secure(slot) {
-            self.put_choice(slot.other(), self.choice())?;
+        if !self.must_secure(slot) {
+            return Ok(());
         }
-        Ok(())
+        let kept = slot.other();
+        let mut choice = self.choice();
+        if self.active == Some(kept) && self.in_use() != Some(kept) {
+            // What was to be in use is not valid, or goes: what is used in its place stays.
+            choice.in_use = self.table(kept);
+            choice.before = None;
+        }
+        self.put_choice(kept, choice)
     }
 
     /// Whether a choice can be written to this slot now.

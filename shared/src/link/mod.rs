@@ -11,6 +11,7 @@
 //! | `report` | what hello and status tell |
 //! | `slot`, `progress` | what slots hold; how far uploads and changes have come |
 //! | `refusal` | why a request was not carried out |
+//! | `settings` | what can be set, and what the next start goes by |
 //! | `rows` | positions and corrections as rows of little-endian f32 |
 //!
 //! **Panic contract.** Any bytes at all are either a message or dropped; nothing here panics,
@@ -24,6 +25,7 @@ mod reply;
 mod report;
 mod request;
 mod rows;
+mod settings;
 mod slot;
 
 #[cfg(test)]
@@ -43,4 +45,5 @@ pub use request::{MOST_CHUNK, Request};
 pub use rows::{
     EvaluateRow, MOST_ROWS, MotionResult, evaluate_rows, motion_rows, positions, put_positions,
 };
+pub use settings::{AtStart, Storing, TermWeight};
 pub use slot::{Damage, Slot, SlotReport, SlotState};

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::progress::{Activation, Upload};
 use super::refusal::Refusal;
 use super::report::{Hello, Report};
+use super::settings::{AtStart, TermWeight};
+use crate::description::ADJUSTABLE;
 
 /// An answer. The variants may only be appended to; anything else is a new
 /// [`PROTOCOL`](super::PROTOCOL).
@@ -29,4 +31,8 @@ pub enum Reply<'a> {
     Motion(&'a [u8]),
     /// It is not done, and nothing has changed.
     Refused(Refusal),
+    /// What the next start goes by.
+    AtStart(AtStart),
+    /// The adjustable terms of the compensation in use.
+    Weights(heapless::Vec<TermWeight, ADJUSTABLE>),
 }

@@ -86,11 +86,16 @@ fn where_the_one_in_use_is_damaged_the_one_before_it_is_used() {
     flash.flip(Slot::B, 800);
     let mut slots = restart(Slots::open(flash));
     assert_eq!((slots.active(), slots.in_use()), (Some(Slot::A), None));
-    // What is known of it survives the upload that erases it: it is stored in the other slot first.
+    // An upload erases it; before that the one in its place is stored as the one in use, in its slot.
     let known = slots.choice();
     let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
     slots.begin(length, crc).expect("room");
-    assert_eq!(restart(slots).choice(), known);
+    let stays = Choice {
+        in_use: known.before,
+        before: None,
+        enable: true,
+    };
+    assert_eq!(restart(slots).choice(), stays);
 }
 
 #[test]

@@ -141,8 +141,26 @@ impl Model {
         {
             self.choices.clear();
         }
+        // Otherwise it is stored there; what goes is no longer in it.
+        let slots = self.slots();
+        let mut secured = slots.choice();
+        let secures = slots.must_secure(target);
+        if slots.active() == Some(other) && slots.in_use() != Some(other) {
+            secured.in_use = slots.choosing(other).in_use;
+            secured.before = None;
+        }
+        if secures && !self.choices.is_empty() {
+            // It may be the last that succeeds.
+            self.choices.push(secured);
+            self.hit = true;
+        }
         match self.slots().begin(header.length, header.crc) {
-            Ok(_) => self.holds[target.index()] = Holds::Nothing,
+            Ok(_) => {
+                self.holds[target.index()] = Holds::Nothing;
+                if secures && !self.choices.is_empty() {
+                    self.choices = vec![secured];
+                }
+            }
             Err(_) => self.doubt(target),
         }
     }
