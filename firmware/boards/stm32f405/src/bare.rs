@@ -22,15 +22,17 @@ pub mod slots {
         [start.addr(), end.addr()]
     }
 
-    /// The bytes of a slot in place.
-    pub fn bytes(slot: Slot) -> &'static [u8] {
+    /// The first bytes of a slot in place, at most all.
+    pub fn bytes(slot: Slot, length: usize) -> &'static [u8] {
         let [start, end] = addresses(slot);
+        let length = length.min(end - start);
         // SAFETY: `memory.x` gives this range to nothing else, it is flash that the processor can
         // read for as long as it runs, and every byte of it is a valid u8. The flash controller
         // changes it only for `NorFlash::erase` and `write` of the one driver, which `Slots` calls
-        // for a slot that is not active only; of such a slot nobody keeps a reference across a
-        // change (`TableFlash::in_place`, `Loader::vacate`), and the driver's own ends before.
-        unsafe { core::slice::from_raw_parts(start as *const u8, end - start) }
+        // for bytes of a slot that is not active, or behind its blob; of the former nobody keeps a
+        // reference across a change (`TableFlash::in_place`, `Loader::vacate`), and of the latter
+        // none is given away.
+        unsafe { core::slice::from_raw_parts(start as *const u8, length) }
     }
 }
 
@@ -62,33 +64,37 @@ pub mod mirror {
             (!TAKEN.swap(true, Ordering::Relaxed)).then_some(Self(()))
         }
 
-        /// The bytes of a slot in place.
-        pub fn bytes(&self, slot: Slot) -> &'static [u8] {
-            let cell = &CELLS[slot.index()].0;
-            // SAFETY: each slot is a cell of its own, and is changed by `write` alone, which needs
-            // the one `Mirror` mutably. `Slots` writes only a slot that is not active, and nobody
-            // keeps a reference to the bytes of such a slot across a change
-            // (`TableFlash::in_place`, `Loader::vacate`).
-            unsafe { &*cell.get() }
+        /// Bytes of a slot in place; none if they are not all within it.
+        pub fn bytes(&self, slot: Slot, at: usize, length: usize) -> &'static [u8] {
+            let start = CELLS[slot.index()].0.get().cast::<u8>().cast_const();
+            if !is_within(at, length) {
+                return &[];
+            }
+            // SAFETY: these bytes are within their cell, which is initialised and lives for ever.
+            // They are changed by `write` alone, which needs the one `Mirror` mutably: `Slots`
+            // writes only bytes of a slot that is not active, or behind its blob; of the former
+            // nobody keeps a reference across a change (`TableFlash::in_place`, `Loader::vacate`),
+            // and of the latter the only one is the driver's own, which ends before.
+            unsafe { core::slice::from_raw_parts(start.add(at), length) }
         }
 
         /// Replaces bytes of a slot; false, and nothing, if they are not all within it.
         pub fn write(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> bool {
-            let cell = &CELLS[slot.index()].0;
-            // SAFETY: `self` is the one `Mirror`, and is borrowed mutably; for references that
-            // `bytes` has given away see there.
-            let all = unsafe { &mut *cell.get() };
-            let place = all
-                .get_mut(at..)
-                .and_then(|rest| rest.get_mut(..bytes.len()));
-            match place {
-                Some(place) => {
-                    place.copy_from_slice(bytes);
-                    true
-                }
-                None => false,
+            let start = CELLS[slot.index()].0.get().cast::<u8>();
+            if !is_within(at, bytes.len()) {
+                return false;
             }
+            // SAFETY: these bytes are within their cell; `self` is the one `Mirror`, and is borrowed
+            // mutably; for references to them that `bytes` has given away see there.
+            let place = unsafe { core::slice::from_raw_parts_mut(start.add(at), bytes.len()) };
+            place.copy_from_slice(bytes);
+            true
         }
+    }
+
+    /// Whether so many bytes from a place on are within a slot.
+    fn is_within(at: usize, length: usize) -> bool {
+        at.checked_add(length).is_some_and(|end| end <= LENGTH)
     }
 }
 

@@ -119,8 +119,7 @@ impl FileFlash {
 
     fn held(&self, at: usize, length: usize) -> &[u8] {
         let (slot, offset) = place(at);
-        let bytes = self.mirror.bytes(slot);
-        bytes.get(offset..offset + length).unwrap_or(&[])
+        self.mirror.bytes(slot, offset, length)
     }
 }
 
@@ -142,9 +141,12 @@ impl ReadNorFlash for FileFlash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FileError> {
         check_read(self, offset, bytes.len()).map_err(FileError::Place)?;
-        for (at, byte) in (offset as usize..).zip(bytes) {
-            *byte = self.held(at, 1).first().copied().unwrap_or(0xFF);
+        let held = self.held(offset as usize, bytes.len());
+        if held.len() != bytes.len() {
+            // Of both slots.
+            return Err(FileError::Place(NorFlashErrorKind::OutOfBounds));
         }
+        bytes.copy_from_slice(held);
         Ok(())
     }
 
@@ -184,12 +186,8 @@ impl TableFlash for FileFlash {
         start..start + LENGTH as u32
     }
 
-    fn mapped(&self, slot: Slot) -> &[u8] {
-        self.mirror.bytes(slot)
-    }
-
-    fn in_place(&self, slot: Slot) -> &'static [u8] {
-        self.mirror.bytes(slot)
+    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+        self.mirror.bytes(slot, 0, length as usize)
     }
 
     /// As on the STM32F405, so that the same is tried here.
