@@ -8,6 +8,9 @@ use super::upload::Stage;
 use super::{Device, Machine, ServoAccess};
 use crate::slots::{Choice, SlotError, TableFlash};
 
+/// Corrections go to zero for the flash only after the machine has stood still for so long, s.
+const QUIET: u32 = 2;
+
 /// What is to be stored and is not yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wish {
@@ -84,12 +87,16 @@ where
             }
         }
         self.wish(choice);
+        // Somebody waits for it.
+        self.moved = self.moved.wrapping_sub(QUIET + 1);
+        self.poll_wish();
         Ok(self.at_start())
     }
 
     /// What is to be stored from now on, in place of what was.
     pub(super) fn wish(&mut self, choice: Choice) {
         self.end_ramp();
+        self.moved = self.now();
         self.wish = if choice == self.slots.choice() {
             Wish::None
         } else {
@@ -102,6 +109,7 @@ where
     pub(super) fn end_ramp(&mut self) {
         if let Wish::Ramping(choice) = self.wish {
             self.wish = Wish::Pending(choice);
+            self.moved = self.now();
             self.servo.with(|side| side.keep_at_zero(false));
         }
     }
@@ -122,9 +130,14 @@ where
         }
         if !self.machine.standstill() {
             self.end_ramp();
+            self.moved = self.now();
             return;
         }
         if self.wish == Wish::Pending(choice) {
+            let (now, at_zero) = self.servo.with(|side| (side.seconds(), side.is_at_zero()));
+            if !at_zero && now.wrapping_sub(self.moved) <= QUIET {
+                return;
+            }
             self.wish = Wish::Ramping(choice);
             self.servo.with(|side| side.keep_at_zero(true));
         }

@@ -50,6 +50,8 @@ pub struct Device<F, S, M, C: Room> {
     /// What is to be stored for the next start.
     wish: Wish,
     budget: Budget,
+    /// When the machine was last not at standstill while something was to be stored, s since start.
+    moved: u32,
     /// When somebody last asked for the upload, s since start.
     heard: u32,
     /// Rows of the motion whose answer is due.
@@ -88,6 +90,7 @@ where
             chosen: Choice::default(),
             wish: Wish::None,
             budget: Budget::NEW,
+            moved: 0,
             heard: 0,
             motion: None,
         };

@@ -72,7 +72,7 @@ pub enum Activated {
 }
 
 /// What has been done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Where the blob lies.
     pub slot: Slot,
