@@ -57,8 +57,9 @@ impl Header {
     }
 
     /// Checks header, length and checksum of the blob at the start of `held` bytes that are read in
-    /// pieces: `read` is given a place, a multiple of 64, and fills its bytes from there on. Bytes
-    /// after the stated length are ignored, as are the description and the samples.
+    /// pieces: `read` is given a place, a multiple of 32, and fills 32 bytes from there on, or what
+    /// is left. No piece behind the stated length is read; the description and the samples are not
+    /// looked into.
     ///
     /// The inner error is one of [`read`](Self::read), [`LoadError::WrongLength`] or
     /// [`LoadError::BadChecksum`].
@@ -69,7 +70,7 @@ impl Header {
         held: u32,
         mut read: impl FnMut(u32, &mut [u8]) -> Result<(), E>,
     ) -> Result<Result<Self, LoadError>, E> {
-        const PIECE: u32 = 64;
+        const PIECE: u32 = 32;
         let mut piece = [0; PIECE as usize];
         let size = |at: u32| (held - at).min(PIECE) as usize;
         read(0, &mut piece[..size(0)])?;

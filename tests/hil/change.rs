@@ -5,6 +5,7 @@ use crate::cases;
 use crate::same::Twin;
 use crate::{Failure, Seen};
 use serde_json::{Value, json};
+use std::time::{Duration, Instant};
 use trueaxis::link::{Activation, Refusal, Request, Slot};
 use trueaxis::{Compensation, Conditions, Correction};
 use trueaxis_host::link::LinkError;
@@ -48,7 +49,7 @@ pub fn run(setup: &Setup) -> Seen {
     }
     // Nothing waits on the line of a client that is gone.
     drop(client);
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    std::thread::sleep(Duration::from_millis(400));
     board.flash(&new.path, &[])?;
     // The upload has taken the corrections to zero, at the last command, and let them in again.
     let last = twin.inputs.axes;
@@ -95,7 +96,7 @@ pub fn run(setup: &Setup) -> Seen {
 
     // Another machine is refused, unless that is wanted.
     let other = cases::compile(setup, "router-10")?;
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    std::thread::sleep(Duration::from_millis(400));
     if board.flash(&other.path, &[]).is_ok() {
         return Err("a compensation of another machine is taken".into());
     }
@@ -110,8 +111,14 @@ pub fn run(setup: &Setup) -> Seen {
 /// Back to A, and corrections let in at start: both by the real command, and still so after the power
 /// has gone.
 fn rollback(board: &mut Board<'_>) -> Result<(), Failure> {
-    // By now the machine has stood still for long enough for that to be stored.
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    // That B is in use is stored when the machine has stood still for two seconds.
+    let stored = |board: &Board<'_>| {
+        Ok::<_, Failure>(board.control(&["show"])?["at_start"]["storing"] == "stored")
+    };
+    let end = Instant::now() + Duration::from_secs(20);
+    while !stored(board)? && Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(100));
+    }
     let expect = |found: &Value, expected: [(&str, Value); 2]| {
         let wrong = expected
             .iter()
