@@ -190,7 +190,7 @@ fn without_a_compensation_the_corrections_are_zero_and_the_fault_says_why() {
 }
 
 #[test]
-fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
+fn at_start_what_was_in_use_is_active_and_otherwise_what_was_before_it() {
     let [first, second] = [0.1, 0.2].map(|scale| blob("m", b"XY", scale));
     let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
     assert_eq!(flashed(&mut desktop, &first), Slot::A);
@@ -201,7 +201,7 @@ fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
         Activation::Active(Some(Slot::B))
     );
     assert_eq!(desktop.device.fault(), None);
-    // The newest is damaged.
+    // It is damaged.
     let mut flash = desktop.stop();
     flash.flip(Slot::B, 8 * 100);
     let desktop = Desktop::start(flash, PERIOD);
@@ -209,6 +209,7 @@ fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
         desktop.device.activation(),
         Activation::Active(Some(Slot::A))
     );
+    assert_eq!(desktop.device.fault(), Some(Fault::Lost));
 }
 
 #[test]
