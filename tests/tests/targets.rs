@@ -31,10 +31,15 @@ fn the_reference_board_is_built_with_the_capacities_of_its_target() {
         "firmware/src/slots/layout.rs",
         "pub const TRAILER: usize = ",
     );
-    assert_eq!(target.bytes, Some(slot - trailer));
+    let choices = ["RESERVED", "CHOICE"].map(|name| {
+        let item = format!("pub const {name}: usize = ");
+        number("firmware/src/slots/choices.rs", &item)
+    });
+    let [reserved, choice] = choices;
+    assert_eq!(target.bytes, Some(slot - trailer - reserved * choice));
     // The manual says so too.
     let row = format!(
-        "| {} | {} | {} | {} | {} | 262 016 |",
+        "| {} | {} | {} | {} | {} | 261 760 |",
         target.axes, target.banks, target.tables, target.terms, target.grids
     );
     assert!(read("docs/src/commands.md").contains(&row), "{row}");
