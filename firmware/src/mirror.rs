@@ -58,9 +58,10 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
     /// Reads both slots, which begin at `starts` in the addresses of the driver.
     ///
     /// # Safety
-    /// It is given to [`Slots`](crate::slots::Slots), which changes only a slot that is not active;
-    /// and whoever keeps bytes of such a slot [in place](TableFlash::in_place) does not look at
-    /// them once an upload has begun (see [`Loader::vacate`](crate::places::Loader::vacate)).
+    /// It is given to [`Slots`](crate::slots::Slots), which changes only a slot that is not active, or
+    /// what is behind the blob of one that is; and whoever keeps bytes of a slot that is not active
+    /// [in place](TableFlash::in_place) does not look at them once an upload has begun (see
+    /// [`Loader::vacate`](crate::places::Loader::vacate)).
     pub unsafe fn open(
         flash: F,
         starts: [u32; 2],
@@ -123,15 +124,20 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
         }
     }
 
-    fn bytes(&self, slot: Slot) -> &'static [u8] {
+    /// The first bytes of a slot; none, if there are not so many.
+    fn bytes(&self, slot: Slot, length: usize) -> &'static [u8] {
         let [a, b] = &self.memory.0;
         let cell = match slot {
             Slot::A => a,
             Slot::B => b,
         };
-        // SAFETY: each slot is a cell of its own, and is changed by `put` alone, which needs `self`
-        // mutably; that nobody keeps a reference until then, see `open`.
-        unsafe { &*cell.get() }
+        if length > SLOT {
+            return &[];
+        }
+        // SAFETY: these bytes are within the cell, which is initialised and lives for ever. They are
+        // changed by `put` alone, which needs `self` mutably; that nobody keeps a reference to bytes
+        // that it changes, see `open`.
+        unsafe { core::slice::from_raw_parts(cell.get().cast::<u8>().cast_const(), length) }
     }
 }
 
@@ -178,12 +184,8 @@ impl<F: NorFlash, const SLOT: usize> TableFlash for Mirrored<F, SLOT> {
         start..start + SLOT as u32
     }
 
-    fn mapped(&self, slot: Slot) -> &[u8] {
-        self.bytes(slot)
-    }
-
-    fn in_place(&self, slot: Slot) -> &'static [u8] {
-        self.bytes(slot)
+    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+        self.bytes(slot, length as usize)
     }
 
     fn while_busy(&self) -> WhileBusy {

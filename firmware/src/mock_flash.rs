@@ -23,6 +23,8 @@ pub enum MockError {
     PowerCut,
     /// A word was written that was not blank.
     NotBlank,
+    /// A word whose error-correcting code does not hold was read.
+    Torn,
     /// The address is no multiple of the size, or outside.
     Place(NorFlashErrorKind),
 }
@@ -31,7 +33,7 @@ impl NorFlashError for MockError {
     fn kind(&self) -> NorFlashErrorKind {
         match *self {
             Self::Place(kind) => kind,
-            Self::PowerCut | Self::NotBlank => NorFlashErrorKind::Other,
+            Self::PowerCut | Self::NotBlank | Self::Torn => NorFlashErrorKind::Other,
         }
     }
 }
@@ -56,6 +58,15 @@ pub enum CutErase {
     Scattered(u64),
 }
 
+/// Of an error-correcting code: the words for which it does not hold.
+#[derive(Default)]
+struct Code {
+    /// Since their programming or erase was cut.
+    torn: BTreeSet<usize>,
+    /// Since bits of them have flipped.
+    flipped: BTreeSet<usize>,
+}
+
 type Listener = Box<dyn FnMut(Busy) + Send>;
 
 /// Two slots in memory, with `WRITE` bytes to a word and `ERASE` to a block.
@@ -72,6 +83,7 @@ pub struct MockFlash<const WRITE: usize = 4, const ERASE: usize = 256> {
     programmed_weak: u32,
     refused: u32,
     stuck: Option<usize>,
+    code: Option<Code>,
     in_place: RefCell<[Option<&'static [u8]>; 2]>,
 }
 
@@ -91,6 +103,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
             programmed_weak: 0,
             refused: 0,
             stuck: None,
+            code: None,
             in_place: RefCell::new([None; 2]),
         }
     }
@@ -99,6 +112,14 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
     #[must_use]
     pub fn with_while_busy(mut self, while_busy: WhileBusy) -> Self {
         self.while_busy = while_busy;
+        self
+    }
+
+    /// With an error-correcting code for each word: one whose programming or erase was cut, or of which
+    /// bits [flip](Self::flip), can no longer be read; reading it in place is a panic.
+    #[must_use]
+    pub fn with_code(mut self) -> Self {
+        self.code = Some(Code::default());
         self
     }
 
@@ -148,11 +169,47 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         self.stuck = place;
     }
 
-    /// Flips one bit of a slot.
+    /// Flips one bit of a slot; with a code, the word can be read no longer, or can be again.
     pub fn flip(&mut self, slot: Slot, bit: usize) {
         let place = slot.index() * self.memory.len() / 2 + bit / 8;
-        self.memory[place] ^= 1 << (bit % 8);
+        match &mut self.code {
+            None => self.memory[place] ^= 1 << (bit % 8),
+            Some(code) => {
+                if !code.flipped.remove(&(place / WRITE)) {
+                    code.flipped.insert(place / WRITE);
+                }
+            }
+        }
         self.changed(place);
+    }
+
+    /// Whether a word of these bytes cannot be read.
+    fn is_torn(&self, bytes: Range<usize>) -> bool {
+        let words = bytes.start / WRITE..bytes.end.div_ceil(WRITE);
+        let among = |set: &BTreeSet<usize>| set.range(words.clone()).next().is_some();
+        let code = self.code.as_ref();
+        code.is_some_and(|code| among(&code.torn) || among(&code.flipped))
+    }
+
+    /// These words were cut, or are whole from now on.
+    fn tear(&mut self, words: Range<usize>, cut: bool) {
+        if let Some(code) = &mut self.code {
+            for word in words {
+                code.flipped.remove(&word);
+                if cut {
+                    code.torn.insert(word);
+                } else {
+                    code.torn.remove(&word);
+                }
+            }
+        }
+    }
+
+    /// All bytes of a slot, as they are.
+    #[must_use]
+    pub fn bytes(&self, slot: Slot) -> &[u8] {
+        let length = self.memory.len() / 2;
+        &self.memory[slot.index() * length..][..length]
     }
 
     /// Both slots, to fill or change at will.
@@ -212,8 +269,15 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
             }
             if !matches!(self.cut_erase, CutErase::Scattered(_)) {
                 self.memory[place] = 0xFF;
+                // Its other bytes may still be to come: until then it was cut.
+                let word = place / WRITE;
+                let whole = self.memory[word * WRITE..][..WRITE]
+                    .iter()
+                    .all(|b| *b == 0xFF);
+                self.tear(word..word + 1, !whole);
             }
         }
+        self.tear(bytes.start / WRITE..bytes.end / WRITE, false);
         self.memory[bytes].fill(0xFF);
         self.weak[block] = false;
         self.erases[block] += 1;
@@ -224,16 +288,23 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
     fn half_erase(&mut self, place: usize, block: Range<usize>) {
         let CutErase::Scattered(seed) = self.cut_erase else {
             self.memory[place] |= 0x5A;
+            self.tear(place / WRITE..place / WRITE + 1, true);
             return;
         };
         // SplitMix64.
         let mut state = seed ^ place as u64;
+        let words = block.start / WRITE..block.end / WRITE;
         for byte in &mut self.memory[block] {
             state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
             let mut bits = state;
             bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
             bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
             *byte |= (bits >> 56) as u8;
+        }
+        for word in words {
+            let bytes = &self.memory[word * WRITE..][..WRITE];
+            let blank = bytes.iter().all(|byte| *byte == 0xFF);
+            self.tear(word..word + 1, !blank);
         }
     }
 }
@@ -258,6 +329,9 @@ impl<const WRITE: usize, const ERASE: usize> ReadNorFlash for MockFlash<WRITE, E
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), MockError> {
         check_read(self, offset, bytes.len()).map_err(MockError::Place)?;
+        if self.is_torn(offset as usize..offset as usize + bytes.len()) {
+            return Err(MockError::Torn);
+        }
         bytes.copy_from_slice(&self.memory[offset as usize..][..bytes.len()]);
         Ok(())
     }
@@ -290,7 +364,8 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE
         for (number, word) in bytes.chunks(WRITE).enumerate() {
             let start = offset + number * WRITE;
             self.changed(start);
-            if self.memory[start..start + WRITE].iter().any(|&b| b != 0xFF) {
+            let blank = self.memory[start..start + WRITE].iter().all(|&b| b == 0xFF);
+            if !blank || self.is_torn(start..start + WRITE) {
                 self.refused += 1;
                 return Err(MockError::NotBlank);
             }
@@ -300,6 +375,7 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE
             for (place, &byte) in (start..).zip(word) {
                 if !self.burn() {
                     self.memory[place] &= byte | 0xA5;
+                    self.tear(start / WRITE..start / WRITE + 1, true);
                     return Err(MockError::PowerCut);
                 }
                 if self.stuck != Some(place) {
@@ -318,15 +394,17 @@ impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERA
         start as u32..(start + length) as u32
     }
 
-    fn mapped(&self, slot: Slot) -> &[u8] {
-        let length = self.memory.len() / 2;
-        &self.memory[slot.index() * length..][..length]
-    }
-
     /// A copy that stays as it is and is never freed.
-    fn in_place(&self, slot: Slot) -> &'static [u8] {
+    ///
+    /// # Panics
+    /// One of these bytes cannot be read: on a target, a fault of the bus.
+    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+        let start = slot.index() * self.memory.len() / 2;
+        let end = start + length as usize;
+        assert!(!self.is_torn(start..end), "a torn word is read in place");
         let copies = &mut self.in_place.borrow_mut()[slot.index()];
-        copies.get_or_insert_with(|| aligned(self.mapped(slot)))
+        let copy: &'static [u8] = copies.get_or_insert_with(|| aligned(self.bytes(slot)));
+        &copy[..length as usize]
     }
 
     fn while_busy(&self) -> WhileBusy {

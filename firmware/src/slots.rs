@@ -1,46 +1,53 @@
 //! Two slots of flash, A and B, of which one always holds a complete compensation.
 //!
 //! A new blob goes to the slot that is not in use, is read back in place, and counts only once the
-//! last word, with a sequence number, has been written behind it. At start the newest valid slot
-//! wins and the other one is the fallback. Layout and promises: `docs/src/slots.md`.
+//! last word, with a sequence number, has been written behind it. Which of the two a start takes is
+//! stored beside them, and changes only when it is [chosen](Slots::choose). Layout and promises:
+//! `docs/src/slots.md`.
 //!
 //! **Panic contract.** Whatever the flash holds, and wherever the power goes: every function
 //! returns, with a [`SlotState`] or a [`SlotError`].
 
 mod access;
+mod choices;
 mod error;
 mod layout;
 mod scan;
 mod tail;
 mod upload;
 
+pub use choices::{Choice, Table};
 pub use error::SlotError;
 pub use trueaxis::link::{Damage, Slot, SlotState, WhileBusy};
 pub use upload::{Progress, Upload};
 
+use choices::Choices;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use layout::{TRAILER, WORD};
+use layout::{NO_BLOB, WORD};
 use scan::{Found, newer};
 use upload::Session;
 
 /// Flash with two slots that the processor can read in place.
 ///
-/// `WRITE_SIZE` divides 32, `ERASE_SIZE` is a multiple of 32, erased bytes read `FF`.
+/// `READ_SIZE` and `WRITE_SIZE` divide 32, `ERASE_SIZE` is a multiple of 32, erased bytes read `FF`.
+/// A word whose error-correcting code does not hold, since its programming was cut, is an error of
+/// `read`.
 pub trait TableFlash: NorFlash {
     /// Where a slot lies in the address space of the driver: whole blocks of `ERASE_SIZE`, both
     /// slots of the same length.
     fn range(&self, slot: Slot) -> Range<u32>;
 
-    /// The slot as the processor sees it now, from its first byte to its last; it starts at a
-    /// multiple of 32 bytes.
-    fn mapped(&self, slot: Slot) -> &[u8];
-
-    /// The same bytes, for a compensation that is read in place for as long as the program runs.
+    /// The first `length` bytes of a slot in place, for a compensation that is read there for as long
+    /// as the program runs; a slot starts at a multiple of 32 bytes.
     ///
-    /// [`Slots`] does not change a slot that is [active](Slots::set_active); whoever keeps bytes
-    /// of a slot that is not must not look at them again once an upload has begun.
-    fn in_place(&self, slot: Slot) -> &'static [u8];
+    /// Called only for bytes that [`read`](embedded_storage::nor_flash::ReadNorFlash::read) has just
+    /// given: with an error-correcting code, one that does not hold is an error of `read`, so that no
+    /// access in place becomes a fault of the bus.
+    ///
+    /// [`Slots`] does not change a blob that is [active](Slots::set_active), only bytes behind it;
+    /// whoever keeps bytes of a slot that is not must not look at them again once an upload has begun.
+    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8];
 
     /// What keeps the servo running while this flash erases or programs.
     fn while_busy(&self) -> WhileBusy;
@@ -55,6 +62,7 @@ pub trait TableFlash: NorFlash {
 pub struct Slots<F> {
     flash: F,
     found: [Found; 2],
+    choices: [Choices; 2],
     active: Option<Slot>,
     standstill: bool,
     session: Option<Session>,
@@ -70,6 +78,10 @@ impl<F: TableFlash> Slots<F> {
                 "the write size divides 32"
             );
             assert!(
+                F::READ_SIZE > 0 && WORD.is_multiple_of(F::READ_SIZE),
+                "the read size divides 32"
+            );
+            assert!(
                 F::ERASE_SIZE > 0 && F::ERASE_SIZE.is_multiple_of(WORD),
                 "the erase size is a multiple of 32"
             );
@@ -77,6 +89,7 @@ impl<F: TableFlash> Slots<F> {
         let mut slots = Self {
             flash,
             found: [Found::NOTHING; 2],
+            choices: [Choices::default(); 2],
             active: None,
             standstill: false,
             session: None,
@@ -101,7 +114,7 @@ impl<F: TableFlash> Slots<F> {
     /// Bytes of the largest blob that a slot holds.
     #[must_use]
     pub fn capacity(&self) -> u32 {
-        self.length().saturating_sub(TRAILER as u32)
+        self.length().saturating_sub(NO_BLOB as u32)
     }
 
     /// What a slot holds, as found at start or at the last change by these functions.
@@ -143,18 +156,11 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// The valid slot that is not the newest.
-    #[must_use]
-    pub fn fallback(&self) -> Option<Slot> {
-        let other = self.newest()?.other();
-        self.found[other.index()].valid().map(|_| other)
-    }
-
     /// The blob of a valid slot, in place. Loading checks it again.
     #[must_use]
     pub fn blob(&self, slot: Slot) -> Option<&'static [u8]> {
         match self.state(slot) {
-            SlotState::Valid { length, .. } => self.flash.in_place(slot).get(..length as usize),
+            SlotState::Valid { length, .. } => Some(self.flash.in_place(slot, length)),
             _ => None,
         }
     }

@@ -75,7 +75,7 @@ impl Target {
         }
     }
 
-    /// The reference board, `firmware/boards/stm32f405`: slots of two sectors, less the 128 bytes
+    /// The reference board, `firmware/boards/stm32f405`: slots of two sectors, less the 384 bytes
     /// at their end (`docs/src/slots.md`).
     #[must_use]
     pub fn stm32f405() -> Self {
@@ -189,7 +189,7 @@ mod tests {
             terms: 256,
             grids: 2,
             samples: 0,
-            bytes: 262_016,
+            bytes: 261_760,
         };
         assert_eq!(target.shortages(&size), []);
         size.terms += 1;
@@ -203,7 +203,7 @@ mod tests {
             short,
             [
                 "257 terms are needed, 256 are held",
-                "262017 bytes are needed, 262016 are held"
+                "261761 bytes are needed, 261760 are held"
             ]
         );
         size.bytes = usize::MAX;

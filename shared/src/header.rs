@@ -56,15 +56,44 @@ impl Header {
         })
     }
 
-    /// Checks header, length and checksum of the blob at the start of `slot`; bytes after the
-    /// stated length are ignored. The description and the samples are not looked into.
+    /// Checks header, length and checksum of the blob at the start of `held` bytes that are read in
+    /// pieces: `read` is given a place, a multiple of 32, and fills 32 bytes from there on, or what
+    /// is left. No piece behind the stated length is read; the description and the samples are not
+    /// looked into.
+    ///
+    /// The inner error is one of [`read`](Self::read), [`LoadError::WrongLength`] or
+    /// [`LoadError::BadChecksum`].
     ///
     /// # Errors
-    /// Those of [`read`](Self::read), [`LoadError::WrongLength`], [`LoadError::BadChecksum`].
-    pub fn check_slot(slot: &[u8]) -> Result<Self, LoadError> {
-        let header = Self::read(slot)?;
-        open(slot, Held::AtLeast)?;
-        Ok(header)
+    /// The first one of `read`.
+    pub fn check_pieces<E>(
+        held: u32,
+        mut read: impl FnMut(u32, &mut [u8]) -> Result<(), E>,
+    ) -> Result<Result<Self, LoadError>, E> {
+        const PIECE: u32 = 32;
+        let mut piece = [0; PIECE as usize];
+        let size = |at: u32| (held - at).min(PIECE) as usize;
+        read(0, &mut piece[..size(0)])?;
+        let header = match Self::read(&piece[..size(0)]) {
+            Ok(header) => header,
+            Err(error) => return Ok(Err(error)),
+        };
+        let stated = header.length;
+        if (stated as usize) < HEADER || stated > held {
+            return Ok(Err(LoadError::WrongLength { stated, held }));
+        }
+        let mut digest = CRC.digest();
+        digest.update(&piece[..12]);
+        digest.update(&piece[HEADER..stated.min(PIECE) as usize]);
+        for at in (PIECE..stated).step_by(PIECE as usize) {
+            read(at, &mut piece[..size(at)])?;
+            digest.update(&piece[..(stated - at).min(PIECE) as usize]);
+        }
+        Ok(if digest.finalize() == header.crc {
+            Ok(header)
+        } else {
+            Err(LoadError::BadChecksum)
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! One emulated board: QEMU with a flash in a file.
 
 use crate::Failure;
+use serde_json::Value;
 use std::fs::{self, File};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -28,9 +29,14 @@ impl Setup {
 
     /// Runs `trueaxis WORDS`, which must succeed.
     pub fn succeed(&self, words: &[&str]) -> Result<(), Failure> {
+        self.answer(words).map(drop)
+    }
+
+    /// The same; what it prints.
+    fn answer(&self, words: &[&str]) -> Result<String, Failure> {
         let output = self.trueaxis(words)?;
         if output.status.success() {
-            return Ok(());
+            return Ok(String::from_utf8(output.stdout)?);
         }
         let said = String::from_utf8_lossy(&output.stderr);
         Err(format!("trueaxis {}: {said}", words.join(" ")).into())
@@ -154,12 +160,21 @@ impl Board<'_> {
         self.setup.succeed(&words)
     }
 
+    /// `trueaxis control WORDS`, with the real command; how things are after it.
+    pub fn control(&self, words: &[&str]) -> Result<Value, Failure> {
+        let port = self.port();
+        let first = ["control", "--port", &port, "--json"];
+        let answer = self.setup.answer(&[&first[..], words].concat())?;
+        let mut answer: Value = serde_json::from_str(&answer)?;
+        Ok(answer["after"].take())
+    }
+
     /// Starts an upload with the real command, without waiting for its end.
     pub fn begin_flash(&self, blob: &Path) -> Result<Child, Failure> {
         let child = Command::new(&self.setup.command)
             .arg("flash")
             .arg(blob)
-            .args(["--port", &self.port()])
+            .args(["--activate", "--port", &self.port()])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()?;

@@ -1,9 +1,11 @@
 //! A change of compensation while commands stream: no step, and the desktop's bits throughout.
 
-use crate::board::Setup;
+use crate::board::{Board, Setup};
 use crate::cases;
 use crate::same::Twin;
 use crate::{Failure, Seen};
+use serde_json::{Value, json};
+use std::time::{Duration, Instant};
 use trueaxis::link::{Activation, Refusal, Request, Slot};
 use trueaxis::{Compensation, Conditions, Correction};
 use trueaxis_host::link::{Client, LinkError, Tcp};
@@ -47,7 +49,7 @@ pub fn run(setup: &Setup) -> Seen {
     }
     // Nothing waits on the line of a client that is gone.
     drop(client);
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    std::thread::sleep(Duration::from_millis(400));
     board.flash(&new.path, &[])?;
     // The upload has taken the corrections to zero, at the last command, and let them in again.
     let last = twin.inputs.axes;
@@ -93,10 +95,12 @@ pub fn run(setup: &Setup) -> Seen {
         other => return Err(format!("after the fade: {other:?}").into()),
     }
 
-    // Another machine is refused, unless that is wanted.
     drop(client);
+    rollback(&mut board)?;
+
+    // Another machine is refused, unless that is wanted.
     let other = cases::compile(setup, "router-10")?;
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    std::thread::sleep(Duration::from_millis(400));
     if board.flash(&other.path, &[]).is_ok() {
         return Err("a compensation of another machine is taken".into());
     }
@@ -111,6 +115,49 @@ pub fn run(setup: &Setup) -> Seen {
 /// Frames that have lost bytes on their way to the controller.
 fn garbled(client: &mut Client<Tcp>) -> Result<u32, Failure> {
     Ok(client.health()?.ok_or("health is not known")?.garbled)
+}
+
+/// Back to A, and corrections let in at start: both by the real command, and still so after the power
+/// has gone.
+fn rollback(board: &mut Board<'_>) -> Result<(), Failure> {
+    // That B is in use is stored when the machine has stood still for two seconds.
+    let stored = |board: &Board<'_>| {
+        Ok::<_, Failure>(board.control(&["show"])?["at_start"]["storing"] == "stored")
+    };
+    let end = Instant::now() + Duration::from_secs(20);
+    while !stored(board)? && Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let expect = |found: &Value, expected: [(&str, Value); 2]| {
+        let wrong = expected
+            .iter()
+            .find(|(field, value)| found[field] != *value);
+        match wrong {
+            None => Ok(()),
+            Some((field, value)) => Err(format!("{field} is not {value}: {found}")),
+        }
+    };
+    let stored = |slot: &str, before: &str, enable: bool| {
+        let waiting = Value::Null;
+        let stored = json!({"in_use": slot, "before": before, "waiting": waiting, "enable": enable, "storing": "stored"});
+        ("at_start", stored)
+    };
+    let after = board.control(&["disable"])?;
+    expect(&after, [("enabled", json!(false)), stored("B", "A", false)])?;
+    let after = board.control(&["rollback"])?;
+    expect(&after, [("active", json!("A")), stored("A", "B", false)])?;
+    let after = board.control(&["enable-at-start", "on"])?;
+    expect(&after, [("enabled", json!(false)), stored("A", "B", true)])?;
+    board.stop();
+    board.start()?;
+    let after = board.control(&["show"])?;
+    expect(&after, [("active", json!("A")), stored("A", "B", true)])?;
+    expect(&after, [("enabled", json!(true)), ("fault", Value::Null)])?;
+    let after = board.control(&["enable-at-start", "off"])?;
+    Ok(expect(
+        &after,
+        [("enabled", json!(true)), stored("A", "B", false)],
+    )?)
 }
 
 /// The largest change of a correction in one period, as a part of what its rate bound allows.

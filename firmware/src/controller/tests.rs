@@ -219,7 +219,8 @@ impl Bench {
             slots.begin(word(8), word(12)).unwrap();
             while let Ok(crate::slots::Progress::Erasing { .. }) = slots.erase_step() {}
             slots.write(0, blob).unwrap();
-            slots.commit(|_| true).unwrap();
+            let slot = slots.commit(|_| true).unwrap();
+            slots.choose(slots.choosing(slot)).unwrap();
         }
         let places: &'static Places = Box::leak(Box::default());
         let (loader, driven) = places.split().unwrap();

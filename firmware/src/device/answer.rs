@@ -1,11 +1,12 @@
 //! What each request does.
 
 use trueaxis::link::{
-    EvaluateRow, Hello, MotionResult, Refusal, Reply, Request, motion_rows, positions,
+    EvaluateRow, Hello, MotionResult, Refusal, Reply, Request, TermWeight, motion_rows, positions,
     put_positions,
 };
-use trueaxis::{Room, Travel};
+use trueaxis::{ADJUSTABLE, Room, TermView, Travel};
 
+use super::report::told;
 use super::{Change, Device, Machine, ServoAccess, Stage};
 use crate::link::{Answer, Controller};
 use crate::slots::TableFlash;
@@ -80,6 +81,29 @@ where
         out.get(..written).ok_or(Refusal::LogicBug)
     }
 
+    /// The adjustable terms, with the weights wanted.
+    fn weights(&mut self) -> Result<heapless::Vec<TermWeight, ADJUSTABLE>, Refusal> {
+        self.axes()?;
+        let (swapping, weights) = self.servo.with(|side| {
+            let driven = side.driven();
+            (driven.is_swapping(), *driven.wanted_weights())
+        });
+        if swapping {
+            // The weights are those of the new one already.
+            return Err(Refusal::Busy);
+        }
+        let weight = |(term, view): (usize, TermView<'_>)| {
+            Some(TermWeight {
+                term: told(term, u16::MAX),
+                output: view.output,
+                value: weights.get(term)?,
+                limits: view.limits?,
+            })
+        };
+        let terms = self.loader.current().terms().enumerate();
+        Ok(terms.filter_map(weight).collect())
+    }
+
     fn motion(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
         let axes = self.axes()?;
         if bytes.is_empty() || !bytes.len().is_multiple_of(4 * axes) {
@@ -94,6 +118,7 @@ where
         {
             return Err(Refusal::Busy);
         }
+        self.end_ramp();
         self.servo.with(|side| {
             if side.is_suspended() {
                 Err(Refusal::Suspended)
@@ -142,6 +167,10 @@ where
             Request::Abort => Ok(Reply::Upload(self.abort())),
             Request::Activate { slot, force } => self.activate(slot, force).map(Reply::Activation),
             Request::Evaluate(bytes) => self.evaluate(bytes, rows).map(Reply::Corrections),
+            Request::CommitInUse { force } => self.commit_in_use(force).map(Reply::Upload),
+            Request::AtStart => Ok(Reply::AtStart(self.at_start())),
+            Request::EnableAtStart(on) => self.enable_at_start(on).map(Reply::AtStart),
+            Request::Weights => self.weights().map(Reply::Weights),
             // By the link, and above.
             Request::Hello | Request::Motion(_) => Err(Refusal::LogicBug),
             Request::Enable(_)

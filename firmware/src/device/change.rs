@@ -52,11 +52,19 @@ where
             // An upload waits for zero, to erase the slot that is not in use: this one.
             return Err(Refusal::Busy);
         }
+        self.end_ramp();
+        let choice = self.choosing(slot);
         // Not valid either while an upload goes there.
         let blob = self.slots.blob(slot).ok_or(Refusal::NotValid)?;
         let loaded = self.loader.load(blob)?;
-        if !force && !same_machine(loaded.active(), loaded.compensation()) {
+        let same = same_machine(loaded.active(), loaded.compensation());
+        if !force && !same {
             return Err(Refusal::OtherMachine);
+        }
+        let choice = choice.on(same);
+        if !self.slots.choosing_stalls(slot) {
+            // Before the servo reads this slot, which may be a bank of its own.
+            self.wish = self.slots.choose(choice).into();
         }
         let swapped = self.servo.with(|side| {
             if side.counters().updates == 0 {
@@ -68,14 +76,25 @@ where
         });
         match swapped {
             Ok(()) => self.change = Change::Fading(slot),
-            Err(Refused::Busy) => return Err(Refusal::Busy),
+            Err(Refused::Busy) => {
+                self.still_in_use();
+                return Err(Refusal::Busy);
+            }
             Err(Refused::Axes | Refused::Auxiliaries) => {
                 self.servo.with(|side| side.keep_at_zero(true));
                 self.change = Change::Ramping(slot);
             }
         }
+        self.chosen = choice;
         self.poll_change();
         Ok(self.activation())
+    }
+
+    /// What was in use stays so.
+    fn still_in_use(&mut self) {
+        if let Some(active) = self.slots.active() {
+            self.wish(self.choosing(active));
+        }
     }
 
     pub(super) fn poll_change(&mut self) {
@@ -98,6 +117,7 @@ where
                         self.arrived(slot);
                     } else {
                         self.change = Change::None;
+                        self.still_in_use();
                     }
                 }
             }
@@ -110,5 +130,6 @@ where
         self.slots.set_active(Some(slot));
         // What was in use before may be written over from now on.
         self.loader.vacate();
+        self.wish(self.chosen);
     }
 }

@@ -7,7 +7,9 @@
 //! be exchanged; loading, checking, erasing and evaluating run outside of it.
 
 mod answer;
+mod at_start;
 mod board;
+mod budget;
 mod change;
 mod report;
 mod servo_side;
@@ -19,7 +21,9 @@ use trueaxis::Room;
 use trueaxis::link::{Activation, Fault, Slot, Upload};
 
 use crate::places::{Loader, NotLoaded};
-use crate::slots::{Slots, TableFlash, WhileBusy};
+use crate::slots::{Choice, Slots, TableFlash, WhileBusy};
+use at_start::Wish;
+use budget::Budget;
 use change::Change;
 use upload::Stage;
 
@@ -27,7 +31,9 @@ pub use board::{
     Clock, Command, CorrectionSink, Enabling, Identity, LinkOnly, Machine, NoClock, PositionSource,
     Regularity, ServoAccess,
 };
+pub use budget::ERASES_PER_HOUR;
 pub use servo_side::{Counters, FAULTS, ServoSide, Snapshot};
+pub use upload::GIVEN_UP;
 
 /// The side of the main loop.
 pub struct Device<F, S, M, C: Room> {
@@ -39,6 +45,15 @@ pub struct Device<F, S, M, C: Room> {
     fault: Option<Fault>,
     stage: Stage,
     change: Change,
+    /// What is to be stored when the change has come to its end.
+    chosen: Choice,
+    /// What is to be stored for the next start.
+    wish: Wish,
+    budget: Budget,
+    /// When the machine was last not at standstill while something was to be stored, s since start.
+    moved: u32,
+    /// When somebody last asked for the upload, s since start.
+    heard: u32,
     /// Rows of the motion whose answer is due.
     motion: Option<usize>,
 }
@@ -49,8 +64,9 @@ where
     S: ServoAccess<C>,
     M: Machine,
 {
-    /// Starts: the newest valid slot that this firmware can use becomes active; with none the
-    /// corrections are zero, and [`fault`](Self::fault) says why.
+    /// Starts: the slot that is to be in use becomes active, or the one before it if this firmware
+    /// cannot use that; with none the corrections are zero, and [`fault`](Self::fault) says why. The
+    /// corrections are let in if that is stored and there is no fault.
     ///
     /// `loader` and the [`Driven`](crate::places::Driven) behind `servo` come from the same
     /// [`Places`](crate::places::Places), and the corrections are still zero.
@@ -71,18 +87,30 @@ where
             fault: None,
             stage: Stage::None,
             change: Change::None,
+            chosen: Choice::default(),
+            wish: Wish::None,
+            budget: Budget::NEW,
+            moved: 0,
+            heard: 0,
             motion: None,
         };
-        let candidates = [device.slots.newest(), device.slots.fallback()];
+        let choice = device.slots.choice();
+        let candidates = [device.slots.in_use(), device.slots.before()];
         for slot in candidates.into_iter().flatten() {
             match device.take(slot) {
                 Ok(()) => break,
-                // That of the newest counts: it is the one that should be active.
+                // That of the first counts: it is the one that should be active.
                 Err(fault) => device.fault = device.fault.or(Some(fault)),
             }
         }
-        if device.slots.active().is_none() {
-            device.fault = device.fault.or(Some(Fault::NoCompensation));
+        if choice.in_use.is_some() && device.slots.in_use().is_none() {
+            device.fault = Some(Fault::Lost);
+        } else if device.slots.active().is_none() && device.fault.is_none() {
+            let waiting = device.slots.waiting().map(Fault::Waiting);
+            device.fault = waiting.or(Some(Fault::NoCompensation));
+        }
+        if choice.enable && device.fault.is_none() {
+            device.servo.with(|side| side.enable(true));
         }
         device
     }
@@ -105,9 +133,10 @@ where
     pub fn step(&mut self) {
         self.poll_upload();
         self.poll_change();
+        self.poll_wish();
     }
 
-    /// Why the corrections are zero, or not those of the newest slot.
+    /// Why the corrections are zero, or not those of the slot that is to be in use.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.fault
@@ -154,6 +183,11 @@ where
     /// Stops: gives back what it was started with, as it is.
     pub fn close(self) -> (Slots<F>, Loader<C>, S) {
         (self.slots, self.loader, self.servo)
+    }
+
+    /// Seconds since start.
+    fn now(&mut self) -> u32 {
+        self.servo.with(|side| side.seconds())
     }
 
     /// Whether the servo must not run while the flash is erased or written.

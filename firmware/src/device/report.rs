@@ -7,7 +7,7 @@ use super::{Device, Machine, ServoAccess};
 use crate::slots::TableFlash;
 
 /// A number of the type in which it is told; the largest of those if it does not fit.
-fn told<T: TryFrom<usize>>(number: usize, largest: T) -> T {
+pub(super) fn told<T: TryFrom<usize>>(number: usize, largest: T) -> T {
     T::try_from(number).unwrap_or(largest)
 }
 

@@ -118,6 +118,11 @@ pub struct ServoSide<C: Room> {
     silent: Option<f32>,
     batch: Batch<C>,
     counters: Counters<C>,
+    /// Time since start: whole seconds, and nominal periods since then.
+    seconds: u32,
+    periods: u32,
+    /// Nominal periods in a second.
+    rate: u32,
 }
 
 fn zero<A: Row<f32>>(conditions: Conditions) -> Correction<A> {
@@ -172,6 +177,10 @@ impl<C: Room> ServoSide<C> {
                 worst_cost: 0,
                 cost_unit: CostUnit::None,
             },
+            seconds: 0,
+            periods: 0,
+            // At least one, also of a period that is none.
+            rate: ((1.0 / period) as u32).max(1),
         }
     }
 
@@ -193,6 +202,11 @@ impl<C: Room> ServoSide<C> {
         sink: &mut impl CorrectionSink<C::Axes<f32>>,
         clock: &K,
     ) {
+        self.periods += 1;
+        if self.periods >= self.rate {
+            self.periods = 0;
+            self.seconds = self.seconds.wrapping_add(1);
+        }
         let command = source.take();
         self.counters.regularity = source.regularity();
         if let Some(command) = &command {
@@ -445,6 +459,12 @@ impl<C: Room> ServoSide<C> {
     #[must_use]
     pub fn driven(&self) -> &Driven<C> {
         &self.driven
+    }
+
+    /// Seconds since start, of nominal periods; periods that a busy flash swallows are not counted.
+    #[must_use]
+    pub fn seconds(&self) -> u32 {
+        self.seconds
     }
 
     /// What has been counted since start.

@@ -1,3 +1,5 @@
+mod at_start;
+mod hosts;
 mod servo_side;
 
 use std::sync::Arc;
@@ -80,6 +82,8 @@ fn ask(desktop: &mut Desktop, request: &Request<'_>) -> Reply<'static> {
         Answer::Now(Reply::Activation(activation)) => Reply::Activation(activation),
         Answer::Now(Reply::Status(report)) => Reply::Status(report),
         Answer::Now(Reply::Health(health)) => Reply::Health(health),
+        Answer::Now(Reply::AtStart(at_start)) => Reply::AtStart(at_start),
+        Answer::Now(Reply::Weights(weights)) => Reply::Weights(weights),
         Answer::Now(Reply::Done) => Reply::Done,
         Answer::Now(other) => Reply::Corrections(match other {
             Reply::Corrections(bytes) => bytes.to_vec().leak(),
@@ -103,6 +107,11 @@ fn announced(blob: &[u8]) -> (u32, u32) {
 
 /// Uploads until it is committed; ticks go on meanwhile.
 fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
+    upload_with(desktop, blob, &Request::Commit { force })
+}
+
+/// The same with another request at its end.
+fn upload_with(desktop: &mut Desktop, blob: &[u8], last: &Request<'_>) -> Reply<'static> {
     let (length, crc) = announced(blob);
     let mut next = loop {
         match ask(desktop, &Request::Begin { length, crc }) {
@@ -126,7 +135,7 @@ fn upload(desktop: &mut Desktop, blob: &[u8], force: bool) -> Reply<'static> {
         }
         desktop.turn(1);
     }
-    ask(desktop, &Request::Commit { force })
+    ask(desktop, last)
 }
 
 /// Ends with a slot being active.
@@ -187,7 +196,7 @@ fn without_a_compensation_the_corrections_are_zero_and_the_fault_says_why() {
 }
 
 #[test]
-fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
+fn at_start_what_was_in_use_is_active_and_otherwise_what_was_before_it() {
     let [first, second] = [0.1, 0.2].map(|scale| blob("m", b"XY", scale));
     let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
     assert_eq!(flashed(&mut desktop, &first), Slot::A);
@@ -198,7 +207,7 @@ fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
         Activation::Active(Some(Slot::B))
     );
     assert_eq!(desktop.device.fault(), None);
-    // The newest is damaged.
+    // It is damaged.
     let mut flash = desktop.stop();
     flash.flip(Slot::B, 8 * 100);
     let desktop = Desktop::start(flash, PERIOD);
@@ -206,6 +215,7 @@ fn at_start_the_newest_valid_slot_is_active_and_the_other_the_fallback() {
         desktop.device.activation(),
         Activation::Active(Some(Slot::A))
     );
+    assert_eq!(desktop.device.fault(), Some(Fault::Lost));
 }
 
 #[test]
@@ -222,6 +232,7 @@ fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
     slots.write(0, &nine).unwrap();
     // Whoever wrote it had more room.
     slots.commit(|_| true).unwrap();
+    slots.choose(slots.choosing(Slot::B)).unwrap();
     let desktop = Desktop::<4, 256>::start(slots.close(), PERIOD);
     assert!(matches!(
         desktop.device.fault(),

@@ -4,10 +4,11 @@
 use trueaxis::link::{Refusal, Upload, short_name};
 use trueaxis::{Compensation, Room, Row};
 
+use super::at_start::Wish;
 use super::change::Change;
 use super::{Device, Machine, ServoAccess};
 use crate::places::Loader;
-use crate::slots::{Progress, SlotError, SlotState, TableFlash};
+use crate::slots::{Progress, Slot, SlotError, SlotState, TableFlash};
 
 /// What is being uploaded, beyond what the slots know.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +45,8 @@ impl From<SlotError> for Refusal {
             SlotError::Blob(error) => Self::Load(error),
             SlotError::OtherBlob => Self::OtherBlob,
             SlotError::Flash(_) => Self::Flash,
+            SlotError::NotChosen => Self::NoCompensation,
+            SlotError::Full => Self::Full,
             // The reason is known where the check is.
             SlotError::Refused | SlotError::LogicBug => Self::LogicBug,
         }
@@ -67,18 +70,21 @@ pub(super) fn same_machine<C: Room>(
             && letters(active) == letters(new))
 }
 
-/// Loads a blob to see whether it can be used, and on this machine.
+/// Loads a blob to see whether it can be used, and on this machine; true: it is the same one.
 fn acceptable<C: Room>(
     loader: &mut Loader<C>,
     blob: &'static [u8],
     force: bool,
-) -> Result<(), Refusal> {
+) -> Result<bool, Refusal> {
     let loaded = loader.load(blob)?;
-    let accepted = force || same_machine(loaded.active(), loaded.compensation());
+    let same = same_machine(loaded.active(), loaded.compensation());
     // The slot is written to once more: nothing may go on reading it.
     loader.vacate();
-    accepted.then_some(()).ok_or(Refusal::OtherMachine)
+    (force || same).then_some(same).ok_or(Refusal::OtherMachine)
 }
+
+/// An upload for which nobody has asked for so long is given up, s.
+pub const GIVEN_UP: u32 = 20;
 
 impl<F, S, M, C: Room> Device<F, S, M, C>
 where
@@ -100,11 +106,23 @@ where
         if length > held || (length as usize) < trueaxis::HEADER {
             return Err(Refusal::TooLong { held });
         }
-        if self.stalls() {
+        let now = self.now();
+        if self.coming().is_some_and(|coming| coming != (length, crc)) {
+            let idle = now.wrapping_sub(self.heard);
+            // One that nobody has asked for that long is given up by `poll_upload`.
+            let wait = GIVEN_UP.saturating_sub(idle);
+            return Err(Refusal::Uploading { wait });
+        }
+        self.heard = now;
+        self.end_ramp();
+        if self.stalls() || self.slots.begin_stalls() {
             if !self.machine.standstill() {
                 return Err(Refusal::NotStandstill);
             }
             if self.stage != Stage::Open {
+                if !matches!(self.stage, Stage::Ramping { .. }) {
+                    self.afford(length, crc)?;
+                }
                 self.servo.with(|side| side.keep_at_zero(true));
                 self.stage = Stage::Ramping { length, crc };
                 self.open_at_zero()?;
@@ -129,12 +147,40 @@ where
             return Ok(());
         }
         self.slots.set_standstill(true);
+        if let Wish::Pending(choice) = self.wish {
+            // While it can be; otherwise what is stored goes on from the upload.
+            self.store(choice);
+        }
         let opened = self.open(length, crc);
         if opened.is_err() {
             self.release();
             self.stage = Stage::None;
+        } else if !self.stalls() {
+            self.release();
         }
         opened
+    }
+
+    /// Length and CRC of the blob that is being uploaded.
+    fn coming(&self) -> Option<(u32, u32)> {
+        match self.stage {
+            Stage::Ramping { length, crc } => Some((length, crc)),
+            Stage::Open | Stage::Paused => {
+                let upload = self.slots.upload()?;
+                Some((upload.length, upload.crc))
+            }
+            Stage::None | Stage::Failed(_) | Stage::Committed(_) => None,
+        }
+    }
+
+    /// Whether a begin that erases is within the budget; true if it erases.
+    fn afford(&mut self, length: u32, crc: u32) -> Result<bool, Refusal> {
+        let erases = self.slots.would_erase(length, crc)?;
+        let now = self.now();
+        match self.budget.wait(now) {
+            wait if erases && wait > 0 => Err(Refusal::Wear { wait }),
+            _ => Ok(erases),
+        }
     }
 
     fn open(&mut self, length: u32, crc: u32) -> Result<(), Refusal> {
@@ -142,30 +188,44 @@ where
         if self.change != Change::None || !self.loader.vacate() {
             return Err(Refusal::Busy);
         }
-        if let Err(error) = self.slots.begin(length, crc) {
-            // Also where another upload was open: it is gone.
-            self.release();
-            self.stage = Stage::None;
-            return Err(error.into());
+        let begun = self.afford(length, crc).and_then(|erases| {
+            self.slots.begin(length, crc)?;
+            Ok(erases)
+        });
+        match begun {
+            Ok(erases) => {
+                if erases {
+                    let now = self.now();
+                    self.budget.spend(now);
+                }
+                self.stage = Stage::Open;
+                Ok(())
+            }
+            Err(refusal) => {
+                // Also where another upload was open: it is gone.
+                self.release();
+                self.stage = Stage::None;
+                Err(refusal)
+            }
         }
-        self.stage = Stage::Open;
-        Ok(())
     }
 
     /// Lets the servo go on.
-    fn release(&mut self) {
+    pub(super) fn release(&mut self) {
         self.slots.set_standstill(false);
-        let stalls = self.stalls();
-        if stalls {
-            self.servo.with(|side| {
-                side.suspend(false);
-                side.keep_at_zero(false);
-            });
-        }
+        self.servo.with(|side| {
+            side.suspend(false);
+            side.keep_at_zero(false);
+        });
     }
 
     pub(super) fn poll_upload(&mut self) {
-        let moving = self.stalls() && !self.machine.standstill();
+        let ramping = matches!(self.stage, Stage::Ramping { .. });
+        let moving = (ramping || self.stalls()) && !self.machine.standstill();
+        if self.coming().is_some() && self.now().wrapping_sub(self.heard) >= GIVEN_UP {
+            // The host has died: what it has sent stays, and the servo goes on.
+            self.abort();
+        }
         match self.stage {
             Stage::Ramping { .. } if moving => {
                 self.release();
@@ -215,16 +275,36 @@ where
 
     pub(super) fn chunk(&mut self, offset: u32, bytes: &[u8]) -> Result<Upload, Refusal> {
         self.opened()?;
+        self.heard = self.now();
         self.slots.write(offset, bytes)?;
         Ok(self.upload_state())
     }
 
     pub(super) fn commit(&mut self, force: bool) -> Result<Upload, Refusal> {
+        let (slot, _) = self.check_and_commit(force)?;
+        self.committed(slot)
+    }
+
+    /// The same, and the next start takes it.
+    pub(super) fn commit_in_use(&mut self, force: bool) -> Result<Upload, Refusal> {
+        let (slot, same) = self.check_and_commit(force)?;
+        // Behind the commit, while the flash can be written.
+        self.store(self.choosing(slot).on(same));
+        self.committed(slot)
+    }
+
+    /// Slot of the blob that has come, and whether it is for the same machine.
+    fn check_and_commit(&mut self, force: bool) -> Result<(Slot, bool), Refusal> {
         self.opened()?;
+        self.heard = self.now();
         let loader = &mut self.loader;
         let mut why = Refusal::LogicBug;
+        let mut same = false;
         let check = |blob: &'static [u8]| match acceptable(loader, blob, force) {
-            Ok(()) => true,
+            Ok(accepted) => {
+                same = accepted;
+                true
+            }
             Err(refusal) => {
                 why = refusal;
                 false
@@ -234,6 +314,10 @@ where
             SlotError::Refused => why,
             other => other.into(),
         })?;
+        Ok((slot, same))
+    }
+
+    fn committed(&mut self, slot: Slot) -> Result<Upload, Refusal> {
         self.release();
         let sequence = match self.slots.state(slot) {
             SlotState::Valid { sequence, .. } => sequence,

@@ -1,8 +1,8 @@
 //! Erasing and programming, each read back.
 
-use embedded_storage::nor_flash::NorFlashError;
+use embedded_storage::nor_flash::NorFlashError as _;
 
-use super::layout::{self, Record};
+use super::layout::{self, Record, WORD};
 use super::upload::{Progress, Session, Upload};
 use super::{Slot, SlotError, Slots, TableFlash, WhileBusy};
 
@@ -12,14 +12,9 @@ impl<F: TableFlash> Slots<F> {
         let [a, b] = Slot::BOTH.map(|slot| {
             let range = self.flash.range(slot);
             let length = range.end.saturating_sub(range.start);
-            let fits = self.flash.mapped(slot).len() == length as usize;
             let whole =
                 [range.start, length].map(|edge| (edge as usize).is_multiple_of(F::ERASE_SIZE));
-            if fits && whole == [true; 2] {
-                length
-            } else {
-                0
-            }
+            if whole == [true; 2] { length } else { 0 }
         });
         if a == b { a } else { 0 }
     }
@@ -52,11 +47,21 @@ impl<F: TableFlash> Slots<F> {
         }
     }
 
-    /// Block `number` of a slot as it reads.
-    pub(super) fn block(&self, slot: Slot, number: u32) -> Result<&[u8], SlotError> {
+    /// Whether a choice that is written to this slot stalls a servo that runs.
+    #[must_use]
+    pub fn choosing_stalls(&self, slot: Slot) -> bool {
+        match self.flash.while_busy() {
+            WhileBusy::Standstill => true,
+            // Its bank is the one that the servo reads.
+            WhileBusy::DualBank => self.active == Some(slot),
+            WhileBusy::ServoInRam => false,
+        }
+    }
+
+    /// Whether block `number` of a slot reads blank.
+    pub(super) fn is_block_blank(&mut self, slot: Slot, number: u32) -> bool {
         let start = number as usize * F::ERASE_SIZE;
-        let block = self.flash.mapped(slot).get(start..start + F::ERASE_SIZE);
-        block.ok_or(SlotError::LogicBug)
+        self.is_blank(slot, start, start + F::ERASE_SIZE)
     }
 
     /// Writes the mark before anything is erased, so that what an erase leaves is never valid.
@@ -73,7 +78,7 @@ impl<F: TableFlash> Slots<F> {
         let start = self.flash.range(slot).start + number * size;
         let result = self.flash.erase(start, start + size);
         result.map_err(|error| SlotError::Flash(error.kind()))?;
-        if !layout::blank(self.block(slot, number)?) {
+        if !self.is_block_blank(slot, number) {
             return Err(SlotError::Readback {
                 offset: number * size,
             });
@@ -99,59 +104,83 @@ impl<F: TableFlash> Slots<F> {
     /// Programs whole words at offset `at` of a slot. Words that read so already are left alone;
     /// no word is written twice between erases.
     pub(super) fn program(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> Result<(), SlotError> {
-        let base = self.flash.range(slot).start as usize + at;
         let mut done = 0;
         while done < bytes.len() {
-            let held = self.flash.mapped(slot).get(at..at + bytes.len());
-            let held = held.ok_or(SlotError::LogicBug)?;
-            let words = |from: usize| {
-                let wanted = bytes[from..].chunks(F::WRITE_SIZE);
-                wanted.zip(held[from..].chunks(F::WRITE_SIZE))
-            };
-            let equal = words(done).take_while(|(wanted, held)| wanted == held);
-            let start = done + equal.count() * F::WRITE_SIZE;
-            let changes = |(wanted, held): &(&[u8], &[u8])| wanted != held && layout::blank(held);
-            let end = start + words(start).take_while(changes).count() * F::WRITE_SIZE;
-            if start >= bytes.len() {
-                break;
-            }
-            if end == start {
-                return Err(SlotError::NotBlank {
-                    offset: (at + start) as u32,
-                });
-            }
-            let result = self.flash.write((base + start) as u32, &bytes[start..end]);
-            result.map_err(|error| SlotError::Flash(error.kind()))?;
-            let written = self.flash.mapped(slot).get(at + start..at + end);
-            if written != Some(&bytes[start..end]) {
-                return Err(SlotError::Readback {
-                    offset: (at + start) as u32,
-                });
-            }
-            done = end;
+            let place = at + done;
+            let within = place % WORD;
+            let part = &bytes[done..bytes.len().min(done + WORD - within)];
+            self.program_line(slot, place - within, within, part)?;
+            done += part.len();
         }
         Ok(())
     }
 
+    /// The same within one line, which starts at `line`, from its byte `within` on.
+    fn program_line(
+        &mut self,
+        slot: Slot,
+        line: usize,
+        within: usize,
+        wanted: &[u8],
+    ) -> Result<(), SlotError> {
+        let place = |word: usize| (line + within + word) as u32;
+        // A word that was torn cannot be read, and is not blank.
+        let unreadable = SlotError::NotBlank { offset: place(0) };
+        let held = self.line(slot, line).ok_or(unreadable)?;
+        let words = (0..wanted.len()).step_by(F::WRITE_SIZE);
+        let mut first = None;
+        for word in words {
+            let new = &wanted[word..word + F::WRITE_SIZE];
+            let old = &held[within + word..][..F::WRITE_SIZE];
+            if new == old {
+                continue;
+            }
+            let offset = place(word);
+            if !layout::blank(old) {
+                return Err(SlotError::NotBlank { offset });
+            }
+            first = first.or(Some(offset));
+            let start = self.flash.range(slot).start;
+            let result = self.flash.write(start + offset, new);
+            result.map_err(|error| SlotError::Flash(error.kind()))?;
+        }
+        let Some(offset) = first else {
+            return Ok(());
+        };
+        let written = self.line(slot, line);
+        let holds = |line: [u8; WORD]| line[within..].starts_with(wanted);
+        if written.is_some_and(holds) {
+            Ok(())
+        } else {
+            Err(SlotError::Readback { offset })
+        }
+    }
+
     /// Compares bytes that have arrived before with those that come again at `offset`.
     pub(super) fn compare(
-        &self,
+        &mut self,
         session: &Session,
         offset: u32,
         again: &[u8],
     ) -> Result<(), SlotError> {
-        let next = session.receiving()? as usize;
-        let written = next - session.tail.held().len();
-        let held = self.flash.mapped(session.upload.slot).get(..written);
-        let held = held.ok_or(SlotError::LogicBug)?;
+        let tail = session.tail.held();
+        let written = session.receiving()? as usize - tail.len();
+        let slot = session.upload.slot;
+        let mut line = None;
         for (place, &byte) in (offset as usize..).zip(again) {
-            let before = held
-                .get(place)
-                .or_else(|| session.tail.held().get(place - written));
-            if before != Some(&byte) {
-                return Err(SlotError::Conflict {
-                    offset: place as u32,
-                });
+            let start = place - place % WORD;
+            let offset = place as u32;
+            let before = if place < written {
+                if line.is_none_or(|(known, _)| known != start) {
+                    let read = self.line(slot, start);
+                    line = Some((start, read.ok_or(SlotError::Readback { offset })?));
+                }
+                line.map(|(_, bytes)| bytes[place % WORD])
+            } else {
+                tail.get(place - written).copied()
+            };
+            if before != Some(byte) {
+                return Err(SlotError::Conflict { offset });
             }
         }
         Ok(())

@@ -56,6 +56,10 @@ pub enum SlotError {
     Blob(LoadError),
     /// The blob has arrived, but its header has another length or checksum than announced.
     OtherBlob,
+    /// What is to be in use is in no valid slot.
+    NotChosen,
+    /// The slot has no room for another choice: an upload makes it.
+    Full,
     /// The check of the caller did not accept the blob.
     Refused,
     /// The flash driver reports an error.
@@ -80,6 +84,8 @@ impl fmt::Display for SlotError {
             Self::Incomplete { expected } => write!(f, "incomplete: go on at {expected}"),
             Self::Blob(error) => write!(f, "not a blob: {error}"),
             Self::OtherBlob => f.write_str("another blob than announced"),
+            Self::NotChosen => f.write_str("no valid slot is chosen"),
+            Self::Full => f.write_str("the slot has no room for another choice"),
             Self::Refused => f.write_str("the blob cannot be used on this target"),
             Self::Flash(kind) => write!(f, "flash: {kind}"),
             Self::LogicBug => f.write_str("a mistake in the firmware or its flash driver"),

@@ -1,4 +1,4 @@
-//! The last 128 bytes of a slot, see `docs/src/slots.md`.
+//! The last bytes of a slot, see `docs/src/slots.md`.
 //!
 //! | from the end | bytes | |
 //! |---|---|---|
@@ -6,22 +6,28 @@
 //! | −64 | 32 | mark: not blank as soon as the slot may be erased |
 //! | −32 | 32 | commit: the sequence number |
 //!
+//! Before them the [`choices`](super::choices) grow downwards.
+//!
 //! Record and commit consist of their content and its complement. A write that was cut leaves bits
 //! set in both, so it is recognised with certainty, whatever the order of the bits.
 
 use core::ops::Range;
 
 use super::Damage;
+use super::choices::{CHOICE, RESERVED};
 
 /// Version of the layout.
-pub const LAYOUT: u16 = 1;
-/// Bytes at the end of a slot that hold no blob.
+pub const LAYOUT: u16 = 2;
+/// Bytes of record, mark and commit.
 pub const TRAILER: usize = 128;
-/// Largest write size that the layout has room for; every write size divides it.
+/// Bytes at the end of a slot that hold no blob.
+pub const NO_BLOB: usize = TRAILER + RESERVED * CHOICE;
+/// Largest write size that the layout has room for; every write size divides it. Flash is read in
+/// such lines.
 pub const WORD: usize = 32;
 
 const MAGIC: [u8; 4] = *b"TXSL";
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+pub(super) const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Where in a slot of `length` bytes the record lies.
 pub const fn record_at(length: usize) -> Range<usize> {
@@ -72,19 +78,11 @@ impl Record {
 
     /// As it is written.
     pub fn encode(&self) -> [u8; 64] {
-        let content = self.content();
-        let mut bytes = [0; 64];
-        let (plain, complement) = bytes.split_at_mut(32);
-        plain.copy_from_slice(&content);
-        for (not, byte) in complement.iter_mut().zip(content) {
-            *not = !byte;
-        }
-        bytes
+        doubled(&self.content())
     }
 
-    /// Reads the record in the trailer of `slot`, which is at least as long as that.
-    pub fn decode(slot: &[u8]) -> Result<Self, Damage> {
-        let bytes = &slot[record_at(slot.len())];
+    /// Reads a record.
+    pub fn decode(bytes: &[u8; 64]) -> Result<Self, Damage> {
         let (content, complement) = bytes.split_at(32);
         if content[..4] != MAGIC || !complementary(content, complement) {
             return Err(Damage::Record);
@@ -121,11 +119,10 @@ impl Record {
         bytes
     }
 
-    /// The sequence number in the trailer of `slot` if it belongs to this record.
-    pub fn committed(&self, slot: &[u8]) -> Result<u32, Damage> {
-        let bytes = &slot[commit_at(slot.len())];
+    /// The sequence number in a commit if that belongs to this record.
+    pub fn committed(&self, bytes: &[u8; 32]) -> Result<u32, Damage> {
         let sequence = word(bytes, 0);
-        if bytes == self.commit(sequence) {
+        if *bytes == self.commit(sequence) {
             Ok(sequence)
         } else {
             Err(Damage::Commit)
@@ -133,11 +130,22 @@ impl Record {
     }
 }
 
+/// A content and its complement.
+pub fn doubled(content: &[u8; 32]) -> [u8; 64] {
+    let mut bytes = [0; 64];
+    let (plain, complement) = bytes.split_at_mut(32);
+    plain.copy_from_slice(content);
+    for (not, byte) in complement.iter_mut().zip(content) {
+        *not = !byte;
+    }
+    bytes
+}
+
 fn complementary(content: &[u8], complement: &[u8]) -> bool {
     content.iter().zip(complement).all(|(&a, &b)| a == !b)
 }
 
-/// The little-endian number at `at`, within a record.
-fn word(bytes: &[u8], at: usize) -> u32 {
+/// The little-endian number at `at`.
+pub fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
 }

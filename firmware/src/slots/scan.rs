@@ -1,8 +1,9 @@
-//! Finding out what a slot holds.
+//! Finding out what a slot holds. Every byte goes through a read that may fail: a word that was torn
+//! is an answer.
 
 use trueaxis::{HEADER, Header};
 
-use super::layout::{self, Record, TRAILER};
+use super::layout::{self, NO_BLOB, Record, TRAILER, WORD};
 use super::{Damage, Slot, SlotState, Slots, TableFlash};
 
 /// What a scan has found.
@@ -48,60 +49,35 @@ pub(super) fn newer(a: u32, b: u32) -> bool {
     a.wrapping_sub(b).wrapping_sub(1) < u32::MAX / 2
 }
 
-/// What the bytes of a whole slot are; the sequence number also if the blob is damaged.
-fn state(slot: &[u8]) -> (SlotState, Option<u32>) {
-    let damaged = |damage| (SlotState::Damaged(damage), None);
-    if slot.len() < TRAILER + HEADER {
-        return damaged(Damage::Record);
-    }
-    let (blob, trailer) = slot.split_at(slot.len() - TRAILER);
-    if layout::blank(trailer) {
-        return if layout::blank(blob) {
-            (SlotState::Blank, None)
-        } else {
-            damaged(Damage::Record)
-        };
-    }
-    if !layout::blank(&slot[layout::mark_at(slot.len())]) {
-        return (SlotState::Erasing, None);
-    }
-    let record = match Record::decode(slot) {
-        Ok(record) if record.length as usize <= blob.len() => record,
-        Ok(_) => return damaged(Damage::Record),
-        Err(damage) => return damaged(damage),
-    };
-    let Record { length, crc, .. } = record;
-    if layout::blank(&slot[layout::commit_at(slot.len())]) {
-        let uploading = SlotState::Uploading {
-            received: 0,
-            length,
-            crc,
-        };
-        return (uploading, None);
-    }
-    let sequence = match record.committed(slot) {
-        Ok(sequence) => sequence,
-        Err(damage) => return damaged(damage),
-    };
-    let state = match Header::check_slot(blob) {
-        Err(error) => SlotState::Damaged(Damage::Blob(error)),
-        Ok(header) if header != (Header { length, crc }) => SlotState::Damaged(Damage::OtherBlob),
-        Ok(_) => SlotState::Valid {
-            sequence,
-            length,
-            crc,
-        },
-    };
-    (state, Some(sequence))
-}
+/// A word of the flash cannot be read.
+pub(super) struct Unreadable;
 
 impl<F: TableFlash> Slots<F> {
+    /// Reads whole lines of a slot.
+    pub(super) fn read(&mut self, slot: Slot, at: usize, out: &mut [u8]) -> Result<(), Unreadable> {
+        let start = self.flash.range(slot).start as usize + at;
+        self.flash.read(start as u32, out).map_err(|_| Unreadable)
+    }
+
+    /// One line of a slot; `None` if it cannot be read.
+    pub(super) fn line(&mut self, slot: Slot, at: usize) -> Option<[u8; WORD]> {
+        let mut line = [0; WORD];
+        self.read(slot, at, &mut line).ok().map(|()| line)
+    }
+
+    /// Whether the bytes from `start` to `end`, whole lines, read blank.
+    pub(super) fn is_blank(&mut self, slot: Slot, start: usize, end: usize) -> bool {
+        (start..end)
+            .step_by(WORD)
+            .all(|at| self.line(slot, at).is_some_and(|line| layout::blank(&line)))
+    }
+
     /// Reads a slot into `found`.
     pub(super) fn scan(&mut self, slot: Slot) {
-        let bytes = self.flash.mapped(slot);
-        let (state, committed) = state(bytes);
-        let own = record(bytes).map(|record| record.wear);
-        let seen = record(self.flash.mapped(slot.other())).map(|record| record.other_wear);
+        let (state, committed) = self.look(slot);
+        let own = self.read_record(slot).ok().map(|record| record.wear);
+        let seen = self.read_record(slot.other()).ok();
+        let seen = seen.map(|record| record.other_wear);
         let found = &mut self.found[slot.index()];
         // Of all that is known the largest: counts only grow.
         let wear = found.wear.max(own.unwrap_or(0)).max(seen.unwrap_or(0));
@@ -110,29 +86,95 @@ impl<F: TableFlash> Slots<F> {
             wear,
             committed,
         };
+        self.scan_choices(slot);
     }
-}
 
-impl<F: TableFlash> Slots<F> {
+    /// The record of a slot, of one that is being erased too.
+    pub(super) fn read_record(&mut self, slot: Slot) -> Result<Record, Damage> {
+        let length = self.length() as usize;
+        if length < TRAILER {
+            return Err(Damage::Record);
+        }
+        let mut bytes = [0; 64];
+        let read = self.read(slot, layout::record_at(length).start, &mut bytes);
+        read.map_err(|_| Damage::Record)?;
+        Record::decode(&bytes)
+    }
+
+    /// What a slot holds; the sequence number also if the blob is damaged.
+    fn look(&mut self, slot: Slot) -> (SlotState, Option<u32>) {
+        let damaged = |damage| (SlotState::Damaged(damage), None);
+        let length = self.length() as usize;
+        if length < NO_BLOB + HEADER {
+            return damaged(Damage::Record);
+        }
+        if self.is_blank(slot, length - TRAILER, length) {
+            return if self.is_blank(slot, 0, length - TRAILER) {
+                (SlotState::Blank, None)
+            } else {
+                damaged(Damage::Record)
+            };
+        }
+        let mark = layout::mark_at(length);
+        if !self.is_blank(slot, mark.start, mark.end) {
+            return (SlotState::Erasing, None);
+        }
+        let record = match self.read_record(slot) {
+            Ok(record) if record.length <= self.capacity() => record,
+            Ok(_) => return damaged(Damage::Record),
+            Err(damage) => return damaged(damage),
+        };
+        let Record {
+            length: size, crc, ..
+        } = record;
+        let Some(commit) = self.line(slot, layout::commit_at(length).start) else {
+            return damaged(Damage::Commit);
+        };
+        if layout::blank(&commit) {
+            let uploading = SlotState::Uploading {
+                received: 0,
+                length: size,
+                crc,
+            };
+            return (uploading, None);
+        }
+        let sequence = match record.committed(&commit) {
+            Ok(sequence) => sequence,
+            Err(damage) => return damaged(damage),
+        };
+        let state = match self.check_blob(slot) {
+            Err(Unreadable) => SlotState::Damaged(Damage::Unreadable),
+            Ok(Err(error)) => SlotState::Damaged(Damage::Blob(error)),
+            Ok(Ok(header)) if header != (Header { length: size, crc }) => {
+                SlotState::Damaged(Damage::OtherBlob)
+            }
+            Ok(Ok(_)) => SlotState::Valid {
+                sequence,
+                length: size,
+                crc,
+            },
+        };
+        (state, Some(sequence))
+    }
+
+    /// Header, length and checksum of the blob in a slot.
+    pub(super) fn check_blob(
+        &mut self,
+        slot: Slot,
+    ) -> Result<Result<Header, trueaxis::LoadError>, Unreadable> {
+        let capacity = self.capacity();
+        Header::check_pieces(capacity, |at, out| self.read(slot, at as usize, out))
+    }
+
     /// Whether a slot that seems to be uploaded to holds a part of a blob, and not all of it.
     ///
     /// An erase from the end that was cut between mark and record leaves the same, but with the first
     /// block erased or, where there is only one, with the whole blob. Then nothing that reads blank
     /// is sure to be.
-    pub(super) fn is_in_part(&self, slot: Slot) -> bool {
-        let bytes = self.flash.mapped(slot);
-        let blob = bytes.get(..bytes.len().saturating_sub(TRAILER));
-        let blob = blob.unwrap_or(&[]);
+    pub(super) fn is_in_part(&mut self, slot: Slot) -> bool {
         // Not merely another word than blank: a bit may have flipped.
-        let begun = blob.starts_with(&trueaxis::MAGIC);
-        begun && Header::check_slot(blob).is_err()
+        let first = self.line(slot, 0);
+        let begun = first.is_some_and(|line| line.starts_with(&trueaxis::MAGIC));
+        begun && !matches!(self.check_blob(slot), Ok(Ok(_)))
     }
-}
-
-/// The record of a slot, of one that is being erased too.
-fn record(slot: &[u8]) -> Option<Record> {
-    if slot.len() < TRAILER {
-        return None;
-    }
-    Record::decode(slot).ok()
 }

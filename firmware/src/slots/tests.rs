@@ -1,5 +1,6 @@
 //! Blobs to upload, and the driver of an upload.
 
+mod choices;
 mod flips;
 mod images;
 mod model;
@@ -86,8 +87,19 @@ fn loads(bytes: &[u8]) -> Result<(), LoadError> {
     Target::empty().load(bytes)
 }
 
-/// One attempt at an upload, in chunks.
+/// One attempt at an upload, in chunks, that is to be in use from the next start on.
 fn attempt<F: TableFlash>(
+    slots: &mut Slots<F>,
+    blob: &[u8],
+    chunk: usize,
+) -> Result<Slot, SlotError> {
+    let slot = committed(slots, blob, chunk)?;
+    slots.choose(slots.choosing(slot))?;
+    Ok(slot)
+}
+
+/// The same without being chosen.
+fn committed<F: TableFlash>(
     slots: &mut Slots<F>,
     blob: &[u8],
     chunk: usize,
@@ -120,11 +132,11 @@ fn upload<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8], chunk: usize) -> Slo
     panic!("three attempts were not enough");
 }
 
-/// What a start makes active: the newest valid slot, with its bytes.
+/// What a start makes active: the slot that is to be in use or the one before it, with its bytes.
 fn start<F: TableFlash>(slots: &mut Slots<F>) -> Option<(Slot, &'static [u8])> {
-    let newest = slots.newest()?;
-    slots.set_active(Some(newest));
-    Some((newest, slots.blob(newest)?))
+    let active = slots.in_use().or_else(|| slots.before())?;
+    slots.set_active(Some(active));
+    Some((active, slots.blob(active)?))
 }
 
 /// `count` blobs that differ, with their lengths.

@@ -2,7 +2,7 @@
 
 use trueaxis::{HEADER, Header};
 
-use super::layout::{self, Record};
+use super::layout;
 use super::tail::Tail;
 use super::{Slot, SlotError, SlotState, Slots, TableFlash};
 
@@ -60,56 +60,50 @@ impl Session {
     }
 }
 
+/// How an upload begins.
+struct Beginning {
+    slot: Slot,
+    /// What is there is a part of it.
+    resumes: bool,
+    /// Blocks that read blank are blank.
+    proven: bool,
+}
+
 impl<F: TableFlash> Slots<F> {
     /// Begins the upload of a blob of `length` bytes with `crc` in its header.
     ///
     /// It goes to the slot that is not active; with none active, to the one that is not the newest.
     /// The same blob goes on where it was; after a restart from byte 0 on, but what is in the flash
     /// already is only compared: nothing is erased or written twice. Another blob takes the place
-    /// of an upload that has begun.
+    /// of an upload that has begun. What a start goes by is [stored](Self::choose) in the other slot
+    /// before.
     ///
     /// # Errors
     /// [`SlotError::Length`], [`SlotError::NotStandstill`], [`SlotError::Flash`],
     /// [`SlotError::Readback`].
     pub fn begin(&mut self, length: u32, crc: u32) -> Result<Progress, SlotError> {
-        let capacity = self.capacity();
-        if length > capacity || (length as usize) < HEADER {
-            return Err(SlotError::Length { capacity });
-        }
+        let Beginning {
+            slot,
+            resumes,
+            proven,
+        } = match self.beginning(length, crc)? {
+            Ok(progress) => return Ok(progress),
+            Err(beginning) => beginning,
+        };
         self.may_stall()?;
-        let slot = self.target();
-        let known = self.session.take().filter(|session| {
-            let upload = session.upload;
-            (upload.slot, upload.length, upload.crc) == (slot, length, crc)
-        });
-        let spoiled = match known {
-            Some(session) if session.upload.progress != Progress::Spoiled => {
-                self.session = known;
-                return Ok(session.upload.progress);
-            }
-            Some(_) => true,
-            None => false,
-        };
-        self.scan(slot);
-        let found = self.found[slot.index()];
-        let (same, proven) = match found.state {
-            SlotState::Uploading {
-                length: l, crc: c, ..
-            } => ((l, c) == (length, crc), self.is_in_part(slot)),
-            _ => (false, found.proven()),
-        };
-        let resumes = same && proven && !spoiled;
+        self.session = None;
         let progress = if resumes {
             Progress::Receiving { next: 0 }
         } else {
+            self.secure(slot)?;
+            if proven {
+                self.mark(slot)?;
+            }
             Progress::Erasing {
                 done: 0,
                 blocks: self.blocks(),
             }
         };
-        if !resumes && proven {
-            self.mark(slot)?;
-        }
         self.session = Some(Session {
             upload: Upload {
                 slot,
@@ -121,6 +115,58 @@ impl<F: TableFlash> Slots<F> {
             tail: Tail::EMPTY,
         });
         Ok(progress)
+    }
+
+    /// Whether [`begin`](Self::begin) with this would erase the slot.
+    ///
+    /// # Errors
+    /// [`SlotError::Length`]
+    pub fn would_erase(&mut self, length: u32, crc: u32) -> Result<bool, SlotError> {
+        let beginning = self.beginning(length, crc)?;
+        Ok(beginning.is_err_and(|beginning| !beginning.resumes))
+    }
+
+    /// Whether [`begin`](Self::begin) first writes to the slot that stays, and stalls a servo that
+    /// runs thereby.
+    #[must_use]
+    pub fn begin_stalls(&self) -> bool {
+        let target = self.target();
+        self.must_secure(target) && self.choosing_stalls(target.other())
+    }
+
+    /// The progress of the upload that goes on, or how it begins.
+    fn beginning(
+        &mut self,
+        length: u32,
+        crc: u32,
+    ) -> Result<Result<Progress, Beginning>, SlotError> {
+        let capacity = self.capacity();
+        if length > capacity || (length as usize) < HEADER {
+            return Err(SlotError::Length { capacity });
+        }
+        let slot = self.target();
+        let known = self.session.filter(|session| {
+            let upload = session.upload;
+            (upload.slot, upload.length, upload.crc) == (slot, length, crc)
+        });
+        let spoiled = match known.map(|session| session.upload.progress) {
+            Some(Progress::Spoiled) => true,
+            Some(progress) => return Ok(Ok(progress)),
+            None => false,
+        };
+        self.scan(slot);
+        let found = self.found[slot.index()];
+        let (same, proven) = match found.state {
+            SlotState::Uploading {
+                length: l, crc: c, ..
+            } => ((l, c) == (length, crc), self.is_in_part(slot)),
+            _ => (false, found.proven()),
+        };
+        Ok(Err(Beginning {
+            slot,
+            resumes: same && proven && !spoiled,
+            proven,
+        }))
     }
 
     /// Erases the next block that needs it, at most one, the last block of the slot last; does
@@ -140,10 +186,13 @@ impl<F: TableFlash> Slots<F> {
         // What an error interrupts stays spoiled.
         self.spoil();
         let slot = session.upload.slot;
-        while done + 1 < blocks && session.proven && layout::blank(self.block(slot, done)?) {
+        while done + 1 < blocks && session.proven && self.is_block_blank(slot, done) {
             done += 1;
         }
-        self.erase(slot, done)?;
+        let erased = self.erase(slot, done);
+        // Whatever it was: what was stored there is no longer.
+        self.scan_choices(slot);
+        erased?;
         done += 1;
         session.upload.progress = if done < blocks {
             Progress::Erasing { done, blocks }
@@ -210,7 +259,8 @@ impl<F: TableFlash> Slots<F> {
     }
 
     /// Makes the blob that has arrived the newest: reads it in place, asks `check` whether it can
-    /// be used, and writes the last word. Returns the slot.
+    /// be used, and writes the last word. Returns the slot. No start takes it before it is
+    /// [chosen](Self::choose).
     ///
     /// # Errors
     /// [`SlotError::NoUpload`], [`SlotError::Erasing`], [`SlotError::Incomplete`],
@@ -228,17 +278,15 @@ impl<F: TableFlash> Slots<F> {
         }
         self.may_stall()?;
         self.spoil();
-        let bytes = self.flash.mapped(slot);
-        let blob = bytes.get(..self.capacity() as usize);
-        let header = Header::check_slot(blob.ok_or(SlotError::LogicBug)?);
+        let offset = self.capacity();
+        let header = self.check_blob(slot);
+        let header = header.map_err(|_| SlotError::Readback { offset: 0 })?;
         if header.map_err(SlotError::Blob)? != (Header { length, crc }) {
             return Err(SlotError::OtherBlob);
         }
-        let record = Record::decode(bytes).map_err(|_| SlotError::Readback {
-            offset: self.capacity(),
-        })?;
-        let blob = self.flash.in_place(slot).get(..length as usize);
-        if !check(blob.ok_or(SlotError::LogicBug)?) {
+        let record = self.read_record(slot);
+        let record = record.map_err(|_| SlotError::Readback { offset })?;
+        if !check(self.flash.in_place(slot, length)) {
             self.session = Some(session);
             return Err(SlotError::Refused);
         }

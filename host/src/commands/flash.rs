@@ -9,15 +9,17 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::AlignedBlob;
+use trueaxis::link::Storing;
 use trueaxis_host::link::{self, Activated};
 use trueaxis_host::target::Target;
 use trueaxis_host::validate::Runtime;
 
 /// Upload a compensation into a controller
 ///
-/// It goes into the table slot that is not in use and is the newest from then on: at the next
-/// start, or at once with --activate. An upload that was interrupted goes on where it was. What is
-/// in use stays so until the new one is complete and checked.
+/// It goes into the table slot that is not in use. With --activate it is in use from then on, at
+/// every start too; without, it waits until `trueaxis control` activates it. An upload that was
+/// interrupted goes on where it was. What is in use stays so until the new one is complete and
+/// checked.
 ///
 /// With --dry-run nothing is uploaded: it prints what the controller holds, as `compile --target`
 /// reads it, and checks a compensation, if one is given, as an upload would.
@@ -31,7 +33,7 @@ pub struct Arguments {
     blob: Option<PathBuf>,
     #[command(flatten)]
     port: PortArguments,
-    /// Change over to it now
+    /// Change over to it now, and at every start
     #[arg(long)]
     activate: bool,
     /// Upload nothing: check it, and print what the controller holds
@@ -57,6 +59,7 @@ struct Flashed<'a> {
     resumed: u32,
     active: bool,
     fading: bool,
+    at_start: bool,
 }
 
 #[derive(Serialize)]
@@ -127,6 +130,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         already,
         resumed,
         activated,
+        at_start,
     } = outcome;
     if *json {
         files::print_json(&Flashed {
@@ -140,6 +144,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             resumed,
             active: activated == Activated::Yes,
             fading: activated == Activated::WithMotion,
+            at_start: at_start.in_use == Some(slot),
         })?;
         return Ok(Outcome::Done);
     }
@@ -166,8 +171,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     text += match activated {
         Activated::Yes => "in use\n",
         Activated::WithMotion => "accepted: it is faded in as soon as the machine moves\n",
-        Activated::No => "in use from the next start on; --activate changes over at once\n",
+        Activated::No if controller.active == Some(slot) => "in use\n",
+        Activated::No => "not in use: `trueaxis control` activates it, or --activate\n",
     };
+    if activated != Activated::No && at_start.in_use != Some(slot) {
+        text += match at_start.storing {
+            Storing::Failed(_) => {
+                "not stored: the next start takes what it took before; see `trueaxis control`\n"
+            }
+            _ => "at the next start too once the machine has stood still with its drives off\n",
+        };
+    }
     files::print(&text)?;
     Ok(Outcome::Done)
 }

@@ -4,6 +4,7 @@ mod at;
 mod bad_input;
 mod blame;
 mod compile;
+mod control;
 mod correct;
 mod eval;
 mod explain;
@@ -48,6 +49,7 @@ enum Command {
     Explain(explain::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
+    Control(control::Arguments),
 }
 
 /// How a command ended that had good input.
@@ -71,6 +73,7 @@ pub fn run() -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Control(arguments) => control::run(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

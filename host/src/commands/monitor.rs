@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 /// Names of the conditions that hold.
-fn conditions(bits: u16) -> Vec<&'static str> {
+pub(super) fn conditions(bits: u16) -> Vec<&'static str> {
     Conditions(bits).names().collect()
 }
 
@@ -112,7 +112,7 @@ fn unit(report: &Report) -> &'static str {
     }
 }
 
-fn activation(activation: Activation) -> String {
+pub(super) fn activation(activation: Activation) -> String {
     match activation {
         Activation::Active(None) => "none in use".to_owned(),
         Activation::Active(Some(slot)) => format!("slot {slot} in use"),

@@ -74,7 +74,27 @@ fn remedy(error: &LinkError) -> &'static str {
             Refusal::NotStandstill => {
                 "stop the machine and switch its drives off: this controller stands still while it writes flash"
             }
-            Refusal::Busy => "wait until the change of compensation is over",
+            Refusal::Busy => {
+                "wait until the change of compensation or the upload is over; `trueaxis monitor` shows it"
+            }
+            Refusal::Uploading { .. } => {
+                "wait until the other upload is over, or until it is given up, and run the command again"
+            }
+            Refusal::Wear { .. } => {
+                "flash memory wears: find out what uploads that often, wait, and run the command again"
+            }
+            Refusal::Full => {
+                "flash a compensation with --activate, or `trueaxis control … rollback`: the other slot has room"
+            }
+            Refusal::NoCompensation => "flash one with --activate first",
+            Refusal::NotValid => {
+                "`trueaxis monitor` shows what the slots hold; flash a compensation with --activate"
+            }
+            Refusal::Suspended => "wait until the upload is over, or until it is given up",
+            Refusal::Weight(_) => {
+                "give a weight within the limits; `trueaxis control … show` lists them"
+            }
+            Refusal::Unknown => "use the version of trueaxis that belongs to the firmware",
             Refusal::Load(LoadError::TooSmall { .. }) => {
                 "compile it with a larger --tolerance, or build the firmware with larger capacities"
             }

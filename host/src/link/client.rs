@@ -5,9 +5,9 @@ use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::time::{Duration, Instant};
 use trueaxis::link::{
-    self, Activation, Capacities, END, EvaluateRow, Fault, Framed, Header, Health, Hello,
+    self, Activation, AtStart, Capacities, END, EvaluateRow, Fault, Framed, Header, Health, Hello,
     MOST_AXES, MOST_BODY, MOST_WIRE, MotionResult, PROTOCOL, Received, Receiver, Refusal, Reply,
-    Report, Request, Slot, SlotReport, Upload, WhileBusy, encode,
+    Report, Request, Slot, SlotReport, TermWeight, Upload, WhileBusy, encode,
 };
 use trueaxis::{Correction, Travel};
 
@@ -37,6 +37,9 @@ pub enum LinkError {
     #[error("the controller answers something else than was asked")]
     Unexpected,
 }
+
+/// So many times in a row a session is opened for one request.
+const SESSIONS: u32 = 10;
 
 /// Who is at the other end, see [`Hello`].
 #[derive(Clone, Debug, PartialEq)]
@@ -157,8 +160,17 @@ impl<P: Port> Client<P> {
     /// [`LinkError`], among them every refusal.
     pub fn ask(&mut self, request: &Request<'_>) -> Result<Reply<'_>, LinkError> {
         self.send_next(request)?;
-        let forgotten = matches!(self.reply()?, Reply::Refused(Refusal::NoSession));
-        if forgotten && !matches!(request, Request::Motion(_)) {
+        // Another host on the same line says hello too, and takes the session: in turns.
+        for turn in 0..SESSIONS {
+            let forgotten = matches!(self.reply()?, Reply::Refused(Refusal::NoSession));
+            if !forgotten || matches!(request, Request::Motion(_)) {
+                break;
+            }
+            if turn > 0 {
+                // So that two of them do not keep step.
+                let pause = RandomState::new().hash_one(turn) % 64;
+                self.port.wait(Duration::from_millis(pause));
+            }
             self.hello()?;
             self.send_next(request)?;
         }
@@ -273,6 +285,40 @@ impl<P: Port> Client<P> {
     pub fn upload(&mut self, request: &Request<'_>) -> Result<Upload, LinkError> {
         match self.ask(request)? {
             Reply::Upload(upload) => Ok(upload),
+            _ => Err(LinkError::Unexpected),
+        }
+    }
+
+    /// What the next start goes by.
+    ///
+    /// # Errors
+    /// [`LinkError`]
+    pub fn at_start(&mut self) -> Result<AtStart, LinkError> {
+        self.ask_at_start(&Request::AtStart)
+    }
+
+    /// Lets the corrections in at start, or not; stored when the answer says so.
+    ///
+    /// # Errors
+    /// [`LinkError`]
+    pub fn enable_at_start(&mut self, on: bool) -> Result<AtStart, LinkError> {
+        self.ask_at_start(&Request::EnableAtStart(on))
+    }
+
+    fn ask_at_start(&mut self, request: &Request<'_>) -> Result<AtStart, LinkError> {
+        match self.ask(request)? {
+            Reply::AtStart(at_start) => Ok(at_start),
+            _ => Err(LinkError::Unexpected),
+        }
+    }
+
+    /// The adjustable terms of the compensation in use.
+    ///
+    /// # Errors
+    /// [`LinkError`]
+    pub fn weights(&mut self) -> Result<Vec<TermWeight>, LinkError> {
+        match self.ask(&Request::Weights)? {
+            Reply::Weights(weights) => Ok(weights.to_vec()),
             _ => Err(LinkError::Unexpected),
         }
     }

@@ -7,12 +7,12 @@ use crate::target::{Shortage, Target};
 use crate::validate::Runtime;
 use std::time::Duration;
 use trueaxis::link::{
-    Activation, MOST_CHUNK, Refusal, Request, Slot, SlotState, Upload, short_name,
+    Activation, AtStart, MOST_CHUNK, Refusal, Request, Slot, SlotState, Upload, short_name,
 };
 use trueaxis::{Header, LoadError};
 
 /// Between two questions how far something has come.
-const PAUSE: Duration = Duration::from_millis(50);
+pub(super) const PAUSE: Duration = Duration::from_millis(50);
 /// So many of those questions: a minute.
 const QUESTIONS: u32 = 1200;
 /// The same for a fade, which waits for motion: five seconds.
@@ -63,7 +63,7 @@ impl From<Refusal> for FlashError {
 /// How a change over has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activated {
-    /// It was not asked for: from the next start on.
+    /// It was not asked for: it waits to be activated.
     No,
     /// It is in use.
     Yes,
@@ -72,7 +72,7 @@ pub enum Activated {
 }
 
 /// What has been done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Where the blob lies.
     pub slot: Slot,
@@ -84,6 +84,8 @@ pub struct Outcome {
     pub resumed: u32,
     /// Whether it is in use.
     pub activated: Activated,
+    /// What the next start goes by.
+    pub at_start: AtStart,
 }
 
 /// Whether a controller can take a blob: the same machine (unless forced) and enough room.
@@ -155,36 +157,36 @@ pub fn flash<P: Port>(
     let already = |controller: &Controller| {
         newest(controller).filter(|&(_, _, l, c)| (l, c) == (length, crc))
     };
-    let mut outcome = match already(controller) {
-        Some((slot, sequence, ..)) => Outcome {
-            slot,
-            sequence,
-            already: true,
-            resumed: 0,
-            activated: Activated::No,
-        },
+    let (slot, sequence, resumed) = match already(controller) {
+        Some((slot, sequence, ..)) => (slot, sequence, None),
         None => {
-            let resumed = upload(client, blob, (length, crc), force, progress)?;
+            let last = match activate {
+                true => Request::CommitInUse { force },
+                false => Request::Commit { force },
+            };
+            let resumed = upload(client, blob, (length, crc), &last, progress)?;
             progress.stage("verifying", 0);
             let after = client.hello()?;
             let Some((slot, sequence, ..)) = already(&after) else {
                 let written = newest(&after).map_or(Slot::A, |found| found.0);
                 return Err(FlashError::NotVerified(written));
             };
-            Outcome {
-                slot,
-                sequence,
-                already: false,
-                resumed,
-                activated: Activated::No,
-            }
+            (slot, sequence, Some(resumed))
         }
     };
+    let mut activated = Activated::No;
     if activate {
         progress.stage("changing over", 0);
-        outcome.activated = change_over(client, outcome.slot, force)?;
+        activated = change_over(client, slot, force)?;
     }
-    Ok(outcome)
+    Ok(Outcome {
+        slot,
+        sequence,
+        already: resumed.is_none(),
+        resumed: resumed.unwrap_or(0),
+        activated,
+        at_start: client.at_start()?,
+    })
 }
 
 /// Sends all bytes and commits; returns from where it went on.
@@ -192,7 +194,7 @@ fn upload<P: Port>(
     client: &mut Client<P>,
     blob: &[u8],
     (length, crc): (u32, u32),
-    force: bool,
+    last_request: &Request<'_>,
     progress: &dyn Progress,
 ) -> Result<u32, FlashError> {
     let mut resumed = None;
@@ -200,8 +202,8 @@ fn upload<P: Port>(
     for _ in 0..ATTEMPTS {
         let next = begin(client, (length, crc), progress)?;
         let resumed = *resumed.get_or_insert(next);
-        let done = send(client, blob, next, progress)
-            .and_then(|()| Ok(client.upload(&Request::Commit { force })?));
+        let done =
+            send(client, blob, next, progress).and_then(|()| Ok(client.upload(last_request)?));
         match done {
             Ok(_) => return Ok(resumed),
             // The controller has restarted, or the flash holds something else than was sent.
@@ -283,11 +285,12 @@ fn send<P: Port>(
     Ok(())
 }
 
-fn change_over<P: Port>(
+/// Changes over to a slot, and waits until that is done.
+pub(super) fn change_over<P: Port>(
     client: &mut Client<P>,
     slot: Slot,
     force: bool,
-) -> Result<Activated, FlashError> {
+) -> Result<Activated, LinkError> {
     for _ in 0..FADE_QUESTIONS {
         match client.activate(slot, force)? {
             Activation::Active(Some(active)) if active == slot => return Ok(Activated::Yes),

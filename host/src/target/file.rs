@@ -7,7 +7,7 @@
 //! tables = 96
 //! terms = 256
 //! grids = 2
-//! bytes = 262016        # of a blob in a table slot; without it there is no limit
+//! bytes = 261760        # of a blob in a table slot; without it there is no limit
 //! samples = "i16"       # or "f32" (default): how samples are stored best
 //! ```
 
@@ -149,7 +149,7 @@ mod tests {
             ("terms = 256", "terms = -1", 5, "invalid value"),
             ("grids = 2", "grid = 2", 6, "unknown field `grid`"),
             (
-                "bytes = 262016",
+                "bytes = 261760",
                 "samples = \"f64\"",
                 7,
                 "`f64` is no format",

@@ -1,7 +1,7 @@
 //! The command, as a user runs it.
 
 use crate::served::Served;
-use crate::specimen::blob;
+use crate::specimen::{adjustable, blob};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 use trueaxis::link::{Activation, Request, Slot};
@@ -13,11 +13,11 @@ use trueaxis_host::target::Target;
 
 const PERIOD: f32 = 0.001;
 
-fn desktop(while_busy: WhileBusy) -> Desktop {
+pub fn desktop(while_busy: WhileBusy) -> Desktop {
     Desktop::start(MockFlash::new(96).with_while_busy(while_busy), PERIOD)
 }
 
-fn trueaxis(arguments: &[&str]) -> Output {
+pub fn trueaxis(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trueaxis"))
         .args(arguments)
         .output()
@@ -26,7 +26,7 @@ fn trueaxis(arguments: &[&str]) -> Output {
 
 /// Runs it, which must end with `code`; what it says on either channel, with single spaces.
 #[track_caller]
-fn says(code: i32, arguments: &[&str]) -> String {
+pub fn says(code: i32, arguments: &[&str]) -> String {
     let output = trueaxis(arguments);
     let both = [output.stdout, output.stderr].concat();
     let text = String::from_utf8(both).unwrap();
@@ -36,10 +36,10 @@ fn says(code: i32, arguments: &[&str]) -> String {
     text
 }
 
-struct Files(TempDir);
+pub struct Files(TempDir);
 
 impl Files {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         for (name, machine, axes, scale) in [
             ("first", "m", b"XY", 0.1),
@@ -50,10 +50,11 @@ impl Files {
             let blob = blob(machine, axes, scale, 1000);
             std::fs::write(folder.path().join(name), &*blob).unwrap();
         }
+        std::fs::write(folder.path().join("adjustable"), &*adjustable()).unwrap();
         std::fs::write(folder.path().join("large"), &*blob("m", b"XY", 0.1, 10_000)).unwrap();
         Self(folder)
     }
-    fn at(&self, name: &str) -> String {
+    pub fn at(&self, name: &str) -> String {
         self.0.path().join(name).to_str().unwrap().to_owned()
     }
     fn read(&self, name: &str) -> Vec<u8> {
@@ -77,7 +78,10 @@ fn a_file_is_flashed_and_used_over_tcp_and_over_a_pseudo_terminal() {
             "{text}"
         );
         let text = says(0, &["flash", &files.at("second"), "--port", &port]);
-        assert!(text.contains("slot B and verified, number 2 in use from the next start"));
+        assert!(
+            text.contains("slot B and verified, number 2 not in use: `trueaxis control` activates"),
+            "{text}"
+        );
         let text = says(
             0,
             &["flash", &files.at("second"), "--port", &port, "--json"],
@@ -85,6 +89,7 @@ fn a_file_is_flashed_and_used_over_tcp_and_over_a_pseudo_terminal() {
         let answer: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert_eq!(answer["already"], true);
         assert_eq!(answer["active"], false);
+        assert_eq!(answer["at_start"], false);
         let device = served.take();
         assert_eq!(
             device.device.activation(),
@@ -96,6 +101,24 @@ fn a_file_is_flashed_and_used_over_tcp_and_over_a_pseudo_terminal() {
         let device = device.restart();
         assert_eq!(
             device.device.activation(),
+            Activation::Active(Some(Slot::A)),
+            "never activated, so no start takes it"
+        );
+        let served = serve(device);
+        let arguments = [
+            "flash",
+            &files.at("second"),
+            "--port",
+            &served.port,
+            "--activate",
+        ];
+        let text = says(0, &arguments);
+        assert!(
+            text.contains("slot B holds it already, as number 2 in use"),
+            "{text}"
+        );
+        assert_eq!(
+            served.take().restart().device.activation(),
             Activation::Active(Some(Slot::B))
         );
     }
@@ -135,7 +158,7 @@ fn what_does_not_fit_is_refused_before_anything_is_erased() {
     let files = Files::new();
     let served = Served::tcp(desktop(WhileBusy::DualBank));
     let text = says(2, &["flash", &files.at("large"), "--port", &served.port]);
-    assert!(text.contains("bytes, the controller holds 24448"), "{text}");
+    assert!(text.contains("bytes, the controller holds 24192"), "{text}");
     let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));
 }
@@ -151,7 +174,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     let target = Target::from_toml(&text).unwrap();
     let expected = Target {
         name: "desktop".into(),
-        bytes: Some(24_448),
+        bytes: Some(24_192),
         ..Target::stm32f405()
     };
     assert_eq!(target, expected, "{text}");
@@ -161,7 +184,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     // Saved, it is what `compile` is given; there the slot is the limit.
     let example = |name| format!("{}/../examples/kolibri/{name}", env!("CARGO_MANIFEST_DIR"));
     let (machine, errors) = (example("machine.toml"), example("errors-12.toml"));
-    std::fs::write(files.at("board.toml"), text.replace("24448", "2000")).unwrap();
+    std::fs::write(files.at("board.toml"), text.replace("24192", "2000")).unwrap();
     let (board, out) = (files.at("board.toml"), files.at("k.trax"));
     let compile = [
         "compile", &machine, &errors, "-o", &out, "--target", &board, "--random", "200",
@@ -179,7 +202,7 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     let text = says(0, &[&arguments[..], &[&files.at("first")]].concat());
     assert!(text.contains("first fits"), "{text}");
     let text = says(2, &[&arguments[..], &[&files.at("large")]].concat());
-    assert!(text.contains("bytes, the controller holds 24448"), "{text}");
+    assert!(text.contains("bytes, the controller holds 24192"), "{text}");
     let mut flash = served.take().stop();
     assert!(flash.image().iter().all(|byte| *byte == 0xFF));
 }

@@ -2,6 +2,8 @@
 //! desktop.
 
 mod command;
+mod control;
+mod hosts;
 mod lossy;
 mod served;
 mod specimen;

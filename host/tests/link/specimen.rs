@@ -1,9 +1,54 @@
 //! Compensations small enough to be sent often.
 
-use trueaxis::{AlignedBlob, Axis, Direction, Draft, DraftBank, Interpolation, SampleFormat, Term};
+use trueaxis::{
+    AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation,
+    SampleFormat, Term,
+};
 
 /// The rate bound of every axis, mm/s.
 pub const RATE: f32 = 10.0;
+
+/// ΔY = weight · length of the tool, the weight from -1 to 1.
+pub fn adjustable() -> AlignedBlob {
+    let axis = |name| Axis {
+        name,
+        travel: [-1000.0, 1000.0],
+        period: 0.0,
+        value_bound: 0.5,
+        rate_bound: RATE,
+        hysteresis: 0.01,
+        ramp_rate: 2.0,
+    };
+    let bank = |input| DraftBank {
+        input,
+        start: 0.0,
+        step: 200.0,
+        modulo: false,
+        direction: Direction::Both,
+        interpolation: Interpolation::Linear,
+        format: SampleFormat::F32,
+        columns: vec![vec![0.0, 0.1]],
+    };
+    let term = |output, limits, factor| Term {
+        output,
+        weight: 0.5,
+        limits,
+        factors: [factor].into_iter().collect(),
+    };
+    let draft = Draft {
+        machine: "m".into(),
+        axes: vec![axis(b'X'), axis(b'Y')],
+        auxiliaries: vec![Auxiliary {
+            kind: AuxiliaryKind::ToolLength,
+            name: "tool".try_into().unwrap(),
+            reference: 100.0,
+        }],
+        banks: vec![bank(0), bank(2)],
+        terms: vec![term(0, None, 0), term(1, Some([-1.0, 1.0]), 1)],
+        ..Draft::default()
+    };
+    draft.encode().unwrap()
+}
 
 /// Axes X and Y; ΔX = scale · f(Y), with `points` samples of pseudo-random f.
 pub fn blob(machine: &str, axes: &[u8], scale: f32, points: u16) -> AlignedBlob {

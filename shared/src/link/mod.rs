@@ -12,6 +12,7 @@
 //! | `health` | frames of the motion side, and why the controller has started |
 //! | `slot`, `progress` | what slots hold; how far uploads and changes have come |
 //! | `refusal` | why a request was not carried out |
+//! | `settings` | what can be set, and what the next start goes by |
 //! | `rows` | positions and corrections as rows of little-endian f32 |
 //!
 //! **Panic contract.** Any bytes at all are either a message or dropped; nothing here panics,
@@ -26,6 +27,7 @@ mod reply;
 mod report;
 mod request;
 mod rows;
+mod settings;
 mod slot;
 
 #[cfg(test)]
@@ -46,4 +48,5 @@ pub use request::{MOST_CHUNK, Request};
 pub use rows::{
     EvaluateRow, MOST_ROWS, MotionResult, evaluate_rows, motion_rows, positions, put_positions,
 };
+pub use settings::{AtStart, Storing, TermWeight};
 pub use slot::{Damage, Slot, SlotReport, SlotState};

@@ -78,6 +78,18 @@ pub enum Refusal {
     Flash,
     /// A mistake in the firmware.
     LogicBug,
+    /// Another upload is under way, of another blob.
+    Uploading {
+        /// If nobody asks for it meanwhile, it is given up after so many seconds.
+        wait: u32,
+    },
+    /// The slots have been erased too often within an hour.
+    Wear {
+        /// After so many seconds it is possible again.
+        wait: u32,
+    },
+    /// The slot in use has no room to store anything more; an upload makes it.
+    Full,
 }
 
 impl fmt::Display for Refusal {
@@ -110,6 +122,15 @@ impl fmt::Display for Refusal {
             Self::NotFinite => f.write_str("not a finite number"),
             Self::Flash => f.write_str("the flash does not work"),
             Self::LogicBug => f.write_str("a mistake in the firmware"),
+            Self::Uploading { wait } => write!(
+                f,
+                "another upload is under way; if it has died, it is given up in {wait} s"
+            ),
+            Self::Wear { wait } => write!(
+                f,
+                "the flash has been erased too often within an hour; the next time in {wait} s"
+            ),
+            Self::Full => f.write_str("the slot in use has no room to store anything more"),
         }
     }
 }

@@ -6,6 +6,8 @@ use super::health::Health;
 use super::progress::{Activation, Upload};
 use super::refusal::Refusal;
 use super::report::{Hello, Report};
+use super::settings::{AtStart, TermWeight};
+use crate::description::ADJUSTABLE;
 
 /// An answer. The variants may only be appended to; anything else is a new
 /// [`PROTOCOL`](super::PROTOCOL).
@@ -32,4 +34,8 @@ pub enum Reply<'a> {
     Refused(Refusal),
     /// How well the controller is.
     Health(Health),
+    /// What the next start goes by.
+    AtStart(AtStart),
+    /// The adjustable terms of the compensation in use.
+    Weights(heapless::Vec<TermWeight, ADJUSTABLE>),
 }

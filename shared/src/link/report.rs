@@ -59,7 +59,7 @@ pub struct Capacities {
     pub slot: u32,
 }
 
-/// Why the corrections are zero, or not those of the newest slot.
+/// Why the corrections are zero, or not those of the slot that is to be in use.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Fault {
@@ -67,12 +67,23 @@ pub enum Fault {
     NoCompensation,
     /// The compensation of this slot is refused by this firmware.
     Load(Slot, LoadError),
+    /// Slots hold valid compensations, but none was ever in use; one of them.
+    Waiting(Slot),
+    /// What was in use is no longer valid: what was in use before it is taken, if that is.
+    Lost,
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoCompensation => f.write_str("no slot holds a valid compensation"),
+            Self::Waiting(slot) => {
+                write!(
+                    f,
+                    "slot {slot} holds a compensation that was never put in use"
+                )
+            }
+            Self::Lost => f.write_str("the compensation that was in use is no longer valid"),
             Self::Load(slot, error) => write!(f, "slot {slot} cannot be used: {error}"),
         }
     }
@@ -105,7 +116,7 @@ pub struct Hello<'a> {
     pub active: Option<Slot>,
     /// Slots A and B.
     pub slots: [SlotReport; 2],
-    /// Why the corrections are zero, or not those of the newest slot.
+    /// Why the corrections are zero, or not those of the slot that is to be in use.
     pub fault: Option<Fault>,
 }
 
@@ -183,6 +194,6 @@ pub struct Report {
     pub activation: Activation,
     /// How far the upload has come.
     pub upload: Upload,
-    /// Why the corrections are zero, or not those of the newest slot.
+    /// Why the corrections are zero, or not those of the slot that is to be in use.
     pub fault: Option<Fault>,
 }

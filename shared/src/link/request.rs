@@ -36,7 +36,8 @@ pub enum Request<'a> {
         /// At most [`MOST_CHUNK`] bytes.
         bytes: &'a [u8],
     },
-    /// All bytes are sent: check them and make them the newest compensation.
+    /// All bytes are sent: check them and make them the newest compensation, which is in use once it
+    /// is activated.
     Commit {
         /// Also if its machine (name or axes) is another one than that of the active compensation.
         force: bool,
@@ -76,4 +77,18 @@ pub enum Request<'a> {
     Motion(&'a [u8]),
     /// Asks how well the controller is. Answer: [`Reply::Health`](super::Reply::Health).
     Health,
+    /// Asks what the next start goes by. Answer of this and of the next:
+    /// [`Reply::AtStart`](super::Reply::AtStart).
+    AtStart,
+    /// Lets the corrections in at start (`true`) or not, as it is at first; survives uploads.
+    EnableAtStart(bool),
+    /// [`Commit`](Self::Commit), and the next start takes it. Without this it waits until it is
+    /// [activated](Self::Activate).
+    CommitInUse {
+        /// As that of `Commit`.
+        force: bool,
+    },
+    /// Asks for the weights of the adjustable terms, with their limits. Answer:
+    /// [`Reply::Weights`](super::Reply::Weights).
+    Weights,
 }

@@ -103,6 +103,8 @@ pub enum Damage {
     Blob(LoadError),
     /// The blob is not the one that the record announces.
     OtherBlob,
+    /// A word of the blob cannot be read: its error-correcting code does not hold.
+    Unreadable,
 }
 
 impl fmt::Display for Damage {
@@ -113,6 +115,7 @@ impl fmt::Display for Damage {
             Self::Commit => f.write_str("it was not committed completely"),
             Self::Blob(error) => write!(f, "its blob has changed: {error}"),
             Self::OtherBlob => f.write_str("its blob is not the one announced"),
+            Self::Unreadable => f.write_str("a word of its blob cannot be read"),
         }
     }
 }

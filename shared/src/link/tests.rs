@@ -112,6 +112,32 @@ fn the_bodies_are_those_of_the_specification() {
     };
     let expected = [8, 0, 9, 0, 0, 0, 0, 0, 0, 0];
     assert_eq!(body(&Reply::Health(health)), expected);
+    assert_eq!(body(&Request::EnableAtStart(true)), [16, 1]);
+    assert_eq!(body(&Request::CommitInUse { force: true }), [17, 1]);
+    assert_eq!(body(&Request::Weights), [18]);
+    assert_eq!(body(&Reply::Refused(Refusal::Full)), [7, 27]);
+    let at_start = AtStart {
+        in_use: Some(Slot::B),
+        before: None,
+        waiting: Some(Slot::A),
+        enable: true,
+        storing: Storing::Failed(Refusal::Flash),
+    };
+    assert_eq!(
+        body(&Reply::AtStart(at_start)),
+        [9, 1, 1, 0, 1, 0, 1, 2, 23]
+    );
+    let weight = TermWeight {
+        term: 300,
+        output: 1,
+        value: 0.5,
+        limits: [-1.0, 1.0],
+    };
+    let weights = heapless::Vec::from_slice(&[weight]).unwrap();
+    let expected = [
+        10, 1, 0xAC, 2, 1, 0, 0, 0, 0x3F, 0, 0, 0x80, 0xBF, 0, 0, 0x80, 0x3F,
+    ];
+    assert_eq!(body(&Reply::Weights(weights)), expected);
     let last = LoadError::SectionLength {
         stated: 1,
         computed: 2,

@@ -21,15 +21,17 @@ pub mod slots {
         [start.addr(), end.addr()]
     }
 
-    /// The bytes of a slot in place.
-    pub fn bytes(slot: Slot) -> &'static [u8] {
+    /// The first bytes of a slot in place, at most all.
+    pub fn bytes(slot: Slot, length: usize) -> &'static [u8] {
         let [start, end] = addresses(slot);
+        let length = length.min(end - start);
         // SAFETY: `memory.x` gives this range to nothing else, it is flash that the processor can
         // read for as long as it runs, and every byte of it is a valid u8. The flash controller
         // changes it only for `NorFlash::erase` and `write` of the one driver, which `Slots` calls
-        // for a slot that is not active only; of such a slot nobody keeps a reference across a
-        // change (`TableFlash::in_place`, `Loader::vacate`), and the driver's own ends before.
-        unsafe { core::slice::from_raw_parts(start as *const u8, end - start) }
+        // for bytes of a slot that is not active, or behind its blob; of the former nobody keeps a
+        // reference across a change (`TableFlash::in_place`, `Loader::vacate`), and of the latter
+        // none is given away.
+        unsafe { core::slice::from_raw_parts(start as *const u8, length) }
     }
 }
 

@@ -7,13 +7,13 @@ use crate::slots::{Damage, SlotState};
 #[test]
 fn every_flip_in_a_small_blob_or_behind_it_is_found() {
     let blobs = blobs(2, 40);
-    let mut slots = Slots::open(MockFlash::<4, 128>::new(4));
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(8));
     let slot = upload(&mut slots, &blobs[0], 64);
     slots.set_active(Some(slot));
     assert_eq!(upload(&mut slots, &blobs[1], 64), slot.other());
     let newest = slot.other();
     let mut flash = slots.close();
-    let length = flash.mapped(newest).len();
+    let length = flash.bytes(newest).len();
     let capacity = length - 128;
     let filling = blobs[1].len()..capacity;
     assert!(!filling.is_empty());
@@ -68,7 +68,7 @@ fn sampled_flips_in_a_large_blob_are_found() {
 #[test]
 fn a_flip_while_running_is_found_by_a_rescan() {
     let blob = blob(0, 40);
-    let mut slots = Slots::open(MockFlash::<4, 512>::new(1));
+    let mut slots = Slots::open(MockFlash::<4, 768>::new(1));
     let slot = upload(&mut slots, &blob, 64);
     let mut flash = slots.close();
     flash.flip(slot, 8 * 100);
@@ -83,7 +83,7 @@ fn a_flip_while_running_is_found_by_a_rescan() {
 #[test]
 fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
     let blobs = blobs(3, 40);
-    let mut slots = Slots::open(MockFlash::<4, 512>::new(1));
+    let mut slots = Slots::open(MockFlash::<4, 768>::new(1));
     for blob in &blobs[..2] {
         let slot = upload(&mut slots, blob, 64);
         slots.set_active(Some(slot));
@@ -100,7 +100,95 @@ fn a_damaged_newest_that_recovers_does_not_win_over_what_came_later() {
     flash.flip(damaged, 8 * 100);
     let slots = Slots::open(flash);
     assert_eq!(
-        (slots.newest(), slots.fallback()),
-        (Some(slot), Some(damaged))
+        (slots.in_use(), slots.before(), slots.newest()),
+        (Some(slot), None, Some(slot))
     );
+    assert_eq!(slots.waiting(), Some(damaged));
+}
+
+#[test]
+fn a_word_that_cannot_be_read_is_an_answer_wherever_it_is() {
+    let blobs = blobs(2, 40);
+    let mut slots = Slots::open(MockFlash::<16, 128>::new(8).with_code());
+    let old = upload(&mut slots, &blobs[0], 64);
+    slots.set_active(Some(old));
+    let newest = upload(&mut slots, &blobs[1], 64);
+    let mut flash = slots.close();
+    let length = flash.bytes(newest).len();
+    let blob = blobs[1].len().next_multiple_of(32);
+    for word in (0..length).step_by(16) {
+        flash.flip(newest, 8 * word);
+        let mut slots = Slots::open(flash);
+        let expected = match word {
+            // To the end of its last line.
+            _ if word < blob => SlotState::Damaged(Damage::Unreadable),
+            _ if word < length - 128 => slots.state(newest),
+            _ if word < length - 64 => SlotState::Damaged(Damage::Record),
+            _ if word < length - 32 => SlotState::Erasing,
+            _ => SlotState::Damaged(Damage::Commit),
+        };
+        assert_eq!(slots.state(newest), expected, "word at {word}");
+        let valid = (blob..length - 128).contains(&word);
+        assert_eq!(slots.state(newest).is_valid(), valid, "word at {word}");
+        // Which of the two a start takes, without looking at what cannot be read in place.
+        let taken = if valid { newest } else { old };
+        assert_eq!(start(&mut slots).map(|found| found.0), Some(taken));
+        flash = slots.close();
+        flash.flip(newest, 8 * word);
+    }
+}
+
+#[test]
+fn an_upload_goes_through_whichever_word_in_its_way_cannot_be_read() {
+    let blobs = blobs(2, 40);
+    for word in (0..8 * 128).step_by(16) {
+        let mut slots = Slots::open(MockFlash::<16, 128>::new(8).with_code());
+        let Header { length, crc } = Header::read(&blobs[0]).expect("a blob");
+        slots.begin(length, crc).expect("room");
+        while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+        slots.write(0, &blobs[0][..100]).expect("power");
+        let mut flash = slots.close();
+        flash.flip(Slot::A, 8 * word);
+        // The same goes on, and erases only where it must; so does another one.
+        let mut slots = Slots::open(flash);
+        let slot = upload(&mut slots, &blobs[0], 64);
+        assert_eq!(slots.blob(slot), Some(&*blobs[0]), "word at {word}");
+        let slot = upload(&mut slots, &blobs[1], 64);
+        assert_eq!(
+            start(&mut slots),
+            Some((slot, &*blobs[1])),
+            "word at {word}"
+        );
+        assert_eq!(slots.flash().refused(), 0);
+    }
+}
+
+#[test]
+fn what_came_before_and_cannot_be_read_again_is_no_conflict_but_a_fault() {
+    let blob = blob(1, 40);
+    let mut slots = Slots::open(MockFlash::<16, 128>::new(8).with_code());
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
+    slots.write(0, &blob[..100]).expect("power");
+    slots.flash.flip(Slot::A, 8 * 40);
+    assert_eq!(slots.write(0, &blob[..20]), Ok(100));
+    let unreadable = Err(SlotError::Readback { offset: 35 });
+    assert_eq!(slots.write(35, &blob[35..60]), unreadable);
+    // Nor is it committed.
+    slots.flash.flip(Slot::A, 8 * 40);
+    slots.write(100, &blob[100..]).expect("power");
+    slots.flash.flip(Slot::A, 8 * 40);
+    let refused = slots.commit(|_| panic!("it is read in place"));
+    assert_eq!(refused, Err(SlotError::Readback { offset: 0 }));
+}
+
+#[test]
+#[should_panic(expected = "a torn word is read in place")]
+fn the_mock_notices_a_torn_word_that_is_read_in_place() {
+    let mut flash = MockFlash::<16, 128>::new(8).with_code();
+    flash.flip(Slot::B, 8 * 100);
+    assert_eq!(flash.in_place(Slot::B, 96).len(), 96);
+    assert_eq!(flash.in_place(Slot::A, 128).len(), 128);
+    let _ = flash.in_place(Slot::B, 97);
 }

@@ -7,7 +7,7 @@ use crate::mock_flash::MockFlash;
 use crate::slots::layout::{Record, commit_at, mark_at, record_at};
 use crate::slots::{Damage, SlotState};
 
-const SLOT: usize = 512;
+const SLOT: usize = 768;
 
 /// Anything is survived: nothing is active, and an upload goes through.
 fn survives(image: &[u8]) {
@@ -15,7 +15,7 @@ fn survives(image: &[u8]) {
     flash.image().copy_from_slice(image);
     let mut slots = Slots::open(flash);
     assert_eq!(start(&mut slots), None);
-    assert_eq!(slots.fallback(), None);
+    assert_eq!((slots.newest(), slots.before()), (None, None));
     assert_eq!(Slot::BOTH.map(|slot| slots.blob(slot)), [None; 2]);
     let blob = blob(7, 40);
     let slot = upload(&mut slots, &blob, 64);
@@ -103,7 +103,6 @@ proptest! {
         let slots = Slots::open(flash);
         let expected = if swapped { Slot::A } else { Slot::B };
         prop_assert_eq!(slots.newest(), Some(expected));
-        prop_assert_eq!(slots.fallback(), Some(expected.other()));
     }
 }
 
@@ -116,6 +115,7 @@ fn a_sequence_number_goes_on_across_the_wrap() {
     slot[..blobs[0].len()].copy_from_slice(&blobs[0]);
     with_trailer(slot, header.length, header.crc, Some(u32::MAX));
     let mut slots = Slots::open(flash);
+    slots.choose(slots.choosing(Slot::A)).expect("room");
     for (number, blob) in (0..).zip(&blobs[1..]) {
         assert!(start(&mut slots).is_some());
         let slot = upload(&mut slots, blob, 64);
@@ -129,15 +129,20 @@ fn a_sequence_number_goes_on_across_the_wrap() {
 }
 
 #[test]
-fn a_layout_of_another_version_is_named() {
+fn a_layout_of_another_version_is_named_and_an_upload_takes_its_place() {
     let blob = blob(1, 40);
-    let mut slots = Slots::open(MockFlash::<4, SLOT>::new(1));
-    let slot = upload(&mut slots, &blob, 64);
-    let mut flash = slots.close();
-    // Version 2, and its complement.
-    flash.image()[record_at(SLOT).start + 4] = 2;
-    flash.image()[record_at(SLOT).start + 36] = !2;
-    let slots = Slots::open(flash);
-    let found = SlotState::Damaged(Damage::UnknownLayout { found: 2 });
-    assert_eq!(slots.state(slot), found);
+    for version in [1, 3] {
+        let mut slots = Slots::open(MockFlash::<4, SLOT>::new(1));
+        let slot = upload(&mut slots, &blob, 64);
+        let mut flash = slots.close();
+        // The version, and its complement.
+        flash.image()[record_at(SLOT).start + 4] = version;
+        flash.image()[record_at(SLOT).start + 36] = !version;
+        let mut slots = Slots::open(flash);
+        let found = u16::from(version);
+        let found = SlotState::Damaged(Damage::UnknownLayout { found });
+        assert_eq!((slots.state(slot), slots.in_use()), (found, None));
+        let slot = upload(&mut slots, &blob, 64);
+        assert_eq!(start(&mut slots), Some((slot, &*blob)));
+    }
 }

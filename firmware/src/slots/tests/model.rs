@@ -6,10 +6,16 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::mock_flash::{CutErase, MockFlash};
+use crate::slots::Choice;
 
 const WORDS: usize = 8;
 type Flash = MockFlash<WORDS, 128>;
-const BLOCKS: usize = 3;
+const BLOCKS: usize = 5;
+/// Bytes of a slot, and where its trailer begins.
+const SLOT: usize = 128 * BLOCKS;
+const TRAILER: usize = SLOT - 128;
+/// Behind the longest blob: here begin the choices.
+const CHOICES: usize = 256;
 const BITS: usize = 8 * 128 * BLOCKS;
 
 static BLOBS: LazyLock<Vec<AlignedBlob>> = LazyLock::new(|| blobs(4, 40));
@@ -25,8 +31,12 @@ enum Step {
     },
     Commit,
     Abort,
-    /// A whole upload.
+    /// A whole upload, to be in use from then on.
     Upload(usize),
+    /// This slot is to be in use, if it is valid.
+    Choose(Slot),
+    /// The corrections are let in at start, or not.
+    Enable(bool),
     /// Makes this slot active if it is valid.
     Activate(Slot),
     Deactivate,
@@ -55,6 +65,8 @@ fn step() -> impl Strategy<Value = Step> {
         1 => Just(Step::Abort),
         6 => (0..4_usize).prop_map(Step::Upload),
         3 => slot().prop_map(Step::Activate),
+        3 => slot().prop_map(Step::Choose),
+        2 => any::<bool>().prop_map(Step::Enable),
         1 => Just(Step::Deactivate),
         2 => Just(Step::Restart),
         6 => (1..900_u64, cut).prop_map(|(fuel, cut)| Step::Cut(fuel, cut)),
@@ -79,6 +91,12 @@ struct Model {
     commits: u32,
     /// The blob on its way, by the last begin.
     coming: usize,
+    /// What may be stored: one choice, or two after a cut; none: two faults have hit it.
+    choices: Vec<Choice>,
+    /// Blobs that were ever to be in use.
+    ever: Vec<usize>,
+    /// Something has happened to choices that each of them survives once.
+    hit: bool,
 }
 
 impl Model {
@@ -90,8 +108,21 @@ impl Model {
         let mut flash = self.slots.take().expect("it is there").close();
         flash.set_fuel(None);
         self.slots = Some(Slots::open(flash));
-        let newest = self.slots().newest();
-        self.slots().set_active(newest);
+        self.started();
+    }
+
+    /// A start: what is stored is known from here on.
+    fn started(&mut self) {
+        start(self.slots());
+        let found = self.slots().choice();
+        assert!(
+            self.choices.is_empty() || self.choices.contains(&found),
+            "{found:?} of {:?}",
+            self.choices
+        );
+        if !self.choices.is_empty() {
+            self.choices = vec![found];
+        }
     }
 
     /// The slot that an upload changes.
@@ -103,8 +134,38 @@ impl Model {
         let header = Header::read(&BLOBS[number]).expect("a blob");
         let target = self.target();
         self.coming = number;
+        // With the other slot not valid, there is no place for what a start goes by.
+        let (slots, other) = (self.slots(), target.other());
+        if slots.newest_choice().is_some_and(|found| found.0 == target)
+            && slots.places_left(other) == 0
+        {
+            self.choices.clear();
+        }
+        // Otherwise it is stored there; what goes is no longer in it.
+        let slots = self.slots();
+        let mut secured = slots.choice();
+        let secures = slots.must_secure(target);
+        if slots.active() == Some(other) && slots.in_use() != Some(other) {
+            secured.in_use = slots.choosing(other).in_use;
+            secured.before = None;
+        }
+        if secures && !self.choices.is_empty() {
+            // It may be the last that succeeds.
+            self.choices.push(secured);
+            self.hit = true;
+        }
+        let was_valid = self.slots().state(target).is_valid();
         match self.slots().begin(header.length, header.crc) {
-            Ok(_) => self.holds[target.index()] = Holds::Nothing,
+            Ok(_) => {
+                // What is not valid needs no mark before it is erased: where one bit has made it so, the
+                // same bit makes it valid again.
+                if was_valid || !matches!(self.holds[target.index()], Holds::Perhaps(..)) {
+                    self.holds[target.index()] = Holds::Nothing;
+                }
+                if secures && !self.choices.is_empty() {
+                    self.choices = vec![secured];
+                }
+            }
             Err(_) => self.doubt(target),
         }
     }
@@ -152,7 +213,36 @@ impl Model {
             let _ = self.slots().erase_step();
         }
         self.write(usize::MAX / 2, 0);
+        let before = self.commits;
         self.commit();
+        if let (Some(slot), true) = (self.slots().newest(), self.commits > before) {
+            self.choose(self.slots.as_ref().map(|slots| slots.choosing(slot)));
+        }
+    }
+
+    fn choose(&mut self, choice: Option<Choice>) {
+        let choice = choice.expect("there are slots");
+        let holds = self.holds;
+        let of = |slot: Slot| match holds[slot.index()] {
+            Holds::Blob(number, _) | Holds::Perhaps(number, _) => Some(number),
+            Holds::Nothing => None,
+        };
+        match self.slots().choose(choice) {
+            Ok(()) => {
+                self.choices = vec![choice];
+                let used = self.slots().in_use();
+                self.ever.extend(used.and_then(of));
+            }
+            // Half of it may say enough.
+            Err(SlotError::Flash(_)) => {
+                if !self.choices.is_empty() {
+                    self.choices.push(choice);
+                }
+                self.hit = true;
+                self.ever.extend(Slot::BOTH.into_iter().filter_map(of));
+            }
+            Err(_) => {}
+        }
     }
 
     fn play(&mut self, step: Step) {
@@ -168,6 +258,15 @@ impl Model {
                     self.slots().set_active(Some(slot));
                 }
             }
+            Step::Choose(slot) => {
+                if self.slots().state(slot).is_valid() {
+                    self.choose(self.slots.as_ref().map(|slots| slots.choosing(slot)));
+                }
+            }
+            Step::Enable(enable) => {
+                let choice = self.slots().choice();
+                self.choose(Some(Choice { enable, ..choice }));
+            }
             Step::Deactivate => self.slots().set_active(None),
             Step::Restart => self.restart(),
             Step::Cut(..) => unreachable!("played by the caller"),
@@ -175,8 +274,14 @@ impl Model {
                 let mut flash = self.slots.take().expect("it is there").close();
                 flash.flip(slot, bit);
                 self.slots = Some(Slots::open(flash));
-                let newest = self.slots().newest();
-                self.slots().set_active(newest);
+                if (CHOICES..TRAILER).contains(&(bit / 8)) {
+                    // One is survived, not two in the same choice.
+                    if self.hit {
+                        self.choices.clear();
+                    }
+                    self.hit = true;
+                }
+                self.started();
                 self.doubt(slot);
             }
         }
@@ -200,8 +305,19 @@ impl Model {
             Holds::Nothing => 0,
             Holds::Blob(_, order) | Holds::Perhaps(_, order) => order,
         };
-        if let (Some(newest), Some(fallback)) = (self.slots().newest(), self.slots().fallback()) {
-            assert!(order(newest) > order(fallback));
+        let both = Slot::BOTH.map(|slot| self.slots().state(slot).is_valid());
+        if let (Some(newest), [true, true]) = (self.slots().newest(), both) {
+            assert!(order(newest) > order(newest.other()));
+        }
+        // What a start would take was meant to be in use once.
+        for slot in [self.slots().in_use(), self.slots().before()]
+            .into_iter()
+            .flatten()
+        {
+            let (Holds::Blob(number, _) | Holds::Perhaps(number, _)) = holds[slot.index()] else {
+                panic!("in use without being there");
+            };
+            assert!(self.ever.contains(&number), "never chosen: {number}");
         }
         let slots = &*self.slots();
         let flash = slots.flash();
@@ -218,8 +334,9 @@ proptest! {
     #[test]
     fn what_was_committed_stays_and_nothing_else_is_valid(
         steps in prop::collection::vec(step(), 1..60),
+        code in any::<bool>(),
     ) {
-        run(&steps);
+        run(&steps, code);
     }
 }
 
@@ -227,9 +344,9 @@ proptest! {
 #[test]
 fn an_erase_cut_before_the_record_is_no_upload_to_go_on_with() {
     use Step::{Cut, Flip, Restart, Upload};
-    let flipped = Flip(Slot::A, 2635);
-    let cut = Cut(311, CutErase::Descending);
-    run(&[
+    let flipped = Flip(Slot::A, 4683);
+    let cut = Cut(567, CutErase::Descending);
+    let steps = [
         Upload(0),
         Upload(0),
         flipped,
@@ -237,25 +354,34 @@ fn an_erase_cut_before_the_record_is_no_upload_to_go_on_with() {
         Upload(0),
         Restart,
         Upload(0),
-    ]);
+    ];
+    run(&steps, false);
 }
 
 /// A flip makes the blank commit of such a slot another one: that proves nothing either.
 #[test]
 fn a_commit_that_belongs_to_no_record_proves_no_erase() {
     use Step::{Begin, Cut, Erase, Flip, Restart, Upload};
-    let cut = Cut(577, CutErase::Ascending);
-    let (first, commit) = (Flip(Slot::A, 256), Flip(Slot::A, 2816));
-    let steps = [cut, Begin(0), Erase, Erase, Erase, first, Upload(0)];
-    run(&[&steps[..], &[Begin(0), Restart, commit, Upload(0)]].concat());
+    let cut = Cut(833, CutErase::Ascending);
+    let (first, commit) = (Flip(Slot::A, 256), Flip(Slot::A, 4864));
+    let steps = [&[cut, Begin(0)][..], &[Erase; BLOCKS], &[first, Upload(0)]].concat();
+    run(
+        &[&steps[..], &[Begin(0), Restart, commit, Upload(0)]].concat(),
+        false,
+    );
 }
 
-fn run(steps: &[Step]) {
+fn run(steps: &[Step], code: bool) {
+    let flash = Flash::new(BLOCKS);
+    let flash = if code { flash.with_code() } else { flash };
     let mut model = Model {
-        slots: Some(Slots::open(Flash::new(BLOCKS))),
+        slots: Some(Slots::open(flash)),
         holds: [Holds::Nothing; 2],
         commits: 0,
         coming: 0,
+        choices: vec![Choice::default()],
+        ever: vec![],
+        hit: false,
     };
     let mut cut = false;
     for &step in steps {
@@ -265,8 +391,7 @@ fn run(steps: &[Step]) {
                 flash.set_cut_erase(cut_erase);
                 flash.set_fuel(Some(fuel));
                 model.slots = Some(Slots::open(flash));
-                let newest = model.slots().newest();
-                model.slots().set_active(newest);
+                model.started();
                 cut = true;
                 continue;
             }
@@ -274,12 +399,17 @@ fn run(steps: &[Step]) {
             model.restart();
         } else {
             let active = model.slots().active();
-            let kept = active.map(|slot| model.slots().flash().mapped(slot).to_vec());
+            // All but the choices, which are behind the blob.
+            let kept = |model: &mut Model, slot| {
+                let bytes = model.slots().flash().bytes(slot);
+                [&bytes[..CHOICES], &bytes[TRAILER..]].concat()
+            };
+            let before = active.map(|slot| kept(&mut model, slot));
             model.play(step);
             if matches!(step, Step::Restart | Step::Flip(..)) {
                 cut &= !matches!(step, Step::Restart);
-            } else if let (Some(slot), Some(kept)) = (active, kept) {
-                assert_eq!(model.slots().flash().mapped(slot), kept);
+            } else if let (Some(slot), Some(before)) = (active, before) {
+                assert_eq!(kept(&mut model, slot), before);
             }
         }
         model.check();

@@ -23,6 +23,17 @@ fn cycle<const W: usize, const E: usize>(
 
 /// Uploads three blobs, with a cut after each byte that is erased or programmed on the way.
 fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase) {
+    for code in [false, true] {
+        cut_with::<W, E>(blocks, cut_erase, code);
+    }
+}
+
+/// The same on flash with or without an error-correcting code.
+fn cut_with<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase, code: bool) {
+    let flash = || {
+        let flash = MockFlash::<W, E>::new(blocks);
+        if code { flash.with_code() } else { flash }
+    };
     let blobs = blobs(3, 40);
     let mut slots = Slots::open(MockFlash::<W, E>::new(blocks));
     assert!(
@@ -34,8 +45,10 @@ fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutE
     let all = slots.close().spent();
     let (mut before, mut behind) = (0, 0);
     for fuel in 1..=all {
-        let case = format!("{W}-byte words, {E}-byte blocks, {cut_erase:?}, cut after {fuel}");
-        let mut flash = MockFlash::<W, E>::new(blocks);
+        let case = format!(
+            "{W}-byte words, {E}-byte blocks, {cut_erase:?}, code: {code}, cut after {fuel}"
+        );
+        let mut flash = flash();
         flash.set_cut_erase(cut_erase);
         flash.set_fuel(Some(fuel));
         let mut slots = Slots::open(flash);
@@ -45,8 +58,8 @@ fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutE
         let mut flash = slots.close();
         flash.set_fuel(None);
         let mut slots = Slots::open(flash);
-        // The newest is the last that was acknowledged, or the one whose commit was cut where its
-        // remaining bytes are blank anyway.
+        // In use is the last that was acknowledged, or the one whose choice was cut where it says
+        // enough already.
         let active = start(&mut slots);
         let kept = match active {
             None => {
@@ -64,7 +77,7 @@ fn cut_everywhere<const W: usize, const E: usize>(blocks: usize, cut_erase: CutE
         };
         // The one before it is still there, unless it had to make room.
         if kept > done && kept > 1 {
-            let fallback = slots.fallback().and_then(|slot| slots.blob(slot));
+            let fallback = slots.before().and_then(|slot| slots.blob(slot));
             assert_eq!(fallback, Some(&*blobs[kept - 2]), "{case}");
         }
         // And all goes on from there.
@@ -100,14 +113,14 @@ const CUTS: [CutErase; 4] = [
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_bytes() {
     for cut in CUTS {
-        cut_everywhere::<1, 128>(3, cut);
+        cut_everywhere::<1, 128>(5, cut);
     }
 }
 
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_words() {
     for cut in CUTS {
-        cut_everywhere::<4, 64>(6, cut);
+        cut_everywhere::<4, 64>(10, cut);
     }
 }
 
@@ -121,14 +134,14 @@ fn a_cut_at_any_byte_leaves_one_complete_blob_double_words() {
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_flash_words_of_32() {
     for cut in CUTS {
-        cut_everywhere::<32, 32>(12, cut);
+        cut_everywhere::<32, 32>(20, cut);
     }
 }
 
 #[test]
 fn a_cut_at_any_byte_leaves_one_complete_blob_one_block_per_slot() {
     for cut in CUTS {
-        cut_everywhere::<16, 512>(1, cut);
+        cut_everywhere::<16, 640>(1, cut);
     }
 }
 
@@ -136,9 +149,12 @@ fn a_cut_at_any_byte_leaves_one_complete_blob_one_block_per_slot() {
 fn a_cut_after_a_restart_too() {
     // The second upload is cut at every seventh byte, and what goes on from there again.
     let blobs = blobs(2, 40);
-    for fuel in (1..1200).step_by(7) {
-        for again in (1..1200).step_by(31) {
-            let mut flash = MockFlash::<8, 128>::new(3);
+    for fuel in (1..1600).step_by(9) {
+        for again in (1..1600).step_by(41) {
+            let mut flash = MockFlash::<8, 128>::new(5);
+            if fuel % 2 == 0 {
+                flash = flash.with_code();
+            }
             flash.set_cut_erase(CutErase::Scattered(fuel));
             let mut slots = Slots::open(flash);
             let slot = upload(&mut slots, &blobs[0], 64);
@@ -151,8 +167,8 @@ fn a_cut_after_a_restart_too() {
                 flash = slots.close();
                 flash.set_fuel(None);
                 slots = Slots::open(flash);
-                let (newest, bytes) = start(&mut slots).expect("never without a blob");
-                assert!(*bytes == *blobs[usize::from(newest != slot)]);
+                let (used, bytes) = start(&mut slots).expect("never without a blob");
+                assert!(*bytes == *blobs[usize::from(used != slot)]);
                 flash = slots.close();
             }
             assert_eq!(flash.programmed_weak(), 0);

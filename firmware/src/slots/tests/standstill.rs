@@ -17,7 +17,7 @@ struct Servo {
 }
 
 fn watched(while_busy: WhileBusy) -> (Slots<MockFlash<4, 128>>, Servo) {
-    let mut flash = MockFlash::new(4).with_while_busy(while_busy);
+    let mut flash = MockFlash::new(6).with_while_busy(while_busy);
     let servo = Servo::default();
     let interrupt = servo.clone();
     flash.set_listener(move |_| {
@@ -112,7 +112,7 @@ proptest! {
 fn other_flash_is_busy_while_the_servo_runs() {
     // The same events where nothing stalls: ticks do come then, so the test above can see them.
     let mut events = std::vec![Event::Begin];
-    events.extend([Event::Erase; 4]);
+    events.extend([Event::Erase; 6]);
     events.extend([Event::Write(64); 10]);
     events.push(Event::Commit);
     for while_busy in [WhileBusy::DualBank, WhileBusy::ServoInRam] {

@@ -8,7 +8,7 @@ type Small = Slots<MockFlash<8, 128>>;
 
 /// Erased and ready for the first byte.
 fn begun(blob: &[u8]) -> Small {
-    let mut slots = Slots::open(MockFlash::new(4));
+    let mut slots = Slots::open(MockFlash::new(6));
     let Header { length, crc } = Header::read(blob).expect("a blob");
     slots.begin(length, crc).expect("room");
     while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
@@ -19,12 +19,12 @@ fn begun(blob: &[u8]) -> Small {
 fn each_step_shows() {
     let blob = blob(1, 40);
     let Header { length, crc } = Header::read(&blob).expect("a blob");
-    let mut slots = Slots::open(MockFlash::<8, 128>::new(4));
-    assert_eq!(slots.capacity(), 512 - 128);
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    assert_eq!(slots.capacity(), 768 - 384);
     assert_eq!(slots.state(Slot::A), SlotState::Blank);
     assert_eq!((slots.newest(), slots.upload()), (None, None));
-    for done in 0..4 {
-        let progress = Progress::Erasing { done, blocks: 4 };
+    for done in 0..6 {
+        let progress = Progress::Erasing { done, blocks: 6 };
         assert_eq!(slots.begin(length, crc), Ok(progress));
         assert_eq!(slots.state(Slot::A), SlotState::Erasing);
         assert_eq!(slots.write(0, &blob[..8]), Err(SlotError::Erasing));
@@ -34,7 +34,7 @@ fn each_step_shows() {
     }
     // Too many steps do nothing.
     assert_eq!(slots.erase_step(), Ok(Progress::Receiving { next: 0 }));
-    assert_eq!(slots.flash().erases(Slot::A), [1; 4]);
+    assert_eq!(slots.flash().erases(Slot::A), [1; 6]);
     assert_eq!(slots.write(0, &blob[..13]), Ok(13));
     let received = |received| SlotState::Uploading {
         received,
@@ -121,7 +121,7 @@ fn a_gap_names_what_is_missing_and_a_change_its_place() {
 
 #[test]
 fn lengths_that_no_slot_holds_are_refused() {
-    let mut slots = Slots::open(MockFlash::<8, 128>::new(4));
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
     for length in [0, 15, 385, u32::MAX] {
         assert_eq!(
             slots.begin(length, 1),
@@ -139,7 +139,7 @@ fn a_blob_that_fills_the_slot_fits() {
     // 384 bytes of capacity; the blob ends anywhere in its last word.
     for points in 60..160 {
         let blob = blob(1, points);
-        let mut slots = Slots::open(MockFlash::<32, 128>::new(4));
+        let mut slots = Slots::open(MockFlash::<32, 128>::new(6));
         if blob.len() > slots.capacity() as usize {
             let refused = Err(SlotError::Length { capacity: 384 });
             assert_eq!(attempt(&mut slots, &blob, 100), refused);
@@ -154,18 +154,17 @@ fn a_blob_that_fills_the_slot_fits() {
 #[test]
 fn an_upload_never_touches_the_active_slot() {
     let blobs = blobs(4, 40);
-    let mut slots = Slots::open(MockFlash::<4, 128>::new(4));
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(6));
     let first = upload(&mut slots, &blobs[0], 64);
     slots.set_active(Some(first));
     // Never made active, so each replaces the one before.
     for blob in &blobs[1..] {
-        let before = slots.flash().mapped(first).to_vec();
-        assert_eq!(upload(&mut slots, blob, 64), first.other());
-        assert_eq!(slots.flash().mapped(first), before);
+        let before = slots.flash().bytes(first).to_vec();
+        assert_eq!(committed(&mut slots, blob, 64), Ok(first.other()));
+        assert_eq!(slots.flash().bytes(first), before);
         assert_eq!(slots.newest(), Some(first.other()));
-        assert_eq!(slots.fallback(), Some(first));
     }
-    assert_eq!(slots.flash().erases(first), [1; 4]);
+    assert_eq!(slots.flash().erases(first), [1; 6]);
     assert_eq!((slots.wear(first), slots.wear(first.other())), (1, 3));
     // With none active, the newest is kept.
     slots.set_active(None);
@@ -176,7 +175,7 @@ fn an_upload_never_touches_the_active_slot() {
 fn blocks_that_no_blob_has_reached_are_not_erased_again() {
     let blobs = blobs(3, 40);
     assert!(blobs.iter().all(|blob| (128..256).contains(&blob.len())));
-    let mut slots = Slots::open(MockFlash::<4, 128>::new(6));
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(8));
     for blob in &blobs {
         upload(&mut slots, blob, 64);
         slots.set_active(None);
@@ -184,7 +183,7 @@ fn blocks_that_no_blob_has_reached_are_not_erased_again() {
     }
     // At first nothing is known about them: an erase that is cut can leave what reads blank. Then
     // only those of the blob, and the last.
-    assert_eq!(slots.flash().erases(Slot::A), [3, 3, 1, 1, 1, 3]);
+    assert_eq!(slots.flash().erases(Slot::A), [3, 3, 1, 1, 1, 1, 3, 3]);
     assert_eq!(slots.wear(Slot::A), 3);
 }
 
@@ -204,10 +203,10 @@ fn the_same_blob_goes_on_after_a_restart_without_erase() {
     };
     assert_eq!(slots.state(Slot::A), left);
     assert_eq!(attempt(&mut slots, &blob, 64), Ok(Slot::A));
-    assert_eq!(slots.flash().erases(Slot::A), [1; 4]);
-    // Only what had not been written, whole words, and the commit, whose last word stays blank.
+    assert_eq!(slots.flash().erases(Slot::A), [1; 6]);
+    // Only what had not been written, whole words, the commit, whose last word stays blank, and the choice.
     let missing = blob.len().next_multiple_of(8) - 96;
-    assert_eq!(slots.flash().spent() - spent, missing as u64 + 24);
+    assert_eq!(slots.flash().spent() - spent, missing as u64 + 24 + 64);
     assert_eq!(slots.wear(Slot::A), 1);
 }
 
@@ -219,7 +218,7 @@ fn another_blob_takes_the_place_of_one_that_has_begun() {
     assert_eq!(attempt(&mut slots, &blobs[1], 64), Ok(Slot::A));
     assert_eq!(slots.blob(Slot::A), Some(&*blobs[1]));
     // Blocks 1 and 2 were blank.
-    assert_eq!(slots.flash().erases(Slot::A), [2, 1, 1, 2]);
+    assert_eq!(slots.flash().erases(Slot::A), [2, 1, 1, 1, 1, 2]);
 }
 
 #[test]
@@ -252,7 +251,7 @@ fn what_is_no_blob_or_another_is_not_committed() {
     assert_eq!(slots.newest(), None);
 
     // Announced with another checksum.
-    let mut slots = Slots::open(MockFlash::<8, 128>::new(4));
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
     slots.begin(length, !crc).expect("room");
     while slots.erase_step() != Ok(Progress::Receiving { next: 0 }) {}
     slots.write(0, &blob).expect("power");
@@ -269,7 +268,7 @@ fn what_is_no_blob_or_another_is_not_committed() {
 #[test]
 fn an_aborted_upload_leaves_the_rest_usable() {
     let blobs = blobs(2, 40);
-    let mut slots = Slots::open(MockFlash::<4, 128>::new(4));
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(6));
     let first = upload(&mut slots, &blobs[0], 64);
     slots.set_active(Some(first));
     let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
@@ -286,14 +285,14 @@ fn an_aborted_upload_leaves_the_rest_usable() {
 
 #[test]
 fn a_driver_that_describes_impossible_slots_gets_no_upload() {
-    // Not whole blocks, as it says; nothing is written.
-    let mut slots = Slots::open(Crooked(MockFlash::new(4)));
+    // Nothing is written.
+    let mut slots = Slots::open(Crooked(MockFlash::new(6)));
     assert_eq!(slots.capacity(), 0);
     assert_eq!(slots.begin(100, 1), Err(SlotError::Length { capacity: 0 }));
     assert_eq!(slots.state(Slot::A), SlotState::Damaged(Damage::Record));
 }
 
-/// A driver whose slots are shorter than their ranges.
+/// A driver whose slots are no whole blocks.
 struct Crooked(MockFlash<8, 128>);
 
 impl embedded_storage::nor_flash::ErrorType for Crooked {
@@ -323,13 +322,11 @@ impl embedded_storage::nor_flash::NorFlash for Crooked {
 
 impl TableFlash for Crooked {
     fn range(&self, slot: Slot) -> core::ops::Range<u32> {
-        self.0.range(slot)
+        let range = self.0.range(slot);
+        range.start..range.end - 40
     }
-    fn mapped(&self, slot: Slot) -> &[u8] {
-        &self.0.mapped(slot)[..40]
-    }
-    fn in_place(&self, slot: Slot) -> &'static [u8] {
-        &self.0.in_place(slot)[..40]
+    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+        self.0.in_place(slot, length)
     }
     fn while_busy(&self) -> crate::slots::WhileBusy {
         self.0.while_busy()

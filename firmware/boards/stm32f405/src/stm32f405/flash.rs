@@ -91,12 +91,8 @@ impl TableFlash for InternalFlash {
         first..end
     }
 
-    fn mapped(&self, slot: Slot) -> &[u8] {
-        slots::bytes(slot)
-    }
-
-    fn in_place(&self, slot: Slot) -> &'static [u8] {
-        slots::bytes(slot)
+    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+        slots::bytes(slot, length as usize)
     }
 
     fn while_busy(&self) -> WhileBusy {

@@ -1,0 +1,81 @@
+//! How often the slots may be erased.
+
+/// Most erases of slots within an hour: a program that uploads without end takes two weeks for the
+/// 10 000 that flash bears, not an afternoon.
+pub const ERASES_PER_HOUR: usize = 30;
+const HOUR: u32 = 3600;
+
+/// When the slots were erased last, s since start. It begins anew with every start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Budget {
+    times: [u32; ERASES_PER_HOUR],
+    /// Place of the oldest.
+    oldest: usize,
+    /// Places that hold a time.
+    held: usize,
+}
+
+impl Budget {
+    pub const NEW: Self = Self {
+        times: [0; ERASES_PER_HOUR],
+        oldest: 0,
+        held: 0,
+    };
+
+    /// For how long the next erase must wait, s; 0: not at all.
+    pub fn wait(&self, now: u32) -> u32 {
+        if self.held < ERASES_PER_HOUR {
+            return 0;
+        }
+        HOUR.saturating_sub(now.wrapping_sub(self.times[self.oldest]))
+    }
+
+    /// The slots are erased.
+    pub fn spend(&mut self, now: u32) {
+        self.times[self.oldest] = now;
+        self.oldest = (self.oldest + 1) % ERASES_PER_HOUR;
+        self.held = ERASES_PER_HOUR.min(self.held + 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn within_any_hour_there_are_no_more_erases_than_allowed() {
+        let mut budget = Budget::NEW;
+        let mut times = std::vec::Vec::new();
+        // As fast as possible, with pauses now and then, across the wrap.
+        let mut now = u32::MAX - 5000;
+        for number in 0..400_u32 {
+            now = now.wrapping_add(number * 37 % 150);
+            now = now.wrapping_add(budget.wait(now));
+            assert_eq!(budget.wait(now), 0);
+            budget.spend(now);
+            times.push(now);
+        }
+        for window in times.windows(ERASES_PER_HOUR + 1) {
+            let span = window[ERASES_PER_HOUR].wrapping_sub(window[0]);
+            assert!(span >= HOUR, "{span} s");
+        }
+        // And no fewer: two thirds of an hour for each thirty, so each thirty had to wait once, to the
+        // second.
+        let full = |w: &&[u32]| w[ERASES_PER_HOUR].wrapping_sub(w[0]) == HOUR;
+        assert!(times.windows(ERASES_PER_HOUR + 1).filter(full).count() >= 10);
+    }
+
+    #[test]
+    fn what_is_left_of_an_hour_is_named() {
+        let mut budget = Budget::NEW;
+        for number in 0..ERASES_PER_HOUR {
+            assert_eq!(budget.wait(100), 0, "{number}");
+            budget.spend(number as u32);
+        }
+        assert_eq!(budget.wait(100), 3500);
+        assert_eq!(budget.wait(3599), 1);
+        assert_eq!(budget.wait(3600), 0);
+        budget.spend(3600);
+        assert_eq!(budget.wait(3600), 1);
+    }
+}

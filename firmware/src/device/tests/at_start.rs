@@ -1,0 +1,357 @@
+//! What a start goes by, as a host sees it.
+
+use trueaxis::link::{AtStart, Storing};
+
+use super::*;
+
+const IN_USE: Request<'_> = Request::CommitInUse { force: false };
+
+fn at_start(desktop: &mut Desktop) -> AtStart {
+    match ask(desktop, &Request::AtStart) {
+        Reply::AtStart(at_start) => at_start,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn activate(desktop: &mut Desktop, slot: Slot) -> Reply<'static> {
+    ask(desktop, &Request::Activate { slot, force: false })
+}
+
+fn active(desktop: &Desktop) -> Option<Slot> {
+    match desktop.device.activation() {
+        Activation::Active(slot) => slot,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// So many servo periods, and as many turns of the main loop.
+fn stand(desktop: &mut Desktop, periods: u32) {
+    for _ in 0..periods {
+        desktop.turn(1);
+    }
+}
+
+/// With compensations of one machine in both slots, both were in use, B is.
+fn both(while_busy: WhileBusy) -> Desktop {
+    let mut desktop = Desktop::start(flash(while_busy), PERIOD);
+    for (scale, slot) in [(0.1, Slot::A), (0.2, Slot::B)] {
+        let blob = blob("m", b"XY", scale);
+        let done = upload_with(&mut desktop, &blob, &IN_USE);
+        assert!(matches!(done, Reply::Upload(Upload::Committed { .. })));
+        desktop = desktop.restart();
+        assert_eq!(
+            (active(&desktop), desktop.device.fault()),
+            (Some(slot), None)
+        );
+    }
+    desktop
+}
+
+const EVERY: [WhileBusy; 3] = [
+    WhileBusy::Standstill,
+    WhileBusy::DualBank,
+    WhileBusy::ServoInRam,
+];
+
+#[test]
+fn what_was_committed_and_never_activated_is_not_taken_by_a_start() {
+    for while_busy in EVERY {
+        let mut desktop = Desktop::start(flash(while_busy), PERIOD);
+        upload(&mut desktop, &blob("m", b"XY", 0.1), false);
+        desktop = desktop.restart();
+        assert_eq!(active(&desktop), None);
+        assert_eq!(desktop.device.fault(), Some(Fault::Waiting(Slot::A)));
+        activate(&mut desktop, Slot::A);
+        desktop.turn(1);
+        assert_eq!(
+            (active(&desktop), desktop.device.fault()),
+            (Some(Slot::A), None)
+        );
+        upload(&mut desktop, &blob("m", b"XY", 0.2), false);
+        let known = AtStart {
+            in_use: Some(Slot::A),
+            before: None,
+            waiting: Some(Slot::B),
+            enable: false,
+            storing: Storing::Stored,
+        };
+        assert_eq!(at_start(&mut desktop), known);
+        desktop = desktop.restart();
+        assert_eq!(
+            (active(&desktop), at_start(&mut desktop)),
+            (Some(Slot::A), known)
+        );
+    }
+}
+
+#[test]
+fn a_rollback_lasts() {
+    for while_busy in EVERY {
+        let mut desktop = both(while_busy);
+        for slot in [Slot::A, Slot::B, Slot::A] {
+            assert_eq!(at_start(&mut desktop).before, Some(slot));
+            activate(&mut desktop, slot);
+            while active(&desktop) != Some(slot) {
+                desktop.turn(1);
+            }
+            assert_eq!(at_start(&mut desktop).storing, Storing::Stored);
+            desktop = desktop.restart();
+            assert_eq!(
+                (active(&desktop), desktop.device.fault()),
+                (Some(slot), None)
+            );
+        }
+    }
+}
+
+#[test]
+fn where_the_flash_stalls_a_change_in_motion_is_stored_at_the_next_standstill() {
+    let mut desktop = both(WhileBusy::Standstill);
+    for request in [Request::Referenced(3), Request::Enable(true)] {
+        ask(&mut desktop, &request);
+    }
+    settle(&mut desktop);
+    desktop.standstill.set(false);
+    let spent = desktop.device.slots().flash().spent();
+    activate(&mut desktop, Slot::A);
+    while desktop.device.activation() != Activation::Active(Some(Slot::A)) {
+        settle(&mut desktop);
+    }
+    let pending = at_start(&mut desktop);
+    assert_eq!(
+        (pending.in_use, pending.storing),
+        (Some(Slot::B), Storing::Pending)
+    );
+    assert_eq!(desktop.device.slots().flash().spent(), spent);
+    assert!((status(&mut desktop).dq[0] - 0.1).abs() < 1e-4);
+
+    // A short stop changes nothing.
+    desktop.standstill.set(true);
+    stand(&mut desktop, 1900);
+    assert_eq!(status(&mut desktop).factor, 1.0);
+    desktop.standstill.set(false);
+    desktop.turn(1);
+
+    // It stops for longer, and moves again before the corrections are zero: they come back.
+    desktop.standstill.set(true);
+    stand(&mut desktop, 1900);
+    assert_eq!(status(&mut desktop).factor, 1.0);
+    let begins = |desktop: &mut Desktop| {
+        while status(desktop).factor == 1.0 {
+            desktop.turn(1);
+        }
+        assert!(status(desktop).factor > 0.5);
+    };
+    begins(&mut desktop);
+    desktop.standstill.set(false);
+    settle(&mut desktop);
+    assert_eq!(status(&mut desktop).factor, 1.0);
+    assert_eq!(desktop.device.slots().flash().spent(), spent);
+
+    // A motion over the link comes first, too.
+    desktop.standstill.set(true);
+    begins(&mut desktop);
+    let row = [[0.0, -50.0]; 1];
+    moved(&mut desktop, &row);
+    assert_eq!(at_start(&mut desktop).storing, Storing::Pending);
+
+    // At standstill they go to zero at their rate, it is stored, and they may come back.
+    let mut last = status(&mut desktop).dq[0];
+    while at_start(&mut desktop).storing == Storing::Pending {
+        desktop.turn(1);
+        let dq = status(&mut desktop).dq[0];
+        assert!((dq - last).abs() <= 2.0 * PERIOD * 1.001);
+        last = dq;
+    }
+    assert_eq!(last, 0.0);
+    assert!(!status(&mut desktop).suspended);
+    assert_eq!(at_start(&mut desktop).in_use, Some(Slot::A));
+    settle(&mut desktop);
+    assert!((status(&mut desktop).dq[0] - 0.1).abs() < 1e-4);
+    assert_eq!(active(&desktop.restart()), Some(Slot::A));
+}
+
+#[test]
+fn no_update_falls_into_the_storing_of_what_a_start_goes_by() {
+    for while_busy in [WhileBusy::Standstill, WhileBusy::DualBank] {
+        let flash = both(while_busy).stop();
+        let mut desktop = Desktop::start_watched(flash, PERIOD, |flash, servo| {
+            let servo = servo.clone();
+            flash.set_listener(move |_| {
+                assert!(servo.lock(|side| side.is_suspended() && side.is_at_zero()));
+            });
+        });
+        for request in [Request::Referenced(3), Request::Enable(true)] {
+            ask(&mut desktop, &request);
+        }
+        settle(&mut desktop);
+        assert!(status(&mut desktop).dq[0] != 0.0);
+        ask(&mut desktop, &Request::EnableAtStart(true));
+        while at_start(&mut desktop).storing == Storing::Pending {
+            desktop.turn(1);
+        }
+        assert!(at_start(&mut desktop).enable);
+        assert!(!status(&mut desktop).suspended);
+    }
+}
+
+#[test]
+fn corrections_are_let_in_at_start_only_if_that_was_set() {
+    for while_busy in EVERY {
+        let mut desktop = both(while_busy);
+        assert!(!status(&mut desktop).enabled);
+        ask(&mut desktop, &Request::Enable(true));
+        desktop = desktop.restart();
+        assert!(
+            !status(&mut desktop).enabled,
+            "enabling is not stored by itself"
+        );
+        for on in [true, false, true] {
+            let Reply::AtStart(set) = ask(&mut desktop, &Request::EnableAtStart(on)) else {
+                panic!()
+            };
+            assert_eq!((set.enable, set.storing), (on, Storing::Stored));
+            desktop = desktop.restart();
+            assert_eq!(status(&mut desktop).enabled, on);
+        }
+        // It outlasts an upload and a rollback.
+        let third = blob("m", b"XY", 0.3);
+        upload_with(&mut desktop, &third, &IN_USE);
+        desktop = desktop.restart();
+        assert_eq!(
+            (active(&desktop), status(&mut desktop).enabled),
+            (Some(Slot::A), true)
+        );
+        activate(&mut desktop, Slot::B);
+        while active(&desktop) != Some(Slot::B) {
+            desktop.turn(1);
+        }
+        desktop.turn(2000);
+        desktop = desktop.restart();
+        assert_eq!(
+            (active(&desktop), status(&mut desktop).enabled),
+            (Some(Slot::B), true)
+        );
+        // Not into what is used in place of what was chosen.
+        let mut flash = desktop.stop();
+        flash.flip(Slot::B, 800);
+        let mut desktop = Desktop::start(flash, PERIOD);
+        assert_eq!(desktop.device.fault(), Some(Fault::Lost));
+        assert_eq!(
+            (active(&desktop), status(&mut desktop).enabled),
+            (Some(Slot::A), false)
+        );
+        // Unless that is wanted.
+        ask(&mut desktop, &Request::EnableAtStart(true));
+        desktop = desktop.restart();
+        assert_eq!(
+            (desktop.device.fault(), status(&mut desktop).enabled),
+            (None, true)
+        );
+    }
+}
+
+#[test]
+fn an_upload_over_what_was_lost_leaves_the_one_in_its_place_in_use() {
+    for while_busy in EVERY {
+        let mut desktop = both(while_busy);
+        ask(&mut desktop, &Request::EnableAtStart(true));
+        let mut flash = desktop.stop();
+        flash.flip(Slot::B, 800);
+        desktop = Desktop::start(flash, PERIOD);
+        // Only begun: B is erased, and with it what was stored there.
+        let third = blob("m", b"XY", 0.3);
+        let (length, crc) = announced(&third);
+        while !matches!(
+            ask(&mut desktop, &Request::Begin { length, crc }),
+            Reply::Upload(Upload::Receiving { .. })
+        ) {
+            desktop.turn(1);
+        }
+        desktop = desktop.restart();
+        assert_eq!(
+            (active(&desktop), desktop.device.fault()),
+            (Some(Slot::A), None)
+        );
+        assert!(status(&mut desktop).enabled);
+    }
+}
+
+#[test]
+fn of_another_machine_nothing_is_let_in_by_itself() {
+    for in_use in [false, true] {
+        let mut desktop = both(WhileBusy::ServoInRam);
+        ask(&mut desktop, &Request::EnableAtStart(true));
+        let other = blob("n", b"XY", 0.2);
+        let force = true;
+        if in_use {
+            upload_with(&mut desktop, &other, &Request::CommitInUse { force });
+        } else {
+            upload(&mut desktop, &other, force);
+            let slot = Slot::A;
+            ask(&mut desktop, &Request::Activate { slot, force });
+            desktop.turn(1);
+        }
+        assert!(!at_start(&mut desktop).enable);
+        desktop = desktop.restart();
+        assert_eq!(
+            (active(&desktop), status(&mut desktop).enabled),
+            (Some(Slot::A), false)
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_stored_is_refused_in_words() {
+    let enable = Request::EnableAtStart(true);
+    let mut desktop = Desktop::start(flash(WhileBusy::Standstill), PERIOD);
+    let refused = Reply::Refused(Refusal::NoCompensation);
+    assert_eq!(ask(&mut desktop, &enable), refused);
+    let mut desktop = both(WhileBusy::Standstill);
+    desktop.standstill.set(false);
+    let refused = Reply::Refused(Refusal::NotStandstill);
+    assert_eq!(ask(&mut desktop, &enable), refused);
+    // What is so already needs no flash.
+    let off = ask(&mut desktop, &Request::EnableAtStart(false));
+    assert!(matches!(off, Reply::AtStart(_)));
+    desktop.standstill.set(true);
+    let third = blob("m", b"XY", 0.3);
+    let (length, crc) = announced(&third);
+    ask(&mut desktop, &Request::Begin { length, crc });
+    assert_eq!(ask(&mut desktop, &enable), Reply::Refused(Refusal::Busy));
+    ask(&mut desktop, &Request::Abort);
+    // Until there is no more room: then that is said, and an upload makes some.
+    let mut on = false;
+    let refused = loop {
+        on = !on;
+        match ask(&mut desktop, &Request::EnableAtStart(on)) {
+            Reply::AtStart(set) => assert_eq!((set.enable, set.storing), (on, Storing::Stored)),
+            refused => break refused,
+        }
+    };
+    assert_eq!(refused, Reply::Refused(Refusal::Full));
+    upload_with(&mut desktop, &third, &IN_USE);
+    assert_eq!(at_start(&mut desktop).storing, Storing::Stored);
+    let done = ask(&mut desktop, &Request::EnableAtStart(on));
+    assert!(matches!(done, Reply::AtStart(set) if set.enable == on));
+}
+
+#[test]
+fn weights_come_with_their_limits() {
+    let mut desktop = Desktop::start(flash(WhileBusy::DualBank), PERIOD);
+    let refused = Reply::Refused(Refusal::NoCompensation);
+    assert_eq!(ask(&mut desktop, &Request::Weights), refused);
+    flashed(&mut desktop, &blob("m", b"XY", 0.1));
+    let value = -0.25;
+    ask(&mut desktop, &Request::SetWeight { term: 1, value });
+    let Reply::Weights(weights) = ask(&mut desktop, &Request::Weights) else {
+        panic!()
+    };
+    let expected = trueaxis::link::TermWeight {
+        term: 1,
+        output: 1,
+        value,
+        limits: [-1.0, 1.0],
+    };
+    assert_eq!(&weights[..], [expected]);
+}

@@ -1,0 +1,280 @@
+//! What a start goes by: which compensation is in use, which was before it, and whether the
+//! corrections are let in. See `docs/src/slots.md`.
+//!
+//! The choices of a slot lie before its trailer, the first one next to it, each further one below.
+//! Every choice says everything and has a number; the newest one of both slots holds. Each consists
+//! of its content and its complement, of which one is enough: a bit that flips, or a word that can no
+//! longer be read, changes nothing.
+
+use super::layout::{CRC, TRAILER, WORD, blank, doubled, word};
+use super::scan::newer;
+use super::{Slot, SlotError, SlotState, Slots, TableFlash};
+
+/// Bytes of a choice.
+pub const CHOICE: usize = 64;
+/// Choices that a slot has room for beside its largest blob.
+pub const RESERVED: usize = 4;
+
+const MAGIC: [u8; 4] = *b"TXSC";
+const IN_USE: u32 = 1;
+const BEFORE: u32 = 2;
+const ENABLE: u32 = 4;
+
+/// A compensation that was committed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Table {
+    /// Its sequence number.
+    pub sequence: u32,
+    /// CRC-32 in its header.
+    pub crc: u32,
+}
+
+/// What a start goes by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Choice {
+    /// What is in use.
+    pub in_use: Option<Table>,
+    /// What was in use before it: for a rollback, and where the first one is not valid.
+    pub before: Option<Table>,
+    /// The corrections are let in at start.
+    pub enable: bool,
+}
+
+impl Choice {
+    pub(super) fn encode(&self, number: u32) -> [u8; CHOICE] {
+        let flag = |on: bool, flag: u32| if on { flag } else { 0 };
+        let flags = flag(self.in_use.is_some(), IN_USE)
+            | flag(self.before.is_some(), BEFORE)
+            | flag(self.enable, ENABLE);
+        let none = Table {
+            sequence: 0,
+            crc: 0,
+        };
+        let [used, before] = [self.in_use, self.before].map(|table| table.unwrap_or(none));
+        let mut content = [0; 32];
+        content[..4].copy_from_slice(&MAGIC);
+        let words = [
+            number,
+            flags,
+            used.sequence,
+            used.crc,
+            before.sequence,
+            before.crc,
+        ];
+        for (place, value) in content[4..28].chunks_exact_mut(4).zip(words) {
+            place.copy_from_slice(&value.to_le_bytes());
+        }
+        let check = CRC.checksum(&content[..28]);
+        content[28..].copy_from_slice(&check.to_le_bytes());
+        doubled(&content)
+    }
+
+    /// Reads a content; its number and what it says.
+    fn decode(content: &[u8; WORD]) -> Option<(u32, Self)> {
+        if content[..4] != MAGIC || word(content, 28) != CRC.checksum(&content[..28]) {
+            return None;
+        }
+        let flags = word(content, 8);
+        let table = |flag: u32, at: usize| {
+            (flags & flag != 0).then(|| Table {
+                sequence: word(content, at),
+                crc: word(content, at + 4),
+            })
+        };
+        let choice = Self {
+            in_use: table(IN_USE, 12),
+            before: table(BEFORE, 20),
+            enable: flags & ENABLE != 0,
+        };
+        Some((word(content, 4), choice))
+    }
+}
+
+/// The choices that a slot holds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Choices {
+    /// The newest, with its number.
+    newest: Option<(u32, Choice)>,
+    /// Places that are not blank.
+    taken: usize,
+}
+
+impl<F: TableFlash> Slots<F> {
+    /// What the next start goes by.
+    #[must_use]
+    pub fn choice(&self) -> Choice {
+        self.newest_choice()
+            .map_or(Choice::default(), |found| found.2)
+    }
+
+    /// Slot, number and content of the newest choice.
+    pub(super) fn newest_choice(&self) -> Option<(Slot, u32, Choice)> {
+        let [a, b] = Slot::BOTH.map(|slot| {
+            let newest = self.choices[slot.index()].newest;
+            newest.map(|(number, choice)| (slot, number, choice))
+        });
+        match (a, b) {
+            (Some(a), Some(b)) => Some(if newer(b.1, a.1) { b } else { a }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// The valid slot with this compensation.
+    #[must_use]
+    pub fn slot_of(&self, table: Option<Table>) -> Option<Slot> {
+        let wanted = table?;
+        let mut both = Slot::BOTH.into_iter();
+        both.find(|&slot| self.table(slot) == Some(wanted))
+    }
+
+    /// What a valid slot holds.
+    fn table(&self, slot: Slot) -> Option<Table> {
+        match self.state(slot) {
+            SlotState::Valid { sequence, crc, .. } => Some(Table { sequence, crc }),
+            _ => None,
+        }
+    }
+
+    /// The slot that is to be in use, if it is valid.
+    #[must_use]
+    pub fn in_use(&self) -> Option<Slot> {
+        self.slot_of(self.choice().in_use)
+    }
+
+    /// The slot that was in use before, if it is valid: for a rollback, and for a start if the
+    /// other one cannot be used.
+    #[must_use]
+    pub fn before(&self) -> Option<Slot> {
+        self.slot_of(self.choice().before)
+    }
+
+    /// The valid slot whose compensation was never in use: no start takes it.
+    #[must_use]
+    pub fn waiting(&self) -> Option<Slot> {
+        let known = [self.in_use(), self.before()];
+        let mut both = Slot::BOTH.into_iter();
+        both.find(|&slot| self.state(slot).is_valid() && !known.contains(&Some(slot)))
+    }
+
+    /// What a start is to go by so that a valid slot is in use; the other one was before it, if it
+    /// ever was in use.
+    #[must_use]
+    pub fn choosing(&self, slot: Slot) -> Choice {
+        let known = [self.in_use(), self.before()].contains(&Some(slot.other()));
+        Choice {
+            in_use: self.table(slot),
+            before: self.table(slot.other()).filter(|_| known),
+            ..self.choice()
+        }
+    }
+
+    /// Stores what the next start goes by, in the slot that is to be in use. Nothing is written if
+    /// it is stored already.
+    ///
+    /// # Errors
+    /// [`SlotError::NotChosen`]: the slot that is to be in use is not valid.
+    /// [`SlotError::NotStandstill`]: a servo that runs would be stalled.
+    /// [`SlotError::Full`]: no room for it. Nothing has changed.
+    /// [`SlotError::Flash`], [`SlotError::Readback`]: what was stored before still holds.
+    pub fn choose(&mut self, choice: Choice) -> Result<(), SlotError> {
+        // What lies in a slot that is not valid goes with the next upload.
+        let newest = self.newest_choice();
+        let stays = newest.is_none_or(|(slot, ..)| self.state(slot).is_valid());
+        if stays && self.choice() == choice {
+            return Ok(());
+        }
+        let slot = self.slot_of(choice.in_use).ok_or(SlotError::NotChosen)?;
+        // The last place is for `secure`.
+        if self.places_left(slot) < 2 {
+            return Err(SlotError::Full);
+        }
+        self.put_choice(slot, choice)
+    }
+
+    /// Places for choices in a valid slot that are left.
+    #[must_use]
+    pub fn places_left(&self, slot: Slot) -> usize {
+        let SlotState::Valid { length, .. } = self.state(slot) else {
+            return 0;
+        };
+        let end = (length as usize).next_multiple_of(WORD);
+        let room = (self.length() as usize).saturating_sub(TRAILER + end);
+        (room / CHOICE).saturating_sub(self.choices[slot.index()].taken)
+    }
+
+    /// Whether the newest choice would be lost with this slot, and the other one can hold it.
+    pub(super) fn must_secure(&self, slot: Slot) -> bool {
+        let newest = self.newest_choice();
+        newest.is_some_and(|found| found.0 == slot) && self.places_left(slot.other()) > 0
+    }
+
+    /// Sees to it that the newest choice is not lost with this slot.
+    pub(super) fn secure(&mut self, slot: Slot) -> Result<(), SlotError> {
+        if !self.must_secure(slot) {
+            return Ok(());
+        }
+        let kept = slot.other();
+        let mut choice = self.choice();
+        if self.active == Some(kept) && self.in_use() != Some(kept) {
+            // What was to be in use is not valid, or goes: what is used in its place stays.
+            choice.in_use = self.table(kept);
+            choice.before = None;
+        }
+        self.put_choice(kept, choice)
+    }
+
+    /// Whether a choice can be written to this slot now.
+    pub(super) fn may_choose(&self, slot: Slot) -> Result<(), SlotError> {
+        if self.choosing_stalls(slot) && !self.standstill {
+            return Err(SlotError::NotStandstill);
+        }
+        Ok(())
+    }
+
+    fn put_choice(&mut self, slot: Slot, choice: Choice) -> Result<(), SlotError> {
+        self.may_choose(slot)?;
+        let number = self.newest_choice().map_or(0, |found| found.1);
+        let number = number.wrapping_add(1);
+        let place = self.choice_at(self.choices[slot.index()].taken);
+        let at = place.ok_or(SlotError::Full)?;
+        let result = self.program(slot, at, &choice.encode(number));
+        self.scan_choices(slot);
+        result?;
+        if self.choices[slot.index()].newest != Some((number, choice)) {
+            return Err(SlotError::Readback { offset: at as u32 });
+        }
+        Ok(())
+    }
+
+    /// Where in a slot a choice lies.
+    fn choice_at(&self, place: usize) -> Option<usize> {
+        let below = TRAILER + (place + 1) * CHOICE;
+        (self.length() as usize).checked_sub(below)
+    }
+
+    /// Reads the choices of a slot: down to the first place that is blank.
+    pub(super) fn scan_choices(&mut self, slot: Slot) {
+        let mut choices = Choices::default();
+        while let Some(at) = self.choice_at(choices.taken) {
+            let [content, complement] = [at, at + WORD].map(|line| self.line(slot, line));
+            let empty = |line: &Option<[u8; WORD]>| line.is_some_and(|line| blank(&line));
+            if empty(&content) && empty(&complement) {
+                break;
+            }
+            let plain = content.and_then(|line| Choice::decode(&line));
+            let other = || Choice::decode(&complement?.map(|byte| !byte));
+            if let Some(found) = plain.or_else(other) {
+                let older = choices
+                    .newest
+                    .is_none_or(|(number, _)| newer(found.0, number));
+                if older {
+                    choices.newest = Some(found);
+                }
+            }
+            choices.taken += 1;
+        }
+        self.choices[slot.index()] = choices;
+    }
+}

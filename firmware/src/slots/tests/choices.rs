@@ -1,0 +1,286 @@
+//! What a start goes by.
+
+use super::*;
+use crate::mock_flash::MockFlash;
+use crate::slots::{Choice, WhileBusy};
+
+/// 12 blocks of 128 bytes: room for some choices beside a blob of 180 bytes.
+type Small = Slots<MockFlash<8, 128>>;
+
+fn open() -> Small {
+    Slots::open(MockFlash::new(12))
+}
+
+fn restart(slots: Small) -> Small {
+    let mut slots = Slots::open(slots.close());
+    start(&mut slots);
+    slots
+}
+
+/// An upload that is committed and not chosen.
+fn commit(slots: &mut Small, blob: &[u8]) -> Slot {
+    committed(slots, blob, 64).expect("room and power")
+}
+
+fn enable(slots: &mut Small, enable: bool) -> Result<(), SlotError> {
+    let choice = slots.choice();
+    slots.choose(Choice { enable, ..choice })
+}
+
+#[test]
+fn what_was_never_chosen_is_not_taken_by_a_start() {
+    let blobs = blobs(3, 40);
+    let mut slots = open();
+    assert_eq!(commit(&mut slots, &blobs[0]), Slot::A);
+    slots = restart(slots);
+    assert_eq!((slots.active(), slots.waiting()), (None, Some(Slot::A)));
+    slots.choose(slots.choosing(Slot::A)).expect("power");
+    slots = restart(slots);
+    assert_eq!((slots.active(), slots.waiting()), (Some(Slot::A), None));
+    assert_eq!(commit(&mut slots, &blobs[1]), Slot::B);
+    slots = restart(slots);
+    assert_eq!(slots.newest(), Some(Slot::B));
+    assert_eq!((slots.active(), slots.before()), (Some(Slot::A), None));
+    assert_eq!(slots.waiting(), Some(Slot::B));
+    // Nor where the one in use is damaged.
+    let mut flash = slots.close();
+    flash.flip(Slot::A, 800);
+    let slots = restart(Slots::open(flash));
+    assert_eq!((slots.active(), slots.waiting()), (None, Some(Slot::B)));
+}
+
+#[test]
+fn a_rollback_lasts_and_what_takes_its_place_is_known() {
+    let blobs = blobs(3, 40);
+    let mut slots = open();
+    for (blob, slot) in blobs.iter().zip([Slot::A, Slot::B]) {
+        assert_eq!(upload(&mut slots, blob, 64), slot);
+        slots = restart(slots);
+        assert_eq!(slots.active(), Some(slot));
+    }
+    for back in [Slot::A, Slot::B, Slot::A] {
+        assert_eq!(slots.before(), Some(back));
+        slots.choose(slots.choosing(back)).expect("power");
+        slots = restart(slots);
+        assert_eq!((slots.active(), slots.waiting()), (Some(back), None));
+    }
+    // An upload goes over the one that was rolled back from; then there is none before.
+    assert_eq!(commit(&mut slots, &blobs[2]), Slot::B);
+    assert_eq!((slots.before(), slots.waiting()), (None, Some(Slot::B)));
+    slots = restart(slots);
+    assert_eq!(slots.active(), Some(Slot::A));
+    // The same bytes under another number are another upload.
+    assert_eq!(slots.choosing(Slot::B).before, slots.choice().in_use);
+}
+
+#[test]
+fn where_the_one_in_use_is_damaged_the_one_before_it_is_used() {
+    let blobs = blobs(2, 40);
+    let mut slots = open();
+    for blob in &blobs {
+        let slot = upload(&mut slots, blob, 64);
+        slots.set_active(Some(slot));
+    }
+    enable(&mut slots, true).expect("room");
+    let mut flash = slots.close();
+    flash.flip(Slot::B, 800);
+    let mut slots = restart(Slots::open(flash));
+    assert_eq!((slots.active(), slots.in_use()), (Some(Slot::A), None));
+    // An upload erases it; before that the one in its place is stored as the one in use, in its slot.
+    let known = slots.choice();
+    let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    let stays = Choice {
+        in_use: known.before,
+        before: None,
+        enable: true,
+    };
+    assert_eq!(restart(slots).choice(), stays);
+}
+
+#[test]
+fn choices_are_counted_and_the_last_place_is_kept_for_an_upload() {
+    let [first, second] = [blob(1, 40), blob(2, 40)];
+    let mut slots = open();
+    let slot = upload(&mut slots, &first, 64);
+    slots.set_active(Some(slot));
+    // Between blob and trailer, less the one that has chosen it.
+    let lines = (first.len()).next_multiple_of(32);
+    let left = (12 * 128 - 128 - lines) / 64 - 1;
+    assert_eq!(slots.places_left(slot), left);
+    for number in 0..left - 1 {
+        let on = number % 2 == 0;
+        assert_eq!(enable(&mut slots, on), Ok(()));
+        // What is stored already takes no room.
+        assert_eq!(enable(&mut slots, on), Ok(()));
+        assert_eq!(slots.places_left(slot), left - 1 - number);
+        let again = Slots::open(slots.close());
+        assert_eq!(again.choice().enable, on);
+        slots = again;
+        start(&mut slots);
+    }
+    let stored = slots.choice();
+    assert_eq!(enable(&mut slots, !stored.enable), Err(SlotError::Full));
+    assert_eq!(slots.choice(), stored);
+    assert_eq!(slots.blob(slot), Some(&*first));
+    // An upload makes room, and takes along what is stored.
+    let other = upload(&mut slots, &second, 64);
+    slots.set_active(Some(other));
+    assert_eq!(slots.choice().enable, stored.enable);
+    assert_eq!(enable(&mut slots, !stored.enable), Ok(()));
+}
+
+#[test]
+fn a_slot_that_is_full_of_its_blob_has_room_for_four() {
+    let mut slots = Slots::open(MockFlash::<32, 128>::new(8));
+    let capacity = slots.capacity() as usize;
+    let blob = (100..).map(|points| blob(1, points));
+    let blob = blob
+        .take_while(|blob| blob.len() <= capacity)
+        .last()
+        .expect("one fits");
+    assert!(blob.len() + 4 > capacity);
+    let slot = upload(&mut slots, &blob, 64);
+    assert_eq!(slots.places_left(slot), 3);
+}
+
+#[test]
+fn without_a_compensation_there_is_nothing_to_choose() {
+    let mut slots = open();
+    assert_eq!(enable(&mut slots, true), Err(SlotError::NotChosen));
+    let choice = slots.choosing(Slot::B);
+    assert_eq!(choice.in_use, None);
+    assert_eq!(
+        slots.choose(choice),
+        Ok(()),
+        "nothing is stored, and nothing is what holds"
+    );
+    assert_eq!(slots.flash().spent(), 0);
+    assert_eq!(slots.places_left(Slot::A), 0);
+}
+
+#[test]
+fn every_bit_of_a_choice_may_flip_and_every_line_may_be_lost() {
+    let [first, second] = [blob(1, 40), blob(2, 40)];
+    for code in [false, true] {
+        let flash = MockFlash::<32, 128>::new(12);
+        let mut slots = Slots::open(if code { flash.with_code() } else { flash });
+        let old = upload(&mut slots, &first, 64);
+        slots.set_active(Some(old));
+        let slot = upload(&mut slots, &second, 64);
+        let choice = slots.choice();
+        slots
+            .choose(Choice {
+                enable: true,
+                ..choice
+            })
+            .expect("room");
+        let (expected, left) = (slots.choice(), slots.places_left(slot));
+        let mut flash = slots.close();
+        let end = 12 * 128 - 128;
+        for bit in 8 * (end - 3 * 64)..8 * end {
+            flash.flip(slot, bit);
+            let slots = Slots::open(flash);
+            assert_eq!(slots.choice(), expected, "bit {bit}");
+            let blank = bit / 8 < end - 2 * 64;
+            assert_eq!(slots.places_left(slot), left - usize::from(blank));
+            flash = slots.close();
+            flash.flip(slot, bit);
+        }
+        // A place whose bit has flipped is left out.
+        flash.flip(slot, 8 * (end - 3 * 64));
+        let mut slots = Slots::open(flash);
+        let choice = slots.choice();
+        slots
+            .choose(Choice {
+                enable: false,
+                ..choice
+            })
+            .expect("room");
+        assert!(!Slots::open(slots.close()).choice().enable);
+    }
+}
+
+#[test]
+fn a_choice_stalls_a_servo_only_where_it_reads_the_same_bank() {
+    let [first, second] = [blob(1, 40), blob(2, 40)];
+    let stalls = |while_busy| {
+        let flash = MockFlash::<8, 128>::new(12).with_while_busy(while_busy);
+        let mut slots = Slots::open(flash);
+        slots.set_standstill(true);
+        let slot = upload(&mut slots, &first, 64);
+        slots.set_active(Some(slot));
+        let other = commit(&mut slots, &second);
+        slots.set_standstill(false);
+        let spent = slots.flash().spent();
+        let own = enable(&mut slots, true);
+        assert_eq!(own.is_err(), spent == slots.flash().spent());
+        let next = slots.choose(slots.choosing(other));
+        (own, next)
+    };
+    let refused = Err(SlotError::NotStandstill);
+    assert_eq!(stalls(WhileBusy::Standstill), (refused, refused));
+    assert_eq!(stalls(WhileBusy::DualBank), (refused, Ok(())));
+    assert_eq!(stalls(WhileBusy::ServoInRam), (Ok(()), Ok(())));
+}
+
+#[test]
+fn a_choice_that_the_power_cuts_is_the_old_or_the_new_one() {
+    let [first, second] = [blob(1, 40), blob(2, 40)];
+    for code in [false, true] {
+        let mut kept = [0; 2];
+        for fuel in 1..=64 {
+            let flash = MockFlash::<16, 128>::new(12);
+            let mut slots = Slots::open(if code { flash.with_code() } else { flash });
+            for blob in [&first, &second] {
+                let slot = upload(&mut slots, blob, 64);
+                slots.set_active(Some(slot));
+            }
+            let old = slots.choice();
+            let new = Choice {
+                enable: true,
+                ..slots.choosing(Slot::A)
+            };
+            let mut flash = slots.close();
+            flash.set_fuel(Some(fuel));
+            let mut slots = Slots::open(flash);
+            let done = slots.choose(new);
+            let mut flash = slots.close();
+            flash.set_fuel(None);
+            let mut slots = Slots::open(flash);
+            let found = slots.choice();
+            assert!(found == old || found == new, "{fuel}: {found:?}");
+            assert!(done.is_err() || found == new, "acknowledged after {fuel}");
+            kept[usize::from(found == new)] += 1;
+            // And it goes on.
+            start(&mut slots);
+            slots.choose(new).expect("power");
+            assert_eq!(Slots::open(slots.close()).choice(), new);
+        }
+        assert!(kept.iter().all(|count| *count > 10), "{kept:?}");
+    }
+}
+
+#[test]
+fn the_numbers_of_choices_go_on_across_the_wrap() {
+    let blobs = blobs(2, 40);
+    let mut slots = open();
+    for blob in &blobs {
+        let slot = upload(&mut slots, blob, 64);
+        slots.set_active(Some(slot));
+    }
+    // The newest choice of each slot gets a number just before the wrap.
+    let at = 12 * 128 - 128 - 64;
+    let (a, b) = (slots.choosing(Slot::A), slots.choosing(Slot::B));
+    let mut flash = slots.close();
+    for (slot, choice, number) in [(0, a, u32::MAX - 1), (1, b, u32::MAX)] {
+        let place = slot * 12 * 128 + at;
+        flash.image()[place..place + 64].copy_from_slice(&choice.encode(number));
+    }
+    let mut slots = restart(Slots::open(flash));
+    for back in [Slot::A, Slot::B, Slot::A] {
+        slots.choose(slots.choosing(back)).expect("room");
+        slots = restart(slots);
+        assert_eq!(slots.active(), Some(back));
+    }
+}
