@@ -307,8 +307,8 @@ proptest! {
                     }
                 };
                 let applied = side.answer(&bytes, true);
-                for k in 0..2 {
-                    let change = (applied.dq[k] - last[k]).abs();
+                for (k, last) in last.iter().enumerate() {
+                    let change = (applied.dq[k] - last).abs();
                     prop_assert!(change <= BOUNDS.step[k] + ROUNDING, "axis {k}: {change}");
                     prop_assert!(applied.dq[k].abs() <= BOUNDS.value[k] + ROUNDING);
                 }

@@ -15,7 +15,7 @@ fn heart() -> (Heart<Wire, Dog>, Rc<Pin>, Dog, Liveness) {
 #[test]
 fn until_the_main_loop_has_begun_the_pin_is_low_and_the_watchdog_fed() {
     let (mut heart, pin, dog, liveness) = heart();
-    assert_eq!(pin.high.get(), false);
+    assert!(!pin.high.get());
     for fed in 1..=PATIENCE {
         assert_eq!(heart.beat(&liveness, true), Beat::Alive);
         assert_eq!((pin.high.get(), dog.0.get()), (false, fed));
@@ -44,7 +44,7 @@ fn when_the_main_loop_stops_the_pin_drops_and_the_watchdog_starves() {
     liveness.main_loop();
     for _ in 0..PATIENCE {
         assert_eq!(heart.beat(&liveness, true), Beat::Alive);
-        assert_eq!(pin.high.get(), true);
+        assert!(pin.high.get());
     }
     let fed = dog.0.get();
     for _ in 0..3 {
