@@ -50,6 +50,24 @@ struct Multiple {
     error: f64,
 }
 
+/// A cheaper structure, and what it changes in outputs.
+struct Cheaper {
+    errors: Vec<(usize, f64)>,
+    structure: Structure,
+}
+
+impl Cheaper {
+    fn error(&self) -> f64 {
+        largest(self.errors.iter().map(|(_, error)| *error))
+    }
+
+    /// If no less is known that changes less, and it can be spared.
+    fn is_wanted(best: Option<&Self>, errors: &[(usize, f64)], spare: &Spare) -> bool {
+        let error = largest(errors.iter().map(|(_, error)| *error));
+        best.is_none_or(|best| error < best.error()) && spare.has_all(errors)
+    }
+}
+
 impl Structure {
     /// Adds up terms of an output that differ along one variable only, and takes tables for multiples, or
     /// for products, of others, as long as that is cheaper and what it changes can be spared.
@@ -81,7 +99,7 @@ impl Structure {
         let parts: Vec<Option<Parts>> = (self.terms.iter())
             .map(|term| self.parts(term, bases))
             .collect();
-        let mut best: Option<(f64, usize, Self)> = None;
+        let mut best: Option<Cheaper> = None;
         for (i, one) in self.terms.iter().enumerate() {
             for (j, other) in self.terms.iter().enumerate() {
                 let (Some(of_one), Some(of_other)) = (&parts[i], &parts[j]) else {
@@ -91,8 +109,8 @@ impl Structure {
                     continue;
                 }
                 for (v, multiple) in along(of_one, of_other, other.weight, variables, bases) {
-                    let is_worse = best.as_ref().is_some_and(|b| b.0 <= multiple.error);
-                    if is_worse || !spare.has(one.output, multiple.error) {
+                    let errors = vec![(one.output, multiple.error)];
+                    if !Cheaper::is_wanted(best.as_ref(), &errors, spare) {
                         continue;
                     }
                     let sum = added(of_one, of_other, v, one.weight, multiple.weight, bases);
@@ -100,17 +118,15 @@ impl Structure {
                     with.put(i, of_one, v, sum, bases);
                     with.terms.remove(j);
                     if with.is_cheaper(self, variables) {
-                        best = Some((multiple.error, one.output, with));
+                        best = Some(Cheaper {
+                            errors,
+                            structure: with,
+                        });
                     }
                 }
             }
         }
-        let Some((error, output, with)) = best else {
-            return false;
-        };
-        spare.take(output, error);
-        *self = with;
-        true
+        self.settle(best, spare)
     }
 
     /// Takes a merged table for a multiple of another, with which least changes.
@@ -121,7 +137,7 @@ impl Structure {
             _ => None,
         };
         let used: Vec<(usize, usize)> = tables.iter().filter_map(merged).collect();
-        let mut best: Option<(f64, Vec<(usize, f64)>, Self)> = None;
+        let mut best: Option<Cheaper> = None;
         for &(v, kept) in &used {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
                 let [a, b] =
@@ -149,7 +165,7 @@ impl Structure {
     /// Takes a merged table for the product of a generator and another table, with which least changes.
     fn split_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let tables = self.tables();
-        let mut best: Option<(f64, Vec<(usize, f64)>, Self)> = None;
+        let mut best: Option<Cheaper> = None;
         for &(v, whole) in &tables {
             let Function::Merged(gone) = whole else {
                 continue;
@@ -196,15 +212,14 @@ impl Structure {
     /// Keeps what is cheaper and can be spared, if less changes than with the best so far.
     fn consider(
         &self,
-        best: &mut Option<(f64, Vec<(usize, f64)>, Self)>,
+        best: &mut Option<Cheaper>,
         spare: &Spare,
         variables: &[Variable],
         (gone, weight): (usize, f64),
         errors: Vec<(usize, f64)>,
         replaced: impl Fn((usize, Function)) -> Vec<(usize, Function)>,
     ) {
-        let error = largest(errors.iter().map(|(_, error)| *error));
-        if best.as_ref().is_some_and(|b| b.0 <= error) || !spare.has_all(&errors) {
+        if !Cheaper::is_wanted(best.as_ref(), &errors, spare) {
             return;
         }
         let mut with = self.clone();
@@ -218,19 +233,22 @@ impl Structure {
             }
         }
         if with.is_cheaper(self, variables) {
-            *best = Some((error, errors, with));
+            *best = Some(Cheaper {
+                errors,
+                structure: with,
+            });
         }
     }
 
     /// Takes the best, if there is one.
-    fn settle(&mut self, best: Option<(f64, Vec<(usize, f64)>, Self)>, spare: &mut Spare) -> bool {
-        let Some((_, errors, with)) = best else {
+    fn settle(&mut self, best: Option<Cheaper>, spare: &mut Spare) -> bool {
+        let Some(best) = best else {
             return false;
         };
-        for (output, error) in errors {
+        for (output, error) in best.errors {
             spare.take(output, error);
         }
-        *self = with;
+        *self = best.structure;
         true
     }
 
