@@ -22,7 +22,7 @@ pub struct Ntc {
 
 impl Ntc {
     /// Vishay NTCLE100E3103 and others of its material: 10 kΩ at 25 °C, B(25/85) = 3977 K. Coefficients A₁ … D₁
-    /// of its data sheet (29049), whose table it meets within 0.012 K.
+    /// of its data sheet (29049), whose equation for R(T) it meets within 0.012 K.
     pub const VISHAY_10K_3977: Self = Self::extended(
         10_000.0,
         [3.354_016e-3, 2.569_850e-4, 2.620_131e-6, 6.383_091e-8],

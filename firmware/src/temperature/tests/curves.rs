@@ -18,8 +18,8 @@ const IEC_60751: [f32; 106] = [
     375.70, 378.68, 381.65, 384.60, 387.55, 390.48,
 ];
 
-/// Vishay NTCLE100E3103 (10 kΩ, B(25/85) = 3977 K): Ω every 5 °C from −40 to 150 °C.
-#[rustfmt::skip]
+/// Vishay NTCLE100E3103 (10 kΩ, B(25/85) = 3977 K): Ω every 5 °C from −40 to 150 °C, as the equation for R(T)
+/// of data sheet 29049 gives them; its equation for T(R) is the one that is tested.
 const VISHAY: [f32; 39] = [
     332_094.0, 239_900.0, 175_200.0, 129_287.0, 96_358.0, 72_500.0, 55_046.0, 42_157.0, 32_554.0, 25_339.0,
     19_872.0, 15_698.0, 12_488.0, 10_000.0, 8_059.0, 6_535.0, 5_330.0, 4_372.0, 3_605.0, 2_989.0,
