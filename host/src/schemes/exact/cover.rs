@@ -277,7 +277,7 @@ impl<'a> Cover<'a> {
             let mut spare = Spare::new(left.squares, share);
             structure.fold(variables, bases, &mut spare);
             structure.prune(bases, &mut spare);
-            structure.unshare(variables, bases);
+            structure.unshare(bases);
         }
         structure
     }

@@ -3,7 +3,6 @@
 
 use super::basis::Basis;
 use super::cover::{Function, Merged, Structure, Term};
-use super::variables::Variable;
 use crate::machine::PerAxis;
 
 /// What may still be left out.
@@ -80,18 +79,26 @@ impl Structure {
     }
 
     /// Gives terms that share their only bent table with another a copy of it, so that it can take the
-    /// term's weight: in an output whose terms are products of at most two tables that is cheaper than to
-    /// multiply by the weight.
-    pub fn unshare(&mut self, variables: &[Variable], bases: &[Basis]) {
+    /// term's weight: in an output whose terms are products of at most two tables, of which all can take the
+    /// weight, that is cheaper than to multiply by it.
+    pub fn unshare(&mut self, bases: &[Basis]) {
         let mut seen: Vec<(usize, Function)> = Vec::new();
-        for i in 0..self.terms.len() {
-            let output = self.terms[i].output;
-            let mut same = self.terms.iter().filter(|t| t.output == output);
-            let is_short = same.all(|t| t.factors.len() <= 2);
-            let mut bent = self.terms[i]
-                .factors
-                .iter()
-                .filter(|(_, f)| matches!(f, Function::Merged(_) | Function::Numeric(_)));
+        let is_bent = |f: &Function| matches!(f, Function::Merged(_) | Function::Numeric(_));
+        let has_bent = |t: &Term| t.factors.iter().any(|(_, f)| is_bent(f));
+        // Of the terms without one, the only one with a table has it for its weight.
+        let users = |table: &(usize, Function)| {
+            let plain = self.terms.iter().filter(|t| !has_bent(t));
+            plain.filter(|t| t.factors.contains(table)).count()
+        };
+        let takes_weight = |t: &Term| has_bent(t) || t.factors.iter().any(|f| users(f) == 1);
+        let weightless: Vec<bool> = (self.terms.iter())
+            .map(|term| {
+                let mut same = self.terms.iter().filter(|t| t.output == term.output);
+                same.all(|t| t.factors.len() <= 2 && takes_weight(t))
+            })
+            .collect();
+        for (i, is_weightless) in weightless.into_iter().enumerate() {
+            let mut bent = self.terms[i].factors.iter().filter(|(_, f)| is_bent(f));
             let (Some(&(v, function)), None) = (bent.next(), bent.next()) else {
                 continue;
             };
@@ -99,7 +106,7 @@ impl Structure {
                 seen.push((v, function));
                 continue;
             }
-            if !is_short || !variables[v].peaks.is_empty() {
+            if !is_weightless {
                 continue;
             }
             let coefficients = match function {
