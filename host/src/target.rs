@@ -86,7 +86,8 @@ impl Target {
             tables: 96,
             terms: 256,
             grids: 2,
-            bytes: Some(256 * 1024 - 128),
+            // Less what a slot keeps for itself: 128, and four choices of 64.
+            bytes: Some(256 * 1024 - 384),
             samples: SampleFormat::F32,
         }
     }
