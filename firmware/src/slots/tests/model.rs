@@ -153,8 +153,10 @@ impl Model {
         let mut secured = slots.choice();
         let secures = slots.must_secure(target);
         if slots.active() == Some(other) && slots.in_use() != Some(other) {
-            secured.in_use = slots.choosing(other).in_use;
-            secured.before = None;
+            secured = Choice {
+                in_use: slots.choosing(other).in_use,
+                ..Choice::default()
+            };
             // It was activated, which is to choose it, if only now stored.
             if secures {
                 self.ever.extend(self.number_in(other));
