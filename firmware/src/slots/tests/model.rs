@@ -404,6 +404,25 @@ fn a_commit_that_belongs_to_no_record_proves_no_erase() {
     );
 }
 
+/// Nor does a commit behind a blob that is erased: of what is not valid no mark is written before the
+/// erase, and that may bring the bit back which has made it so, and then be cut.
+#[test]
+fn a_commit_that_an_erase_has_mended_proves_no_erase() {
+    use Step::{Cut, Flip, Restart, Upload};
+    let commit = Flip(Slot::A, 5057);
+    let cut = Cut(520, CutErase::Descending);
+    let steps = [
+        Upload(0),
+        commit,
+        Restart,
+        cut,
+        Upload(0),
+        Restart,
+        Upload(0),
+    ];
+    run(&steps, false);
+}
+
 fn run(steps: &[Step], code: bool) {
     let flash = Flash::new(BLOCKS);
     let flash = if code { flash.with_code() } else { flash };
