@@ -218,9 +218,13 @@ impl<F: TableFlash> Slots<F> {
         let kept = slot.other();
         let mut choice = self.choice();
         if self.active == Some(kept) && self.in_use() != Some(kept) {
-            // What was to be in use is not valid, or goes: what is used in its place stays.
-            choice.in_use = self.table(kept);
-            choice.before = None;
+            // What was to be in use is not valid, or goes: what is used in its place stays. The
+            // corrections were let in for that, not for this, which may be of another machine.
+            choice = Choice {
+                in_use: self.table(kept),
+                before: None,
+                enable: false,
+            };
         }
         self.put_choice(kept, choice)
     }

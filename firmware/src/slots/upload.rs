@@ -2,7 +2,7 @@
 
 use trueaxis::{HEADER, Header};
 
-use super::layout;
+use super::layout::{self, WORD};
 use super::tail::Tail;
 use super::{Slot, SlotError, SlotState, Slots, TableFlash};
 
@@ -160,7 +160,9 @@ impl<F: TableFlash> Slots<F> {
             SlotState::Uploading {
                 length: l, crc: c, ..
             } => ((l, c) == (length, crc), self.is_in_part(slot)),
-            _ => (false, found.proven()),
+            // Blank where a blob begins: an erase that needed no mark was cut, and has brought back a bit
+            // of the trailer that had flipped.
+            _ => (false, found.proven() && !self.is_blank(slot, 0, WORD)),
         };
         Ok(Err(Beginning {
             slot,

@@ -256,25 +256,57 @@ fn an_upload_over_what_was_lost_leaves_the_one_in_its_place_in_use() {
     for while_busy in EVERY {
         let mut desktop = both(while_busy);
         ask(&mut desktop, &Request::EnableAtStart(true));
-        let mut flash = desktop.stop();
-        flash.flip(Slot::B, 800);
-        desktop = Desktop::start(flash, PERIOD);
-        // Only begun: B is erased, and with it what was stored there.
-        let third = blob("m", b"XY", 0.3);
-        let (length, crc) = announced(&third);
-        while !matches!(
-            ask(&mut desktop, &Request::Begin { length, crc }),
-            Reply::Upload(Upload::Receiving { .. })
-        ) {
-            desktop.turn(1);
-        }
-        desktop = desktop.restart();
+        desktop = lose_and_begin(desktop, Slot::B);
         assert_eq!(
             (active(&desktop), desktop.device.fault()),
             (Some(Slot::A), None)
         );
-        assert!(status(&mut desktop).enabled);
+        // The start that did not find B has let nothing in, and nobody has set it since.
+        assert!(!status(&mut desktop).enabled);
+        ask(&mut desktop, &Request::EnableAtStart(true));
+        assert!(status(&mut desktop.restart()).enabled);
     }
+}
+
+#[test]
+fn an_upload_over_what_was_lost_lets_nothing_of_another_machine_in() {
+    let mut desktop = both(WhileBusy::ServoInRam);
+    let force = true;
+    let other = blob("n", b"XY", 0.2);
+    upload_with(&mut desktop, &other, &Request::CommitInUse { force });
+    desktop = desktop.restart();
+    assert_eq!(active(&desktop), Some(Slot::A));
+    // Back to the machine that it is: the other one was in use before.
+    let slot = Slot::B;
+    ask(&mut desktop, &Request::Activate { slot, force });
+    desktop.turn(1);
+    ask(&mut desktop, &Request::EnableAtStart(true));
+    desktop = desktop.restart();
+    assert_eq!(
+        (active(&desktop), status(&mut desktop).enabled),
+        (Some(Slot::B), true)
+    );
+    desktop = lose_and_begin(desktop, Slot::B);
+    assert_eq!(
+        (active(&desktop), status(&mut desktop).enabled),
+        (Some(Slot::A), false)
+    );
+}
+
+/// A bit flips in what is in use, and at the next start an upload goes there that is only begun: the
+/// slot is erased, and with it what was stored there. Then a start again.
+fn lose_and_begin(desktop: Desktop, lost: Slot) -> Desktop {
+    let mut flash = desktop.stop();
+    flash.flip(lost, 800);
+    let mut desktop = Desktop::start(flash, PERIOD);
+    let (length, crc) = announced(&blob("m", b"XY", 0.3));
+    while !matches!(
+        ask(&mut desktop, &Request::Begin { length, crc }),
+        Reply::Upload(Upload::Receiving { .. })
+    ) {
+        desktop.turn(1);
+    }
+    desktop.restart()
 }
 
 #[test]

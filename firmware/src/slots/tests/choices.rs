@@ -87,15 +87,39 @@ fn where_the_one_in_use_is_damaged_the_one_before_it_is_used() {
     let mut slots = restart(Slots::open(flash));
     assert_eq!((slots.active(), slots.in_use()), (Some(Slot::A), None));
     // An upload erases it; before that the one in its place is stored as the one in use, in its slot.
+    // The start has let nothing in, and neither does the next one: it may be of another machine.
     let known = slots.choice();
     let Header { length, crc } = Header::read(&blobs[1]).expect("a blob");
     slots.begin(length, crc).expect("room");
     let stays = Choice {
         in_use: known.before,
         before: None,
-        enable: true,
+        enable: false,
     };
     assert_eq!(restart(slots).choice(), stays);
+}
+
+#[test]
+fn what_is_active_and_not_stored_stays_in_use_and_lets_nothing_in_where_an_upload_erases_the_rest()
+{
+    let blobs = blobs(3, 40);
+    let mut slots = open();
+    let first = upload(&mut slots, &blobs[0], 64);
+    slots.set_active(Some(first));
+    enable(&mut slots, true).expect("room");
+    // Activated, perhaps by force, and not stored: there may have been no room, or no standstill.
+    let second = commit(&mut slots, &blobs[1]);
+    slots.set_active(Some(second));
+    assert_eq!(slots.in_use(), Some(first));
+    let stays = Choice {
+        in_use: slots.choosing(second).in_use,
+        ..Choice::default()
+    };
+    let Header { length, crc } = Header::read(&blobs[2]).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    slots.erase_step().expect("power");
+    slots = restart(slots);
+    assert_eq!((slots.choice(), slots.active()), (stays, Some(second)));
 }
 
 #[test]

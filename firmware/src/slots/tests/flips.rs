@@ -44,6 +44,34 @@ fn every_flip_in_a_small_blob_or_behind_it_is_found() {
 }
 
 #[test]
+fn where_numbers_begin_again_beside_one_that_cannot_be_read_a_start_goes_by_the_choice() {
+    let blobs = blobs(3, 40);
+    let mut slots = Slots::open(MockFlash::<4, 128>::new(8));
+    for (blob, slot) in blobs.iter().zip([Slot::A, Slot::B]) {
+        assert_eq!(upload(&mut slots, blob, 64), slot);
+        slots.set_active(Some(slot));
+    }
+    // Bits flip in the blob of one and in the mark of the other: none is valid.
+    let mark = 8 * (slots.flash().bytes(Slot::B).len() - 64);
+    let mut flash = slots.close();
+    flash.flip(Slot::A, 800);
+    flash.flip(Slot::B, mark);
+    let mut slots = Slots::open(flash);
+    assert_eq!(start(&mut slots), None);
+    assert_eq!(upload(&mut slots, &blobs[2], 64), Slot::A);
+    assert!(matches!(
+        slots.state(Slot::A),
+        SlotState::Valid { sequence: 1, .. }
+    ));
+    // The one in the mark flips back.
+    let mut flash = slots.close();
+    flash.flip(Slot::B, mark);
+    let mut slots = Slots::open(flash);
+    assert_eq!(slots.newest(), Some(Slot::B));
+    assert_eq!(start(&mut slots), Some((Slot::A, &*blobs[2])));
+}
+
+#[test]
 fn sampled_flips_in_a_large_blob_are_found() {
     let large = large_blob();
     let mut slots = Slots::open(MockFlash::<4, { 128 * 1024 }>::new(1));
