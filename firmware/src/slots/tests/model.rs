@@ -249,6 +249,10 @@ impl Model {
     fn choose(&mut self, choice: Option<Choice>) {
         let choice = choice.expect("there are slots");
         match self.slots().choose(choice) {
+            // Nothing is in use, and nothing was written for that: where the choice was lost with its slot,
+            // a cut erase may have left some of it, and a bit that flips there brings it back. Its slot is
+            // not valid before the next complete erase.
+            Ok(()) if choice.in_use.is_none() && self.choices.is_empty() => {}
             Ok(()) => {
                 self.choices = vec![choice];
                 let used = self.slots().in_use();
@@ -421,6 +425,19 @@ fn a_commit_that_an_erase_has_mended_proves_no_erase() {
         Upload(0),
     ];
     run(&steps, false);
+}
+
+/// With no valid slot, what a cut erase leaves of a choice may be hidden and come back: nothing is taken.
+#[test]
+fn what_a_cut_erase_leaves_of_a_choice_takes_nothing() {
+    use Step::{Begin, Cut, Enable, Flip, Restart, Upload};
+    let (first, cut) = (Cut(1, CutErase::Ascending), Cut(449, CutErase::Descending));
+    let lost = [Upload(0), Enable(true), first, Flip(Slot::A, 0), Begin(0)];
+    let hidden = [Restart, cut, Upload(0), Enable(false)];
+    run(
+        &[&lost[..], &hidden, &[Flip(Slot::A, 3584)]].concat(),
+        false,
+    );
 }
 
 fn run(steps: &[Step], code: bool) {
