@@ -66,7 +66,8 @@ fn main() -> ExitCode {
             }
         };
         println!(
-            "{name:<17} {:>4.0} s  {verdict}",
+            "{:<11} {name:<17} {:>4.0} s  {verdict}",
+            setup.machine,
             start.elapsed().as_secs_f32()
         );
     }

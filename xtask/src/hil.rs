@@ -4,7 +4,9 @@
 use crate::cross::{CORTEX_M, Cross, RISC_V};
 use crate::process::{cargo, run, target};
 use crate::qemu;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread;
 
 /// Boards: folder, the machine of QEMU that stands in for it, and what is tried there. What does not
 /// depend on the processor or its flash is tried once.
@@ -49,10 +51,9 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     run(cargo()
         .args(["build", "-q", "-p", "trueaxis-host", "-p", "trueaxis-tests"])
         .args(["--bin", "trueaxis", "--bin", "hil"]))?;
-    // One that has failed does not keep the others from being tried.
-    let mut failed = Vec::new();
     let cross = Cross::provide(CORTEX_M)?;
     qemu::provide()?;
+    let mut programs = Vec::new();
     for (board, machine, parts) in BOARDS {
         // The one for the real part is linked, if not run: it is what is built by default.
         let (mut build, _) = cross.cargo(board, &["build", "-q", "--release"]);
@@ -61,8 +62,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
         let words: Vec<&str> = words.split(' ').collect();
         let (mut build, folder) = cross.cargo(board, &words);
         run(&mut build)?;
-        let program = folder.join("release/qemu");
-        failed.extend(try_on(machine, &program, &wanted(parts)).err());
+        programs.push((machine, folder.join("release/qemu"), wanted(parts)));
     }
     let (board, machine, parts) = ALONE;
     let cross = Cross::provide(RISC_V)?;
@@ -70,7 +70,25 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     let (mut build, folder) = cross.cargo(board, &["build", "-q", "--release"]);
     run(&mut build)?;
     let program = folder.join("release/trueaxis-riscv");
-    failed.extend(try_on(machine, &program, &wanted(parts)).err());
+    programs.push((machine, program, wanted(parts)));
+    // QEMU runs on one core: the first board beside the others. One that has failed does not keep the
+    // others from being tried.
+    let tried = |programs: &[(&str, PathBuf, Vec<&str>)]| -> Vec<String> {
+        let tried = programs.iter();
+        tried
+            .filter_map(|(machine, program, parts)| try_on(machine, program, parts).err())
+            .collect()
+    };
+    let (first, others) = programs.split_at(1);
+    let failed = thread::scope(|scope| {
+        let first = scope.spawn(|| tried(first));
+        let mut failed = tried(others);
+        match first.join() {
+            Ok(of_first) => failed.extend(of_first),
+            Err(_) => failed.push("what tries the first board has panicked".to_owned()),
+        }
+        failed
+    });
     if failed.is_empty() {
         Ok(())
     } else {
@@ -79,7 +97,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
 }
 
 /// Runs these parts on a machine of QEMU.
-fn try_on(machine: &str, program: &std::path::Path, parts: &[&str]) -> Result<(), String> {
+fn try_on(machine: &str, program: &Path, parts: &[&str]) -> Result<(), String> {
     if parts.is_empty() {
         return Ok(());
     }

@@ -170,7 +170,7 @@ impl Judged {
         &self.outcomes[self.outcomes.len() - 2]
     }
 
-    /// True if the tolerance that was asked for is missed by more than [`NEAR`] times.
+    /// True if the tolerance that was asked for is missed by more than three times.
     #[must_use]
     pub fn is_far(&self) -> bool {
         self.asked().reached() > NEAR * self.asked().tolerance

@@ -142,8 +142,7 @@ impl Structure {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
                 let [a, b] =
                     [kept, gone].map(|id| bases[v].at_nodes(&self.merged[id].coefficients));
-                let weight = weight(&a, &b);
-                let rest = largest(a.iter().zip(&b).map(|(a, b)| b - weight * a));
+                let (weight, rest) = nearest(&a, &b);
                 let replaced = |(w, f): (usize, Function)| match f == Function::Merged(gone) {
                     true => vec![(w, Function::Merged(kept))],
                     false => vec![(w, f)],
@@ -179,17 +178,14 @@ impl Structure {
                 if !tables.contains(&generator) {
                     continue;
                 }
-                let mut unit = vec![0.0; bases[v].len()];
-                unit[k] = 1.0;
-                let by = bases[v].at_nodes(&unit);
+                let by = bases[v].at_nodes(&unit(k, bases[v].len()));
                 for &(w, kept) in tables.iter().filter(|t| t.0 == v && **t != (v, whole)) {
                     let Some(coefficients) = self.coefficients(v, kept, bases) else {
                         continue;
                     };
                     let a = bases[v].at_nodes(&coefficients);
                     let a: Vec<f64> = a.iter().zip(&by).map(|(a, by)| a * by).collect();
-                    let weight = weight(&a, &b);
-                    let rest = largest(a.iter().zip(&b).map(|(a, b)| b - weight * a));
+                    let (weight, rest) = nearest(&a, &b);
                     let replaced = |(u, f): (usize, Function)| match f == whole {
                         true => vec![generator, (w, kept)],
                         false => vec![(u, f)],
@@ -345,8 +341,7 @@ fn along(
         .map(|v| {
             let constant = Part::constant(&bases[v]);
             let [a, b] = [one, other].map(|parts| &parts.get(&v).unwrap_or(&constant).values);
-            let weight = weight(a, b);
-            let rest = largest(a.iter().zip(b).map(|(a, b)| b - weight * a));
+            let (weight, rest) = nearest(a, b);
             (v, weight, rest, largest(b.iter().copied()))
         })
         .collect();
@@ -379,11 +374,13 @@ fn added(
         .collect()
 }
 
-/// By what `a` comes nearest to `b`.
-fn weight(a: &[f64], b: &[f64]) -> f64 {
+/// By what `a` comes nearest to `b`, and how far it stays from it.
+fn nearest(a: &[f64], b: &[f64]) -> (f64, f64) {
     let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     let square: f64 = a.iter().map(|a| a * a).sum();
-    if square > 0.0 { along / square } else { 0.0 }
+    let weight = if square > 0.0 { along / square } else { 0.0 };
+    let rest = largest(a.iter().zip(b).map(|(a, b)| b - weight * a));
+    (weight, rest)
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
