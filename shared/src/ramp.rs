@@ -89,11 +89,13 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 5000, failure_persistence: None, ..ProptestConfig::default() })]
 
+        // Ranges begin at sums of powers of two: proptest 1.12 overshoots others by a rounding, once in
+        // ten million draws, and then fails an assertion of its own.
         #[test]
         fn rate_and_acceleration_stay_within_their_bounds(
             rate in 0.1875_f32..50.0,
             base in 1.0 / 16384.0_f32..0.01,
-            plan in prop::collection::vec((any::<bool>(), 1_usize..400, 0.015_f32..1.0), 1..12),
+            plan in prop::collection::vec((any::<bool>(), 1_usize..400, 0.015_625_f32..1.0), 1..12),
         ) {
             let pace = Pace::new(rate, rate);
             let mut ramp = Ramp::ZERO;
@@ -129,10 +131,10 @@ mod tests {
         /// is too coarse to tell speeds from s, so this looks at s as it is before it is rounded.
         #[test]
         fn no_pattern_of_long_and_very_short_periods_makes_a_ramp_jerk(
-            rate in 0.01_f32..200.0,
+            rate in 0.007_812_5_f32..200.0,
             faster in 1.0_f32..10.0,
             plan in prop::collection::vec(
-                (any::<bool>(), 1_usize..6, 0.0005_f32..LONGEST_PERIOD, 1_usize..6, -20.0_f32..-7.0, 0_usize..12, 1_usize..200),
+                (any::<bool>(), 1_usize..6, 1.0 / 2048.0_f32..LONGEST_PERIOD, 1_usize..6, -20.0_f32..-7.0, 0_usize..12, 1_usize..200),
                 1..12,
             ),
         ) {
