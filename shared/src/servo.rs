@@ -231,6 +231,12 @@ impl<H: Handle> Servo<H> {
         travelling
     }
 
+    /// The correction of the last period.
+    #[must_use]
+    pub fn correction(&self) -> &Correction<Values<H>> {
+        &self.correction
+    }
+
     /// How fast each correction changed in the last period, mm/s or degrees/s: to be added to the
     /// velocity of the command where drives take one as feed-forward.
     #[must_use]
