@@ -15,7 +15,7 @@ pub use tables::*;
 use crate::code::Code;
 use crate::facts::TRUEAXIS_ALIGNMENT;
 use crate::{Servo, Tables};
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::Ordering;
 
 /// Whether a pointer is not null and aligned.
 fn check<T>(pointer: *const T) -> Result<(), Code> {
@@ -34,8 +34,8 @@ fn check<T>(pointer: *const T) -> Result<(), Code> {
 /// Null, or memory for them.
 unsafe fn tables<'a>(pointer: *const Tables) -> Result<&'a Tables, Code> {
     check(pointer)?;
-    // SAFETY: `Tables` is `repr(C)` and begins with its mark; the memory is there and aligned.
-    let mark = unsafe { &*pointer.cast::<AtomicU32>() };
+    // SAFETY: the memory is there and aligned, and no other thread but by its mark writes to it.
+    let mark = unsafe { &(*pointer).mark };
     if !Tables::is_marked(mark.load(Ordering::Acquire)) {
         return Err(Code::NotMade);
     }
@@ -50,12 +50,22 @@ unsafe fn tables<'a>(pointer: *const Tables) -> Result<&'a Tables, Code> {
 #[inline(always)]
 unsafe fn servo<'a>(pointer: *mut Servo) -> Result<&'a mut Servo, Code> {
     check(pointer)?;
-    // SAFETY: `Servo` is `repr(C)` and begins with its mark; the memory is there and aligned.
-    if !Servo::is_marked(unsafe { pointer.cast::<u32>().read() }) {
+    // SAFETY: the memory is there and aligned.
+    if !Servo::is_marked(unsafe { (*pointer).mark }) {
         return Err(Code::NotMade);
     }
     // SAFETY: marked, so it was written by `trueaxis_servo_new`; no other thread uses it.
     Ok(unsafe { &mut *pointer })
+}
+
+/// The servo at `pointer`, to be read.
+///
+/// # Safety
+/// Null, or memory for it that no other thread writes meanwhile.
+#[inline(always)]
+unsafe fn servo_to_read<'a>(pointer: *const Servo) -> Result<&'a Servo, Code> {
+    // SAFETY: as the caller promises; it is only read.
+    unsafe { servo(pointer.cast_mut()) }.map(|servo| &*servo)
 }
 
 /// As many values as there are axes, to be read.

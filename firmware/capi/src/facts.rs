@@ -19,7 +19,7 @@ pub const TRUEAXIS_AUXILIARIES: usize = 8;
 /// Most adjustable terms.
 pub const TRUEAXIS_ADJUSTABLE: usize = 16;
 /// Bytes of a name, with the zero at its end.
-pub const TRUEAXIS_NAME: usize = 17;
+pub const TRUEAXIS_NAME_SIZE: usize = 17;
 
 /// Unit: mm.
 pub const TRUEAXIS_MM: u8 = 0;
@@ -187,12 +187,12 @@ pub struct AuxiliaryFacts {
     /// `TRUEAXIS_TOOL_LENGTH` or `TRUEAXIS_TEMPERATURE`.
     pub kind: u8,
     /// Its name, UTF-8, with a zero at the end.
-    pub name: [u8; TRUEAXIS_NAME],
+    pub name: [c_char; TRUEAXIS_NAME_SIZE],
 }
 
 impl From<&Auxiliary> for AuxiliaryFacts {
     fn from(auxiliary: &Auxiliary) -> Self {
-        let mut name = [0; TRUEAXIS_NAME];
+        let mut name = [0; TRUEAXIS_NAME_SIZE];
         let mut text = Text::new(&mut name);
         text.push(&auxiliary.name);
         text.end();
@@ -202,7 +202,7 @@ impl From<&Auxiliary> for AuxiliaryFacts {
                 AuxiliaryKind::ToolLength => TRUEAXIS_TOOL_LENGTH,
                 AuxiliaryKind::Temperature => TRUEAXIS_TEMPERATURE,
             },
-            name,
+            name: name.map(|byte| byte as c_char),
         }
     }
 }

@@ -3,17 +3,16 @@
 use crate::border::Held;
 use crate::code::Code;
 use crate::facts::{ServoMemory, StatusFacts, TRUEAXIS_AXES};
-use trueaxis::{AuxiliaryKind, Conditions, Inputs, Travel};
+use trueaxis::{AuxiliaryKind, Conditions, Inputs, Servo as Loop, Travel};
 
 /// A servo: it holds tables and corrects.
-#[repr(C)]
 pub struct Servo {
-    mark: u32,
+    pub(crate) mark: u32,
     axes: u32,
     /// The turn of each axis without end, otherwise infinite.
     turns: [f64; TRUEAXIS_AXES],
     inputs: Inputs<[f32; TRUEAXIS_AXES]>,
-    servo: trueaxis::Servo<Held>,
+    servo: Loop<Held>,
 }
 
 /// What tells such an object from other memory.
@@ -38,7 +37,7 @@ impl Servo {
     /// Disabled, all corrections zero.
     #[inline(always)]
     pub(crate) fn new(held: Held) -> Self {
-        let servo = trueaxis::Servo::new(held);
+        let servo = Loop::new(held);
         let mut turns = [f64::INFINITY; TRUEAXIS_AXES];
         let axes = servo.compensation().axes();
         for (turn, axis) in turns.iter_mut().zip(axes) {

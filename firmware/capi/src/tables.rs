@@ -9,9 +9,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use trueaxis::{Compensation, Header, LoadError, VERSION};
 
 /// Tables: a compensation that was loaded. Its samples stay in the blob.
-#[repr(C)]
 pub struct Tables {
-    mark: AtomicU32,
+    pub(crate) mark: AtomicU32,
     checksum: u32,
     why: Option<LoadError>,
     compensation: Compensation<'static, Room>,

@@ -1,6 +1,6 @@
 //! The servo: `trueaxis_servo_…`.
 
-use super::{Held, check_memory, give, give_text, give_values, tables, values};
+use super::{Held, check_memory, give, give_text, give_values, servo_to_read, tables, values};
 use crate::code::Code;
 use crate::facts::StatusFacts;
 use crate::guarded::guarded;
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn trueaxis_servo_release(servo: *mut Servo) -> Code {
 /// and degrees, one for each of the `axes` axes, which must be as many as the tables have; axes without end
 /// may have any number of turns. `referenced`: bit 0 for the first axis, cleared while it is not referenced
 /// or is homing. `period`: of this call, s. To `corrections` it writes what is to be *added* to the commands;
-/// that may be the array of the commands. After any other result than `TRUEAXIS_OK` those are not written.
+/// that may be the array of the commands. After any other result than `TRUEAXIS_RESULT_OK` those are not written.
 ///
 /// Faults of the inputs are no such result: see `trueaxis_servo_status`.
 ///
@@ -163,12 +163,12 @@ pub unsafe extern "C" fn trueaxis_servo_set_weight(
 /// No other thread uses it; `weight` has room.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_weight(
-    servo: *mut Servo,
+    servo: *const Servo,
     term: usize,
     weight: *mut f64,
 ) -> Code {
     // SAFETY: as the caller promises.
-    guarded(|| unsafe { give(weight, super::servo(servo)?.weight(term)?) })
+    guarded(|| unsafe { give(weight, servo_to_read(servo)?.weight(term)?) })
 }
 
 /// Says in which direction an axis last moved (1 positive, −1 negative, 0 not known), where the controller
@@ -262,21 +262,21 @@ pub unsafe extern "C" fn trueaxis_servo_take_retired(
 
 /// Measurement mode: from positions where the axes stand (a touch probe, the scales) to the commands that
 /// lead there, the correction taken out as far as it is in. Directions of travel, weights and auxiliary
-/// inputs are those of the last update. `TRUEAXIS_MOVING` while something is ramped or faded: then subtract
+/// inputs are those of the last update. `TRUEAXIS_RESULT_MOVING` while something is ramped or faded: then subtract
 /// the correction of the period in question. Four evaluations. The arrays may be the same.
 ///
 /// # Safety
 /// The arrays have so many values; no other thread uses the servo.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_measured(
-    servo: *mut Servo,
+    servo: *const Servo,
     measured: *const f64,
     axes: usize,
     commands: *mut f64,
 ) -> Code {
     guarded(|| {
         // SAFETY: as the caller promises.
-        let servo = unsafe { super::servo(servo) }?;
+        let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
         super::check(commands)?;
         // SAFETY: as the caller promises.
@@ -300,11 +300,11 @@ pub unsafe extern "C" fn trueaxis_servo_measured(
 /// No other thread uses it; `status` has room.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_status(
-    servo: *mut Servo,
+    servo: *const Servo,
     status: *mut StatusFacts,
 ) -> Code {
     // SAFETY: as the caller promises.
-    guarded(|| unsafe { give(status, super::servo(servo)?.status()) })
+    guarded(|| unsafe { give(status, servo_to_read(servo)?.status()) })
 }
 
 /// The corrections of the last period as computed, within the value bounds, before the common factor,
@@ -314,13 +314,13 @@ pub unsafe extern "C" fn trueaxis_servo_status(
 /// No other thread uses it; `computed` has room for so many values.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_computed(
-    servo: *mut Servo,
+    servo: *const Servo,
     computed: *mut f64,
     axes: usize,
 ) -> Code {
     guarded(|| {
         // SAFETY: as the caller promises.
-        let servo = unsafe { super::servo(servo) }?;
+        let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
         // SAFETY: as the caller promises.
         unsafe { give_values(computed, axes, &servo.computed()) }
@@ -334,13 +334,13 @@ pub unsafe extern "C" fn trueaxis_servo_computed(
 /// No other thread uses it; `velocity` has room for so many values.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_velocity(
-    servo: *mut Servo,
+    servo: *const Servo,
     velocity: *mut f64,
     axes: usize,
 ) -> Code {
     guarded(|| {
         // SAFETY: as the caller promises.
-        let servo = unsafe { super::servo(servo) }?;
+        let servo = unsafe { servo_to_read(servo) }?;
         servo.check(axes)?;
         // SAFETY: as the caller promises.
         unsafe { give_values(velocity, axes, &servo.velocity()) }
