@@ -37,9 +37,19 @@
 #define TRUEAXIS_TABLES_SIZE 10240
 
 /*
+ The same in words of 8 bytes.
+ */
+#define TRUEAXIS_TABLES_WORDS 1280
+
+/*
  Bytes of memory for a servo.
  */
 #define TRUEAXIS_SERVO_SIZE 2560
+
+/*
+ The same in words of 8 bytes.
+ */
+#define TRUEAXIS_SERVO_WORDS 320
 
 /*
  Memory for tables and servos starts at a multiple of this many bytes.
@@ -262,19 +272,9 @@ typedef int32_t trueaxis_result;
 typedef struct trueaxis_servo trueaxis_servo;
 
 /*
- Memory for a servo, for a `static` or wherever there is room.
- */
-typedef struct trueaxis_servo_memory trueaxis_servo_memory;
-
-/*
  Tables: a compensation that was loaded. Its samples stay in the blob.
  */
 typedef struct trueaxis_tables trueaxis_tables;
-
-/*
- Memory for tables, for a `static` or wherever there is room.
- */
-typedef struct trueaxis_tables_memory trueaxis_tables_memory;
 
 /*
  What held in the last period.
@@ -447,6 +447,26 @@ typedef struct trueaxis_adjustable {
      */
     float upper;
 } trueaxis_adjustable;
+
+/*
+ Memory for tables, for a `static` or wherever there is room.
+ */
+typedef struct trueaxis_tables_memory {
+    /*
+     Nothing of the caller's.
+     */
+    uint64_t words[TRUEAXIS_TABLES_WORDS];
+} trueaxis_tables_memory;
+
+/*
+ Memory for a servo, for a `static` or wherever there is room.
+ */
+typedef struct trueaxis_servo_memory {
+    /*
+     Nothing of the caller's.
+     */
+    uint64_t words[TRUEAXIS_SERVO_WORDS];
+} trueaxis_servo_memory;
 
 #ifdef __cplusplus
 extern "C" {

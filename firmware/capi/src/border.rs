@@ -51,7 +51,7 @@ unsafe fn tables<'a>(pointer: *const Tables) -> Result<&'a Tables, Code> {
 unsafe fn servo<'a>(pointer: *mut Servo) -> Result<&'a mut Servo, Code> {
     check(pointer)?;
     // SAFETY: the memory is there and aligned.
-    if !Servo::is_marked(unsafe { (*pointer).mark }) {
+    if !Servo::is_marked(unsafe { (*pointer).around.mark }) {
         return Err(Code::NotMade);
     }
     // SAFETY: marked, so it was written by `trueaxis_servo_new`; no other thread uses it.

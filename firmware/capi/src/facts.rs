@@ -8,8 +8,12 @@ use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
 pub const TRUEAXIS_ABI: u32 = 1;
 /// Bytes of memory for tables.
 pub const TRUEAXIS_TABLES_SIZE: usize = 10240;
+/// The same in words of 8 bytes.
+pub const TRUEAXIS_TABLES_WORDS: usize = 1280;
 /// Bytes of memory for a servo.
 pub const TRUEAXIS_SERVO_SIZE: usize = 2560;
+/// The same in words of 8 bytes.
+pub const TRUEAXIS_SERVO_WORDS: usize = 320;
 /// Memory for tables and servos starts at a multiple of this many bytes.
 pub const TRUEAXIS_ALIGNMENT: usize = 8;
 /// Most axes.
@@ -60,6 +64,8 @@ pub const TRUEAXIS_DRY_RUN: u16 = 1 << 8;
 pub const TRUEAXIS_BAD_AUXILIARY: u16 = 1 << 9;
 
 const _: () = {
+    assert!(size_of::<TablesMemory>() == TRUEAXIS_TABLES_SIZE);
+    assert!(size_of::<ServoMemory>() == TRUEAXIS_SERVO_SIZE);
     assert!(TRUEAXIS_AXES == <crate::Room as trueaxis::Room>::AXES);
     assert!(TRUEAXIS_AUXILIARIES == trueaxis::AUXILIARIES);
     assert!(TRUEAXIS_ADJUSTABLE == trueaxis::ADJUSTABLE);
@@ -79,14 +85,14 @@ const _: () = {
 #[repr(C)]
 pub struct TablesMemory {
     /// Nothing of the caller's.
-    pub words: [u64; TRUEAXIS_TABLES_SIZE / 8],
+    pub words: [u64; TRUEAXIS_TABLES_WORDS],
 }
 
 /// Memory for a servo, for a `static` or wherever there is room.
 #[repr(C)]
 pub struct ServoMemory {
     /// Nothing of the caller's.
-    pub words: [u64; TRUEAXIS_SERVO_SIZE / 8],
+    pub words: [u64; TRUEAXIS_SERVO_WORDS],
 }
 
 /// What was loaded.

@@ -1,18 +1,24 @@
 //! The loop: what a controller calls in every period.
 
+use crate::Room;
 use crate::border::Held;
 use crate::code::Code;
 use crate::facts::{ServoMemory, StatusFacts, TRUEAXIS_AXES};
-use trueaxis::{AuxiliaryKind, Conditions, Inputs, Servo as Loop, Travel};
+use trueaxis::{AuxiliaryKind, Compensation, Conditions, Inputs, Servo as Loop, Travel};
 
 /// A servo: it holds tables and corrects.
 pub struct Servo {
+    pub(crate) around: Around,
+    pub(crate) servo: Loop<Held>,
+}
+
+/// What is around its loop.
+pub(crate) struct Around {
     pub(crate) mark: u32,
     axes: u32,
     /// The turn of each axis without end, otherwise infinite.
     turns: [f64; TRUEAXIS_AXES],
     inputs: Inputs<[f32; TRUEAXIS_AXES]>,
-    servo: Loop<Held>,
 }
 
 /// What tells such an object from other memory.
@@ -34,23 +40,20 @@ fn within_turn(q: f64, turn: f64) -> f64 {
 }
 
 impl Servo {
-    /// Disabled, all corrections zero.
-    #[inline(always)]
-    pub(crate) fn new(held: Held) -> Self {
-        let servo = Loop::new(held);
+    /// What is around the loop of a servo with these tables.
+    pub(crate) fn around(compensation: &Compensation<'_, Room>) -> Around {
         let mut turns = [f64::INFINITY; TRUEAXIS_AXES];
-        let axes = servo.compensation().axes();
+        let axes = compensation.axes();
         for (turn, axis) in turns.iter_mut().zip(axes) {
             if axis.period > 0.0 {
                 *turn = axis.period.into();
             }
         }
-        Self {
+        Around {
             mark: MADE,
             axes: axes.len() as u32,
             turns,
             inputs: Inputs::at([0.0; TRUEAXIS_AXES]),
-            servo,
         }
     }
 
@@ -63,7 +66,7 @@ impl Servo {
     /// An array has as many values as there are axes.
     #[inline(always)]
     pub(crate) fn check(&self, count: usize) -> Result<(), Code> {
-        if count == self.axes as usize {
+        if count == self.around.axes as usize {
             Ok(())
         } else {
             Err(Code::Count)
@@ -74,7 +77,7 @@ impl Servo {
     #[inline(always)]
     fn positions(&self, from: &[f64]) -> [f32; TRUEAXIS_AXES] {
         let mut to = [0.0; TRUEAXIS_AXES];
-        for ((to, q), turn) in to.iter_mut().zip(from).zip(&self.turns) {
+        for ((to, q), turn) in to.iter_mut().zip(from).zip(&self.around.turns) {
             *to = within_turn(*q, *turn) as f32;
         }
         to
@@ -82,14 +85,14 @@ impl Servo {
 
     #[inline(always)]
     pub(crate) fn take_commands(&mut self, commands: &[f64]) {
-        self.inputs.axes = self.positions(commands);
+        self.around.inputs.axes = self.positions(commands);
     }
 
     #[inline(always)]
     pub(crate) fn advance(&mut self, referenced: u32, period: f64) -> &[f32; TRUEAXIS_AXES] {
         let correction = self
             .servo
-            .advance(&self.inputs, referenced as u16, period as f32);
+            .advance(&self.around.inputs, referenced as u16, period as f32);
         &correction.dq
     }
 
@@ -113,7 +116,12 @@ impl Servo {
             AuxiliaryKind::ToolLength => value,
             AuxiliaryKind::Temperature => value - f64::from(auxiliary.reference),
         };
-        let to = self.inputs.auxiliaries.get_mut(index).ok_or(Code::Index)?;
+        let to = self
+            .around
+            .inputs
+            .auxiliaries
+            .get_mut(index)
+            .ok_or(Code::Index)?;
         *to = value as f32;
         Ok(())
     }
@@ -121,7 +129,7 @@ impl Servo {
     pub(crate) fn set_tool_length(&mut self, length: f64) -> Result<(), Code> {
         let auxiliaries = self.servo.compensation().auxiliaries().iter();
         let mut found = Err(Code::Name);
-        for (to, auxiliary) in self.inputs.auxiliaries.iter_mut().zip(auxiliaries) {
+        for (to, auxiliary) in self.around.inputs.auxiliaries.iter_mut().zip(auxiliaries) {
             if auxiliary.kind == AuxiliaryKind::ToolLength {
                 *to = length as f32;
                 found = Ok(());
@@ -140,7 +148,7 @@ impl Servo {
     }
 
     pub(crate) fn set_travel(&mut self, axis: usize, direction: i32) -> Result<(), Code> {
-        if axis >= self.axes as usize {
+        if axis >= self.around.axes as usize {
             return Err(Code::Index);
         }
         let travel = match direction {
@@ -194,7 +202,7 @@ impl Servo {
         }
         let inputs = Inputs {
             axes: self.positions(measured),
-            auxiliaries: self.inputs.auxiliaries,
+            auxiliaries: self.around.inputs.auxiliaries,
         };
         let (c, travel) = (self.servo.compensation(), self.servo.travelling());
         Ok(c.measured(&inputs, &travel, self.servo.wanted_weights(), STEPS))
@@ -202,7 +210,7 @@ impl Servo {
 
     /// No object any more.
     pub(crate) fn unmark(&mut self) {
-        self.mark = 0;
+        self.around.mark = 0;
     }
 }
 

@@ -8,7 +8,7 @@ use crate::{Servo, Tables};
 use core::ffi::{c_char, c_void};
 use core::mem::ManuallyDrop;
 use core::ptr::null_mut;
-use trueaxis::Conditions;
+use trueaxis::{Conditions, Handle};
 
 /// Bytes that a servo takes on this system: at most `TRUEAXIS_SERVO_SIZE`.
 #[unsafe(no_mangle)]
@@ -35,7 +35,12 @@ pub unsafe extern "C" fn trueaxis_servo_new(
         let held = unsafe { Held::new(super::tables(tables)?) }?;
         let place = memory.cast::<Servo>();
         // SAFETY: aligned, of sufficient size, and nobody else's.
-        unsafe { place.write(Servo::new(held)) };
+        let (around, inner) = unsafe { (&raw mut (*place).around, &raw mut (*place).servo) };
+        let new = Servo::around(held.get());
+        // SAFETY: the same.
+        trueaxis::Servo::new_in(unsafe { &mut *inner.cast() }, held);
+        // SAFETY: the same.
+        unsafe { around.write(new) };
         // SAFETY: as the caller promises.
         unsafe { give(made, place) }
     })
