@@ -5,8 +5,10 @@
 
 mod bare;
 mod build;
+mod cost;
 mod install;
 
+pub use cost::print as cost;
 pub use install::execute as install;
 
 use crate::packages;

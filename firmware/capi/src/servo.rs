@@ -32,11 +32,20 @@ const _: () = {
     assert!(align_of::<Servo>() <= align_of::<ServoMemory>());
 };
 
+/// Turns beyond which a double is too coarse for a position; so the time of a reduction has an end.
+const MOST_TURNS: f64 = 4_294_967_296.0;
+
 /// A position within one turn of its axis, which is the same place: nothing is lost but what the double has
-/// lost. Within the turn it stays as it is.
+/// lost. Within the turn it stays as it is; beyond [`MOST_TURNS`] it is not a number.
 #[inline(always)]
 fn within_turn(q: f64, turn: f64) -> f64 {
-    if q.abs() > turn { q % turn } else { q }
+    if q.abs() <= turn {
+        q
+    } else if q.abs() <= turn * MOST_TURNS {
+        q % turn
+    } else {
+        f64::NAN
+    }
 }
 
 impl Servo {
@@ -252,5 +261,7 @@ mod tests {
             assert!(!within_turn(q, 360.0).is_finite());
             assert!(!within_turn(q, f64::INFINITY).is_finite());
         }
+        assert_eq!(within_turn(360.0 * MOST_TURNS, 360.0), 0.0);
+        assert!(within_turn(360.1 * MOST_TURNS, 360.0).is_nan());
     }
 }
