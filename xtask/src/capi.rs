@@ -49,7 +49,25 @@ pub fn execute() -> Result<(), String> {
     ] {
         run(Command::new(&program).arg(blob(name)).arg(blob(other)))?;
     }
+    installed(&blob("huron-13"))?;
     bare::check()
+}
+
+/// The first example against what `install` writes: the shared library, by its name.
+fn installed(blob: &Path) -> Result<(), String> {
+    let prefix = target("capi").join("prefix");
+    install::execute(&["--prefix", &prefix.to_string_lossy()])?;
+    let program = target("capi").join("first_shared");
+    run(Command::new("gcc")
+        .args(["-std=c99", "-o"])
+        .arg(&program)
+        .arg(root().join("firmware/capi/examples/first.c"))
+        .arg(format!("-I{}", prefix.join("include").display()))
+        .arg(format!("-L{}", prefix.join("lib").display()))
+        .arg("-ltrueaxis"))?;
+    run(Command::new(program)
+        .arg(blob)
+        .env("LD_LIBRARY_PATH", prefix.join("lib")))
 }
 
 /// Compiles a file of `firmware/capi` under the sanitizers; the program.

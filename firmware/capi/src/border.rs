@@ -141,7 +141,7 @@ unsafe fn give_text(
 fn check_memory<T>(memory: *const core::ffi::c_void, size: usize) -> Result<(), Code> {
     if memory.is_null() {
         Err(Code::NullPointer)
-    } else if size < size_of::<T>() || memory.addr() % TRUEAXIS_ALIGNMENT != 0 {
+    } else if size < size_of::<T>() || !memory.addr().is_multiple_of(TRUEAXIS_ALIGNMENT) {
         Err(Code::Memory)
     } else {
         Ok(())

@@ -14,26 +14,11 @@ fn the_header_is_that_of_the_source() {
         .unwrap();
     let mut bytes = Vec::new();
     bindings.write(&mut bytes);
-    // What is for Rust is said for C at the head.
-    let header = without_safety(&String::from_utf8(bytes).unwrap());
+    let header = String::from_utf8(bytes).unwrap();
     let path = folder.join("trueaxis.h");
     if std::env::var_os("UPDATE_HEADER").is_some() {
         fs::write(&path, &header).unwrap();
     }
     let committed = fs::read_to_string(&path).unwrap();
     assert_eq!(committed, header, "write it with UPDATE_HEADER=1");
-}
-
-/// Without the line `# Safety` of comments, and the empty one before it.
-fn without_safety(header: &str) -> String {
-    let lines: Vec<&str> = header.lines().collect();
-    let mut kept = String::new();
-    for (place, line) in lines.iter().enumerate() {
-        let is_title = |place: usize| lines.get(place).is_some_and(|l| l.trim() == "* # Safety");
-        if !is_title(place) && !(line.trim() == "*" && is_title(place + 1)) {
-            kept.push_str(line.trim_end());
-            kept.push('\n');
-        }
-    }
-    kept
 }

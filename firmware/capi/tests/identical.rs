@@ -64,10 +64,8 @@ impl Behind {
     fn status(&self) -> StatusFacts {
         let mut status = StatusFacts::default();
         // SAFETY: all memory is there.
-        assert_eq!(
-            unsafe { trueaxis_servo_status(self.servo, &mut status) },
-            Code::Ok
-        );
+        let code = unsafe { trueaxis_servo_status(self.servo, &mut status) };
+        assert_eq!(code, Code::Ok);
         status
     }
 }
