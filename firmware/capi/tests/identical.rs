@@ -19,24 +19,24 @@ fn blob(name: &str) -> AlignedBlob {
 struct Behind {
     tables: *mut trueaxis_capi::Tables,
     servo: *mut trueaxis_capi::Servo,
-    _memory: (Box<TablesMemory>, Box<ServoMemory>),
+    memory: (*mut TablesMemory, *mut ServoMemory),
 }
 
 impl Behind {
     fn new(blob: &[u8]) -> Self {
-        let mut memory = (
-            Box::new(TablesMemory { words: [!0; _] }),
-            Box::new(ServoMemory { words: [!0; _] }),
+        let memory = (
+            Box::into_raw(Box::new(TablesMemory { words: [!0; _] })),
+            Box::into_raw(Box::new(ServoMemory { words: [!0; _] })),
         );
         let (mut tables, mut servo) = (null_mut(), null_mut());
         let size = size_of::<TablesMemory>();
         // SAFETY: all memory is there, and nothing else uses it.
         unsafe {
-            let place = (&raw mut *memory.0).cast();
+            let place = memory.0.cast();
             assert_eq!(trueaxis_tables_new(place, size, &mut tables), Code::Ok);
             let code = trueaxis_tables_load(tables, blob.as_ptr().cast(), blob.len());
             assert_eq!(code, Code::Ok);
-            let place = (&raw mut *memory.1).cast();
+            let place = memory.1.cast();
             let size = size_of::<ServoMemory>();
             assert_eq!(
                 trueaxis_servo_new(place, size, tables, &mut servo),
@@ -46,7 +46,7 @@ impl Behind {
         Self {
             tables,
             servo,
-            _memory: memory,
+            memory,
         }
     }
 
@@ -67,6 +67,13 @@ impl Behind {
         let code = unsafe { trueaxis_servo_status(self.servo, &mut status) };
         assert_eq!(code, Code::Ok);
         status
+    }
+}
+
+impl Drop for Behind {
+    fn drop(&mut self) {
+        // SAFETY: they came from boxes, and nothing else leads there any more.
+        drop(unsafe { (Box::from_raw(self.memory.0), Box::from_raw(self.memory.1)) });
     }
 }
 

@@ -12,10 +12,12 @@ impl Held {
     /// Takes hold of tables that are loaded and that no servo holds.
     ///
     /// # Safety
-    /// They are there, and stay there as long as this.
-    pub(super) unsafe fn new(tables: &Tables) -> Result<Self, Code> {
-        tables.hold()?;
-        Ok(Self(NonNull::from(tables)))
+    /// Null, or memory for them, which stays as long as this.
+    pub(super) unsafe fn new(pointer: *mut Tables) -> Result<Self, Code> {
+        // SAFETY: as the caller promises.
+        unsafe { super::tables(pointer) }?.hold()?;
+        // The pointer as it was given: whoever gets it back may load through it.
+        NonNull::new(pointer).map(Self).ok_or(Code::NullPointer)
     }
 
     /// A second hold on tables that the servo holds, not to be dropped.

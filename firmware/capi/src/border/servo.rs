@@ -32,7 +32,7 @@ pub unsafe extern "C" fn trueaxis_servo_new(
         check_memory::<Servo>(memory, size)?;
         super::check(made)?;
         // SAFETY: as the caller promises; tables stay where they are while a servo holds them.
-        let held = unsafe { Held::new(super::tables(tables)?) }?;
+        let held = unsafe { Held::new(tables) }?;
         let place = memory.cast::<Servo>();
         // SAFETY: aligned, of sufficient size, and nobody else's.
         let (around, inner) = unsafe { (&raw mut (*place).around, &raw mut (*place).servo) };
@@ -209,7 +209,9 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
     let mut back = null_mut();
     let code = guarded(|| {
         // SAFETY: as the caller promises.
-        let (servo, tables) = unsafe { (super::servo(servo)?, tables(to)?) };
+        let servo = unsafe { super::servo(servo) }?;
+        // SAFETY: as the caller promises.
+        unsafe { tables(to) }?;
         back = retire(servo);
         let current = servo.current();
         if core::ptr::eq(current.pointer(), to) {
@@ -226,7 +228,7 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
             };
         }
         // SAFETY: tables stay where they are while a servo holds them.
-        let held = unsafe { Held::new(tables) }?;
+        let held = unsafe { Held::new(to) }?;
         if core::ptr::eq(back, to) {
             back = null_mut();
         }
