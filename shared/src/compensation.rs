@@ -201,7 +201,7 @@ impl<'a, C: Room> Compensation<'a, C> {
             output: term.output,
             weight: term.weight,
             limits: self.plan.weights().limits_at(term.place),
-            factors: &term.factors[..usize::from(term.count)],
+            factors: term.factors.get(..term.count.into()).unwrap_or_default(),
         })
     }
 
@@ -275,7 +275,7 @@ impl<'a, C: Room> Compensation<'a, C> {
         for term in self.plan.terms().iter() {
             work::count(1);
             if term.weight != 0.0 || term.place != FIXED {
-                for &factor in &term.factors[..usize::from(term.count)] {
+                for &factor in term.factors.iter().take(term.count.into()) {
                     work::count(1);
                     active[usize::from(factor)] = true;
                 }
@@ -287,7 +287,7 @@ impl<'a, C: Room> Compensation<'a, C> {
             let tables = table..table + usize::from(bank.tables);
             table = tables.end;
             work::count(usize::from(bank.tables));
-            if active[tables].contains(&true) {
+            if active.get(tables).is_some_and(|used| used.contains(&true)) {
                 used |= 1 << bank.input;
             }
         }

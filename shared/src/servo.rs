@@ -24,15 +24,12 @@
 //! `steady.rs` the short way, `lane.rs` one axis.
 
 use crate::compensation::Compensation;
-use crate::description::{AUXILIARIES, Axis};
+use crate::description::Axis;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::pace::Pace;
-use crate::ramp::Ramp;
-use crate::room::{List, Room, Row};
-use crate::status::{Correction, Status};
+use crate::room::Row;
+use crate::status::Correction;
 use crate::weights::{WeightError, Weights};
-use lane::Lane;
 use state::{Fading, Travels, Values};
 use steady::Steady;
 
@@ -41,59 +38,6 @@ pub use refused::{NotTaken, Refused};
 pub use state::Servo;
 
 impl<H: Handle> Servo<H> {
-    /// Disabled, all corrections zero.
-    #[must_use]
-    pub fn new(handle: H) -> Self {
-        let compensation = handle.get();
-        let weights = compensation.weights();
-        let mut lanes = <H::Room as Room>::AxisList::EMPTY;
-        for _ in compensation.axes() {
-            lanes.append(Lane::new());
-        }
-        let zeros = Values::<H>::all(0.0);
-        let mut servo = Self {
-            current: handle,
-            weights,
-            other: None,
-            queued: false,
-            fading: Fading::Nothing,
-            coming_auxiliaries: [0.0; AUXILIARIES],
-            coming: weights,
-            wanted: weights,
-            weights_wait: false,
-            enabled: false,
-            dry_run: false,
-            factor: Ramp::ZERO,
-            factor_pace: Pace::new(1.0, 1.0),
-            blend: Ramp::ZERO,
-            blend_pace: Pace::new(1.0, 1.0),
-            lanes,
-            inputs: Inputs::at(zeros),
-            travelling: Travelling::default(),
-            correction: Correction {
-                dq: zeros,
-                computed: zeros,
-                status: Status::default(),
-            },
-            before: zeros,
-            steady: f32::NAN,
-            steady_axes: 0,
-            steady_referenced: 0,
-            steady_auxiliaries: false,
-            arrived: false,
-            held: true,
-            // Until the first usable inputs.
-            frozen: true,
-            fault: 0.0,
-            asked: 0.0,
-            period: 0.0,
-            frequency: 0.0,
-            last_frequency: 0.0,
-        };
-        servo.take_limits();
-        servo
-    }
-
     /// Lets the corrections in.
     pub fn enable(&mut self) {
         if !self.enabled {
@@ -230,6 +174,12 @@ impl<H: Handle> Servo<H> {
         travelling
     }
 
+    /// The correction of the last period.
+    #[must_use]
+    pub fn correction(&self) -> &Correction<Values<H>> {
+        &self.correction
+    }
+
     /// How fast each correction changed in the last period, mm/s or degrees/s: to be added to the
     /// velocity of the command where drives take one as feed-forward.
     #[must_use]
@@ -289,6 +239,7 @@ impl<H: Handle> Servo<H> {
 mod fades;
 mod lane;
 mod period;
+mod place;
 mod refused;
 mod state;
 mod steady;

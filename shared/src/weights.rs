@@ -44,7 +44,8 @@ impl Weights {
 
     /// Limits at a place that [`Weights::push`] returned.
     pub(crate) fn limits_at(&self, place: u8) -> Option<[f32; 2]> {
-        (place < self.count).then(|| self.limits[usize::from(place)])
+        let limits = self.limits.get(usize::from(place));
+        limits.filter(|_| place < self.count).copied()
     }
 
     /// The weight at each place.
@@ -58,10 +59,15 @@ impl Weights {
         self.values = other.values;
     }
 
+    /// Indices of the adjustable terms, in order.
+    fn taken(&self) -> &[u16] {
+        self.terms
+            .get(..usize::from(self.count))
+            .unwrap_or_default()
+    }
+
     fn place(&self, term: usize) -> Option<usize> {
-        self.terms[..usize::from(self.count)]
-            .iter()
-            .position(|&t| usize::from(t) == term)
+        self.taken().iter().position(|&t| usize::from(t) == term)
     }
 
     /// Sets the weight of adjustable term `term` (its index in the compensation).
@@ -70,9 +76,12 @@ impl Weights {
     /// A term that is not adjustable, a weight outside its limits or not a number: nothing changes.
     pub fn set(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
         let place = self.place(term).ok_or(WeightError::NotAdjustable)?;
-        let [low, high] = self.limits[place];
+        let (weight, limits) = (self.values.get_mut(place), self.limits.get(place));
+        let (Some(weight), Some(&[low, high])) = (weight, limits) else {
+            return Err(WeightError::NotAdjustable);
+        };
         if value >= low && value <= high {
-            self.values[place] = value;
+            *weight = value;
             Ok(())
         } else {
             Err(WeightError::OutsideLimits { low, high })
@@ -82,12 +91,12 @@ impl Weights {
     /// The weight of adjustable term `term`.
     #[must_use]
     pub fn get(&self, term: usize) -> Option<f32> {
-        self.place(term).map(|place| self.values[place])
+        self.values.get(self.place(term)?).copied()
     }
 
     /// Index and weight of every adjustable term, in order.
     pub fn iter(&self) -> impl Iterator<Item = (usize, f32)> + '_ {
-        self.terms[..usize::from(self.count)]
+        self.taken()
             .iter()
             .zip(&self.values)
             .map(|(&term, &value)| (usize::from(term), value))

@@ -51,6 +51,7 @@ fn instructions() -> Result<(), String> {
             long.push(name);
         }
     }
+    crate::capi::cost()?;
     if long.is_empty() {
         return Ok(());
     }

@@ -14,6 +14,7 @@ pub struct Program {
 }
 
 struct Section {
+    name: String,
     address: u32,
     offset: u32,
     size: u32,
@@ -58,6 +59,7 @@ impl Program {
         };
         let (headers, count) = (program.word(32)?, program.half(48)?);
         let header = |index: u32| headers + 40 * index;
+        let names = program.word(header(program.half(50)?.into()) + 16)?;
         let mut symbols = None;
         for at in (0..count.into()).map(header) {
             let [kind, flags, address, offset, size, link] =
@@ -65,7 +67,9 @@ impl Program {
             if kind? == 2 {
                 symbols = Some((offset?, size?, program.word(header(link?) + 16)?));
             }
+            let name = program.text(names + program.word(at)?)?;
             program.sections.push(Section {
+                name,
                 address: address?,
                 offset: offset?,
                 size: size?,
@@ -114,12 +118,49 @@ impl Program {
         stored.map(|s| s.size).sum()
     }
 
+    /// Bytes of stack of each function of which that is known (`-Zemit-stack-sizes`).
+    pub fn frames(&self) -> Vec<(String, u64)> {
+        let mut found = Vec::new();
+        for section in self.sections.iter().filter(|s| s.name == ".stack_sizes") {
+            let (mut at, end) = (section.offset, section.offset + section.size);
+            while let (true, Some(address)) = (at + 4 < end, self.word(at)) {
+                at += 4;
+                // LEB128
+                let (mut bytes, mut shift) = (0, 0);
+                while let Some(&byte) = self.bytes.get(at as usize) {
+                    at += 1;
+                    bytes |= u64::from(byte & 0x7F) << shift;
+                    shift += 7;
+                    if byte & 0x80 == 0 {
+                        break;
+                    }
+                }
+                if let Some(function) = self.functions.get(&(address & !1)) {
+                    found.push((function.name.clone(), bytes));
+                }
+            }
+        }
+        found
+    }
+
     /// Everything that functions whose name contains `root` can come to by calls and jumps.
     ///
     /// # Errors
     /// There is no such function, or its code cannot be read.
     pub fn reach(&self, root: &str) -> Result<Reach, String> {
-        let roots = self.functions.iter().filter(|(_, f)| f.name.contains(root));
+        self.reach_where(root, |name| name.contains(root))
+    }
+
+    /// As [`reach`](Self::reach), of the function of this name.
+    ///
+    /// # Errors
+    /// There is no such function, or its code cannot be read.
+    pub fn reach_from(&self, root: &str) -> Result<Reach, String> {
+        self.reach_where(root, |name| name == root)
+    }
+
+    fn reach_where(&self, root: &str, is_root: impl Fn(&str) -> bool) -> Result<Reach, String> {
+        let roots = self.functions.iter().filter(|(_, f)| is_root(&f.name));
         let mut open: Vec<(u32, Option<String>)> = roots.map(|(&at, _)| (at, None)).collect();
         if open.is_empty() {
             return Err(format!("the program has no function `{root}`"));

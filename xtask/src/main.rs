@@ -4,6 +4,7 @@ mod bare;
 mod bench;
 mod bench_target;
 mod boards;
+mod capi;
 mod cross;
 mod elf;
 mod fuzz;
@@ -23,6 +24,8 @@ usage: cargo xtask COMMAND
   test                           everything that must hold: format, lints, tests, docs, bit identity
   bare                           the kinematics for the Cortex-M4F: no `std`, no heap
   boards                         the runtime under RTIC and under embassy, built for the Cortex-M4F
+  capi                           the C interface from C and C++ under sanitizers; its panics and stack
+  install --prefix DIR           the C library: static, shared, header, pkg-config
   bench                          run times beside their rivals; instruction counts with valgrind
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
@@ -42,6 +45,8 @@ fn main() -> ExitCode {
         ["test"] => test::run(),
         ["bare"] => bare::execute(),
         ["boards"] => boards::execute(),
+        ["capi"] => capi::execute(),
+        ["install", ref options @ ..] => capi::install(options),
         ["bench"] => bench::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),

@@ -90,6 +90,11 @@ fn steps() -> Vec<Step> {
             "formatting of the example for embassy",
             "fmt --manifest-path firmware/boards/embassy/Cargo.toml --check",
         ),
+        step(
+            "C interface that catches panics",
+            "test -q -p trueaxis-capi --features std",
+        ),
+        step("C interface from C and C++", "xtask capi"),
         step("examples for RTIC and embassy", "xtask boards"),
         step(
             "instructions, cycles, code and stack on the target",

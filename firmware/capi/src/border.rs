@@ -1,0 +1,149 @@
+//! The border: functions that C calls, and how its pointers become references.
+//!
+//! What the caller promises stands in the header: memory stays where it is, one thread uses a servo at a
+//! time, a blob stays as it is while it is loaded. Pointers that are null, not aligned or lead to no such
+//! object are refused; where they lead else is not known here.
+
+mod held;
+mod servo;
+mod tables;
+
+pub use held::Held;
+pub use servo::*;
+pub use tables::*;
+
+use crate::code::Code;
+use crate::facts::TRUEAXIS_ALIGNMENT;
+use crate::{Servo, Tables};
+use core::sync::atomic::Ordering;
+
+/// Whether a pointer is not null and aligned.
+fn check<T>(pointer: *const T) -> Result<(), Code> {
+    if pointer.is_null() {
+        Err(Code::NullPointer)
+    } else if pointer.is_aligned() {
+        Ok(())
+    } else {
+        Err(Code::Memory)
+    }
+}
+
+/// The tables at `pointer`.
+///
+/// # Safety
+/// Null, or memory for them.
+unsafe fn tables<'a>(pointer: *const Tables) -> Result<&'a Tables, Code> {
+    check(pointer)?;
+    // SAFETY: the memory is there and aligned, and no other thread but by its mark writes to it.
+    let mark = unsafe { &(*pointer).mark };
+    if !Tables::is_marked(mark.load(Ordering::Acquire)) {
+        return Err(Code::NotMade);
+    }
+    // SAFETY: marked, so it was written by `trueaxis_tables_new`.
+    Ok(unsafe { &*pointer })
+}
+
+/// The servo at `pointer`.
+///
+/// # Safety
+/// Null, or memory for it that no other thread uses meanwhile.
+#[inline(always)]
+unsafe fn servo<'a>(pointer: *mut Servo) -> Result<&'a mut Servo, Code> {
+    check(pointer)?;
+    // SAFETY: the memory is there and aligned.
+    if !Servo::is_marked(unsafe { (*pointer).around.mark }) {
+        return Err(Code::NotMade);
+    }
+    // SAFETY: marked, so it was written by `trueaxis_servo_new`; no other thread uses it.
+    Ok(unsafe { &mut *pointer })
+}
+
+/// The servo at `pointer`, to be read.
+///
+/// # Safety
+/// Null, or memory for it that no other thread writes meanwhile.
+#[inline(always)]
+unsafe fn servo_to_read<'a>(pointer: *const Servo) -> Result<&'a Servo, Code> {
+    // SAFETY: as the caller promises; it is only read.
+    unsafe { servo(pointer.cast_mut()) }.map(|servo| &*servo)
+}
+
+/// As many values as there are axes, to be read.
+///
+/// # Safety
+/// Null, or so many values.
+#[inline(always)]
+unsafe fn values<'a>(pointer: *const f64, count: usize) -> Result<&'a [f64], Code> {
+    check(pointer)?;
+    // SAFETY: the caller has so many (at most 8, compared with the number of axes before), aligned.
+    Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
+}
+
+/// Gives one value for each axis out.
+///
+/// # Safety
+/// Null, or room for so many values.
+#[inline(always)]
+unsafe fn give_values(to: *mut f64, count: usize, from: &[f32]) -> Result<(), Code> {
+    check(to)?;
+    // SAFETY: the caller has room for so many (at most 8, compared with the number of axes before),
+    // aligned; what was read from the same place is not used any more.
+    let to = unsafe { core::slice::from_raw_parts_mut(to, count) };
+    for (to, value) in to.iter_mut().zip(from) {
+        *to = f64::from(*value);
+    }
+    Ok(())
+}
+
+/// Writes a result where it is wanted.
+///
+/// # Safety
+/// Null, or room for one.
+unsafe fn give<T>(to: *mut T, value: T) -> Result<(), Code> {
+    check(to)?;
+    // SAFETY: not null and aligned, and the caller has room there.
+    unsafe { to.write(value) };
+    Ok(())
+}
+
+/// Bytes of a text, without the zero.
+///
+/// # Safety
+/// Null, or text that ends with a zero.
+unsafe fn bytes<'a>(text: *const core::ffi::c_char) -> Result<&'a [u8], Code> {
+    check(text)?;
+    // SAFETY: not null, and the caller ends it with a zero.
+    Ok(unsafe { core::ffi::CStr::from_ptr(text) }.to_bytes())
+}
+
+/// Lets something write a text into a buffer of the caller; its length, without the zero.
+///
+/// # Safety
+/// Null, or room for `size` bytes.
+unsafe fn give_text(
+    buffer: *mut core::ffi::c_char,
+    size: usize,
+    write: impl FnOnce(&mut crate::text::Text<'_>),
+) -> usize {
+    let room: &mut [u8] = if buffer.is_null() || isize::try_from(size).is_err() {
+        &mut []
+    } else {
+        // SAFETY: the caller has room for so many bytes; what they were does not matter, for only
+        // writing is done; characters are bytes.
+        unsafe { core::slice::from_raw_parts_mut(buffer.cast(), size) }
+    };
+    let mut text = crate::text::Text::new(room);
+    write(&mut text);
+    text.end()
+}
+
+/// Whether `size` bytes at `memory` hold a `T`.
+fn check_memory<T>(memory: *const core::ffi::c_void, size: usize) -> Result<(), Code> {
+    if memory.is_null() {
+        Err(Code::NullPointer)
+    } else if size < size_of::<T>() || !memory.addr().is_multiple_of(TRUEAXIS_ALIGNMENT) {
+        Err(Code::Memory)
+    } else {
+        Ok(())
+    }
+}

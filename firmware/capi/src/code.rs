@@ -1,0 +1,168 @@
+//! What functions return.
+
+use core::ffi::CStr;
+use trueaxis::{LoadError, Refused, WeightError};
+
+/// What a function returns: 0, or why it did nothing. `trueaxis_result_text` says it in words.
+#[repr(i32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Code {
+    /// Done.
+    Ok = 0,
+    /// A pointer is null.
+    NullPointer = 1,
+    /// The memory is too small, or does not start at a multiple of the alignment.
+    Memory = 2,
+    /// The pointer does not lead to such an object: it was not made, or is released.
+    NotMade = 3,
+    /// A servo holds these tables, or another thread loads them.
+    InUse = 4,
+    /// Nothing is loaded.
+    NotLoaded = 5,
+    /// An array has not as many values as there are axes.
+    Count = 6,
+    /// There is none of this number.
+    Index = 7,
+    /// There is none of this name.
+    Name = 8,
+    /// The bytes are no blob (`.trax`).
+    NotABlob = 9,
+    /// The blob has a format version that this library does not know.
+    Version = 10,
+    /// The bytes are damaged or incomplete: wrong length or checksum.
+    Damaged = 11,
+    /// The blob does not start at a multiple of 4 bytes.
+    Misaligned = 12,
+    /// The blob needs more than this library holds.
+    Capacity = 13,
+    /// The contents of the blob are not valid.
+    Contents = 14,
+    /// The previous change of tables is not finished.
+    Busy = 15,
+    /// The axes differ in number, order, letter, travel or period.
+    OtherAxes = 16,
+    /// The auxiliary inputs differ in number, kind, name or reference.
+    OtherAuxiliaries = 17,
+    /// This term does not exist or has a fixed weight.
+    WeightFixed = 18,
+    /// The weight is not a number, or not within the limits of the term.
+    WeightLimits = 19,
+    /// The common factor or a fade is on its way: there is no one correction to take out.
+    Moving = 20,
+    /// A mistake in this library: please report it. The object must not be used any more.
+    Broken = 21,
+}
+
+impl Code {
+    const ALL: [Self; 22] = [
+        Self::Ok,
+        Self::NullPointer,
+        Self::Memory,
+        Self::NotMade,
+        Self::InUse,
+        Self::NotLoaded,
+        Self::Count,
+        Self::Index,
+        Self::Name,
+        Self::NotABlob,
+        Self::Version,
+        Self::Damaged,
+        Self::Misaligned,
+        Self::Capacity,
+        Self::Contents,
+        Self::Busy,
+        Self::OtherAxes,
+        Self::OtherAuxiliaries,
+        Self::WeightFixed,
+        Self::WeightLimits,
+        Self::Moving,
+        Self::Broken,
+    ];
+
+    /// A code in words.
+    pub(crate) fn text(code: i32) -> &'static CStr {
+        let found = Self::ALL.into_iter().find(|c| *c as i32 == code);
+        match found {
+            None => c"no code of this library",
+            Some(Self::Ok) => c"done",
+            Some(Self::NullPointer) => c"a pointer is null",
+            Some(Self::Memory) => c"the memory is too small or not aligned",
+            Some(Self::NotMade) => c"no such object here: not made, or released",
+            Some(Self::InUse) => c"these tables are in use",
+            Some(Self::NotLoaded) => c"nothing is loaded",
+            Some(Self::Count) => c"the array has not as many values as there are axes",
+            Some(Self::Index) => c"there is none of this number",
+            Some(Self::Name) => c"there is none of this name",
+            Some(Self::NotABlob) => c"not a compensation: it does not start with TRAX",
+            Some(Self::Version) => c"a format version that this library does not know",
+            Some(Self::Damaged) => c"the bytes are damaged or incomplete",
+            Some(Self::Misaligned) => c"the blob must start at a multiple of 4 bytes",
+            Some(Self::Capacity) => c"the compensation needs more than this library holds",
+            Some(Self::Contents) => c"the contents of the blob are not valid",
+            Some(Self::Busy) => c"the previous change of tables is not finished",
+            Some(Self::OtherAxes) => c"the axes differ in number, order, letter, travel or period",
+            Some(Self::OtherAuxiliaries) => {
+                c"the auxiliary inputs differ in number, kind, name or reference"
+            }
+            Some(Self::WeightFixed) => c"this term does not exist or has a fixed weight",
+            Some(Self::WeightLimits) => {
+                c"the weight must be a number within the limits of the term"
+            }
+            Some(Self::Moving) => c"the correction is on its way in or out",
+            Some(Self::Broken) => c"a mistake in this library: please report it",
+        }
+    }
+}
+
+impl From<&LoadError> for Code {
+    fn from(error: &LoadError) -> Self {
+        match error {
+            LoadError::NoHeader | LoadError::BadMagic => Self::NotABlob,
+            LoadError::UnknownVersion { .. } => Self::Version,
+            LoadError::WrongLength { .. } | LoadError::BadChecksum => Self::Damaged,
+            LoadError::Misaligned => Self::Misaligned,
+            LoadError::TooSmall { .. } => Self::Capacity,
+            _ => Self::Contents,
+        }
+    }
+}
+
+impl From<Refused> for Code {
+    fn from(refused: Refused) -> Self {
+        match refused {
+            Refused::Busy => Self::Busy,
+            Refused::Axes => Self::OtherAxes,
+            Refused::Auxiliaries => Self::OtherAuxiliaries,
+        }
+    }
+}
+
+impl From<WeightError> for Code {
+    fn from(error: WeightError) -> Self {
+        match error {
+            WeightError::NotAdjustable => Self::WeightFixed,
+            WeightError::OutsideLimits { .. } => Self::WeightLimits,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_has_a_text_of_its_own() {
+        let unknown = Code::text(-1);
+        for (place, code) in Code::ALL.into_iter().enumerate() {
+            assert_eq!(code as usize, place);
+            let others = Code::ALL.into_iter().filter(|other| *other != code);
+            assert!(
+                others
+                    .clone()
+                    .all(|c| Code::text(c as i32) != Code::text(code as i32))
+            );
+            assert_ne!(Code::text(code as i32), unknown);
+        }
+        assert_eq!(Code::text(Code::ALL.len() as i32), unknown);
+    }
+}

@@ -1,0 +1,258 @@
+//! Structures that C sees.
+
+use crate::text::Text;
+use core::ffi::c_char;
+use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
+
+/// Grows whenever a program that was built with the header before could go wrong.
+pub const TRUEAXIS_ABI: u32 = 1;
+/// Bytes of memory for tables.
+pub const TRUEAXIS_TABLES_SIZE: usize = 10240;
+/// The same in words of 8 bytes.
+pub const TRUEAXIS_TABLES_WORDS: usize = 1280;
+/// Bytes of memory for a servo.
+pub const TRUEAXIS_SERVO_SIZE: usize = 2560;
+/// The same in words of 8 bytes.
+pub const TRUEAXIS_SERVO_WORDS: usize = 320;
+/// Memory for tables and servos starts at a multiple of this many bytes.
+pub const TRUEAXIS_ALIGNMENT: usize = 8;
+/// Most axes.
+pub const TRUEAXIS_AXES: usize = 8;
+/// Most auxiliary inputs.
+pub const TRUEAXIS_AUXILIARIES: usize = 8;
+/// Most adjustable terms.
+pub const TRUEAXIS_ADJUSTABLE: usize = 16;
+/// Bytes of a name, with the zero at its end.
+pub const TRUEAXIS_NAME_SIZE: usize = 17;
+
+/// Unit: mm.
+pub const TRUEAXIS_MM: u8 = 0;
+/// Unit: degrees.
+pub const TRUEAXIS_DEGREES: u8 = 1;
+
+/// An auxiliary input: the length of the tool, mm.
+pub const TRUEAXIS_TOOL_LENGTH: u8 = 0;
+/// An auxiliary input: a temperature, °C.
+pub const TRUEAXIS_TEMPERATURE: u8 = 1;
+
+/// Rotary axes are corrected for the orientation of the tool.
+pub const TRUEAXIS_ORIENTATION: u8 = 0;
+/// Rotary axes are corrected for the direction of the tool.
+pub const TRUEAXIS_DIRECTION: u8 = 1;
+/// Rotary axes are not corrected.
+pub const TRUEAXIS_POSITION: u8 = 2;
+
+/// Condition: an input is not a number, infinite, or out of reach.
+pub const TRUEAXIS_BAD_INPUT: u16 = 1;
+/// Condition: the period is not from 1 µs to 10 ms.
+pub const TRUEAXIS_BAD_PERIOD: u16 = 1 << 1;
+/// Condition: an axis on which a correction depends is not referenced.
+pub const TRUEAXIS_UNREFERENCED: u16 = 1 << 2;
+/// Condition: the computed correction is that of an earlier period.
+pub const TRUEAXIS_HELD: u16 = 1 << 3;
+/// Condition: after a fault or the loss of a reference, until the common factor has come to 0.
+pub const TRUEAXIS_FROZEN: u16 = 1 << 4;
+/// Condition: the common factor is on its way to 0 or 1.
+pub const TRUEAXIS_RAMPING: u16 = 1 << 5;
+/// Condition: other tables, weights or auxiliaries are being faded in, or wait for it.
+pub const TRUEAXIS_FADING: u16 = 1 << 6;
+/// Condition: not enabled.
+pub const TRUEAXIS_DISABLED: u16 = 1 << 7;
+/// Condition: a dry run.
+pub const TRUEAXIS_DRY_RUN: u16 = 1 << 8;
+/// Condition: a tool length or a temperature that matters was never set or is not usable.
+pub const TRUEAXIS_BAD_AUXILIARY: u16 = 1 << 9;
+
+const _: () = {
+    assert!(size_of::<TablesMemory>() == TRUEAXIS_TABLES_SIZE);
+    assert!(size_of::<ServoMemory>() == TRUEAXIS_SERVO_SIZE);
+    assert!(TRUEAXIS_AXES == <crate::Room as trueaxis::Room>::AXES);
+    assert!(TRUEAXIS_AUXILIARIES == trueaxis::AUXILIARIES);
+    assert!(TRUEAXIS_ADJUSTABLE == trueaxis::ADJUSTABLE);
+    assert!(TRUEAXIS_BAD_INPUT == Conditions::BAD_INPUT.0);
+    assert!(TRUEAXIS_BAD_PERIOD == Conditions::BAD_PERIOD.0);
+    assert!(TRUEAXIS_UNREFERENCED == Conditions::UNREFERENCED.0);
+    assert!(TRUEAXIS_HELD == Conditions::HELD.0);
+    assert!(TRUEAXIS_FROZEN == Conditions::FROZEN.0);
+    assert!(TRUEAXIS_RAMPING == Conditions::RAMPING.0);
+    assert!(TRUEAXIS_FADING == Conditions::FADING.0);
+    assert!(TRUEAXIS_DISABLED == Conditions::DISABLED.0);
+    assert!(TRUEAXIS_DRY_RUN == Conditions::DRY_RUN.0);
+    assert!(TRUEAXIS_BAD_AUXILIARY == Conditions::BAD_AUXILIARY.0);
+};
+
+/// Memory for tables, for a `static` or wherever there is room.
+#[repr(C)]
+pub struct TablesMemory {
+    /// Nothing of the caller's.
+    pub words: [u64; TRUEAXIS_TABLES_WORDS],
+}
+
+/// Memory for a servo, for a `static` or wherever there is room.
+#[repr(C)]
+pub struct ServoMemory {
+    /// Nothing of the caller's.
+    pub words: [u64; TRUEAXIS_SERVO_WORDS],
+}
+
+/// What was loaded.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// Bytes of the blob.
+    pub bytes: u32,
+    /// Its checksum: with the length it tells blobs apart.
+    pub checksum: u32,
+    /// Its format version.
+    pub version: u16,
+    /// Number of axes.
+    pub axes: u16,
+    /// Number of auxiliary inputs.
+    pub auxiliaries: u16,
+    /// Number of adjustable terms.
+    pub adjustable: u16,
+    /// Number of tables.
+    pub tables: u16,
+    /// Number of terms.
+    pub terms: u16,
+    /// Number of grids.
+    pub grids: u16,
+    /// What the rotary axes are corrected for: `TRUEAXIS_ORIENTATION`, `TRUEAXIS_DIRECTION` or
+    /// `TRUEAXIS_POSITION`.
+    pub policy: u8,
+    /// 0.
+    pub reserved: u8,
+    /// One bit per axis (bit 0 is the first) on whose position a correction depends, then one per
+    /// auxiliary input.
+    pub inputs_used: u32,
+}
+
+/// The number of a policy.
+pub(crate) fn policy(policy: Policy) -> u8 {
+    match policy {
+        Policy::Orientation => TRUEAXIS_ORIENTATION,
+        Policy::Direction { .. } => TRUEAXIS_DIRECTION,
+        Policy::Position => TRUEAXIS_POSITION,
+    }
+}
+
+/// An axis: an input and an output of the tables.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxisFacts {
+    /// Its letter.
+    pub name: c_char,
+    /// Unit of its positions and corrections: `TRUEAXIS_DEGREES` for A, B and C, otherwise `TRUEAXIS_MM`.
+    pub unit: u8,
+    /// 0.
+    pub reserved: u16,
+    /// Lower end of its travel; −FLT_MAX without one.
+    pub lower: f32,
+    /// Upper end of its travel; FLT_MAX without one.
+    pub upper: f32,
+    /// The turn of an axis without end; 0 for others.
+    pub turn: f32,
+    /// Largest magnitude of its correction.
+    pub value_bound: f32,
+    /// Largest rate of change of its correction, per s.
+    pub rate_bound: f32,
+    /// Rate of change of its correction in transitions, per s.
+    pub ramp_rate: f32,
+    /// Retreat after which it counts as reversed.
+    pub hysteresis: f32,
+}
+
+impl From<&Axis> for AxisFacts {
+    fn from(axis: &Axis) -> Self {
+        let rotary = matches!(axis.name, b'A' | b'B' | b'C');
+        Self {
+            name: axis.name as c_char,
+            unit: if rotary {
+                TRUEAXIS_DEGREES
+            } else {
+                TRUEAXIS_MM
+            },
+            reserved: 0,
+            lower: axis.travel[0],
+            upper: axis.travel[1],
+            turn: axis.period,
+            value_bound: axis.value_bound,
+            rate_bound: axis.rate_bound,
+            ramp_rate: axis.ramp_rate,
+            hysteresis: axis.hysteresis,
+        }
+    }
+}
+
+/// An auxiliary input.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AuxiliaryFacts {
+    /// The length for which the tables were made, mm; the reference of the temperature, °C.
+    pub reference: f32,
+    /// `TRUEAXIS_TOOL_LENGTH` or `TRUEAXIS_TEMPERATURE`.
+    pub kind: u8,
+    /// Its name, UTF-8, with a zero at the end.
+    pub name: [c_char; TRUEAXIS_NAME_SIZE],
+}
+
+impl From<&Auxiliary> for AuxiliaryFacts {
+    fn from(auxiliary: &Auxiliary) -> Self {
+        let mut name = [0; TRUEAXIS_NAME_SIZE];
+        let mut text = Text::new(&mut name);
+        text.push(&auxiliary.name);
+        text.end();
+        Self {
+            reference: auxiliary.reference,
+            kind: match auxiliary.kind {
+                AuxiliaryKind::ToolLength => TRUEAXIS_TOOL_LENGTH,
+                AuxiliaryKind::Temperature => TRUEAXIS_TEMPERATURE,
+            },
+            name: name.map(|byte| byte as c_char),
+        }
+    }
+}
+
+/// A term whose weight may be set.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Adjustable {
+    /// Its number among all terms, which `trueaxis_servo_set_weight` takes.
+    pub term: u32,
+    /// Number of the axis that it corrects.
+    pub axis: u32,
+    /// Its weight as stored.
+    pub weight: f32,
+    /// Lowest weight.
+    pub lower: f32,
+    /// Highest weight.
+    pub upper: f32,
+}
+
+/// What held in the last period.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StatusFacts {
+    /// `TRUEAXIS_BAD_INPUT` …; `trueaxis_conditions_text` says them in words.
+    pub conditions: u16,
+    /// Axes (bit 0 is the first) whose computed correction met the value bound.
+    pub saturated: u16,
+    /// Axes whose correction is behind because of the rate bound.
+    pub rate_limited: u16,
+    /// Axes whose correction would leave the travel.
+    pub travel_limited: u16,
+    /// The common factor, 0…1.
+    pub factor: f32,
+}
+
+impl StatusFacts {
+    pub(crate) fn new(status: Status, factor: f32) -> Self {
+        Self {
+            conditions: status.conditions.0,
+            saturated: status.saturated,
+            rate_limited: status.rate_limited,
+            travel_limited: status.travel_limited,
+            factor,
+        }
+    }
+}

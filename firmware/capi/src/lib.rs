@@ -1,0 +1,44 @@
+//! The C interface of trueaxis: `trueaxis.h` and what is behind it.
+//!
+//! Two kinds of objects, in memory that the caller provides: *tables*, a compensation that was loaded, and a
+//! *servo*, which holds one or two of them and corrects. No heap, no lock, no system call; every function
+//! returns, with a code.
+//!
+//! `unsafe` is in `border.rs` and `border/`, where pointers become references, and nowhere else. What is
+//! behind it is checked by the compiler: `tables.rs` (loading, and what was loaded), `servo.rs` (the loop),
+//! `code.rs` (what functions return), `text.rs` (text in the caller's buffers), `facts.rs` (structures that C
+//! sees).
+#![no_std]
+#![deny(unsafe_code)]
+#![deny(missing_docs)]
+
+#[cfg(any(test, feature = "std"))]
+extern crate std;
+
+#[allow(unsafe_code)]
+pub mod border;
+mod code;
+mod facts;
+mod guarded;
+mod servo;
+mod tables;
+mod text;
+
+pub use code::Code;
+pub use facts::{
+    Adjustable, AuxiliaryFacts, AxisFacts, Facts, ServoMemory, StatusFacts, TablesMemory,
+};
+pub use servo::Servo;
+pub use tables::Tables;
+
+/// What tables have room for: 8 axes, 32 banks with 96 tables, 256 terms, 2 grids.
+pub(crate) type Room = trueaxis::Usual;
+
+/// Stops. No function of this library is known to come here: `cargo xtask capi` looks for it.
+#[cfg(all(feature = "halt", not(feature = "std"), not(test)))]
+#[panic_handler]
+fn halt(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {
+        core::hint::spin_loop();
+    }
+}

@@ -1,0 +1,267 @@
+//! The loop: what a controller calls in every period.
+
+use crate::Room;
+use crate::border::Held;
+use crate::code::Code;
+use crate::facts::{ServoMemory, StatusFacts, TRUEAXIS_AXES};
+use trueaxis::{AuxiliaryKind, Compensation, Conditions, Inputs, Servo as Loop, Travel};
+
+/// A servo: it holds tables and corrects.
+pub struct Servo {
+    pub(crate) around: Around,
+    pub(crate) servo: Loop<Held>,
+}
+
+/// What is around its loop.
+pub(crate) struct Around {
+    pub(crate) mark: u32,
+    axes: u32,
+    /// The turn of each axis without end, otherwise infinite.
+    turns: [f64; TRUEAXIS_AXES],
+    inputs: Inputs<[f32; TRUEAXIS_AXES]>,
+}
+
+/// What tells such an object from other memory.
+const MADE: u32 = 0x5452_5331;
+/// Evaluations that find what belongs to a measured position: what is left is the fourth power of the
+/// largest slope of the correction, 1e-3 on a bad machine.
+const STEPS: u32 = 4;
+
+const _: () = {
+    assert!(size_of::<Servo>() <= size_of::<ServoMemory>());
+    assert!(align_of::<Servo>() <= align_of::<ServoMemory>());
+};
+
+/// Turns beyond which a double is too coarse for a position; so the time of a reduction has an end.
+const MOST_TURNS: f64 = 4_294_967_296.0;
+
+/// A position within one turn of its axis, which is the same place: nothing is lost but what the double has
+/// lost. Within the turn it stays as it is; beyond [`MOST_TURNS`] it is not a number.
+#[inline(always)]
+fn within_turn(q: f64, turn: f64) -> f64 {
+    if q.abs() <= turn {
+        q
+    } else if q.abs() <= turn * MOST_TURNS {
+        q % turn
+    } else {
+        f64::NAN
+    }
+}
+
+impl Servo {
+    /// What is around the loop of a servo with these tables.
+    pub(crate) fn around(compensation: &Compensation<'_, Room>) -> Around {
+        let mut turns = [f64::INFINITY; TRUEAXIS_AXES];
+        let axes = compensation.axes();
+        for (turn, axis) in turns.iter_mut().zip(axes) {
+            if axis.period > 0.0 {
+                *turn = axis.period.into();
+            }
+        }
+        Around {
+            mark: MADE,
+            axes: axes.len() as u32,
+            turns,
+            inputs: Inputs::at([0.0; TRUEAXIS_AXES]),
+        }
+    }
+
+    /// Whether `mark` is that of a servo.
+    #[inline(always)]
+    pub(crate) fn is_marked(mark: u32) -> bool {
+        mark == MADE
+    }
+
+    /// An array has as many values as there are axes.
+    #[inline(always)]
+    pub(crate) fn check(&self, count: usize) -> Result<(), Code> {
+        if count == self.around.axes as usize {
+            Ok(())
+        } else {
+            Err(Code::Count)
+        }
+    }
+
+    /// Positions in the number type of the tables.
+    #[inline(always)]
+    fn positions(&self, from: &[f64]) -> [f32; TRUEAXIS_AXES] {
+        let mut to = [0.0; TRUEAXIS_AXES];
+        for ((to, q), turn) in to.iter_mut().zip(from).zip(&self.around.turns) {
+            *to = within_turn(*q, *turn) as f32;
+        }
+        to
+    }
+
+    #[inline(always)]
+    pub(crate) fn take_commands(&mut self, commands: &[f64]) {
+        self.around.inputs.axes = self.positions(commands);
+    }
+
+    #[inline(always)]
+    pub(crate) fn advance(&mut self, referenced: u32, period: f64) -> &[f32; TRUEAXIS_AXES] {
+        let correction = self
+            .servo
+            .advance(&self.around.inputs, referenced as u16, period as f32);
+        &correction.dq
+    }
+
+    pub(crate) fn enable(&mut self, on: bool) {
+        if on {
+            self.servo.enable();
+        } else {
+            self.servo.disable();
+        }
+    }
+
+    pub(crate) fn dry_run(&mut self, on: bool) {
+        self.servo.dry_run(on);
+    }
+
+    /// In mm, or in °C.
+    pub(crate) fn set_auxiliary(&mut self, index: usize, value: f64) -> Result<(), Code> {
+        let auxiliaries = self.servo.compensation().auxiliaries();
+        let auxiliary = auxiliaries.get(index).ok_or(Code::Index)?;
+        let value = match auxiliary.kind {
+            AuxiliaryKind::ToolLength => value,
+            AuxiliaryKind::Temperature => value - f64::from(auxiliary.reference),
+        };
+        let to = self
+            .around
+            .inputs
+            .auxiliaries
+            .get_mut(index)
+            .ok_or(Code::Index)?;
+        *to = value as f32;
+        Ok(())
+    }
+
+    pub(crate) fn set_tool_length(&mut self, length: f64) -> Result<(), Code> {
+        let auxiliaries = self.servo.compensation().auxiliaries().iter();
+        let mut found = Err(Code::Name);
+        for (to, auxiliary) in self.around.inputs.auxiliaries.iter_mut().zip(auxiliaries) {
+            if auxiliary.kind == AuxiliaryKind::ToolLength {
+                *to = length as f32;
+                found = Ok(());
+            }
+        }
+        found
+    }
+
+    pub(crate) fn set_weight(&mut self, term: usize, weight: f64) -> Result<(), Code> {
+        Ok(self.servo.set_weight(term, weight as f32)?)
+    }
+
+    pub(crate) fn weight(&self, term: usize) -> Result<f64, Code> {
+        let weight = self.servo.wanted_weights().get(term);
+        Ok(weight.ok_or(Code::WeightFixed)?.into())
+    }
+
+    pub(crate) fn set_travel(&mut self, axis: usize, direction: i32) -> Result<(), Code> {
+        if axis >= self.around.axes as usize {
+            return Err(Code::Index);
+        }
+        let travel = match direction {
+            0 => Travel::Unknown,
+            1.. => Travel::Positive,
+            _ => Travel::Negative,
+        };
+        self.servo.set_travel(axis, travel);
+        Ok(())
+    }
+
+    /// The tables in use.
+    pub(crate) fn current(&self) -> &Held {
+        self.servo.handle()
+    }
+
+    /// Takes other tables, or those in use with their stored weights; what it does not hold any more.
+    pub(crate) fn swap(&mut self, held: Held) -> Result<Option<Held>, (Code, Held)> {
+        self.servo
+            .swap(held)
+            .map_err(|refused| (refused.why.into(), refused.handle))
+    }
+
+    /// The tables that were in use before.
+    pub(crate) fn take_retired(&mut self) -> Option<Held> {
+        self.servo.take_retired()
+    }
+
+    pub(crate) fn status(&self) -> StatusFacts {
+        StatusFacts::new(self.servo.correction().status, self.servo.factor())
+    }
+
+    /// As computed, within the value bounds, before common factor, travel and rate bounds.
+    pub(crate) fn computed(&self) -> [f32; TRUEAXIS_AXES] {
+        self.servo.correction().computed
+    }
+
+    /// How fast the corrections change, mm/s or degrees/s.
+    pub(crate) fn velocity(&self) -> [f32; TRUEAXIS_AXES] {
+        self.servo.velocity()
+    }
+
+    /// The corrections that are in measured positions, to be subtracted.
+    pub(crate) fn measured(&self, measured: &[f64]) -> Result<[f32; TRUEAXIS_AXES], Code> {
+        let conditions = self.servo.correction().status.conditions.0;
+        if conditions & (Conditions::RAMPING | Conditions::FADING).0 != 0 {
+            return Err(Code::Moving);
+        }
+        if self.servo.factor() == 0.0 {
+            return Ok([0.0; TRUEAXIS_AXES]);
+        }
+        let inputs = Inputs {
+            axes: self.positions(measured),
+            auxiliaries: self.around.inputs.auxiliaries,
+        };
+        let (c, travel) = (self.servo.compensation(), self.servo.travelling());
+        Ok(c.measured(&inputs, &travel, self.servo.wanted_weights(), STEPS))
+    }
+
+    /// No object any more.
+    pub(crate) fn unmark(&mut self) {
+        self.around.mark = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_million_turns_lose_nothing_but_what_the_double_has_lost() {
+        for turn in [360.0, 120.0, 0.1_f32] {
+            let turn = f64::from(turn);
+            for place in [0.0, 0.125, 0.5, 0.999_999] {
+                for turns in [0.0, 1.0, 8192.0, 1e6, -1.0, -1e6] {
+                    let wide = turns * turn + (place * turn).copysign(turns);
+                    let found = within_turn(wide, turn);
+                    // The sum and its parts are rounded once each; the reduction is exact.
+                    let lost = 2.0 * f64::EPSILON * wide.abs();
+                    let off = (found - (place * turn).copysign(turns)).abs();
+                    assert!(
+                        off.min(turn - off) <= lost,
+                        "{turns} turns of {turn}: {off}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn within_one_turn_and_without_a_turn_a_position_stays_as_it_is() {
+        for (q, turn) in [
+            (359.9, 360.0),
+            (-360.0, 360.0),
+            (1e9, f64::INFINITY),
+            (-0.0, 360.0),
+        ] {
+            assert_eq!(within_turn(q, turn).to_bits(), f64::to_bits(q));
+        }
+        for q in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!within_turn(q, 360.0).is_finite());
+            assert!(!within_turn(q, f64::INFINITY).is_finite());
+        }
+        assert_eq!(within_turn(360.0 * MOST_TURNS, 360.0), 0.0);
+        assert!(within_turn(360.1 * MOST_TURNS, 360.0).is_nan());
+    }
+}

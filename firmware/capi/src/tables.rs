@@ -1,0 +1,182 @@
+//! A compensation that was loaded, in memory of the caller.
+
+use crate::Room;
+use crate::code::Code;
+use crate::facts::{self, Adjustable, AuxiliaryFacts, AxisFacts, Facts, TablesMemory};
+use crate::text::Text;
+use core::fmt::Write;
+use core::sync::atomic::{AtomicU32, Ordering};
+use trueaxis::{Compensation, Header, LoadError, VERSION};
+
+/// Tables: a compensation that was loaded. Its samples stay in the blob.
+pub struct Tables {
+    pub(crate) mark: AtomicU32,
+    checksum: u32,
+    why: Option<LoadError>,
+    compensation: Compensation<'static, Room>,
+}
+
+// What tells such an object from other memory, and whose turn it is.
+const EMPTY: u32 = 0x5452_4130;
+const LOADING: u32 = 0x5452_4131;
+const LOADED: u32 = 0x5452_4132;
+const HELD: u32 = 0x5452_4133;
+
+const _: () = {
+    assert!(size_of::<Tables>() <= size_of::<TablesMemory>());
+    assert!(align_of::<Tables>() <= align_of::<TablesMemory>());
+};
+
+impl Tables {
+    /// Nothing is loaded.
+    #[inline(always)]
+    pub(crate) const fn empty() -> Self {
+        Self {
+            mark: AtomicU32::new(EMPTY),
+            checksum: 0,
+            why: None,
+            compensation: Compensation::empty(),
+        }
+    }
+
+    /// Whether `mark` is that of tables.
+    pub(crate) fn is_marked(mark: u32) -> bool {
+        matches!(mark, EMPTY | LOADING | LOADED | HELD)
+    }
+
+    /// From one mark to another, if it is that; of two threads one succeeds.
+    fn turn(&self, from: u32, to: u32) -> bool {
+        #[cfg(target_has_atomic = "32")]
+        return self
+            .mark
+            .compare_exchange(from, to, Ordering::AcqRel, Ordering::Acquire)
+            .is_ok();
+        #[cfg(not(target_has_atomic = "32"))]
+        {
+            let is = self.mark.load(Ordering::Acquire) == from;
+            if is {
+                self.mark.store(to, Ordering::Release);
+            }
+            is
+        }
+    }
+
+    /// For whoever loads into them: no servo holds them, and none takes them until that is done.
+    pub(crate) fn claim(&self) -> Result<(), Code> {
+        if self.turn(LOADED, LOADING) || self.turn(EMPTY, LOADING) {
+            Ok(())
+        } else {
+            Err(Code::InUse)
+        }
+    }
+
+    /// After [`claim`](Self::claim): loads, or is empty.
+    pub(crate) fn load(&mut self, blob: &'static [u8], slot: bool) -> Result<(), Code> {
+        let result = if slot {
+            self.compensation.load_slot(blob)
+        } else {
+            self.compensation.load(blob)
+        };
+        self.checksum = match Header::read(blob) {
+            Ok(header) if result.is_ok() => header.crc,
+            _ => 0,
+        };
+        self.why = result.err();
+        let mark = if result.is_ok() { LOADED } else { EMPTY };
+        self.mark.store(mark, Ordering::Release);
+        result.map_err(|error| Code::from(&error))
+    }
+
+    /// For a servo, which holds them from now on.
+    pub(crate) fn hold(&self) -> Result<(), Code> {
+        if self.turn(LOADED, HELD) {
+            Ok(())
+        } else if self.mark.load(Ordering::Acquire) == EMPTY {
+            Err(Code::NotLoaded)
+        } else {
+            Err(Code::InUse)
+        }
+    }
+
+    /// From a servo, which does not read them any more.
+    pub(crate) fn release(&self) {
+        self.mark.store(LOADED, Ordering::Release);
+    }
+
+    /// What is loaded; nothing while somebody loads.
+    pub(crate) fn loaded(&self) -> Result<&Compensation<'static, Room>, Code> {
+        match self.mark.load(Ordering::Acquire) {
+            LOADED | HELD => Ok(&self.compensation),
+            LOADING => Err(Code::InUse),
+            _ => Err(Code::NotLoaded),
+        }
+    }
+
+    /// What is loaded, for the servo that holds it.
+    #[inline(always)]
+    pub(crate) fn held(&self) -> &Compensation<'static, Room> {
+        &self.compensation
+    }
+
+    /// Why the last blob was refused.
+    pub(crate) fn reason(&self, text: &mut Text<'_>) {
+        if let Some(why) = &self.why {
+            // Into a buffer: nothing can go wrong.
+            let _ = write!(text, "{why}");
+        }
+    }
+
+    pub(crate) fn facts(&self) -> Result<Facts, Code> {
+        let c = self.loaded()?;
+        Ok(Facts {
+            bytes: c.blob_len() as u32,
+            checksum: self.checksum,
+            version: VERSION,
+            axes: c.axes().len() as u16,
+            auxiliaries: c.auxiliaries().len() as u16,
+            adjustable: c.weights().iter().count() as u16,
+            tables: c.tables() as u16,
+            terms: c.terms().len() as u16,
+            grids: c.grids().len() as u16,
+            policy: facts::policy(c.policy()),
+            reserved: 0,
+            inputs_used: c.inputs_used(),
+        })
+    }
+
+    pub(crate) fn axis(&self, index: usize) -> Result<AxisFacts, Code> {
+        let axis = self.loaded()?.axes().get(index).ok_or(Code::Index)?;
+        Ok(AxisFacts::from(axis))
+    }
+
+    pub(crate) fn auxiliary(&self, index: usize) -> Result<AuxiliaryFacts, Code> {
+        let auxiliaries = self.loaded()?.auxiliaries();
+        let auxiliary = auxiliaries.get(index).ok_or(Code::Index)?;
+        Ok(AuxiliaryFacts::from(auxiliary))
+    }
+
+    pub(crate) fn find_auxiliary(&self, name: &[u8]) -> Result<usize, Code> {
+        let mut auxiliaries = self.loaded()?.auxiliaries().iter();
+        let place = auxiliaries.position(|a| a.name.as_bytes() == name);
+        place.ok_or(Code::Name)
+    }
+
+    pub(crate) fn find_axis(&self, name: u8) -> Result<usize, Code> {
+        let mut axes = self.loaded()?.axes().iter();
+        axes.position(|a| a.name == name).ok_or(Code::Name)
+    }
+
+    pub(crate) fn adjustable(&self, place: usize) -> Result<Adjustable, Code> {
+        let c = self.loaded()?;
+        let terms = c.terms().enumerate();
+        let mut adjustable = terms.filter_map(|(term, view)| Some((term, view, view.limits?)));
+        let (term, view, [lower, upper]) = adjustable.nth(place).ok_or(Code::Index)?;
+        Ok(Adjustable {
+            term: term as u32,
+            axis: view.output.into(),
+            weight: view.weight,
+            lower,
+            upper,
+        })
+    }
+}

@@ -1,0 +1,96 @@
+//! A servo is made where it stays: it is larger than a stack frame should be.
+
+use core::mem::MaybeUninit;
+
+use super::lane::Lane;
+use super::state::{Fading, Servo, Values};
+use crate::description::AUXILIARIES;
+use crate::handle::Handle;
+use crate::inputs::{Inputs, Travelling};
+use crate::pace::Pace;
+use crate::ramp::Ramp;
+use crate::room::{List, Room, Row};
+use crate::status::{Correction, Status};
+
+/// Writes every field of a structure, one after the other; one that is missing does not compile.
+macro_rules! write_fields {
+    ($place:expr, $type:path { $($field:ident: $value:expr,)* }) => {{
+        let _all = |whole: Self| {
+            let $type { $($field: _,)* } = whole;
+        };
+        let place: *mut Self = $place;
+        $(
+            let value = $value;
+            // SAFETY: the place has room for all fields.
+            unsafe { (&raw mut (*place).$field).write(value) };
+        )*
+    }};
+}
+
+impl<H: Handle> Servo<H> {
+    /// Disabled, all corrections zero.
+    #[must_use]
+    pub fn new(handle: H) -> Self {
+        let mut place = MaybeUninit::uninit();
+        Self::new_in(&mut place, handle);
+        // SAFETY: `new_in` has written all of it.
+        unsafe { place.assume_init() }
+    }
+
+    /// As [`new`](Self::new), in a place where it may stay: a servo takes some 2 kB, which need not be on
+    /// the stack then.
+    pub fn new_in(place: &mut MaybeUninit<Self>, handle: H) -> &mut Self {
+        let weights = handle.get().weights();
+        let axes = handle.get().axes().len();
+        let zeros = Values::<H>::all(0.0);
+        write_fields!(
+            place.as_mut_ptr(),
+            Servo {
+                current: handle,
+                weights: weights,
+                other: None,
+                queued: false,
+                fading: Fading::Nothing,
+                coming_auxiliaries: [0.0; AUXILIARIES],
+                coming: weights,
+                wanted: weights,
+                weights_wait: false,
+                enabled: false,
+                dry_run: false,
+                factor: Ramp::ZERO,
+                factor_pace: Pace::new(1.0, 1.0),
+                blend: Ramp::ZERO,
+                blend_pace: Pace::new(1.0, 1.0),
+                lanes: <H::Room as Room>::AxisList::EMPTY,
+                inputs: Inputs::at(zeros),
+                travelling: Travelling::default(),
+                correction: Correction {
+                    dq: zeros,
+                    computed: zeros,
+                    status: Status::default(),
+                },
+                before: zeros,
+                steady: f32::NAN,
+                steady_axes: 0,
+                steady_referenced: 0,
+                steady_auxiliaries: false,
+                arrived: false,
+                held: true,
+                // Until the first usable inputs.
+                frozen: true,
+                fault: 0.0,
+                asked: 0.0,
+                period: 0.0,
+                frequency: 0.0,
+                last_frequency: 0.0,
+            }
+        );
+        // SAFETY: all fields are written.
+        let servo = unsafe { place.assume_init_mut() };
+        for _ in 0..axes {
+            servo.lanes.append(Lane::new());
+        }
+        servo.take_limits();
+        servo
+    }
+}

@@ -1,0 +1,139 @@
+//! The library for a Cortex-M4F: linked, and looked into.
+
+use super::FRAME;
+use crate::cross::{CORTEX_M, Cross};
+use crate::elf::Program;
+use crate::process::{root, run, target, works};
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// Functions that are not for the servo loop: they read a whole blob, or write texts.
+const NOT_IN_THE_LOOP: [&str; 5] = [
+    "trueaxis_tables_load",
+    "trueaxis_tables_load_slot",
+    "trueaxis_tables_load_copy",
+    "trueaxis_tables_reason",
+    "trueaxis_tables_machine",
+];
+
+/// # Errors
+/// It does not build; a function of the loop can panic or calls through a pointer; a frame is too large.
+pub fn check() -> Result<(), String> {
+    let cross = Cross::provide(CORTEX_M)?;
+    let manifest = root().join("firmware/capi/Cargo.toml");
+    let words = [
+        "rustc",
+        "-q",
+        "--release",
+        "--lib",
+        "--features",
+        "halt",
+        "--crate-type",
+        "staticlib",
+    ];
+    let (mut build, folder) = cross.cargo("stm32f405", &words);
+    // How much stack each function takes is written by an unstable option only.
+    run(build
+        .arg("--manifest-path")
+        .arg(manifest)
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("RUSTFLAGS", "-Zemit-stack-sizes"))?;
+    let functions = functions()?;
+    let linked = target("capi-bare.elf");
+    let mut link = linker()?;
+    link.args(["--gc-sections", "-e", "trueaxis_servo_update", "-o"])
+        .arg(&linked);
+    for function in &functions {
+        link.args(["-u", function]);
+    }
+    run(link.arg(folder.join("release/libtrueaxis_capi.a")))?;
+    let program = Program::read(&linked)?;
+    let mut wrong = Vec::new();
+    for function in &functions {
+        if NOT_IN_THE_LOOP.contains(&function.as_str()) {
+            continue;
+        }
+        let reach = program.reach_from(function)?;
+        for (name, from) in &reach.functions {
+            if name.contains("panic") {
+                let from = from.as_deref().unwrap_or_default();
+                wrong.push(format!("{function} can panic: {from} calls {name}"));
+            }
+        }
+        for name in &reach.through_pointers {
+            wrong.push(format!("{function} calls through a pointer in {name}"));
+        }
+    }
+    let mut frames = program.frames();
+    frames.sort_unstable_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
+    if !frames
+        .iter()
+        .any(|(name, _)| name == "trueaxis_servo_update")
+    {
+        return Err("the sizes of the frames are not known".to_owned());
+    }
+    for (name, bytes) in frames.iter().filter(|(_, bytes)| *bytes > FRAME) {
+        wrong.push(format!(
+            "{name} takes {bytes} bytes of stack, more than {FRAME}"
+        ));
+    }
+    println!(
+        "{} functions of the C interface, {} bytes",
+        functions.len(),
+        program.flash()
+    );
+    for (name, bytes) in frames.iter().take(3) {
+        println!("stack frame of {bytes:>5} bytes: {name}");
+    }
+    if wrong.is_empty() {
+        println!("nothing that a servo loop calls can reach a panic");
+        return Ok(());
+    }
+    Err(wrong.join("\n  "))
+}
+
+/// Names of all functions in the header.
+fn functions() -> Result<Vec<String>, String> {
+    let path = root().join("firmware/capi/trueaxis.h");
+    let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let calls = text.match_indices("trueaxis_").filter_map(|(place, _)| {
+        let rest = &text[place..];
+        let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))?;
+        // A declaration: at the begin of a line there is the type that it returns.
+        let line = text[..place].rsplit('\n').next()?;
+        let declares = rest[end..].starts_with('(') && !line.starts_with([' ', '*', '/', '#']);
+        declares.then(|| rest[..end].to_owned())
+    });
+    let found: Vec<String> = calls.collect();
+    if found.len() < 20 {
+        return Err(format!(
+            "{}: only {} functions",
+            path.display(),
+            found.len()
+        ));
+    }
+    Ok(found)
+}
+
+/// The linker that comes with the compiler, or LLVM's.
+fn linker() -> Result<Command, String> {
+    if works(Command::new("ld.lld").arg("--version")) {
+        return Ok(Command::new("ld.lld"));
+    }
+    let output = Command::new("rustc")
+        .args(["--print", "target-libdir"])
+        .output();
+    let output = output.map_err(|e| format!("rustc: {e}"))?;
+    let libraries = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
+    let linker = libraries.join("../bin/rust-lld");
+    if !linker.is_file() {
+        return Err(format!(
+            "no linker: neither ld.lld nor {}",
+            linker.display()
+        ));
+    }
+    let mut command = Command::new(linker);
+    command.args(["-flavor", "gnu"]);
+    Ok(command)
+}

@@ -1,0 +1,66 @@
+//! `cargo xtask install --prefix DIR`.
+
+use super::build;
+use crate::process::root;
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+/// Names of the shared library: what is linked with, what a program asks for, and the file.
+const SHARED: [&str; 3] = [
+    "libtrueaxis.so",
+    "libtrueaxis.so.0",
+    concat!("libtrueaxis.so.", env!("CARGO_PKG_VERSION")),
+];
+
+/// # Errors
+/// What does not build or cannot be written.
+pub fn execute(options: &[&str]) -> Result<(), String> {
+    let ["--prefix", prefix] = options else {
+        return Err(
+            "install takes --prefix DIR: libraries go to DIR/lib, the header to DIR/include"
+                .to_owned(),
+        );
+    };
+    let prefix = std::path::absolute(prefix).map_err(|e| format!("{prefix}: {e}"))?;
+    let libraries = build::libraries()?;
+    let (lib, include) = (prefix.join("lib"), prefix.join("include"));
+    let pkgconfig = lib.join("pkgconfig");
+    for folder in [&pkgconfig, &include] {
+        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    }
+    copy(
+        &libraries.join("libtrueaxis_capi.a"),
+        &lib.join("libtrueaxis.a"),
+    )?;
+    let [linked, asked, file] = SHARED;
+    copy(&libraries.join("libtrueaxis_capi.so"), &lib.join(file))?;
+    for (name, to) in [(asked, file), (linked, asked)] {
+        let path = lib.join(name);
+        let _ = fs::remove_file(&path);
+        symlink(to, &path).map_err(|e| format!("{}: {e}", path.display()))?;
+    }
+    copy(
+        &root().join("firmware/capi/trueaxis.h"),
+        &include.join("trueaxis.h"),
+    )?;
+    let text = format!(
+        "prefix={}\nlibdir=${{prefix}}/lib\nincludedir=${{prefix}}/include\n\n\
+         Name: trueaxis\nDescription: Volumetric compensation of machine tools at servo rate\n\
+         Version: {}\nLibs: -L${{libdir}} -ltrueaxis\nLibs.private: -lpthread -ldl -lm\n\
+         Cflags: -I${{includedir}}\n",
+        prefix.display(),
+        env!("CARGO_PKG_VERSION"),
+    );
+    let path = pkgconfig.join("trueaxis.pc");
+    fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+    println!("installed below {}", prefix.display());
+    Ok(())
+}
+
+fn copy(from: &Path, to: &Path) -> Result<(), String> {
+    // Another file, not other contents: a running program keeps the one it has.
+    let _ = fs::remove_file(to);
+    fs::copy(from, to).map_err(|e| format!("{} to {}: {e}", from.display(), to.display()))?;
+    Ok(())
+}
