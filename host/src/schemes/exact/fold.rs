@@ -7,16 +7,10 @@ use super::basis::Basis;
 use super::core::merges;
 use super::cover::{Function, Structure, Term};
 use super::generators::Generator;
+use super::limits::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
 use super::prune::Spare;
 use super::variables::Variable;
 use std::collections::BTreeMap;
-
-/// Instructions of a term, of a table that is linear or cubic, and of a product's third table and each
-/// further one.
-const TERM: usize = 10;
-const LINEAR: usize = 7;
-const CUBIC: usize = 19;
-const FACTOR: usize = 4;
 
 /// The part of each variable in a term.
 type Parts = BTreeMap<usize, Part>;
@@ -50,6 +44,12 @@ struct Multiple {
     error: f64,
 }
 
+/// Tables of one variable, and the values of their product at its nodes.
+struct Product {
+    factors: Vec<(usize, Function)>,
+    values: Vec<f64>,
+}
+
 /// A cheaper structure, and what it changes in outputs.
 struct Cheaper {
     errors: Vec<(usize, f64)>,
@@ -78,15 +78,15 @@ impl Structure {
     }
 
     /// Estimated instructions. Tables with peaks will be cubic.
-    fn cost(&self, variables: &[Variable]) -> usize {
+    fn cost(&self, variables: &[Variable]) -> f64 {
         let beyond = |t: &Term| t.factors.len().saturating_sub(2);
         let factors: usize = self.terms.iter().map(beyond).sum();
         let table = |(v, _): (usize, Function)| match variables[v].peaks.is_empty() {
-            true => LINEAR,
-            false => CUBIC,
+            true => LINEAR_TABLE,
+            false => CUBIC_TABLE,
         };
-        let tables: usize = self.tables().into_iter().map(table).sum();
-        TERM * self.terms.len() + tables + FACTOR * factors
+        let tables: f64 = self.tables().into_iter().map(table).sum();
+        TERM * self.terms.len() as f64 + tables + FACTOR * factors as f64
     }
 
     /// True if it takes fewer instructions, and no more tables, of which a target holds few.
@@ -140,22 +140,11 @@ impl Structure {
         let mut best: Option<Cheaper> = None;
         for &(v, kept) in &used {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
-                let [a, b] =
-                    [kept, gone].map(|id| bases[v].at_nodes(&self.merged[id].coefficients));
-                let (weight, rest) = nearest(&a, &b);
-                let replaced = |(w, f): (usize, Function)| match f == Function::Merged(gone) {
-                    true => vec![(w, Function::Merged(kept))],
-                    false => vec![(w, f)],
+                let product = Product {
+                    factors: vec![(v, Function::Merged(kept))],
+                    values: bases[v].at_nodes(&self.merged[kept].coefficients),
                 };
-                let errors = self.errors(v, gone, rest, bases);
-                self.consider(
-                    &mut best,
-                    spare,
-                    variables,
-                    (gone, weight),
-                    errors,
-                    replaced,
-                );
+                self.consider(&mut best, (v, gone), &product, (variables, bases), spare);
             }
         }
         self.settle(best, spare)
@@ -169,7 +158,6 @@ impl Structure {
             let Function::Merged(gone) = whole else {
                 continue;
             };
-            let b = bases[v].at_nodes(&self.merged[gone].coefficients);
             for (k, product) in bases[v].products.iter().enumerate() {
                 let &[Generator::Sine | Generator::Cosine] = product.as_slice() else {
                     continue;
@@ -183,47 +171,44 @@ impl Structure {
                     let Some(coefficients) = self.coefficients(v, kept, bases) else {
                         continue;
                     };
-                    let a = bases[v].at_nodes(&coefficients);
-                    let a: Vec<f64> = a.iter().zip(&by).map(|(a, by)| a * by).collect();
-                    let (weight, rest) = nearest(&a, &b);
-                    let replaced = |(u, f): (usize, Function)| match f == whole {
-                        true => vec![generator, (w, kept)],
-                        false => vec![(u, f)],
+                    let other = bases[v].at_nodes(&coefficients);
+                    let product = Product {
+                        factors: vec![generator, (w, kept)],
+                        values: other.iter().zip(&by).map(|(a, by)| a * by).collect(),
                     };
-                    let errors = self.errors(v, gone, rest, bases);
-                    self.consider(
-                        &mut best,
-                        spare,
-                        variables,
-                        (gone, weight),
-                        errors,
-                        replaced,
-                    );
+                    self.consider(&mut best, (v, gone), &product, (variables, bases), spare);
                 }
             }
         }
         self.settle(best, spare)
     }
 
-    /// Keeps what is cheaper and can be spared, if less changes than with the best so far.
+    /// Takes a merged table for the nearest multiple of a product, and keeps that if it is cheaper, can be
+    /// spared, and less changes than with the best so far.
     fn consider(
         &self,
         best: &mut Option<Cheaper>,
+        (v, gone): (usize, usize),
+        product: &Product,
+        (variables, bases): (&[Variable], &[Basis]),
         spare: &Spare,
-        variables: &[Variable],
-        (gone, weight): (usize, f64),
-        errors: Vec<(usize, f64)>,
-        replaced: impl Fn((usize, Function)) -> Vec<(usize, Function)>,
     ) {
+        let values = bases[v].at_nodes(&self.merged[gone].coefficients);
+        let (weight, rest) = nearest(&product.values, &values);
+        let errors = self.errors(v, gone, rest, bases);
         if !Cheaper::is_wanted(best.as_ref(), &errors, spare) {
             return;
         }
         let mut with = self.clone();
         for term in &mut with.terms {
-            let is_in = |f: &&(usize, Function)| f.1 == Function::Merged(gone);
-            let times = term.factors.iter().filter(is_in).count();
-            term.weight *= weight.powi(times as i32);
-            term.factors = term.factors.drain(..).flat_map(&replaced).collect();
+            for factor in std::mem::take(&mut term.factors) {
+                if factor == (v, Function::Merged(gone)) {
+                    term.weight *= weight;
+                    term.factors.extend(&product.factors);
+                } else {
+                    term.factors.push(factor);
+                }
+            }
             if term.factors.len() > trueaxis::FACTORS {
                 return;
             }

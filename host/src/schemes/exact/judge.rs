@@ -71,16 +71,6 @@ impl Verdict {
     }
 }
 
-/// What came of measuring a draft.
-pub enum Measured {
-    /// All of it.
-    Is(Verdict),
-    /// A blob or the target cannot hold it.
-    TooLarge,
-    /// It errs by more than it may.
-    TooMuch,
-}
-
 impl<'a> Judge<'a> {
     /// Draws the positions: over the travel, and where no motion holds; half of them with axes at
     /// their ends, where most functions are largest.
@@ -129,15 +119,12 @@ impl<'a> Judge<'a> {
     /// Measures a draft; `None` if a blob or the target cannot hold it.
     pub fn measure(&self, draft: &Draft, target: &Target) -> Option<Verdict> {
         let places = self.places.par_iter().chain(&self.others);
-        match self.measure_at(places, draft, target, f64::INFINITY) {
-            Measured::Is(verdict) => Some(verdict),
-            Measured::TooLarge | Measured::TooMuch => None,
-        }
+        self.measure_at(places, draft, target, f64::INFINITY)
     }
 
-    /// Measures a draft as long as it errs by no more than `most` tolerances, not at the positions at which
-    /// what is good is confirmed.
-    pub fn measure_up_to(&self, draft: &Draft, target: &Target, most: f64) -> Measured {
+    /// Measures a draft, not at the positions at which what is good is confirmed; `None` too if it errs by
+    /// more than `most` tolerances.
+    pub fn measure_first(&self, draft: &Draft, target: &Target, most: f64) -> Option<Verdict> {
         self.measure_at(self.places.par_iter(), draft, target, most)
     }
 
@@ -147,32 +134,32 @@ impl<'a> Judge<'a> {
         draft: &Draft,
         target: &Target,
         most: f64,
-    ) -> Measured {
-        let blob = draft.encode();
-        let runtime = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok());
-        let Some(runtime) = runtime.filter(|r| target.shortages(&Size::of(r)).is_empty()) else {
-            return Measured::TooLarge;
-        };
-        let found = places
+    ) -> Option<Verdict> {
+        let blob = draft.encode().ok()?;
+        let runtime = Runtime::load(&blob).ok()?;
+        if !target.shortages(&Size::of(&runtime)).is_empty() {
+            return None;
+        }
+        places
             .map(|place| self.at(place, &runtime))
             .map(|verdict| (verdict.error <= most).then_some(verdict))
-            .try_reduce(|| Verdict::NOTHING, |a, b| Some(a.worse(b)));
-        found.map_or(Measured::TooMuch, Measured::Is)
+            .try_reduce(|| Verdict::NOTHING, |a, b| Some(a.worse(b)))
     }
 
-    /// True if a draft keeps a multiple of the tolerance at many more positions than it was measured
-    /// at. If not, those where it does not are among these from now on.
-    pub fn confirms(&mut self, draft: &Draft, factor: f64) -> Result<bool, SchemeError> {
+    /// The harm that a draft does at many more positions than it was measured at, if it keeps a multiple of
+    /// the tolerance there. If not, those where it does not are among the first from now on.
+    pub fn confirm(&mut self, draft: &Draft, factor: f64) -> Result<Option<f64>, SchemeError> {
         self.draw_others()?;
         let blob = draft.encode();
         let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {
-            return Ok(false);
+            return Ok(None);
         };
-        let errors: Vec<f64> = self
+        let verdicts: Vec<Verdict> = self
             .others
             .par_iter()
-            .map(|place| self.at(place, &runtime).error)
+            .map(|place| self.at(place, &runtime))
             .collect();
+        let errors: Vec<f64> = verdicts.iter().map(|verdict| verdict.error).collect();
         let mut order: Vec<usize> = (0..errors.len()).collect();
         order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
         let starts = order
@@ -190,7 +177,8 @@ impl<'a> Judge<'a> {
         let missed: Vec<Place> = climbed.map(|(_, place)| place).chain(missed).collect();
         let is_kept = missed.is_empty();
         self.places.extend(missed);
-        Ok(is_kept)
+        let harm = verdicts.iter().map(|v| v.harm).fold(0.0, f64::max);
+        Ok(is_kept.then_some(harm))
     }
 
     /// Moves one input after the other, mostly to an end of its range, as long as the tables become worse
@@ -513,9 +501,9 @@ mod tests {
         assert!(worst > 2.0 * error && worst >= most, "{worst} {most}");
         assert!(!corner.holds);
         // Where the tables are worse than they may be is measured from then on.
-        assert!(judge.confirms(&draft, most * 1.01).unwrap());
+        assert!(judge.confirm(&draft, most * 1.01).unwrap().is_some());
         let before = judge.places.len();
-        assert!(!judge.confirms(&draft, most * 0.9).unwrap());
+        assert!(judge.confirm(&draft, most * 0.9).unwrap().is_none());
         assert!(judge.places.len() > before);
     }
 

@@ -8,8 +8,11 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-/// Component, node, variable, the bits of the position along it, and monomial.
-type Key = (usize, usize, usize, u64, usize);
+/// Component, node, variable, and the bits of the position along it.
+type Place = (usize, usize, usize, u64);
+
+/// A place, and a monomial.
+type Key = (Place, usize);
 
 /// What has been sampled so far.
 #[derive(Debug, Default)]
@@ -25,7 +28,7 @@ impl Sampler<'_> {
         components: &[Component],
         at: &[f64],
     ) -> Result<Vec<Vec<PerAxis>>, NotConverged> {
-        let key = |c: &Column, x: f64| (c.component, c.node, v, x.to_bits(), c.monomial);
+        let key = |c: &Column, x: f64| ((c.component, c.node, v, x.to_bits()), c.monomial);
         let known = || self.memory.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut missing: Vec<Key> = Vec::new();
         {
@@ -43,7 +46,7 @@ impl Sampler<'_> {
         // monomial, most of them.
         missing.sort_unstable();
         missing.dedup();
-        let places: Vec<&[Key]> = missing.chunk_by(|a, b| beside(a) == beside(b)).collect();
+        let places: Vec<&[Key]> = missing.chunk_by(|a, b| a.0 == b.0).collect();
         let made: Result<Vec<Vec<(Key, PerAxis)>>, NotConverged> = places
             .into_par_iter()
             .map(|keys| {
@@ -67,11 +70,11 @@ impl Sampler<'_> {
         components: &[Component],
     ) -> Result<Vec<PerAxis>, NotConverged> {
         let mut means = vec![PerAxis::default(); keys.len()];
-        let Some(&(component, node, v, x, _)) = keys.first() else {
+        let Some(&((component, node, v, x), _)) = keys.first() else {
             return Ok(means);
         };
         let component = &components[component];
-        let monomials: Vec<usize> = keys.iter().map(|key| key.4).collect();
+        let monomials: Vec<usize> = keys.iter().map(|key| key.1).collect();
         let mut place = component.place(node);
         let sides = self.variables[v].sides(f64::from_bits(x));
         for side in &sides {
@@ -85,9 +88,4 @@ impl Sampler<'_> {
         }
         Ok(means)
     }
-}
-
-/// All of a key but the monomial.
-fn beside(key: &Key) -> (usize, usize, usize, u64) {
-    (key.0, key.1, key.2, key.3)
 }

@@ -30,10 +30,8 @@ impl Spare {
         for &(output, peak) in peaks {
             squares[output] = squares[output].max(0.0) + peak * peak;
         }
-        let outputs = peaks.iter().map(|(output, _)| *output);
-        outputs
-            .into_iter()
-            .all(|output| 2.0 * squares[output].sqrt() <= self.share)
+        let is_little = |&(output, _): &(usize, f64)| 2.0 * squares[output].sqrt() <= self.share;
+        peaks.iter().all(is_little)
     }
 
     /// Leaves so much out.

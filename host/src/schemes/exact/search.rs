@@ -2,7 +2,7 @@
 
 use super::attempt::{self, Attempt, attempt};
 use super::cover::Minimize;
-use super::judge::{Judge, Measured, Verdict};
+use super::judge::{Judge, Verdict};
 use super::limits::{
     BLAMELESS, CLOSER, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS,
     FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_COARSER, LEAST_POINT_SHARE,
@@ -268,7 +268,7 @@ impl<'a> Search<'a> {
             let meets = best.meets();
             let good = verdict.error <= GOOD;
             let factor = if good { 1.0 } else { meets.unwrap_or(1.0) };
-            let confirmed = self.judge.confirms(&draft, factor)?;
+            let confirmed = self.judge.confirm(&draft, factor)?.is_some();
             if !confirmed {
                 verdict = self.judge.measure(&draft, target).unwrap_or(verdict);
                 let known = self.judge.measure(&best.draft, target);
@@ -429,20 +429,21 @@ impl<'a> Search<'a> {
             // What is made for a finer tolerance is to meet the one asked for.
             let wanted = factor.max(1.0);
             let target = &self.options.target;
+            let judge = &self.judge;
             let measured = match coarsening.enough_so_far() {
                 // Of fewer points only counts if they are enough.
-                Some(_) => self.judge.measure_up_to(&draft, target, GOOD * wanted),
-                None if adapts => self.judge.measure_up_to(&draft, target, f64::INFINITY),
-                None => match self.judge.measure(&draft, target) {
-                    Some(verdict) => Measured::Is(verdict),
-                    None => Measured::TooLarge,
-                },
+                Some(enough) => {
+                    let measured = judge.measure_first(&draft, target, GOOD * wanted);
+                    if measured.is_none() {
+                        share = coarsening.was_too_few(share, enough);
+                        continue;
+                    }
+                    measured
+                }
+                None if adapts => judge.measure_first(&draft, target, f64::INFINITY),
+                None => judge.measure(&draft, target),
             };
-            if let (Measured::TooMuch, Some(enough)) = (&measured, coarsening.enough_so_far()) {
-                share = coarsening.was_too_few(share, enough);
-                continue;
-            }
-            let Measured::Is(mut verdict) = measured else {
+            let Some(mut verdict) = measured else {
                 self.is_full = true;
                 // More than the target holds: fewer points, unless they were enough before.
                 if last.is_finite() || room == 0 {
@@ -460,12 +461,16 @@ impl<'a> Search<'a> {
                 continue;
             }
             let mut good = verdict.error <= GOOD * wanted;
-            if good && !self.judge.confirms(&draft, wanted)? {
-                good = false;
-                let measure = |draft: &Draft| self.judge.measure(draft, &self.options.target);
-                verdict = measure(&draft).unwrap_or(verdict);
-                if let Some(best) = &mut self.best {
-                    best.verdict = measure(&best.draft).unwrap_or(best.verdict);
+            if good {
+                if let Some(harm) = self.judge.confirm(&draft, wanted)? {
+                    verdict.harm = verdict.harm.max(harm);
+                } else {
+                    good = false;
+                    let measure = |draft: &Draft| self.judge.measure(draft, &self.options.target);
+                    verdict = measure(&draft).unwrap_or(verdict);
+                    if let Some(best) = &mut self.best {
+                        best.verdict = measure(&best.draft).unwrap_or(best.verdict);
+                    }
                 }
             }
             let better = match &self.best {
