@@ -10,6 +10,7 @@ mod eval;
 mod explain;
 mod files;
 mod flash;
+mod identify;
 mod inspect;
 mod monitor;
 mod policy;
@@ -18,6 +19,7 @@ mod pose;
 mod progress;
 mod replace;
 mod screen;
+mod simulate;
 mod target;
 mod verify;
 
@@ -47,6 +49,8 @@ enum Command {
     Correct(correct::Arguments),
     Pose(pose::Arguments),
     Explain(explain::Arguments),
+    Identify(identify::Arguments),
+    Simulate(simulate::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
@@ -71,6 +75,8 @@ pub fn run() -> ExitCode {
         Command::Correct(arguments) => correct::run(&arguments),
         Command::Pose(arguments) => pose::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Control(arguments) => control::run(&arguments),

@@ -1,5 +1,7 @@
 //! Files that other programs read and write.
 
+pub mod artefact;
 mod cells;
 pub mod measured;
 pub mod positions;
+pub mod probings;

@@ -65,6 +65,7 @@ mod motion;
 mod nominal;
 mod parameter;
 mod policy;
+mod sensitivity;
 mod sine;
 
 pub use axis::{Axis, Branch, Letter};
@@ -82,6 +83,7 @@ pub use nalgebra;
 pub use nominal::Nominal;
 pub use parameter::{MAX_DEGREE, MAX_HARMONIC, Parameter, ParameterKind};
 pub use policy::Policy;
+pub use sensitivity::Sensitivity;
 
 /// The most axes a machine may have.
 pub const MAX_AXES: usize = 6;

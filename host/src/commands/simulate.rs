@@ -1,0 +1,147 @@
+//! `trueaxis simulate`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, MachineFiles, Text};
+use clap::{Args, Subcommand};
+use std::path::{Path, PathBuf};
+use trueaxis_host::formats::artefact::Artefact;
+use trueaxis_host::formats::probings;
+use trueaxis_host::kinematics::Kinematics;
+use trueaxis_host::simulate::{self, Disturbances};
+
+/// Write the measurements that a machine with known errors would give
+///
+/// To try a strategy before anybody measures, or an identification against the truth.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    Probings(Probings),
+}
+
+/// Axis positions at which the stylus is on the balls of an artefact
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o probings.csv\n\n\
+The strategy has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir says\n\
+from where an axis came:\n  ball,A,C\n  1,15,60\n  1,30,180"
+)]
+struct Probings {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// Where the balls are (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// Which ball is probed at which rotary positions (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: PathBuf,
+    /// Where to write the probings (CSV; default: standard output)
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: Option<PathBuf>,
+    /// Standard deviation of each coordinate of a probing
+    #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
+    noise: f64,
+    /// How far the workpiece moves along x, y and z from the first to the last probing
+    #[arg(
+        long,
+        value_name = "µm,µm,µm",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    drift: Vec<f64>,
+    /// How many of a hundred probings are wrong
+    #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
+    outliers: f64,
+    /// By how much these are wrong
+    #[arg(long, value_name = "µm", default_value_t = 100.0, value_parser = size)]
+    outlier: f64,
+    /// Another seed gives other noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// A size that can be: 0 or more, less than a metre.
+fn size(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..1e6).contains(&value) => Ok(value),
+        _ => Err("give 0 or more µm".to_owned()),
+    }
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=100.0).contains(&value) => Ok(value),
+        _ => Err("give 0 to 100".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    match &arguments.what {
+        What::Probings(probings) => probings.run(),
+    }
+}
+
+impl Probings {
+    fn run(&self) -> Result<Outcome, BadInput> {
+        let inputs: [&Path; 4] = [
+            &self.files.machine,
+            &self.files.errors,
+            &self.artefact,
+            &self.strategy,
+        ];
+        if let Some(output) = &self.output {
+            files::prepare(output, &inputs)?;
+        }
+        let drift = match self.drift[..] {
+            [] => [0.0; 3],
+            [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => [x, y, z],
+            _ => {
+                return Err(BadInput::new(
+                    "--drift takes three numbers",
+                    "write --drift 5,0,-3 in µm",
+                ));
+            }
+        };
+        let (machine, errors) = self.files.read()?;
+        let text = Text::read(&self.artefact)?;
+        let artefact =
+            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
+        let text = Text::read(&self.strategy)?;
+        let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+        let disturbances = Disturbances {
+            noise: self.noise * 1e-3,
+            drift: drift.map(|v| v * 1e-3),
+            outliers: self.outliers * 1e-2,
+            outlier: self.outlier * 1e-3,
+            seed: self.seed,
+        };
+        let kinematics = Kinematics::new(&machine, &errors);
+        let measured = simulate::probings(&kinematics, &artefact, &strategy, &disturbances)
+            .map_err(|error| {
+                BadInput::new(
+                    format!("{}: {error}", self.strategy.display()),
+                    "correct the strategy, or where the balls are in the artefact",
+                )
+            })?;
+        let csv = probings::write(&measured, &machine);
+        match &self.output {
+            None => files::print(&csv)?,
+            Some(path) => {
+                files::write(path, csv.as_bytes())?;
+                files::print(&format!(
+                    "{}: {} probings of {} balls\n",
+                    path.display(),
+                    measured.rows.len(),
+                    measured.balls.len()
+                ))?;
+            }
+        }
+        Ok(Outcome::Done)
+    }
+}

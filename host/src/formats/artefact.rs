@@ -1,0 +1,180 @@
+//! `artefact.toml`: what is known of balls, bars and stylus before the probing.
+
+use crate::source::{Exactly, FileError};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use toml::Spanned;
+
+/// What is known of an artefact.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Artefact {
+    /// Its balls.
+    pub balls: Vec<Ball>,
+    /// Distances that are known.
+    pub bars: Vec<Bar>,
+    /// The stylus tip.
+    pub stylus: Stylus,
+}
+
+/// A ball.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ball {
+    /// Its name, as in the probings.
+    pub name: String,
+    /// Its centre in the workpiece frame (mm), to start from.
+    pub nominal: Option<Vector3<f64>>,
+}
+
+/// A known distance between the centres of two balls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// Names of the balls.
+    pub balls: [String; 2],
+    /// Length (mm).
+    pub length: f64,
+    /// Its standard uncertainty (mm).
+    pub uncertainty: f64,
+}
+
+/// The stylus tip in the spindle frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stylus {
+    /// Where it is (mm), to start from; the machine's own tool tip otherwise.
+    pub tip: Option<Vector3<f64>>,
+    /// Standard uncertainty of each coordinate (mm) where it is known: of the length of a stylus that was
+    /// measured outside the machine.
+    pub uncertainty: [Option<f64>; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    ball: Vec<BallEntry>,
+    #[serde(default)]
+    bar: Vec<BarEntry>,
+    stylus: Option<StylusEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BallEntry {
+    name: Spanned<String>,
+    nominal_mm: Option<Spanned<Exactly<3>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BarEntry {
+    balls: Spanned<Vec<String>>,
+    length_mm: Spanned<f64>,
+    standard_uncertainty_mm: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StylusEntry {
+    tip_mm: Option<Spanned<Exactly<3>>>,
+    length_standard_uncertainty_mm: Option<Spanned<f64>>,
+}
+
+/// Longest distance that anything on a machine has from anything else (mm).
+const LARGEST: f64 = 1e5;
+
+impl Artefact {
+    /// Reads it; `tool_axis` is along which axis of the spindle frame the stylus points (0, 1, 2).
+    ///
+    /// # Errors
+    /// [`FileError`]: syntax, unknown keys, a ball that is there twice, a bar between balls that are not
+    /// two or not listed, lengths and uncertainties that cannot be.
+    pub fn from_toml(text: &str, tool_axis: usize) -> Result<Self, FileError> {
+        let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let mut artefact = Self::default();
+        for ball in file.ball {
+            let (name, span) = (ball.name.get_ref(), ball.name.span());
+            if artefact.balls.iter().any(|b| b.name == *name) {
+                return Err(FileError::at(
+                    span,
+                    format!("ball `{name}` is there twice"),
+                    "the second one",
+                    "give every ball its own name",
+                ));
+            }
+            artefact.balls.push(Ball {
+                name: name.clone(),
+                nominal: ball.nominal_mm.map(|p| point(&p)).transpose()?,
+            });
+        }
+        for bar in file.bar {
+            artefact.bars.push(read_bar(&bar, &artefact.balls)?);
+        }
+        if let Some(stylus) = file.stylus {
+            artefact.stylus.tip = stylus.tip_mm.map(|p| point(&p)).transpose()?;
+            let known = stylus.length_standard_uncertainty_mm;
+            artefact.stylus.uncertainty[tool_axis] = known.map(|u| positive(&u)).transpose()?;
+        }
+        Ok(artefact)
+    }
+}
+
+fn read_bar(bar: &BarEntry, balls: &[Ball]) -> Result<Bar, FileError> {
+    let span = bar.balls.span();
+    let ends: [String; 2] = bar.balls.get_ref().clone().try_into().map_err(|_| {
+        FileError::at(
+            span.clone(),
+            "a bar has two balls",
+            "here",
+            "write balls = [\"1\", \"2\"]",
+        )
+    })?;
+    if ends[0] == ends[1] {
+        return Err(FileError::at(
+            span,
+            "both ends of the bar are the same ball",
+            "here",
+            "name two balls",
+        ));
+    }
+    if let Some(name) = ends
+        .iter()
+        .find(|name| !balls.iter().any(|b| b.name == **name))
+    {
+        return Err(FileError::at(
+            span,
+            format!("there is no ball `{name}`"),
+            "unknown ball",
+            format!("add [[ball]] with name = \"{name}\" above, or correct the name"),
+        ));
+    }
+    Ok(Bar {
+        balls: ends,
+        length: positive(&bar.length_mm)?,
+        uncertainty: positive(&bar.standard_uncertainty_mm)?,
+    })
+}
+
+fn point(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
+    let point = Vector3::from(value.get_ref().0);
+    if point.iter().all(|v| v.abs() < LARGEST) {
+        return Ok(point);
+    }
+    Err(FileError::at(
+        value.span(),
+        "this is no place on a machine",
+        "here",
+        "write x, y and z in mm",
+    ))
+}
+
+fn positive(value: &Spanned<f64>) -> Result<f64, FileError> {
+    let length = *value.get_ref();
+    if length > 0.0 && length < LARGEST {
+        return Ok(length);
+    }
+    Err(FileError::at(
+        value.span(),
+        format!("{length} is no such length"),
+        "here",
+        "write mm, more than 0",
+    ))
+}

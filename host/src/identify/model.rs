@@ -1,0 +1,310 @@
+//! Which parameters are looked for.
+
+use crate::errors::{Parameter, ParameterKind};
+use crate::machine::{Branch, Machine};
+use std::fmt;
+use std::str::FromStr;
+
+/// A list of parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Model {
+    /// Locations of two rotary axes in the workpiece branch and of three linear ones, and two relative scales:
+    /// ten parameters that probings without a length reference see (source document, Chapter 6).
+    Ten,
+    /// The same with the backlash of both rotary axes (Chapter 5).
+    Twelve,
+    /// The locations, three scales, and where the spindle is across the tool (Chapters 4 and 7).
+    Thirteen,
+    /// The coefficients of Chapter 5, for machines that are laid out as its Kolibri.
+    EightyOne,
+    /// The coefficients of Chapter 4, for machines that are laid out as its HU40.
+    EightyFour,
+    /// What the probings see, as complex as balls that were left out allow.
+    Auto,
+    /// These.
+    Named(Vec<Parameter>),
+}
+
+/// Why a machine does not have a model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{reason}")]
+pub struct ModelError {
+    /// What is wrong.
+    pub reason: String,
+    /// What to do instead.
+    pub remedy: String,
+}
+
+impl FromStr for Model {
+    type Err = ModelError;
+
+    fn from_str(text: &str) -> Result<Self, ModelError> {
+        Ok(match text {
+            "10" => Self::Ten,
+            "12" => Self::Twelve,
+            "13" => Self::Thirteen,
+            "81" => Self::EightyOne,
+            "84" => Self::EightyFour,
+            "auto" => Self::Auto,
+            names => {
+                let mut parameters = Vec::new();
+                for name in names.split(',').map(str::trim) {
+                    let parameter = Parameter::parse(name).ok_or_else(|| ModelError {
+                        reason: format!("`{name}` is neither a model nor an error parameter"),
+                        remedy: "give 10, 12, 13, 81, 84, auto, or names separated by commas: EA0Z,EXX1,ECCb".to_owned(),
+                    })?;
+                    if parameters.contains(&parameter) {
+                        return Err(ModelError {
+                            reason: format!("{parameter} is named twice"),
+                            remedy: "name every parameter once".to_owned(),
+                        });
+                    }
+                    parameters.push(parameter);
+                }
+                Self::Named(parameters)
+            }
+        })
+    }
+}
+
+impl fmt::Display for Model {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ten => f.write_str("10"),
+            Self::Twelve => f.write_str("12"),
+            Self::Thirteen => f.write_str("13"),
+            Self::EightyOne => f.write_str("81"),
+            Self::EightyFour => f.write_str("84"),
+            Self::Auto => f.write_str("auto"),
+            Self::Named(parameters) => {
+                let names: Vec<String> = parameters.iter().map(Parameter::to_string).collect();
+                f.write_str(&names.join(","))
+            }
+        }
+    }
+}
+
+impl Model {
+    /// Its parameters on a machine; those of `auto` are the ones it starts from, up to a degree, and `directions`
+    /// says of which axes it is known where they came from.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the machine is laid out differently, or does not have a named parameter.
+    pub fn parameters(
+        &self,
+        machine: &Machine,
+        degree: u8,
+        directions: &[bool],
+    ) -> Result<Vec<Parameter>, ModelError> {
+        let layout = || Layout::of(machine).ok_or_else(|| self.other_layout(machine));
+        Ok(match self {
+            Self::Ten => layout()?.located(&[1, 2]),
+            Self::Twelve => {
+                let layout = layout()?;
+                let backlash = |letter| Parameter {
+                    component: direction(letter) + 3,
+                    axis: letter,
+                    kind: ParameterKind::Backlash,
+                };
+                let mut parameters = layout.located(&[1, 2]);
+                parameters.extend([layout.rotary[1], layout.rotary[0]].map(backlash));
+                parameters
+            }
+            Self::Thirteen => {
+                let mut parameters = layout()?.located(&[0, 1, 2]);
+                let across = (0..3).filter(|k| *k != machine.tool_axis);
+                parameters.extend(across.map(|component| Parameter {
+                    component,
+                    axis: 'S',
+                    kind: ParameterKind::Inter,
+                }));
+                parameters
+            }
+            Self::EightyOne => {
+                self.published("wCAYFXZSt", include_str!("kolibri-81.txt"), machine)?
+            }
+            Self::EightyFour => {
+                self.published("wCBXFZYSt", include_str!("hu40-84.txt"), machine)?
+            }
+            Self::Auto => candidates(machine, degree, directions),
+            Self::Named(parameters) => {
+                let mut known = crate::errors::ErrorModel::perfect(machine);
+                if let Some(other) = parameters.iter().find(|p| !known.set(machine, **p, 0.0)) {
+                    return Err(ModelError {
+                        reason: format!("{} has no parameter {other}", machine.name),
+                        remedy: format!(
+                            "its axes are those of {}; harmonics are of rotary axes",
+                            machine.topology()
+                        ),
+                    });
+                }
+                parameters.clone()
+            }
+        })
+    }
+
+    fn other_layout(&self, machine: &Machine) -> ModelError {
+        ModelError {
+            reason: format!(
+                "model {self} is of machines with two rotary axes behind each other in the workpiece branch, and three linear axes; {} is {}",
+                machine.name,
+                machine.topology()
+            ),
+            remedy: "give --model auto, or the names of parameters".to_owned(),
+        }
+    }
+
+    /// A list that was published for a machine, with the letters of one that is laid out in the same way: with
+    /// other names for its directions.
+    fn published(
+        &self,
+        topology: &str,
+        names: &str,
+        machine: &Machine,
+    ) -> Result<Vec<Parameter>, ModelError> {
+        let wanted = machine.topology();
+        let orders = [
+            [0, 1, 2],
+            [1, 0, 2],
+            [2, 1, 0],
+            [0, 2, 1],
+            [1, 2, 0],
+            [2, 0, 1],
+        ];
+        let renamed = |letter: char, order: &[usize; 3]| match "XYZABC".find(letter) {
+            Some(i) => b"XYZABC"[i / 3 * 3 + order[i % 3]] as char,
+            None => letter,
+        };
+        // The case of w, F, S and t tells them from axes.
+        let same = |order: &&[usize; 3]| {
+            topology
+                .chars()
+                .map(|c| renamed(c, order))
+                .collect::<String>()
+                == wanted
+        };
+        let order = orders.iter().find(same).ok_or_else(|| ModelError {
+            reason: format!(
+                "model {self} is of machines laid out as {topology}; {} is {wanted}",
+                machine.name
+            ),
+            remedy: "give --model auto, or the names of parameters".to_owned(),
+        })?;
+        let parameters = names
+            .split_whitespace()
+            .filter_map(Parameter::parse)
+            .map(|p| Parameter {
+                component: p.component / 3 * 3 + order[p.component % 3],
+                axis: renamed(p.axis, order),
+                ..p
+            });
+        Ok(parameters.collect())
+    }
+}
+
+/// The direction of an axis by its letter: 0, 1, 2.
+fn direction(letter: char) -> usize {
+    "XYZABCUVW".find(letter).unwrap_or(0) % 3
+}
+
+/// Two rotary axes in the workpiece branch, three linear ones.
+struct Layout {
+    /// From the workpiece on.
+    rotary: [char; 2],
+    linear: [char; 3],
+}
+
+impl Layout {
+    fn of(machine: &Machine) -> Option<Self> {
+        let of = |branch| machine.axes.iter().filter(move |a| a.branch == branch);
+        let mut workpiece: Vec<char> = of(Branch::Workpiece).map(|a| a.letter.char()).collect();
+        workpiece.reverse();
+        let rotary: [char; 2] = workpiece.get(..2)?.try_into().ok()?;
+        let tool = of(Branch::Tool).map(|a| a.letter.char());
+        let linear: [char; 3] = workpiece[2..]
+            .iter()
+            .copied()
+            .chain(tool)
+            .collect::<Vec<_>>()
+            .try_into()
+            .ok()?;
+        let is_rotary = |c: &char| "ABC".contains(*c);
+        let apart = direction(rotary[0]) != direction(rotary[1]);
+        (rotary.iter().all(is_rotary) && !linear.iter().any(is_rotary) && apart)
+            .then_some(Self { rotary, linear })
+    }
+
+    /// Eight locations, and the scales of some linear directions (0, 1, 2).
+    fn located(&self, scales: &[usize]) -> Vec<Parameter> {
+        let inter = |component, axis| Parameter {
+            component,
+            axis,
+            kind: ParameterKind::Inter,
+        };
+        let [outer, inner] = self.rotary;
+        let others = |letter: char| (0..3).filter(move |k| *k != direction(letter));
+        // Both tilts of the inner rotary axis; where the outer one lies across both, and its tilts.
+        let mut parameters: Vec<Parameter> = others(inner).map(|k| inter(3 + k, inner)).collect();
+        let across = 3 - direction(outer) - direction(inner);
+        parameters.push(inter(across, outer));
+        parameters.extend(others(outer).map(|k| inter(3 + k, outer)));
+        // The second linear axis to the first, the third to both.
+        let [first, second, third] = self.linear;
+        parameters.push(inter(6 - direction(first) - direction(second), second));
+        parameters.extend(others(third).map(|k| inter(3 + k, third)));
+        parameters.extend(scales.iter().map(|component| Parameter {
+            component: *component,
+            axis: b"XYZ"[*component] as char,
+            kind: ParameterKind::Degree(1),
+        }));
+        parameters
+    }
+}
+
+/// All that a machine can have up to a degree: locations, then motions of linear axes and of rotary ones with
+/// less than a turn as polynomials (of degree 1 and more: constants are locations), of others as harmonics,
+/// then backlash.
+fn candidates(machine: &Machine, degree: u8, directions: &[bool]) -> Vec<Parameter> {
+    let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
+    let six = |axis: char, kind| {
+        (0..6).map(move |component| Parameter {
+            component,
+            axis,
+            kind,
+        })
+    };
+    let mut parameters: Vec<Parameter> = Vec::new();
+    for axis in letters.iter().copied().chain(['S']) {
+        parameters.extend(six(axis, ParameterKind::Inter));
+    }
+    for k in 1..=degree {
+        for axis in &machine.axes {
+            let letter = axis.letter.char();
+            let [low, high] = axis.travel;
+            if axis.letter.is_rotary() && (axis.modulo || high - low >= 360.0) {
+                parameters.extend(six(letter, ParameterKind::Cosine(k)));
+                parameters.extend(six(letter, ParameterKind::Sine(k)));
+            } else {
+                parameters.extend(six(letter, ParameterKind::Degree(k)));
+            }
+        }
+    }
+    if degree == 0 {
+        // Locations alone would leave out what every machine has.
+        let linear = letters.iter().filter(|l| "XYZUVW".contains(**l));
+        parameters.extend(linear.map(|axis| Parameter {
+            component: direction(*axis),
+            axis: *axis,
+            kind: ParameterKind::Degree(1),
+        }));
+    }
+    for (axis, known) in letters.iter().zip(directions) {
+        let own = direction(*axis) + if "ABC".contains(*axis) { 3 } else { 0 };
+        parameters.extend(known.then_some(Parameter {
+            component: own,
+            axis: *axis,
+            kind: ParameterKind::Backlash,
+        }));
+    }
+    parameters
+}

@@ -1,0 +1,398 @@
+//! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
+
+use super::Unknown;
+use super::factor::Factor;
+use super::solve::Row;
+use super::unseen::GivenUp;
+use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation};
+use crate::formats::artefact::Artefact;
+use crate::formats::probings::Probings;
+use crate::kinematics::Kinematics;
+use crate::machine::{Machine, PerAxis};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
+use rayon::prelude::*;
+
+/// What was probed on which machine, and what is looked for.
+#[derive(Debug)]
+pub struct Problem<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// What is looked for: parameters, stylus, balls.
+    pub unknowns: Vec<Unknown>,
+    /// The probings, in an order that does not depend on that of the file.
+    pub(super) places: Vec<Place>,
+    balls: usize,
+    bars: Vec<Bar>,
+    stylus: Stylus,
+    /// Where balls are, to start from.
+    nominal: Vec<Option<Vector3<f64>>>,
+    base: ErrorModel,
+}
+
+/// A probing.
+#[derive(Debug)]
+pub(super) struct Place {
+    pub ball: usize,
+    /// Its row in the file.
+    pub row: usize,
+    q: PerAxis,
+    situation: Situation,
+    /// How the spindle has turned the stylus.
+    turned: Matrix3<f64>,
+    /// Standard uncertainty of a coordinate (mm), where it is stated.
+    pub sigma: Option<f64>,
+}
+
+#[derive(Debug)]
+struct Bar {
+    balls: [usize; 2],
+    length: f64,
+    sigma: f64,
+}
+
+#[derive(Debug)]
+struct Stylus {
+    tip: Vector3<f64>,
+    sigma: [Option<f64>; 3],
+}
+
+/// Values of all unknowns.
+#[derive(Clone, Debug)]
+pub(super) struct Estimate {
+    pub errors: ErrorModel,
+    pub stylus: Vector3<f64>,
+    pub balls: Vec<Vector3<f64>>,
+}
+
+/// Larger errors no machine has (rad, mm).
+const LARGEST_ANGLE: f64 = 0.01;
+const LARGEST_LENGTH: f64 = 1.0;
+
+impl<'a> Problem<'a> {
+    /// Puts it together: `base` is what is known of the machine, or what to start from. Balls of the artefact that were not probed, and bars between them, are left out.
+    #[must_use]
+    pub fn new(
+        machine: &'a Machine,
+        probings: &Probings,
+        artefact: &Artefact,
+        parameters: &[Parameter],
+        base: &ErrorModel,
+    ) -> Self {
+        let index = |name: &String| probings.balls.iter().position(|b| b == name);
+        let mut places: Vec<Place> = (probings.rows.iter().enumerate())
+            .map(|(row, probing)| Place {
+                ball: probing.ball,
+                row,
+                q: machine.to_kinematic(&probing.position),
+                situation: Situation {
+                    sign: probing.direction,
+                    ..Situation::default()
+                },
+                turned: turned(machine.tool_axis, probing.spindle),
+                sigma: probing.sigma,
+            })
+            .collect();
+        // Sums of floating-point numbers depend on their order a little.
+        places.sort_by(|a, b| {
+            let key = |p: &Place| {
+                (
+                    probings.balls[p.ball].clone(),
+                    p.q.map(ordered),
+                    p.turned[(0, 1)].to_bits(),
+                )
+            };
+            key(a).cmp(&key(b))
+        });
+        let mut unknowns: Vec<Unknown> =
+            parameters.iter().map(|p| Unknown::Parameter(*p)).collect();
+        unknowns.extend((0..3).map(Unknown::Stylus));
+        unknowns.extend(
+            (0..probings.balls.len()).flat_map(|b| (0..3).map(move |i| Unknown::Ball(b, i))),
+        );
+        let nominal = |name: &String| artefact.balls.iter().find(|b| b.name == *name)?.nominal;
+        Self {
+            machine,
+            unknowns,
+            places,
+            balls: probings.balls.len(),
+            bars: (artefact.bars.iter())
+                .filter_map(|bar| {
+                    Some(Bar {
+                        balls: [index(&bar.balls[0])?, index(&bar.balls[1])?],
+                        length: bar.length,
+                        sigma: bar.uncertainty,
+                    })
+                })
+                .collect(),
+            stylus: Stylus {
+                tip: artefact.stylus.tip.unwrap_or(Vector3::from(machine.tip)),
+                sigma: artefact.stylus.uncertainty,
+            },
+            nominal: probings.balls.iter().map(nominal).collect(),
+            base: base.clone(),
+        }
+    }
+
+    /// The machine as it is known, with balls where the stylus was.
+    pub(super) fn start(&self) -> Estimate {
+        let mut sums = vec![(Vector3::zeros(), 0.0); self.balls];
+        for (ball, tip) in self.tips(&self.base, &self.stylus.tip) {
+            let (sum, count) = &mut sums[ball];
+            *sum += tip;
+            *count += 1.0;
+        }
+        let balls = (sums.iter().zip(&self.nominal))
+            .map(|((sum, count), nominal)| nominal.unwrap_or(sum / *count))
+            .collect();
+        Estimate {
+            errors: self.base.clone(),
+            stylus: self.stylus.tip,
+            balls,
+        }
+    }
+
+    /// How far linear axes move from their mean (mm, root of the mean square).
+    pub(super) fn lever(&self) -> f64 {
+        let linear =
+            (0..self.machine.axes.len()).filter(|i| !self.machine.axes[*i].letter.is_rotary());
+        let count = self.places.len() as f64;
+        let variances = linear.map(|i| {
+            let mean = self.places.iter().map(|p| p.q[i]).sum::<f64>() / count;
+            self.places
+                .iter()
+                .map(|p| (p.q[i] - mean).powi(2))
+                .sum::<f64>()
+                / count
+        });
+        variances.sum::<f64>().sqrt()
+    }
+
+    /// How many equations there are.
+    pub(super) fn equations(&self) -> usize {
+        3 * self.places.len() + self.bars.len() + self.known_coordinates().count()
+    }
+
+    /// Coordinates of the stylus that are known, with their uncertainty.
+    fn known_coordinates(&self) -> impl Iterator<Item = (usize, f64)> {
+        (self.stylus.sigma.iter().enumerate()).filter_map(|(i, sigma)| Some((i, (*sigma)?)))
+    }
+
+    /// The ball of each probing, and where the tip of a machine is then (mm, workpiece frame).
+    pub(super) fn tips(
+        &self,
+        errors: &ErrorModel,
+        stylus: &Vector3<f64>,
+    ) -> Vec<(usize, Vector3<f64>)> {
+        let kinematics = Kinematics::new(self.machine, errors);
+        let tip = |place: &Place| {
+            let tip = place.turned * stylus;
+            kinematics
+                .sensitivity(&place.q, &place.situation, &tip)
+                .point
+        };
+        self.places
+            .par_iter()
+            .map(|place| (place.ball, tip(place)))
+            .collect()
+    }
+
+    /// How far the tip is from the ball in each probing (mm, workpiece frame).
+    pub(super) fn misses(&self, estimate: &Estimate) -> Vec<Vector3<f64>> {
+        let tips = self.tips(&estimate.errors, &estimate.stylus).into_iter();
+        tips.map(|(ball, tip)| tip - estimate.balls[ball]).collect()
+    }
+
+    /// The equations that are no probings: what is left of each, in its standard uncertainties.
+    fn others(&self, estimate: &Estimate) -> Vec<f64> {
+        let bars = self.bars.iter().map(|bar| {
+            let [a, b] = bar.balls.map(|i| estimate.balls[i]);
+            ((a - b).norm() - bar.length) / bar.sigma
+        });
+        let known = self.known_coordinates();
+        bars.chain(known.map(|(i, sigma)| (estimate.stylus[i] - self.stylus.tip[i]) / sigma))
+            .collect()
+    }
+
+    /// Their derivatives by one unknown.
+    fn others_by(&self, unknown: Unknown, estimate: &Estimate) -> Vec<f64> {
+        let bars = self.bars.iter().map(|bar| {
+            let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
+            let along = (a - b).normalize() / bar.sigma;
+            match unknown {
+                Unknown::Ball(ball, k) if ball == bar.balls[0] => along[k],
+                Unknown::Ball(ball, k) if ball == bar.balls[1] => -along[k],
+                _ => 0.0,
+            }
+        });
+        let known = self.known_coordinates().map(|(k, sigma)| match unknown {
+            Unknown::Stylus(i) if i == k => 1.0 / sigma,
+            _ => 0.0,
+        });
+        bars.chain(known).collect()
+    }
+
+    /// What is left of all equations, in their standard uncertainties: those of probings are the inverse of
+    /// `weights`.
+    pub(super) fn residuals(&self, estimate: &Estimate, weights: &[f64]) -> DVector<f64> {
+        let misses = self.misses(estimate);
+        let probed = misses.iter().zip(weights).flat_map(|(miss, w)| {
+            let scaled = miss * *w;
+            [scaled.x, scaled.y, scaled.z]
+        });
+        let all: Vec<f64> = probed.chain(self.others(estimate)).collect();
+        DVector::from_vec(all)
+    }
+
+    /// The derivatives of [`Self::residuals`]: equations × unknowns.
+    pub(super) fn jacobian(&self, estimate: &Estimate, weights: &[f64]) -> DMatrix<f64> {
+        let kinematics = Kinematics::new(self.machine, &estimate.errors);
+        let mut jacobian = DMatrix::zeros(self.equations(), self.unknowns.len());
+        let found: Vec<_> = self
+            .places
+            .par_iter()
+            .map(|place| {
+                let tip = place.turned * estimate.stylus;
+                kinematics.sensitivity(&place.q, &place.situation, &tip)
+            })
+            .collect();
+        let equations = jacobian.nrows();
+        // Columns lie behind each other.
+        let columns = jacobian.as_mut_slice().par_chunks_mut(equations);
+        columns.zip(&self.unknowns).for_each(|(column, unknown)| {
+            for (i, (place, found)) in self.places.iter().zip(&found).enumerate() {
+                let change = match *unknown {
+                    Unknown::Parameter(parameter) => self.by_parameter(parameter, place, found),
+                    Unknown::Stylus(k) => found.by_tool * place.turned.column(k),
+                    Unknown::Ball(ball, k) if ball == place.ball => -Vector3::ith(k, 1.0),
+                    Unknown::Ball(..) => continue,
+                };
+                let weighted: [f64; 3] = (change * weights[i]).into();
+                column[3 * i..3 * i + 3].copy_from_slice(&weighted);
+            }
+            let others = self.others_by(*unknown, estimate);
+            column[3 * self.places.len()..].copy_from_slice(&others);
+        });
+        jacobian
+    }
+
+    /// Parameters that show in no row, though they be as large as in no machine.
+    pub(super) fn idle(&self, factor: &Factor, weights: &[f64]) -> Vec<usize> {
+        let all = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
+        let columns = factor.unknowns().iter().zip(factor.lengths());
+        let idle = columns.filter(|(i, length)| {
+            let Unknown::Parameter(parameter) = self.unknowns[**i] else {
+                return false;
+            };
+            let largest = if parameter.is_angular() {
+                LARGEST_ANGLE
+            } else {
+                LARGEST_LENGTH
+            };
+            // Of an error motion all of it, not its coefficient.
+            let bases = self
+                .places
+                .iter()
+                .zip(weights)
+                .map(|(place, w)| w * self.basis(parameter, place));
+            let whole = bases.map(|b| b * b).sum::<f64>().sqrt();
+            let largest_coefficient = largest * all / whole;
+            whole == 0.0 || **length * largest_coefficient < ((3 * self.places.len()) as f64).sqrt()
+        });
+        idle.map(|(i, _)| *i).collect()
+    }
+
+    fn by_parameter(
+        &self,
+        parameter: Parameter,
+        place: &Place,
+        found: &trueaxis_kinematics::Sensitivity,
+    ) -> Vector3<f64> {
+        let component = parameter.component;
+        let spindle = self.machine.axes.len();
+        let axis = self.machine.index(parameter.axis).unwrap_or(spindle);
+        let basis = self.basis(parameter, place);
+        match parameter.kind {
+            ParameterKind::Inter => found.by_inter[axis].column(component) * basis,
+            _ => found.by_intra[axis].column(component) * basis,
+        }
+    }
+
+    /// The error that a parameter of 1 makes of its axis in a probing.
+    fn basis(&self, parameter: Parameter, place: &Place) -> f64 {
+        let axis = self.machine.index(parameter.axis).unwrap_or(0);
+        match parameter.kind {
+            ParameterKind::Inter => 1.0,
+            ParameterKind::Backlash => place.situation.sign[axis],
+            kind => kind.basis(place.q[axis]),
+        }
+    }
+
+    /// Takes the value of an unknown that is given up into those that cannot be told from it.
+    pub(super) fn give_up(&self, estimate: &mut Estimate, given_up: &GivenUp) {
+        let Unknown::Parameter(parameter) = self.unknowns[given_up.number] else {
+            return;
+        };
+        let value = estimate
+            .errors
+            .parameters
+            .get(&parameter)
+            .copied()
+            .unwrap_or(0.0);
+        let mut step = DVector::zeros(self.unknowns.len());
+        for (i, part) in &given_up.others {
+            step[*i] = part * value;
+        }
+        *estimate = self.moved(estimate, &step);
+        estimate.errors.set(self.machine, parameter, 0.0);
+        estimate.errors.parameters.remove(&parameter);
+    }
+
+    /// What is left, in the order of the file.
+    pub(super) fn rows(
+        &self,
+        before: &[Vector3<f64>],
+        after: &[Vector3<f64>],
+        trusted: &[bool],
+    ) -> Vec<Row> {
+        let mut order: Vec<usize> = (0..self.places.len()).collect();
+        order.sort_by_key(|i| self.places[*i].row);
+        let row = |i: usize| Row {
+            before: before[i],
+            after: after[i],
+            is_trusted: trusted[i],
+        };
+        order.into_iter().map(row).collect()
+    }
+
+    /// Adds a step to the unknowns.
+    pub(super) fn moved(&self, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
+        let mut next = estimate.clone();
+        for (unknown, step) in self.unknowns.iter().zip(step.iter()) {
+            match *unknown {
+                Unknown::Parameter(parameter) => {
+                    let before = next
+                        .errors
+                        .parameters
+                        .get(&parameter)
+                        .copied()
+                        .unwrap_or(0.0);
+                    next.errors.set(self.machine, parameter, before + step);
+                }
+                Unknown::Stylus(k) => next.stylus[k] += step,
+                Unknown::Ball(ball, k) => next.balls[ball][k] += step,
+            }
+        }
+        next
+    }
+}
+
+/// A number in the order of its value, for sorting.
+fn ordered(value: f64) -> i64 {
+    let bits = value.to_bits() as i64;
+    bits ^ (((bits >> 63) as u64) >> 1) as i64
+}
+
+/// How a spindle that is indexed by so much (deg) turns the stylus in its frame.
+pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
+    *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
+}

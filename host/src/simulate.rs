@@ -1,0 +1,169 @@
+//! Measurements as a machine with known errors would give them.
+
+use crate::errors::Situation;
+use crate::formats::artefact::Artefact;
+use crate::formats::probings::{Probing, Probings};
+use crate::identify::turned;
+use crate::kinematics::Kinematics;
+use crate::machine::{Machine, PerAxis};
+use nalgebra::{Matrix3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// What is not as it should be with the measurement itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disturbances {
+    /// Standard deviation of each coordinate of a probing (mm).
+    pub noise: f64,
+    /// Movement of the workpiece frame from the first to the last row (mm), along each of its axes.
+    pub drift: [f64; 3],
+    /// Part of the rows, 0 to 1, that are off by `outlier` besides.
+    pub outliers: f64,
+    /// How far (mm), in a random direction.
+    pub outlier: f64,
+    /// Where random numbers begin.
+    pub seed: u64,
+}
+
+/// Why a probing cannot be simulated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulateError {
+    /// Nobody knows where a ball is.
+    #[error("ball `{ball}` has no nominal_mm in the artefact")]
+    NoPlace {
+        /// Its name.
+        ball: String,
+    },
+    /// The machine has no three linear axes that reach every place.
+    #[error("line {line}: the linear axes cannot bring the stylus to ball `{ball}` there")]
+    NotReached {
+        /// Line of the strategy.
+        line: usize,
+        /// The ball.
+        ball: String,
+    },
+    /// It is too far away.
+    #[error("line {line}: ball `{ball}` is at {axis} = {position:.3}, outside its travel")]
+    Outside {
+        /// Line of the strategy.
+        line: usize,
+        /// The ball.
+        ball: String,
+        /// The axis.
+        axis: char,
+        /// Where it would have to be (mm).
+        position: f64,
+    },
+}
+
+/// Where the axes are when the stylus is on each ball of a strategy: its rotary axes and its spindle as they
+/// are there, its linear ones where the tip of the actual machine meets the ball.
+///
+/// # Errors
+/// [`SimulateError`]: a ball without a place, one that cannot be reached.
+pub fn probings(
+    kinematics: &Kinematics<'_>,
+    artefact: &Artefact,
+    strategy: &Probings,
+    disturbances: &Disturbances,
+) -> Result<Probings, SimulateError> {
+    let machine = kinematics.machine;
+    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
+    let tip = artefact.stylus.tip.unwrap_or(Vector3::from(machine.tip));
+    let mut measured = strategy.clone();
+    let last = (strategy.rows.len().max(2) - 1) as f64;
+    for (number, row) in measured.rows.iter_mut().enumerate() {
+        let name = &strategy.balls[row.ball];
+        let ball = (artefact.balls.iter())
+            .find(|b| b.name == *name)
+            .and_then(|b| b.nominal);
+        let ball = ball.ok_or_else(|| SimulateError::NoPlace { ball: name.clone() })?;
+        let drift = Vector3::from(disturbances.drift) * (number as f64 / last);
+        let tip = turned(machine.tool_axis, row.spindle) * tip;
+        let q = reach(kinematics, row, &tip, &(ball + drift)).ok_or_else(|| {
+            SimulateError::NotReached {
+                line: row.line,
+                ball: name.clone(),
+            }
+        })?;
+        row.position = machine.to_command(&q);
+        disturb(machine, row, disturbances, &mut random);
+        for (axis, position) in machine.axes.iter().zip(row.position) {
+            let [low, high] = axis.travel;
+            if !axis.modulo && !(low..=high).contains(&position) {
+                return Err(SimulateError::Outside {
+                    line: row.line,
+                    ball: name.clone(),
+                    axis: axis.letter.char(),
+                    position,
+                });
+            }
+        }
+    }
+    Ok(measured)
+}
+
+/// Steps to a ball: each gains the relative size of the errors.
+const STEPS: usize = 20;
+/// The tip is on the ball (mm): rounding of positions of 1 m.
+const REACHED: f64 = 1e-11;
+
+/// Linear positions at which the tip is on the ball (mm, rad).
+fn reach(
+    kinematics: &Kinematics<'_>,
+    row: &Probing,
+    tip: &Vector3<f64>,
+    ball: &Vector3<f64>,
+) -> Option<PerAxis> {
+    let machine = kinematics.machine;
+    let situation = Situation {
+        sign: row.direction,
+        ..Situation::default()
+    };
+    let linear = three_linear(machine)?;
+    let mut q = machine.to_kinematic(&row.position);
+    for _ in 0..STEPS {
+        let found = kinematics.sensitivity(&q, &situation, tip);
+        let miss = found.point - ball;
+        if miss.norm() < REACHED {
+            return Some(q);
+        }
+        let ways = linear.map(|i| {
+            let axis = &machine.axes[i];
+            let way: Vector3<f64> = found.by_intra[i].column(axis.letter.component()).into();
+            if axis.reversed { -way } else { way }
+        });
+        let step = Matrix3::from_columns(&ways).try_inverse()? * miss;
+        for (i, step) in linear.into_iter().zip(step.iter()) {
+            q[i] -= step;
+        }
+    }
+    None
+}
+
+/// The first three linear axes.
+fn three_linear(machine: &Machine) -> Option<[usize; 3]> {
+    let linear = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
+    linear.take(3).collect::<Vec<_>>().try_into().ok()
+}
+
+fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut Pcg64Mcg) {
+    let mut off = Vector3::from_fn(|_, _| normal(random)) * by.noise;
+    // Drawn in any case, so that the noise of a seed is the same with outliers and without.
+    let (chance, direction) = (
+        random.random::<f64>(),
+        Vector3::from_fn(|_, _| normal(random)),
+    );
+    if chance < by.outliers {
+        off += direction.normalize() * by.outlier;
+    }
+    for (i, off) in three_linear(machine).into_iter().flatten().zip(off.iter()) {
+        row.position[i] += off;
+    }
+}
+
+/// A number of the standard normal distribution (Box and Muller).
+fn normal(random: &mut Pcg64Mcg) -> f64 {
+    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+    radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
+}

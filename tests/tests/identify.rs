@@ -1,0 +1,295 @@
+//! Identification against machines whose errors are known.
+
+use trueaxis_host::errors::{ErrorModel, Parameter};
+use trueaxis_host::formats::artefact::Artefact;
+use trueaxis_host::formats::probings::{self, Probings};
+use trueaxis_host::identify::{Identified, Model, Options, Problem, automatic, identify};
+use trueaxis_host::kinematics::Kinematics;
+use trueaxis_host::machine::Machine;
+use trueaxis_host::simulate::{self, Disturbances};
+use trueaxis_tests::read;
+
+/// A machine, its errors, and how it is probed.
+struct Case {
+    machine: Machine,
+    errors: ErrorModel,
+    artefact: Artefact,
+    strategy: Probings,
+}
+
+impl Case {
+    fn new(folder: &str, errors: &str) -> Self {
+        let file = |name: &str| read(&format!("examples/{folder}/{name}"));
+        let machine = Machine::from_toml(&file("machine.toml")).unwrap();
+        let mut errors = ErrorModel::from_toml(&file(errors), &machine).unwrap();
+        // Polynomials that go on to the ends, as those that are looked for do.
+        for (range, axis) in errors.calibrated.iter_mut().zip(&machine.axes) {
+            *range = axis.travel.map(|t| axis.to_kinematic(t));
+        }
+        Self {
+            artefact: Artefact::from_toml(&file("artefact.toml"), machine.tool_axis).unwrap(),
+            strategy: probings::read(&file("strategy.csv"), &machine, false).unwrap(),
+            machine,
+            errors,
+        }
+    }
+
+    fn measured(&self, disturbances: &Disturbances) -> Probings {
+        let kinematics = Kinematics::new(&self.machine, &self.errors);
+        simulate::probings(&kinematics, &self.artefact, &self.strategy, disturbances).unwrap()
+    }
+
+    fn found(&self, model: &str, measured: &Probings, options: Options) -> Identified {
+        let model: Model = model.parse().unwrap();
+        let parameters = model.parameters(&self.machine, 0, &[]).unwrap();
+        let perfect = ErrorModel::perfect(&self.machine);
+        let problem = Problem::new(
+            &self.machine,
+            measured,
+            &self.artefact,
+            &parameters,
+            &perfect,
+        );
+        identify(&problem, options).unwrap()
+    }
+
+    fn truth(&self, parameter: Parameter) -> f64 {
+        self.errors
+            .parameters
+            .get(&parameter)
+            .copied()
+            .unwrap_or(0.0)
+    }
+}
+
+fn worst(identified: &Identified) -> f64 {
+    identified
+        .rows
+        .iter()
+        .map(|row| row.after.norm())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn without_noise_the_truth_is_found() {
+    for (folder, errors, model, count) in [
+        ("kolibri", "errors-10.toml", "10", 10),
+        ("kolibri", "errors-12.toml", "12", 10),
+        ("hu40", "errors-13.toml", "13", 13),
+        ("kolibri", "errors-81.toml", "81", 79),
+        ("hu40", "errors-84.toml", "84", 82),
+    ] {
+        let case = Case::new(folder, errors);
+        let identified = case.found(
+            model,
+            &case.measured(&Disturbances::default()),
+            Options::default(),
+        );
+        // 0.001 µm.
+        assert!(
+            worst(&identified) < 1e-6,
+            "{folder} {model}: {}",
+            worst(&identified)
+        );
+        let names: Vec<String> = identified
+            .parameters
+            .iter()
+            .map(|e| e.parameter.to_string())
+            .collect();
+        assert_eq!(names.len(), count, "{folder} {model}: {names:?}");
+        if count > 13 {
+            continue;
+        }
+        for e in &identified.parameters {
+            let off = (e.value - case.truth(e.parameter)).abs();
+            // 1e-6 mm at a tenth of a metre.
+            let most = if e.parameter.is_angular() || e.parameter.to_string().ends_with('1') {
+                1e-8
+            } else {
+                1e-6
+            };
+            assert!(off < most, "{}: {off}", e.parameter);
+        }
+    }
+}
+
+#[test]
+fn the_order_of_rows_does_not_matter() {
+    let case = Case::new("hu40", "errors-13.toml");
+    let measured = case.measured(&Disturbances {
+        noise: 1e-3,
+        ..Disturbances::default()
+    });
+    let one = case.found("13", &measured, Options::default());
+    let mut other = measured.clone();
+    other.rows.reverse();
+    other.rows.swap(3, 50);
+    other.rows.rotate_left(20);
+    let other = case.found("13", &other, Options::default());
+    assert_eq!(one.parameters, other.parameters);
+    assert_eq!((one.noise, one.condition), (other.noise, other.condition));
+}
+
+#[test]
+fn uncertainties_are_what_noise_does() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    let seeds = 100;
+    let mut squares = [0.0; 10];
+    let mut noise = 0.0;
+    for seed in 0..seeds {
+        let measured = case.measured(&Disturbances {
+            noise: 1e-3,
+            seed,
+            ..Disturbances::default()
+        });
+        let identified = case.found("10", &measured, Options::default());
+        noise += identified.noise / f64::from(seeds as u32);
+        for (square, e) in squares.iter_mut().zip(&identified.parameters) {
+            *square += ((e.value - case.truth(e.parameter)) / e.uncertainty).powi(2) / seeds as f64;
+        }
+    }
+    // A standard deviation of 100 draws is known to 7 %: three and a half times that.
+    for square in squares {
+        assert!((0.75..1.25).contains(&square.sqrt()), "{squares:?}");
+    }
+    // 48 000 coordinates: 0.3 %.
+    assert!((noise - 1e-3).abs() < 1e-5, "{noise}");
+}
+
+#[test]
+fn outliers_are_named_and_count_little() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    let clean = Disturbances {
+        noise: 1e-3,
+        seed: 5,
+        ..Disturbances::default()
+    };
+    let options = Options { robust: true };
+    let expected = case.found("10", &case.measured(&clean), Options::default());
+    let dirty = Disturbances {
+        outliers: 0.05,
+        outlier: 0.1,
+        ..clean
+    };
+    let (measured, good) = (case.measured(&dirty), case.measured(&clean));
+    let identified = case.found("10", &measured, options);
+    let mut wrong = 0;
+    for ((row, found), clean) in measured.rows.iter().zip(&identified.rows).zip(&good.rows) {
+        let is_wrong = row.position != clean.position;
+        wrong += usize::from(is_wrong);
+        assert_eq!(found.is_trusted, !is_wrong, "line {}", row.line);
+    }
+    assert!((4..15).contains(&wrong), "{wrong}");
+    for (found, clean) in identified.parameters.iter().zip(&expected.parameters) {
+        let off = (found.value - clean.value).abs();
+        assert!(
+            off < 2.0 * clean.uncertainty,
+            "{}: {off} {}",
+            found.parameter,
+            clean.uncertainty
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_seen_is_said() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    let measured = case.measured(&Disturbances {
+        noise: 1e-3,
+        ..Disturbances::default()
+    });
+    let all =
+        "EB0A,EC0A,EY0C,EA0C,EB0C,EC0X,EA0Z,EB0Z,EXX1,EYY1,EZZ1,EX0S,EZ0S,EZ0C,EC0S,ECCb,EA0A,EC0Y";
+    let identified = case.found(all, &measured, Options::default());
+    let mut found: Vec<String> = identified.unseen.iter().map(|u| u.sentence()).collect();
+    found.sort();
+    let stylus = "index the spindle, or give the length of the stylus with its uncertainty";
+    let mut expected = vec![
+        "EXX1 and EYY1, EZZ1 differ by a common scale only: there is no length reference (a bar in the artefact), so they are relative to EXX1".to_owned(),
+        format!("EX0S cannot be told from the stylus' x: {stylus}"),
+        format!("EZ0S cannot be told from the stylus' z: {stylus}"),
+        "EZ0C cannot be told from where the balls are".to_owned(),
+        "EC0S does nothing at these positions".to_owned(),
+        "ECCb is not known: no row says from which direction the axis came (a column such as A_dir)".to_owned(),
+        "EA0A cannot be told from EA0C".to_owned(),
+        "EC0Y cannot be told from EC0X".to_owned(),
+    ];
+    expected.sort();
+    assert_eq!(found, expected);
+    assert_eq!(identified.parameters.len(), 10);
+    for e in &identified.parameters {
+        let off = (e.value - case.truth(e.parameter)) / e.uncertainty;
+        assert!(off.abs() < 4.0, "{}: {off}", e.parameter);
+    }
+}
+
+#[test]
+fn a_bar_makes_scales_absolute() {
+    let case = Case::new("hu40", "errors-13.toml");
+    let measured = case.measured(&Disturbances {
+        noise: 1e-3,
+        ..Disturbances::default()
+    });
+    let scale = |identified: &Identified| {
+        let all = identified
+            .parameters
+            .iter()
+            .map(|e| e.parameter.to_string());
+        all.filter(|name| name == "EXX1").count()
+    };
+    assert_eq!(scale(&case.found("13", &measured, Options::default())), 1);
+    let mut without = Case::new("hu40", "errors-13.toml");
+    without.artefact.bars.clear();
+    assert_eq!(
+        scale(&without.found("13", &measured, Options::default())),
+        0
+    );
+}
+
+#[test]
+fn the_automatic_model_is_no_larger_than_held_out_balls_allow() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    let measured = case.measured(&Disturbances {
+        noise: 1e-3,
+        ..Disturbances::default()
+    });
+    let perfect = ErrorModel::perfect(&case.machine);
+    let found = automatic(
+        &case.machine,
+        &measured,
+        &case.artefact,
+        &perfect,
+        Options::default(),
+    );
+    let (identified, levels) = found.unwrap();
+    assert_eq!(identified.parameters.len(), 10);
+    assert!(
+        levels.len() > 1
+            && levels[1].left < levels[0].left
+            && levels[1].held_out > levels[0].held_out
+    );
+    // With motions that bend, more is worth it.
+    let mut case = case;
+    for (name, value) in [("EZX2", 4e-6), ("EXCc2", 0.02), ("EYY2", -3e-6)] {
+        let parameter = Parameter::parse(name).unwrap();
+        assert!(case.errors.set(&case.machine, parameter, value));
+    }
+    let measured = case.measured(&Disturbances {
+        noise: 1e-3,
+        ..Disturbances::default()
+    });
+    let found = automatic(
+        &case.machine,
+        &measured,
+        &case.artefact,
+        &perfect,
+        Options::default(),
+    );
+    let (identified, levels) = found.unwrap();
+    let names: Vec<String> = identified
+        .parameters
+        .iter()
+        .map(|e| e.parameter.to_string())
+        .collect();
+    assert!(names.contains(&"EZX2".to_owned()), "{levels:?} {names:?}");
+}
