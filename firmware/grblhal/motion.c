@@ -64,10 +64,12 @@ static void align(const float *at)
 {
     double correction[N_AXIS];
     int8_t directions[N_AXIS] = {0};
+    if (!known || positions_set)
+        txa_trace_forget();
     if (positions_set)
         txa_restart();
     positions_set = false;
-    bool on_path = known && txa_trace_find(at, correction, directions);
+    bool on_path = txa_trace_find(at, correction, directions);
     uncorrected(command, at, on_path ? correction : txa_correction());
     for (int round = 0; round < ROUNDS && txa_status().factor > 0.0f; round++) {
         txa_settle(command);

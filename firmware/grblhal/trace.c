@@ -32,6 +32,11 @@ static void add(const float *position, const double *correction, bool begins)
     }
 }
 
+void txa_trace_forget(void)
+{
+    held = 0;
+}
+
 void txa_trace_begin(const float *position, const double *correction)
 {
     add(position, correction, true);

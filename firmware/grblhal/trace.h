@@ -8,6 +8,8 @@
 
 #include "controller.h"
 
+/* Nothing of before holds any more. */
+void txa_trace_forget(void);
 /* A path begins here: corrected position and correction, by axes. */
 void txa_trace_begin(const float *position, const double *correction);
 /* It goes on straight to here. */
