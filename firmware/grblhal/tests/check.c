@@ -99,6 +99,41 @@ double top_speed_time(const float *from, const float *to)
     return time;
 }
 
+void piece_end(const float *from, const float *to, size_t k, size_t n, float *end)
+{
+    for (size_t i = 0; i < N_AXIS; i++)
+        end[i] = k == n ? to[i] : (float)((double)from[i] + ((double)to[i] - (double)from[i]) * (double)k / (double)n);
+}
+
+void within_rate_bound(const char *what, const float *motors, const float *from, const float *to, float feed,
+                       size_t first, double steps)
+{
+    size_t n = planned - first;
+    float begin[N_AXIS], end[N_AXIS];
+    memcpy(begin, from, sizeof begin);
+    for (size_t k = 1; k <= n; k++) {
+        double square = 0.0;
+        piece_end(from, to, k, n, end);
+        for (size_t i = 0; i < 3; i++)
+            square += ((double)end[i] - (double)begin[i]) * ((double)end[i] - (double)begin[i]);
+        double time = top_speed_time(begin, end);
+        /* The override for feeds goes to 200 %. */
+        if (feed > 0.0f)
+            time = fmax(time, 30.0 * sqrt(square) / (double)feed);
+        const float *before = k == 1 ? motors : blocks[first + k - 2].plan.target_mm;
+        const float *after = blocks[first + k - 1].plan.target_mm;
+        for (size_t j = 0; j < oracle.axes; j++) {
+            size_t i = oracle.place[j];
+            double change = ((double)after[i] - (double)end[i]) - ((double)before[i] - (double)begin[i]);
+            /* f32 positions up to 1000 mm or degrees, four of them. */
+            double rounding = 4 * 3.1e-5 + steps / (double)n / (double)settings.axis[i].steps_per_mm;
+            CHECK(fabs(change) <= (double)oracle.axis[j].rate_bound * time + rounding,
+                  "%s: axis %c changes by %g in %g s, block %zu of %zu", what, oracle.axis[j].name, change, time, k, n);
+        }
+        memcpy(begin, end, sizeof begin);
+    }
+}
+
 void start_with(const struct blob *file)
 {
     file_bytes = file == NULL ? NULL : file->bytes;

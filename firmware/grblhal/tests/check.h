@@ -57,6 +57,13 @@ double piece_time(void);
 /* Time (s) of a motion at top speed of its axes. */
 double top_speed_time(const float *from, const float *to);
 
+/* The uncorrected end of piece `k` of `n`. */
+void piece_end(const float *from, const float *to, size_t k, size_t n, float *end);
+/* No correction changes faster than its rate bound, whatever the overrides, along a line whose first block is `first`:
+ * from where the motors were and what was shown there (exact, or to a step). */
+void within_rate_bound(const char *what, const float *motors, const float *from, const float *to, float feed,
+                       size_t first, double steps);
+
 /* The tests. */
 void refused(void);
 void exact(void);

@@ -9,13 +9,6 @@
 #define NONE N_AXIS
 static size_t backlash;
 
-/* The uncorrected end of piece `k` of `n`. */
-static void piece_end(const float *from, const float *to, size_t k, size_t n, float *end)
-{
-    for (size_t i = 0; i < N_AXIS; i++)
-        end[i] = k == n ? to[i] : (float)((double)from[i] + ((double)to[i] - (double)from[i]) * (double)k / (double)n);
-}
-
 /* The blocks of a line are as many as the feed rule says, and end where the library says to the last bit. */
 static void ends_are_exact(const char *name, const float *from, const float *to, size_t first)
 {

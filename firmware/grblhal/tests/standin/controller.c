@@ -27,6 +27,8 @@ char const *const axis_letter[N_AXIS] = {
 struct block blocks[MOST_BLOCKS];
 size_t planned, executed;
 void (*meanwhile)(size_t block);
+plan_line_data_t last_data;
+float home_at[N_AXIS];
 float soft_lower[N_AXIS], soft_upper[N_AXIS];
 bool soft_limits;
 const void *file_bytes;
@@ -112,7 +114,7 @@ void limits_set_machine_positions(axes_signals_t cycle, bool add_pulloff)
 {
     for (size_t i = 0; i < N_AXIS; i++)
         if (cycle.mask & bit(i))
-            sys.position[i] = add_pulloff ? (int32_t)settings.axis[i].steps_per_mm : 0;
+            sys.position[i] = add_pulloff ? (int32_t)lroundf(home_at[i] * settings.axis[i].steps_per_mm) : 0;
 }
 
 void system_convert_array_steps_to_mpos(float *position, int32_t *steps)
@@ -191,6 +193,7 @@ bool line(const float *target, plan_line_data_t data)
         data.feed_rate = feed;
     }
     memcpy(gc_state.position, target, sizeof gc_state.position);
+    last_data = data;
     return true;
 }
 

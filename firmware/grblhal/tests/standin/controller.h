@@ -21,6 +21,10 @@ extern struct block blocks[];
 extern size_t planned, executed;
 /* What is called before the planner takes a segment: null, or what a user does meanwhile. */
 extern void (*meanwhile)(size_t block);
+/* The data of the last line, as they were left. */
+extern plan_line_data_t last_data;
+/* Where axes are after homing. */
+extern float home_at[N_AXIS];
 /* The ends of the travel, uncorrected, and whether they are looked at. */
 extern float soft_lower[N_AXIS], soft_upper[N_AXIS];
 extern bool soft_limits;
