@@ -32,7 +32,7 @@ static bool positions_set; /* by homing, since */
 static float from[N_AXIS], to[N_AXIS];
 static coord_data_t *within; /* where the kinematics within have its targets */
 static uint32_t pieces, piece;
-static float feed, multiplier;
+static float feed;
 static bool ours;    /* there were tables when it began */
 static bool by_time; /* its feed was turned into a time */
 static volatile bool cancelled;
@@ -73,8 +73,11 @@ static void align(const float *at)
     uncorrected(command, at, on_path ? correction : txa_correction());
     for (int round = 0; round < ROUNDS && txa_status().factor > 0.0f; round++) {
         txa_settle(command);
-        if (round == 0)
+        if (round == 0) {
+            /* To the servo this was a move: it is told how the axes really came here. */
             txa_set_travel(directions);
+            txa_settle(command);
+        }
         uncorrected(command, at, txa_correction());
     }
     memcpy(motors, at, sizeof motors);
@@ -135,7 +138,6 @@ static bool next(plan_line_data_t *data)
     memcpy(from, command, sizeof from);
     memcpy(to, within->values, sizeof to);
     feed = data->feed_rate;
-    multiplier = data->rate_multiplier;
     pieces = txa_acting() ? txa_pieces(from, to) : 1;
     piece = 0;
     return true;
@@ -182,7 +184,6 @@ static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, 
         command[i] = piece == pieces ? to[i]
                                      : (float)((double)from[i] + ((double)to[i] - (double)from[i]) * piece / pieces);
     data->feed_rate = data->condition.inverse_time ? feed * (float)pieces : feed;
-    data->rate_multiplier = multiplier;
     if (memcmp(begin, command, sizeof begin) != 0)
         pass(begin, command, data);
     if (txa_turns_only(begin, command, data, &degrees)) {
@@ -218,6 +219,11 @@ void txa_motion_chain(void)
         inner.limits_set_machine_positions = kinematics.limits_set_machine_positions;
         kinematics.limits_set_machine_positions = set_machine_positions;
     }
+}
+
+void txa_motion_watch(void)
+{
+    txa_trace_planned((uint32_t)(plan_get_buffer_size() - plan_get_block_buffer_available()));
 }
 
 void txa_motion_cancel(void)

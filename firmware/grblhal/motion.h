@@ -10,6 +10,8 @@
 
 /* Chains the entries of `kinematics` as they are now, if they are not chained. */
 void txa_motion_chain(void);
+/* Looks how far the planned path has been executed: as often as possible. */
+void txa_motion_watch(void);
 /* What is left of the motion under way is not planned any more: may be called from an interrupt. */
 void txa_motion_cancel(void);
 /* True while the machine stands and nothing is planned. */

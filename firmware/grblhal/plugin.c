@@ -9,9 +9,16 @@
 #include "motion.h"
 #include "trueaxis_grblhal.h"
 
+static on_execute_realtime_ptr on_execute_realtime;
 static on_jog_cancel_ptr on_jog_cancel;
 static on_report_options_ptr on_report_options;
 static user_mcode_execute_ptr execute_mcode;
+
+static void execute_realtime(sys_state_t state)
+{
+    txa_motion_watch();
+    on_execute_realtime(state);
+}
 
 /* From an interrupt. */
 static void jog_cancel(sys_state_t state)
@@ -53,6 +60,8 @@ static void start(void *data)
 {
     (void)data;
     txa_motion_chain();
+    on_execute_realtime = grbl.on_execute_realtime;
+    grbl.on_execute_realtime = execute_realtime;
     on_jog_cancel = grbl.on_jog_cancel;
     grbl.on_jog_cancel = jog_cancel;
     if ((execute_mcode = grbl.user_mcode.execute) != NULL)

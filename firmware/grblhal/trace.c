@@ -17,14 +17,21 @@ struct place {
 };
 
 static struct place ring[TRUEAXIS_TRACE];
-static size_t newest, held;
+/* Places that were added, that are still there, and where the motors were when somebody looked last. */
+static uint32_t added, held, reached;
+
+/* Place number `number`, from 1: the last ones are there. */
+static struct place *at(uint32_t number)
+{
+    return &ring[number % TRUEAXIS_TRACE];
+}
 
 static void add(const float *position, const double *correction, bool begins)
 {
-    newest = (newest + 1) % TRUEAXIS_TRACE;
+    added++;
     if (held < TRUEAXIS_TRACE)
         held++;
-    struct place *to = &ring[newest];
+    struct place *to = at(added);
     to->begins = begins;
     for (size_t i = 0; i < N_AXIS; i++) {
         to->position[i] = position[i];
@@ -40,16 +47,24 @@ void txa_trace_forget(void)
 void txa_trace_begin(const float *position, const double *correction)
 {
     add(position, correction, true);
+    reached = added;
 }
 
 void txa_trace_add(const float *position, const double *correction)
 {
-    add(position, correction, false);
+    bool moves = false;
+    for (size_t i = 0; i < N_AXIS; i++) {
+        float steps = settings.axis[i].steps_per_mm;
+        moves = moves || lroundf(position[i] * steps) != lroundf(at(added)->position[i] * steps);
+    }
+    /* The planner makes no block of less. */
+    if (moves)
+        add(position, correction, false);
 }
 
-static const struct place *before_newest(size_t count)
+void txa_trace_planned(uint32_t blocks)
 {
-    return &ring[(newest + TRUEAXIS_TRACE - count) % TRUEAXIS_TRACE];
+    reached = blocks > 0 ? added - blocks + 1 : added;
 }
 
 /* How far along from `a` to `b` the position is nearest, 0…1; negative: nowhere within the rounding to steps. */
@@ -72,12 +87,12 @@ static double along(const struct place *a, const struct place *b, const float *p
     return share;
 }
 
-/* In which direction each axis moved last, up to the segment that ends `count` before the newest. */
-static void directions_to(size_t count, int8_t *directions)
+/* In which direction each axis moved last, up to place `number`. */
+static void directions_to(uint32_t number, int8_t *directions)
 {
     memset(directions, 0, N_AXIS);
-    for (; count + 1 < held; count++) {
-        const struct place *b = before_newest(count), *a = before_newest(count + 1);
+    for (; number > added - held + 1; number--) {
+        const struct place *b = at(number), *a = at(number - 1);
         for (size_t i = 0; !b->begins && i < N_AXIS; i++) {
             double way = ((double)b->position[i] - (double)b->correction[i]) -
                          ((double)a->position[i] - (double)a->correction[i]);
@@ -88,20 +103,31 @@ static void directions_to(size_t count, int8_t *directions)
     }
 }
 
+/* Whether the position is on the segment that ends at place `number`. */
+static bool on_segment(uint32_t number, const float *position, double *correction)
+{
+    if (number > added || number + held <= added)
+        return false;
+    const struct place *b = at(number);
+    const struct place *a = b->begins || number == added - held + 1 ? b : at(number - 1);
+    double share = along(a, b, position);
+    for (size_t i = 0; share >= 0.0 && i < N_AXIS; i++)
+        correction[i] = (double)a->correction[i] + share * ((double)b->correction[i] - (double)a->correction[i]);
+    return share >= 0.0;
+}
+
 bool txa_trace_find(const float *position, double *correction, int8_t *directions)
 {
-    for (size_t count = 0; count < held; count++) {
-        const struct place *b = before_newest(count);
-        const struct place *a = b->begins || count + 1 == held ? b : before_newest(count + 1);
-        double share = along(a, b, position);
-        if (share < 0.0)
-            continue;
-        for (size_t i = 0; i < N_AXIS; i++)
-            correction[i] = (double)a->correction[i] +
-                            share * ((double)b->correction[i] - (double)a->correction[i]);
-        if (directions != NULL)
-            directions_to(count, directions);
-        return true;
-    }
+    /* A path may lead to and fro over the same place, with backlash between: the way that is nearest to where the
+     * motors were seen last. */
+    for (uint32_t off = 0; off < TRUEAXIS_TRACE; off++)
+        for (int side = 0; side < 2; side++) {
+            uint32_t number = side == 0 ? reached - off : reached + off;
+            if (!on_segment(number, position, correction))
+                continue;
+            if (directions != NULL)
+                directions_to(number, directions);
+            return true;
+        }
     return false;
 }

@@ -14,6 +14,8 @@ void txa_trace_forget(void);
 void txa_trace_begin(const float *position, const double *correction);
 /* It goes on straight to here. */
 void txa_trace_add(const float *position, const double *correction);
+/* So many of the segments are still in the planner. */
+void txa_trace_planned(uint32_t blocks);
 /* The correction at a corrected position on the path, and in which direction the axes came there (may be null).
  * False: it is not on the path, by more than the rounding to steps. */
 bool txa_trace_find(const float *position, double *correction, int8_t *directions);

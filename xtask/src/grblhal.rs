@@ -1,7 +1,7 @@
 //! `cargo xtask grblhal`: the plugin for grblHAL against a stand-in of its interface, under sanitizers.
 
 use crate::capi::{BLOBS, Sanitized, compilers, libraries};
-use crate::process::{root, run, target};
+use crate::process::{cargo, root, run, target};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -29,7 +29,25 @@ pub fn execute() -> Result<(), String> {
         let program = program.link(&libraries, &target("capi").join(format!("grblhal_{axes}")))?;
         run(Command::new(program).arg(root().join(BLOBS)))?;
     }
-    Ok(())
+    stays_out()
+}
+
+/// It is in no crate that is published: its licence is another.
+fn stays_out() -> Result<(), String> {
+    let mut list = cargo();
+    list.args(["package", "--list", "--allow-dirty", "-p", "trueaxis-firmware"]);
+    let output = list.output().map_err(|e| format!("cargo package: {e}"))?;
+    let files = String::from_utf8_lossy(&output.stdout);
+    if !files.contains("src/lib.rs") {
+        return Err(format!(
+            "cargo package lists nothing: {}",
+            String::from_utf8_lossy(&output.stderr)
+        ));
+    }
+    match files.lines().find(|file| file.starts_with("grblhal/")) {
+        Some(file) => Err(format!("trueaxis-firmware contains {file}")),
+        None => Ok(()),
+    }
 }
 
 /// The files in C of a folder.

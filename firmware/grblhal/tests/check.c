@@ -136,6 +136,11 @@ void within_rate_bound(const char *what, const float *motors, const float *from,
     }
 }
 
+size_t random_block(size_t first)
+{
+    return (size_t)between((double)(first > executed ? first : executed), (double)planned);
+}
+
 void start_with(const struct blob *file)
 {
     file_bytes = file == NULL ? NULL : file->bytes;

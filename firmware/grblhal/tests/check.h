@@ -64,6 +64,9 @@ void piece_end(const float *from, const float *to, size_t k, size_t n, float *en
 void within_rate_bound(const char *what, const float *motors, const float *from, const float *to, float feed,
                        size_t first, double steps);
 
+/* A random block of those from `first` on that are not executed. */
+size_t random_block(size_t first);
+
 /* The tests. */
 void refused(void);
 void exact(void);

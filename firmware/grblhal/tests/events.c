@@ -53,7 +53,7 @@ static void a_line(const char *name)
         /* Stopped anywhere on the way. */
         float before[N_AXIS], after[N_AXIS], at[N_AXIS];
         if (planned > first)
-            execute_to(first + (size_t)between(0, (double)(planned - first)), between(0, 1));
+            execute_to(random_block(first), between(0, 1));
         shown(before);
         for (size_t i = 0; i < N_AXIS; i++)
             at[i] = motor(i);
@@ -100,8 +100,36 @@ static void an_event(const char *name)
     shown_is_near(name);
 }
 
+/* A reset on the way there, with the way back planned behind it: the machine has not reversed, and its backlash is
+ * still that of the way there. */
+static void direction_is_that_of_the_motors(void)
+{
+    start_corrected(blob("router-10"));
+    float to[N_AXIS] = {120, 300, -50}, before[N_AXIS], after[N_AXIS];
+    CHECK(line_to(to, 3000), "a line");
+    execute();
+    for (int moves = 0; moves < 20; moves++) {
+        size_t first = planned;
+        bool there = moves % 2 == 0;
+        to[0] = there ? 140.0f : 100.0f;
+        CHECK(line_to(to, 300), "there");
+        size_t reversal = planned;
+        to[0] = there ? 100.0f : 140.0f;
+        CHECK(line_to(to, 300), "and back");
+        /* In the second half, where backlash is caught up with. */
+        execute_to((first + reversal) / 2 + (size_t)between(0, (double)(reversal - first) / 2), between(0, 1));
+        shown(before);
+        reset();
+        shown(after);
+        /* A step for each, and as far as the path may be from the correction. */
+        CHECK(fabsf(before[0] - after[0]) <= 2.0f / 1600.0f + 0.0005f, "shown at %g, then at %g", (double)before[0],
+              (double)after[0]);
+    }
+}
+
 void events(void)
 {
+    direction_is_that_of_the_motors();
     static const char *const names[] = {"huron-13", "router-10", "table-head-13"};
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
         start_corrected(blob(names[k]));

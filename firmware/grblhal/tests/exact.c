@@ -45,7 +45,7 @@ static void shown_is_commanded(const char *name, const float *from, const float 
     size_t n = planned - first;
     float at[N_AXIS], end[N_AXIS], begin[N_AXIS];
     for (int trial = 0; trial < 5; trial++) {
-        size_t k = (size_t)between(0, (double)n);
+        size_t k = random_block(first) - first;
         double share = between(0, 1);
         execute_to(first + k, share);
         shown(at);

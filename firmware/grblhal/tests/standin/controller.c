@@ -8,6 +8,8 @@
 #include <string.h>
 
 #define MOST_BLOCKS 200000
+/* Blocks of the planner. */
+#define BUFFER 100
 
 settings_t settings;
 system_t sys;
@@ -147,7 +149,12 @@ plan_block_t *plan_get_current_block(void)
 
 uint_fast16_t plan_get_buffer_size(void)
 {
-    return 100;
+    return BUFFER;
+}
+
+uint_fast16_t plan_get_block_buffer_available(void)
+{
+    return BUFFER - (planned - executed);
 }
 
 void plan_sync_position(void)
@@ -167,9 +174,12 @@ static void plan(const float *target, const plan_line_data_t *data)
     }
     if (!moves || planned + 1 == MOST_BLOCKS)
         return;
+    if (planned - executed == BUFFER)
+        memcpy(sys.position, blocks[executed++].steps, sizeof sys.position);
     memcpy(block->from, planner_position, sizeof block->from);
     memcpy(planner_position, block->steps, sizeof planner_position);
     planned++;
+    grbl.on_execute_realtime(state);
 }
 
 /* Every target is where the first call said: later calls only say whether there is one. */
@@ -210,6 +220,7 @@ void execute(void)
         memcpy(sys.position, blocks[planned - 1].steps, sizeof sys.position);
     executed = planned;
     state = STATE_IDLE;
+    grbl.on_execute_realtime(state);
 }
 
 void execute_to(size_t block, double share)
@@ -219,6 +230,7 @@ void execute_to(size_t block, double share)
         sys.position[i] = of->from[i] + (int32_t)lround(share * (of->steps[i] - of->from[i]));
     executed = block;
     state = STATE_CYCLE;
+    grbl.on_execute_realtime(state);
 }
 
 void reset(void)
@@ -275,6 +287,11 @@ static void no_options(bool newopt)
     (void)newopt;
 }
 
+static void nothing_else(sys_state_t of)
+{
+    (void)of;
+}
+
 void controller_start(void (*set_up_kinematics)(void))
 {
     memset(&kinematics, 0, sizeof kinematics);
@@ -283,6 +300,7 @@ void controller_start(void (*set_up_kinematics)(void))
     memset(&gc_state, 0, sizeof gc_state);
     memset(&vfs, 0, sizeof vfs);
     grbl.on_report_options = no_options;
+    grbl.on_execute_realtime = nothing_else;
     hal.stream.write = say;
     planned = executed = 0;
     meanwhile = NULL;

@@ -16,7 +16,7 @@ struct block {
     plan_line_data_t data;
 };
 
-/* Blocks since `controller_start`, and how many of them are executed. */
+/* Blocks since `controller_start`, and how many of them are executed: all but the last hundred. */
 extern struct block blocks[];
 extern size_t planned, executed;
 /* What is called before the planner takes a segment: null, or what a user does meanwhile. */

@@ -115,6 +115,7 @@ typedef struct plan_block {
 float *plan_get_position(void);
 plan_block_t *plan_get_current_block(void);
 uint_fast16_t plan_get_buffer_size(void);
+uint_fast16_t plan_get_block_buffer_available(void);
 void plan_sync_position(void);
 #define sync_position()                                                                                               \
     plan_sync_position();                                                                                             \
@@ -174,10 +175,12 @@ void vfs_close(vfs_file_t *file);
 
 /* Entries. */
 typedef void (*on_report_options_ptr)(bool newopt);
+typedef void (*on_execute_realtime_ptr)(sys_state_t state);
 typedef void (*on_jog_cancel_ptr)(sys_state_t state);
 typedef void (*user_mcode_execute_ptr)(sys_state_t state, parser_block_t *gc_block);
 typedef struct {
     on_report_options_ptr on_report_options;
+    on_execute_realtime_ptr on_execute_realtime;
     on_jog_cancel_ptr on_jog_cancel;
     struct {
         user_mcode_execute_ptr execute;
