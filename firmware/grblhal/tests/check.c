@@ -4,6 +4,7 @@
 #include "check.h"
 
 struct oracle oracle;
+float started_at[N_AXIS];
 
 static struct blob all[] = {{.name = "huron-13"}, {.name = "router-10"}, {.name = "table-head-13"}, {.name = "everything"}};
 static trueaxis_tables_memory tables_memory;
@@ -164,7 +165,7 @@ void random_place(float *place)
 
 void start_corrected(const struct blob *file)
 {
-    float place[N_AXIS];
+    float *place = started_at;
     start_with(file);
     CHECK(said[0] == '\0', "%s: %s", file->name, said);
     ask_once_more(file);
@@ -173,6 +174,12 @@ void start_corrected(const struct blob *file)
     for (int moves = 0; moves < 3; moves++) {
         random_place(place);
         CHECK(line_to(place, 3000), "a line");
+        execute();
+    }
+    /* Time for backlash to be caught up with. */
+    for (int moves = 0; moves < 4; moves++) {
+        place[0] += moves % 2 ? 1.0f : -1.0f;
+        CHECK(line_to(place, 50), "a line");
         execute();
     }
     planned = executed = 0;

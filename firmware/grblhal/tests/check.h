@@ -41,6 +41,8 @@ void read_blobs(const char *folder);
 void start_with(const struct blob *file);
 /* The same, homed, in the middle of the travel, the corrections all in. */
 void start_corrected(const struct blob *file);
+/* Where that is: what was commanded last. */
+extern float started_at[N_AXIS];
 /* A random place in the travel of the tables, a whole number of steps. */
 void random_place(float *place);
 

@@ -100,8 +100,8 @@ static void an_event(const char *name)
     shown_is_near(name);
 }
 
-/* A reset on the way there, with the way back planned behind it: the machine has not reversed, and its backlash is
- * still that of the way there. */
+/* A reset on the way there, with the way back planned behind it or not: to the servo the machine has reversed, but it
+ * has not, and its backlash is still that of the way there. */
 static void direction_is_that_of_the_motors(void)
 {
     start_corrected(blob("router-10"));
@@ -115,7 +115,7 @@ static void direction_is_that_of_the_motors(void)
         CHECK(line_to(to, 300), "there");
         size_t reversal = planned;
         to[0] = there ? 100.0f : 140.0f;
-        CHECK(line_to(to, 300), "and back");
+        CHECK(moves % 4 < 2 || line_to(to, 300), "and back");
         /* In the second half, where backlash is caught up with. */
         execute_to((first + reversal) / 2 + (size_t)between(0, (double)(reversal - first) / 2), between(0, 1));
         shown(before);
@@ -127,8 +127,31 @@ static void direction_is_that_of_the_motors(void)
     }
 }
 
+/* A probe stops a line, and only the planner is told; the next line begins where the motors are. */
+static void a_line_begins_at_the_motors(void)
+{
+    start_corrected(blob("huron-13"));
+    float to[N_AXIS] = {-300, 100, 0}, at[N_AXIS];
+    CHECK(line_to(to, 2000), "a line");
+    execute();
+    to[0] = -200;
+    size_t first = planned;
+    CHECK(line_to(to, 2000), "a line");
+    execute_to(first + (planned - first) / 2, 0.5);
+    shown(at);
+    planned = executed;
+    set_state(STATE_IDLE);
+    plan_sync_position();
+    to[0] = 300;
+    first = planned;
+    double pieces = ceil(top_speed_time(at, to) / piece_time());
+    CHECK(line_to(to, 2000) && fabs((double)(planned - first) - pieces) <= 1.0, "%zu blocks, not %g", planned - first,
+          pieces);
+}
+
 void events(void)
 {
+    a_line_begins_at_the_motors();
     direction_is_that_of_the_motors();
     static const char *const names[] = {"huron-13", "router-10", "table-head-13"};
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {

@@ -99,7 +99,7 @@ void exact(void)
         start_corrected(blob(names[k]));
         backlash = k == 0 ? NONE : 4;
         float from[N_AXIS], to[N_AXIS];
-        shown(from);
+        memcpy(from, started_at, sizeof from);
         for (int moves = 0; moves < 60; moves++) {
             size_t first = planned;
             random_place(to);

@@ -54,9 +54,11 @@ static void feeds_are_kept(void)
     data.feed_rate = 25400.0f;
     takes("degrees/min, in inches", to, data, 90, 0.09);
     gc_state.modal.units_imperial = false;
+    gc_state.modal.units_imperial = true;
     settings.flags.rotary_fix_enable = 0;
     to[5] = 0;
     takes("without the fix for rotary axes", to, data, 90, 90.0 / 25400.0);
+    gc_state.modal.units_imperial = false;
     /* Nothing takes for ever, and nothing is too short. */
     CHECK(line_to(to, 1), "nowhere");
     to[0] = 300;
@@ -68,6 +70,24 @@ static void feeds_are_kept(void)
     to[0] = 200;
     CHECK(line(to, data), "per revolution");
     execute();
+}
+
+/* A ramp is no faster where the feed is a time: 100 mm in a second. */
+static void a_ramp_by_inverse_time(void)
+{
+    float from[N_AXIS] = {-300, 300, -300}, to[N_AXIS] = {-200, 300, -300}, motors[N_AXIS];
+    plan_line_data_t by_time = {.feed_rate = 60.0f};
+    by_time.condition.inverse_time = On;
+    start_corrected(blob("huron-13"));
+    CHECK(command("$TRUEAXIS=OFF") == Status_OK && line_to(to, 100) && line_to(from, 100), "taken out");
+    execute();
+    CHECK(command("$TRUEAXIS=ON") == Status_OK, "on");
+    for (size_t i = 0; i < N_AXIS; i++)
+        motors[i] = motor(i);
+    size_t first = planned;
+    CHECK(memcmp(motors, from, sizeof from) == 0 && line(to, by_time), "a line");
+    within_rate_bound("inverse time", motors, from, to, 6000, first, 0);
+    CHECK(blocks[planned - 1].plan.target_mm[1] != 300.0f, "no ramp");
 }
 
 static void soft_limits_hold(void)
@@ -121,6 +141,7 @@ static void checking_changes_nothing(void)
 void feeds(void)
 {
     feeds_are_kept();
+    a_ramp_by_inverse_time();
     soft_limits_hold();
     checking_changes_nothing();
 }

@@ -30,11 +30,14 @@ void inputs(void)
     said_nothing();
     CHECK(corrected_by() == 0.0, "corrected");
     CHECK(strstr(said, "bad auxiliary") != NULL && strchr(said, '\n') == strrchr(said, '\n'), "%s", said);
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Enable;
+    gc_state.modal.tool_length_offset[Z_AXIS] = 120.0f;
+    CHECK(corrected_by() == 0.0, "without a temperature");
     CHECK(!trueaxis_set_temperature("column", 21.0f) && trueaxis_set_temperature("bed", 21.0f), "sensors");
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Cancel;
     CHECK(corrected_by() == 0.0, "without a tool length");
     /* G43. */
     gc_state.modal.tool_offset_mode = ToolLengthOffset_Enable;
-    gc_state.modal.tool_length_offset[Z_AXIS] = 120.0f;
     double with_120 = corrected_by();
     CHECK(with_120 != 0.0, "not corrected");
     gc_state.modal.tool_length_offset[Z_AXIS] = 20.0f;
@@ -53,6 +56,16 @@ void inputs(void)
     /* A sensor is lost, and comes back. */
     CHECK(trueaxis_set_temperature("bed", NAN) && corrected_by() == 0.0, "lost");
     CHECK(trueaxis_set_temperature("bed", 21.0f) && corrected_by() == with_120, "back");
-    /* Tables that need neither are corrected without. */
-    start_corrected(blob("router-10"));
+    /* Homing forgets neither. */
+    home(0xFF);
+    CHECK(corrected_by() == with_120, "after homing");
+    /* Nor is anything corrected whose axes are not homed, all of them. */
+    start_with(blob("router-10"));
+    CHECK(command("$TRUEAXIS=ON") == Status_OK, "on");
+    said_nothing();
+    CHECK(corrected_by() == 0.0 && strstr(said, "not referenced") != NULL, "not homed: %s", said);
+    home(3);
+    CHECK(corrected_by() == 0.0, "without Z");
+    home(4);
+    CHECK(corrected_by() != 0.0, "not corrected");
 }
