@@ -71,13 +71,10 @@ static void align(const float *at)
     positions_set = false;
     bool on_path = txa_trace_find(at, correction, directions);
     uncorrected(command, at, on_path ? correction : txa_correction());
+    /* To the servo what follows looks like a move: it is told how the axes really came here. */
+    txa_set_travel(directions);
     for (int round = 0; round < ROUNDS && txa_status().factor > 0.0f; round++) {
         txa_settle(command);
-        if (round == 0) {
-            /* To the servo this was a move: it is told how the axes really came here. */
-            txa_set_travel(directions);
-            txa_settle(command);
-        }
         uncorrected(command, at, txa_correction());
     }
     memcpy(motors, at, sizeof motors);

@@ -35,7 +35,13 @@ pub fn execute() -> Result<(), String> {
 /// It is in no crate that is published: its licence is another.
 fn stays_out() -> Result<(), String> {
     let mut list = cargo();
-    list.args(["package", "--list", "--allow-dirty", "-p", "trueaxis-firmware"]);
+    list.args([
+        "package",
+        "--list",
+        "--allow-dirty",
+        "-p",
+        "trueaxis-firmware",
+    ]);
     let output = list.output().map_err(|e| format!("cargo package: {e}"))?;
     let files = String::from_utf8_lossy(&output.stdout);
     if !files.contains("src/lib.rs") {
