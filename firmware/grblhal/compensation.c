@@ -11,8 +11,6 @@
 /* Steps of 10 ms at one place in which every transition has ended: a cross-fade of large corrections takes some
  * seconds. */
 #define MOST_STEPS 500
-/* A fault holds for 10 ms before it ramps: so many steps see the begin of it. */
-#define LEAST_STEPS 4
 /* What has to be said when it begins. */
 #define FAULTS (TRUEAXIS_BAD_INPUT | TRUEAXIS_BAD_PERIOD | TRUEAXIS_BAD_AUXILIARY | TRUEAXIS_UNREFERENCED)
 
@@ -222,7 +220,7 @@ void txa_settle(const float *commands)
         memcpy(before, correction, sizeof before);
         update(commands, 0.01);
         bool still = memcmp(before, correction, sizeof before) == 0;
-        if (still && step >= LEAST_STEPS && !(txa_status().conditions & (TRUEAXIS_RAMPING | TRUEAXIS_FADING)))
+        if (still && !(txa_status().conditions & (TRUEAXIS_RAMPING | TRUEAXIS_FADING)))
             return;
     }
 }

@@ -162,7 +162,6 @@ static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, 
     if (init) {
         by_time = cancelled = false;
         ours = txa_present();
-        known = known && ours;
     }
     if (!ours)
         return inner.segment_line(target, position, data, init);

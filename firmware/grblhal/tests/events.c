@@ -114,6 +114,12 @@ static void direction_is_that_of_the_motors(void)
         to[0] = there ? 140.0f : 100.0f;
         CHECK(line_to(to, 300), "there");
         size_t reversal = planned;
+        /* Motions of less than a step, of which the planner makes no blocks. */
+        for (int none = 0; none < 40; none++) {
+            to[1] = none % 2 ? 300.0f : 300.0001f;
+            CHECK(line_to(to, 300), "less than a step");
+        }
+        CHECK(planned == reversal, "blocks");
         to[0] = there ? 100.0f : 140.0f;
         CHECK(moves % 4 < 2 || line_to(to, 300), "and back");
         /* In the second half, where backlash is caught up with. */

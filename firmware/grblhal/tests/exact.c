@@ -98,7 +98,8 @@ void exact(void)
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
         start_corrected(blob(names[k]));
         backlash = k == 0 ? NONE : 4;
-        float from[N_AXIS], to[N_AXIS];
+        float from[N_AXIS], to[N_AXIS], earlier[N_AXIS] = {0};
+        mpos_t earlier_steps = {{0}};
         memcpy(from, started_at, sizeof from);
         for (int moves = 0; moves < 60; moves++) {
             size_t first = planned;
@@ -113,7 +114,17 @@ void exact(void)
             path_is_near(names[k], from, to, first);
             shown_is_commanded(names[k], from, to, first);
             memcpy(from, to, sizeof from);
+            if (moves == 0) {
+                memcpy(earlier, to, sizeof earlier);
+                memcpy(earlier_steps.values, sys.position, sizeof sys.position);
+            }
         }
+        /* A place of long ago, as where a probe touched. */
+        float at[N_AXIS];
+        system_convert_array_steps_to_mpos(at, earlier_steps.values);
+        for (size_t i = 0; i < N_AXIS; i++)
+            CHECK(i == backlash || fabs((double)at[i] - (double)earlier[i]) <= shown_within(i, 1.0),
+                  "%s: %zu was shown at %g", names[k], i, (double)at[i]);
     }
     /* Not where the rounding of f32 positions, up to a tenth of a step, decides between two steps. */
     CHECK(as_given * 20 > stands * 19, "%zu of %zu shown as given", as_given, stands);

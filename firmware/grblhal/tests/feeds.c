@@ -4,6 +4,7 @@
  * Copyright (c) 2026 The trueaxis maintainers
  */
 #include "check.h"
+#include "../pieces.h"
 
 /* The time of a line, min, as the planner takes the feeds of its blocks for a way of `length`. */
 static double minutes(size_t first, double length)
@@ -72,22 +73,33 @@ static void feeds_are_kept(void)
     execute();
 }
 
-/* A ramp is no faster where the feed is a time: 100 mm in a second. */
-static void a_ramp_by_inverse_time(void)
+/* The time that is given to the servo is never longer than what the planner can make of it: at twice the feed, unless
+ * overrides are off, and at most at top speed, 500 mm/s and 180 degrees/s. */
+static void no_piece_is_faster(void)
 {
-    float from[N_AXIS] = {-300, 300, -300}, to[N_AXIS] = {-200, 300, -300}, motors[N_AXIS];
-    plan_line_data_t by_time = {.feed_rate = 60.0f};
-    by_time.condition.inverse_time = On;
-    start_corrected(blob("huron-13"));
-    CHECK(command("$TRUEAXIS=OFF") == Status_OK && line_to(to, 100) && line_to(from, 100), "taken out");
-    execute();
-    CHECK(command("$TRUEAXIS=ON") == Status_OK, "on");
-    for (size_t i = 0; i < N_AXIS; i++)
-        motors[i] = motor(i);
-    size_t first = planned;
-    CHECK(memcmp(motors, from, sizeof from) == 0 && line(to, by_time), "a line");
-    within_rate_bound("inverse time", motors, from, to, 6000, first, 0);
-    CHECK(blocks[planned - 1].plan.target_mm[1] != 300.0f, "no ramp");
+    const float from[N_AXIS] = {0}, by_x[N_AXIS] = {100}, by_c[N_AXIS] = {[N_AXIS - 1] = 90},
+                by_both[N_AXIS] = {100, [N_AXIS - 1] = 90};
+    plan_line_data_t data = {.feed_rate = 6000};
+    start_with(NULL);
+    CHECK(txa_least_time(from, by_x, &data) == 0.5, "mm/min");
+    CHECK(txa_least_time(from, by_both, &data) == 0.5, "mm/min of the linear axes");
+    CHECK(txa_least_time(from, by_c, &data) == 0.5, "top speed");
+    data.feed_rate = 1800;
+    CHECK(txa_least_time(from, by_c, &data) == 1.5, "degrees/min");
+    data.condition.no_feed_override = On;
+    CHECK(txa_least_time(from, by_x, &data) == 100.0 / 30.0, "no override");
+    data.condition.inverse_time = On;
+    data.feed_rate = 60;
+    CHECK(txa_least_time(from, by_x, &data) == 1.0, "inverse time");
+    data.condition.rapid_motion = On;
+    CHECK(txa_least_time(from, by_x, &data) == 0.2, "a rapid");
+    data = (plan_line_data_t){.feed_rate = 0.1f, .spindle.state.synchronized = 1};
+    CHECK(txa_least_time(from, by_x, &data) == 0.2, "by the spindle");
+    data = (plan_line_data_t){.feed_rate = 0.01f};
+    CHECK(txa_least_time(from, by_x, &data) == 3000.0, "the planner's least feed");
+    settings.flags.rotary_fix_enable = 0;
+    data.feed_rate = 6000;
+    CHECK(fabs(txa_least_time(from, by_both, &data) / (0.005 * sqrt(18100.0)) - 1.0) < 1e-12, "of all axes");
 }
 
 static void soft_limits_hold(void)
@@ -141,7 +153,7 @@ static void checking_changes_nothing(void)
 void feeds(void)
 {
     feeds_are_kept();
-    a_ramp_by_inverse_time();
+    no_piece_is_faster();
     soft_limits_hold();
     checking_changes_nothing();
 }
