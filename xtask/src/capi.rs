@@ -7,30 +7,26 @@ mod bare;
 mod build;
 mod cost;
 mod install;
+mod sanitized;
 
+pub use build::libraries;
 pub use cost::print as cost;
 pub use install::execute as install;
+pub use sanitized::{Sanitized, compilers};
 
-use crate::packages;
-use crate::process::{root, run, target, works};
+use crate::process::{root, run, target};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Most bytes of a stack frame.
 const FRAME: u64 = 2048;
-/// What C and C++ programs are compiled with.
-const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 /// Blobs that are there.
-const BLOBS: &str = "tests/golden/v1";
+pub const BLOBS: &str = "tests/golden/v1";
 
 /// # Errors
 /// What does not build, does not run, can panic, or takes too much stack.
 pub fn execute() -> Result<(), String> {
-    for program in ["gcc", "g++"] {
-        if !works(Command::new(program).arg("--version")) {
-            packages::install(&["gcc", "g++", "libc6-dev"], "the C interface")?;
-        }
-    }
+    compilers("the C interface")?;
     let libraries = build::libraries()?;
     let blob = |name: &str| root().join(BLOBS).join(name).with_extension("trax");
     let first = compile("gcc", "-std=c99", "examples/first.c", &libraries)?;
@@ -72,30 +68,18 @@ fn installed(blob: &Path) -> Result<(), String> {
 
 /// Compiles a file of `firmware/capi` under the sanitizers; the program.
 fn compile(
-    compiler: &str,
+    compiler: &'static str,
     standard: &str,
     file: &str,
     libraries: &Path,
 ) -> Result<PathBuf, String> {
-    let folder = root().join("firmware/capi");
-    let source = folder.join(file);
-    let program = target("capi").join(source.file_stem().unwrap_or_default());
-    let mut command = Command::new(compiler);
-    command
-        .arg(standard)
-        .args(WARNINGS)
-        // What a controller is to copy; the test in C++ has all its objects in a few frames.
-        .args((compiler == "gcc").then(|| format!("-Wframe-larger-than={FRAME}")))
-        .args([
-            "-g",
-            "-O1",
-            "-fsanitize=address,undefined",
-            "-fno-sanitize-recover=all",
-        ])
-        .arg(format!("-I{}", folder.display()))
-        .arg(source)
-        .arg(libraries.join("libtrueaxis_capi.a"))
-        .args(["-lpthread", "-ldl", "-lm", "-o"])
-        .arg(&program);
-    run(&mut command).map(|()| program)
+    let source = root().join("firmware/capi").join(file);
+    let name = source.file_stem().unwrap_or_default().to_owned();
+    let mut program = Sanitized::new(compiler, standard);
+    // What a controller is to copy; the test in C++ has all its objects in a few frames.
+    if compiler == "gcc" {
+        program.frames();
+    }
+    program.sources([source]);
+    program.link(libraries, &target("capi").join(name))
 }

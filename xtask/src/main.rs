@@ -8,6 +8,7 @@ mod capi;
 mod cross;
 mod elf;
 mod fuzz;
+mod grblhal;
 mod hil;
 mod mutants;
 mod packages;
@@ -25,6 +26,7 @@ usage: cargo xtask COMMAND
   bare                           the kinematics for the Cortex-M4F: no `std`, no heap
   boards                         the runtime under RTIC and under embassy, built for the Cortex-M4F
   capi                           the C interface from C and C++ under sanitizers; its panics and stack
+  grblhal                        the plugin for grblHAL against a stand-in of it, under sanitizers
   install --prefix DIR           the C library: static, shared, header, pkg-config
   bench                          run times beside their rivals; instruction counts with valgrind
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         ["bare"] => bare::execute(),
         ["boards"] => boards::execute(),
         ["capi"] => capi::execute(),
+        ["grblhal"] => grblhal::execute(),
         ["install", ref options @ ..] => capi::install(options),
         ["bench"] => bench::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),

@@ -1,0 +1,14 @@
+/* Kinematics of a machine whose motors are its axes, for the entries that nothing else fills.
+ *
+ * SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#ifndef TXA_CARTESIAN_H
+#define TXA_CARTESIAN_H
+
+#include "controller.h"
+
+/* Fills the entries that are null and that grblHAL calls without asking. */
+void txa_cartesian(kinematics_t *entries);
+
+#endif

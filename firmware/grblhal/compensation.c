@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#include "compensation.h"
+#include "blob.h"
+#include "trueaxis_grblhal.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Steps of 10 ms at one place in which every transition has ended: a cross-fade of large corrections takes some
+ * seconds. */
+#define MOST_STEPS 500
+/* What has to be said when it begins. */
+#define FAULTS (TRUEAXIS_BAD_INPUT | TRUEAXIS_BAD_PERIOD | TRUEAXIS_BAD_AUXILIARY | TRUEAXIS_UNREFERENCED)
+
+static trueaxis_tables_memory tables_memory;
+static trueaxis_servo_memory servo_memory;
+static trueaxis_tables *tables;
+static trueaxis_servo *servo; /* null: nothing in use */
+static char why[160] = "not loaded yet";
+
+static size_t axes;
+static trueaxis_axis axis[TRUEAXIS_AXES];
+static size_t place[TRUEAXIS_AXES];
+static size_t auxiliaries;
+static trueaxis_auxiliary auxiliary[TRUEAXIS_AUXILIARIES];
+static double auxiliary_value[TRUEAXIS_AUXILIARIES];
+
+static txa_mode mode = TRUEAXIS_ON_AT_START ? TXA_ON : TXA_OFF;
+static float length_without_g43 = NAN;
+static double correction[N_AXIS];
+static uint16_t faults;
+
+bool txa_present(void)
+{
+    return servo != NULL;
+}
+
+const char *txa_why(void)
+{
+    return why;
+}
+
+static bool refuse(const char *reason)
+{
+    strncpy(why, reason, sizeof why - 1);
+    return false;
+}
+
+static bool refuse_axis(char name, const char *reason)
+{
+    char text[sizeof why] = "axis  ";
+    text[5] = name;
+    strncat(text, reason, sizeof text - strlen(text) - 1);
+    return refuse(text);
+}
+
+/* Finds the axes of the tables in the controller. */
+static bool find_axes(void)
+{
+    trueaxis_facts facts;
+    if (trueaxis_tables_facts(tables, &facts) != TRUEAXIS_RESULT_OK)
+        return refuse("no facts");
+    axes = facts.axes;
+    auxiliaries = facts.auxiliaries;
+    for (size_t k = 0; k < axes; k++) {
+        trueaxis_tables_axis(tables, k, &axis[k]);
+        place[k] = N_AXIS;
+        for (size_t i = 0; i < N_AXIS; i++)
+            if (axis_letter[i][0] == axis[k].name)
+                place[k] = i;
+        if (place[k] == N_AXIS)
+            return refuse_axis(axis[k].name, ": the controller has none");
+        bool rotary = bit_istrue(settings.steppers.is_rotary.mask, bit(place[k]));
+        if (rotary && axis[k].unit == TRUEAXIS_MM)
+            return refuse_axis(axis[k].name, ": mm in the tables, degrees in the controller ($376)");
+        if (!rotary && axis[k].unit == TRUEAXIS_DEGREES)
+            return refuse_axis(axis[k].name, ": degrees in the tables, mm in the controller ($376)");
+        if (kinematics.limits_get_axis_mask(place[k]) != bit(place[k]))
+            return refuse_axis(axis[k].name, ": the kinematics move it with more than its motor");
+    }
+    for (size_t k = 0; k < auxiliaries; k++) {
+        trueaxis_tables_auxiliary(tables, k, &auxiliary[k]);
+        auxiliary_value[k] = NAN;
+    }
+    return true;
+}
+
+static void take_mode(void)
+{
+    trueaxis_servo_enable(servo, mode != TXA_OFF);
+    trueaxis_servo_dry_run(servo, mode == TXA_DRY);
+}
+
+void txa_restart(void)
+{
+    trueaxis_servo_release(servo);
+    servo = NULL;
+    memset(correction, 0, sizeof correction);
+    faults = 0;
+    if (trueaxis_servo_new(&servo_memory, sizeof servo_memory, tables, &servo) != TRUEAXIS_RESULT_OK) {
+        servo = NULL;
+        refuse("no memory for a servo");
+        return;
+    }
+    take_mode();
+    for (size_t k = 0; k < auxiliaries; k++)
+        if (!isnan(auxiliary_value[k]))
+            trueaxis_servo_set_auxiliary(servo, k, auxiliary_value[k]);
+}
+
+bool txa_load(void)
+{
+    size_t length = 0;
+    const char *missing = "";
+    if (servo != NULL)
+        trueaxis_servo_release(servo);
+    servo = NULL;
+    memset(correction, 0, sizeof correction);
+    if (trueaxis_abi() != TRUEAXIS_ABI)
+        return refuse("the library is not that of the header");
+    if (tables == NULL && trueaxis_tables_new(&tables_memory, sizeof tables_memory, &tables) != TRUEAXIS_RESULT_OK)
+        return refuse("no memory for tables");
+    const void *bytes = txa_blob(&length, &missing);
+    if (bytes == NULL)
+        return refuse(missing);
+    if (trueaxis_tables_load_slot(tables, bytes, length) != TRUEAXIS_RESULT_OK) {
+        trueaxis_tables_reason(tables, why, sizeof why);
+        return false;
+    }
+    if (!find_axes())
+        return false;
+    txa_restart();
+    return servo != NULL;
+}
+
+void txa_set_mode(txa_mode to)
+{
+    mode = to;
+    if (servo != NULL)
+        take_mode();
+}
+
+txa_mode txa_get_mode(void)
+{
+    return mode;
+}
+
+void txa_set_length_without_g43(float length)
+{
+    length_without_g43 = length;
+}
+
+static void set_auxiliary(size_t number, double value)
+{
+    /* What was never set stays so: a fault if a correction depends on it, never 0. */
+    if (isnan(value) && isnan(auxiliary_value[number]))
+        return;
+    auxiliary_value[number] = value;
+    trueaxis_servo_set_auxiliary(servo, number, value);
+}
+
+void txa_take_tool_length(void)
+{
+    bool known = gc_state.modal.tool_offset_mode != ToolLengthOffset_Cancel;
+    float length = known ? gc_state.modal.tool_length_offset[Z_AXIS] : length_without_g43;
+    for (size_t k = 0; k < auxiliaries; k++)
+        if (auxiliary[k].kind == TRUEAXIS_TOOL_LENGTH)
+            set_auxiliary(k, length);
+}
+
+bool trueaxis_set_temperature(const char *name, float celsius)
+{
+    for (size_t k = 0; servo != NULL && k < auxiliaries; k++)
+        if (auxiliary[k].kind == TRUEAXIS_TEMPERATURE && strcmp(auxiliary[k].name, name) == 0) {
+            set_auxiliary(k, celsius);
+            return true;
+        }
+    return false;
+}
+
+/* Says what is wrong, once when it begins. */
+static void report_faults(void)
+{
+    uint16_t now = txa_status().conditions & FAULTS;
+    uint16_t fresh = (uint16_t)(now & ~faults);
+    faults = now;
+    if (fresh != 0 && mode != TXA_OFF) {
+        char text[80] = "trueaxis: ";
+        trueaxis_conditions_text(fresh, text + strlen(text), sizeof text - strlen(text));
+        report_message(text, Message_Warning);
+    }
+}
+
+static void update(const float *commands, double period)
+{
+    double in[TRUEAXIS_AXES], out[TRUEAXIS_AXES];
+    uint32_t homed = 0;
+    for (size_t k = 0; k < axes; k++) {
+        in[k] = commands[place[k]];
+        if (bit_istrue(sys.homed.mask, bit(place[k])))
+            homed |= (uint32_t)1 << k;
+    }
+    if (trueaxis_servo_update(servo, in, axes, homed, period, out) == TRUEAXIS_RESULT_OK)
+        for (size_t k = 0; k < axes; k++)
+            correction[place[k]] = out[k];
+}
+
+void txa_advance(const float *commands, double period)
+{
+    update(commands, period);
+    report_faults();
+}
+
+void txa_settle(const float *commands)
+{
+    double before[N_AXIS];
+    for (int step = 0; step < MOST_STEPS; step++) {
+        memcpy(before, correction, sizeof before);
+        update(commands, 0.01);
+        bool still = memcmp(before, correction, sizeof before) == 0;
+        if (still && !(txa_status().conditions & (TRUEAXIS_RAMPING | TRUEAXIS_FADING)))
+            return;
+    }
+}
+
+void txa_set_travel(const int8_t *directions)
+{
+    for (size_t k = 0; k < axes; k++)
+        if (directions[place[k]] != 0)
+            trueaxis_servo_set_travel(servo, k, directions[place[k]]);
+}
+
+const double *txa_correction(void)
+{
+    return correction;
+}
+
+bool txa_correction_at(const float *motors, double *correction_there)
+{
+    double measured[TRUEAXIS_AXES], commands[TRUEAXIS_AXES];
+    for (size_t k = 0; k < axes; k++)
+        measured[k] = motors[place[k]];
+    if (trueaxis_servo_measured(servo, measured, axes, commands) != TRUEAXIS_RESULT_OK)
+        return false;
+    for (size_t i = 0; i < N_AXIS; i++)
+        correction_there[i] = 0.0;
+    for (size_t k = 0; k < axes; k++)
+        correction_there[place[k]] = measured[k] - commands[k];
+    return true;
+}
+
+bool txa_acting(void)
+{
+    return mode == TXA_ON || txa_status().factor > 0.0f;
+}
+
+size_t txa_axes(void)
+{
+    return servo == NULL ? 0 : axes;
+}
+
+const trueaxis_axis *txa_axis(size_t number, size_t *where)
+{
+    *where = place[number];
+    return &axis[number];
+}
+
+void txa_computed(double *computed)
+{
+    trueaxis_servo_computed(servo, computed, axes);
+}
+
+trueaxis_status txa_status(void)
+{
+    trueaxis_status status = {0};
+    trueaxis_servo_status(servo, &status);
+    return status;
+}
+
+void txa_machine(char *text, size_t size)
+{
+    trueaxis_tables_machine(tables, text, size);
+}

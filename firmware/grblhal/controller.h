@@ -1,0 +1,45 @@
+/* What is used of grblHAL, and what may be chosen when it is built.
+ *
+ * SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#ifndef TXA_CONTROLLER_H
+#define TXA_CONTROLLER_H
+
+#include "grbl/hal.h"
+#include "grbl/kinematics/interface.h"
+#include "grbl/machine_limits.h"
+#include "grbl/planner.h"
+#include "grbl/protocol.h"
+#include "grbl/report.h"
+#include "grbl/state_machine.h"
+#include "grbl/vfs.h"
+
+#ifndef KINEMATICS_API
+#error "trueaxis corrects in the kinematics of grblHAL: define KINEMATICS_API for the whole build"
+#endif
+#if COREXY || WALL_PLOTTER || DELTA_ROBOT || POLAR_ROBOT || defined(ASYMMETRIC_GANGING) || defined(ASYMMETRIC_AUTO_SQUARE)
+#error "trueaxis corrects axes: with these kinematics a motor is not an axis of its own"
+#endif
+
+/* The file with the tables, in the file system of grblHAL. */
+#ifndef TRUEAXIS_FILE
+#define TRUEAXIS_FILE "/trueaxis.trax"
+#endif
+/* The largest file that fits, bytes. */
+#ifndef TRUEAXIS_FILE_MOST
+#define TRUEAXIS_FILE_MOST 16384
+#endif
+/* Tables in flash instead: the address, at a multiple of 4, and TRUEAXIS_FLASH_SIZE, the bytes of the area.
+ * #define TRUEAXIS_FLASH ((const void *)0x080E0000) */
+
+/* 1: the corrections are let in from the start on, else with `$TRUEAXIS=ON`. */
+#ifndef TRUEAXIS_ON_AT_START
+#define TRUEAXIS_ON_AT_START 0
+#endif
+/* Planned segments that are remembered, for the position that is shown: more than the planner has blocks. */
+#ifndef TRUEAXIS_TRACE
+#define TRUEAXIS_TRACE 128
+#endif
+
+#endif

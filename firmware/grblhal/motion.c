@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#include "motion.h"
+#include "compensation.h"
+#include "pieces.h"
+#include "trace.h"
+
+#include <math.h>
+#include <string.h>
+
+/* States whose motions bypass the kinematics, towards positions of the motors: they must be shown those. */
+#define OF_MOTORS (STATE_HOMING | STATE_SAFETY_DOOR | STATE_SLEEP)
+/* A position of the planner is the one that was planned if it is as near: rounding to steps, and of large floats. */
+#define SAME_STEPS 1.5
+/* No step of the servo is longer, nor shorter (trueaxis_servo_update). */
+#define MOST_PERIOD 0.01
+#define LEAST_PERIOD 1e-6
+/* A piece that takes longer is given this many steps: what it lacks is made up in the next ones. */
+#define MOST_STEPS 64
+/* Rounds after which position and correction agree: each leaves as much as the correction is steep, 1e-3 at most. */
+#define ROUNDS 4
+
+static kinematics_t inner;
+
+/* Where the planned path ends: uncorrected command, and where the motors go. */
+static float command[N_AXIS], motors[N_AXIS];
+static bool known;         /* the two are */
+static bool positions_set; /* by homing, since */
+
+/* The motion under way, from `from` to `to`, in pieces. */
+static float from[N_AXIS], to[N_AXIS];
+static coord_data_t *within; /* where the kinematics within have its targets */
+static uint32_t pieces, piece;
+static float feed;
+static bool ours;    /* there were tables when it began */
+static bool by_time; /* its feed was turned into a time */
+static volatile bool cancelled;
+
+static bool same(const float *a, const float *b)
+{
+    for (size_t i = 0; i < N_AXIS; i++)
+        if (fabs((double)a[i] - (double)b[i]) * (double)settings.axis[i].steps_per_mm > SAME_STEPS)
+            return false;
+    return true;
+}
+
+static void corrected(float *position, const float *uncorrected)
+{
+    for (size_t i = 0; i < N_AXIS; i++)
+        position[i] = (float)((double)uncorrected[i] + txa_correction()[i]);
+}
+
+static void uncorrected(float *position, const float *at, const double *correction)
+{
+    for (size_t i = 0; i < N_AXIS; i++)
+        position[i] = (float)((double)at[i] - correction[i]);
+}
+
+/* The motors stand at `at`, where no planned path led or not to its end: after homing, a reset, a probe, a jog that
+ * was cancelled. The corrections become those of this place, by the servo's own way, and the command what leads here:
+ * no axis moves. */
+static void align(const float *at)
+{
+    double correction[N_AXIS];
+    int8_t directions[N_AXIS] = {0};
+    if (!known || positions_set)
+        txa_trace_forget();
+    if (positions_set)
+        txa_restart();
+    positions_set = false;
+    bool on_path = txa_trace_find(at, correction, directions);
+    uncorrected(command, at, on_path ? correction : txa_correction());
+    /* To the servo what follows looks like a move: it is told how the axes really came here. */
+    txa_set_travel(directions);
+    for (int round = 0; round < ROUNDS && txa_status().factor > 0.0f; round++) {
+        txa_settle(command);
+        uncorrected(command, at, txa_correction());
+    }
+    memcpy(motors, at, sizeof motors);
+    known = true;
+    txa_trace_begin(motors, txa_correction());
+}
+
+/* Where the machine stands or was, without corrections. */
+static coord_data_t *position_of(coord_data_t *position, mpos_t *steps)
+{
+    if (!txa_present() || (state_get() & OF_MOTORS))
+        return inner.transform_steps_to_cartesian(position, steps);
+    float at[N_AXIS];
+    double correction[N_AXIS];
+    for (size_t i = 0; i < N_AXIS; i++)
+        at[i] = (float)steps->values[i] / settings.axis[i].steps_per_mm;
+    bool now = memcmp(steps->values, sys.position, sizeof sys.position) == 0;
+    if (now && txa_motion_at_rest() && !(known && !positions_set && same(at, motors)))
+        align(at);
+    if (!txa_trace_find(at, correction, NULL)) {
+        /* A place of earlier, as that of the last probing. */
+        if (!txa_correction_at(at, correction))
+            memcpy(correction, txa_correction(), sizeof correction);
+    }
+    /* By whole steps: a command that is a whole number of steps is shown as it was given. */
+    mpos_t without;
+    for (size_t i = 0; i < N_AXIS; i++)
+        without.values[i] = steps->values[i] - (int32_t)lround(correction[i] * (double)settings.axis[i].steps_per_mm);
+    return inner.transform_steps_to_cartesian(position, &without);
+}
+
+/* Time passes along the piece; the corrections are those of its end. */
+static void pass(const float *begin, const float *end, const plan_line_data_t *data)
+{
+    double time = txa_least_time(begin, end, data);
+    double steps = ceil(time / MOST_PERIOD);
+    if (!(steps > 1.0))
+        steps = 1.0;
+    if (steps > MOST_STEPS)
+        steps = MOST_STEPS;
+    double period = time / steps;
+    period = period > MOST_PERIOD ? MOST_PERIOD : period < LEAST_PERIOD ? LEAST_PERIOD : period;
+    for (int step = 1; step <= (int)steps; step++) {
+        float at[N_AXIS];
+        for (size_t i = 0; i < N_AXIS; i++)
+            at[i] = step == (int)steps
+                        ? end[i]
+                        : (float)((double)begin[i] + ((double)end[i] - (double)begin[i]) * (double)step / steps);
+        txa_advance(at, period);
+    }
+}
+
+/* The next motion of the kinematics within: false if there is none. */
+static bool next(plan_line_data_t *data)
+{
+    if (inner.segment_line(within, NULL, data, false) == NULL)
+        return false;
+    memcpy(from, command, sizeof from);
+    memcpy(to, within->values, sizeof to);
+    feed = data->feed_rate;
+    pieces = txa_acting() ? txa_pieces(from, to) : 1;
+    piece = 0;
+    return true;
+}
+
+static coord_data_t *begin_line(coord_data_t *out, coord_data_t *target, const coord_data_t *position,
+                                plan_line_data_t *data)
+{
+    coord_data_t start;
+    txa_take_tool_length();
+    if (!known || positions_set || !same(position->values, motors))
+        align(position->values);
+    memcpy(start.values, command, sizeof start.values);
+    pieces = piece = 0;
+    within = inner.segment_line(target, &start, data, true);
+    /* This is what is checked against the soft limits: not corrected. */
+    memcpy(out, within, sizeof *out);
+    return out;
+}
+
+/* As the kinematics of grblHAL have it, every target is at the place that the first call returned. */
+static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, plan_line_data_t *data, bool init)
+{
+    static coord_data_t out;
+    if (init) {
+        by_time = cancelled = false;
+        ours = txa_present();
+    }
+    if (!ours)
+        return inner.segment_line(target, position, data, init);
+    if (init)
+        return begin_line(&out, target, position, data);
+    if (by_time)
+        data->condition.inverse_time = Off;
+    by_time = false;
+    if (cancelled || (piece == pieces && !next(data)))
+        return NULL;
+    piece++;
+    float begin[N_AXIS];
+    double degrees;
+    memcpy(begin, command, sizeof begin);
+    for (size_t i = 0; i < N_AXIS; i++)
+        command[i] = piece == pieces ? to[i]
+                                     : (float)((double)from[i] + ((double)to[i] - (double)from[i]) * piece / pieces);
+    data->feed_rate = data->condition.inverse_time ? feed * (float)pieces : feed;
+    if (memcmp(begin, command, sizeof begin) != 0)
+        pass(begin, command, data);
+    if (txa_turns_only(begin, command, data, &degrees)) {
+        /* With the correction of a linear axis the planner would take the feed for that of the linear axis. */
+        bool inches = gc_state.modal.units_imperial && settings.flags.revert_metric_conversion;
+        data->feed_rate = (float)((inches ? feed / MM_PER_INCH : feed) / degrees);
+        data->condition.inverse_time = On;
+        by_time = true;
+    }
+    corrected(motors, command);
+    txa_trace_add(motors, txa_correction());
+    memcpy(out.values, motors, sizeof motors);
+    return &out;
+}
+
+static void set_machine_positions(axes_signals_t cycle)
+{
+    inner.limits_set_machine_positions(cycle);
+    positions_set = true;
+}
+
+void txa_motion_chain(void)
+{
+    if (kinematics.segment_line != segment_line) {
+        inner.segment_line = kinematics.segment_line;
+        kinematics.segment_line = segment_line;
+    }
+    if (kinematics.transform_steps_to_cartesian != position_of) {
+        inner.transform_steps_to_cartesian = kinematics.transform_steps_to_cartesian;
+        kinematics.transform_steps_to_cartesian = position_of;
+    }
+    if (kinematics.limits_set_machine_positions != set_machine_positions) {
+        inner.limits_set_machine_positions = kinematics.limits_set_machine_positions;
+        kinematics.limits_set_machine_positions = set_machine_positions;
+    }
+}
+
+void txa_motion_watch(void)
+{
+    txa_trace_planned((uint32_t)(plan_get_buffer_size() - plan_get_block_buffer_available()));
+}
+
+void txa_motion_cancel(void)
+{
+    cancelled = true;
+}
+
+bool txa_motion_at_rest(void)
+{
+    return plan_get_current_block() == NULL && !(state_get() & (STATE_CYCLE | STATE_HOLD | STATE_JOG | OF_MOTORS));
+}
+
+void txa_motion_restart(void)
+{
+    known = positions_set = false;
+    sync_position();
+}

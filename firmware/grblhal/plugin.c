@@ -1,0 +1,90 @@
+/* What grblHAL calls.
+ *
+ * SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#include "cartesian.h"
+#include "commands.h"
+#include "compensation.h"
+#include "motion.h"
+#include "trueaxis_grblhal.h"
+
+static on_execute_realtime_ptr on_execute_realtime;
+static on_jog_cancel_ptr on_jog_cancel;
+static on_report_options_ptr on_report_options;
+static user_mcode_execute_ptr execute_mcode;
+
+static void execute_realtime(sys_state_t state)
+{
+    txa_motion_watch();
+    on_execute_realtime(state);
+}
+
+/* From an interrupt. */
+static void jog_cancel(sys_state_t state)
+{
+    txa_motion_cancel();
+    if (on_jog_cancel != NULL)
+        on_jog_cancel(state);
+}
+
+static void report_options(bool newopt)
+{
+    on_report_options(newopt);
+    if (!newopt)
+        report_plugin("trueaxis", "0.1");
+}
+
+#ifndef TRUEAXIS_FLASH
+static on_vfs_mount_ptr on_mount;
+
+/* A card that comes later than the start. */
+static void mount(const char *path, const vfs_t *fs, vfs_st_mode_t mode)
+{
+    if (on_mount != NULL)
+        on_mount(path, fs, mode);
+    if (!txa_present() && txa_motion_at_rest())
+        txa_load_and_say();
+}
+#endif
+
+/* Some kinematics change over with an M-code. */
+static void mcode(sys_state_t state, parser_block_t *block)
+{
+    execute_mcode(state, block);
+    txa_motion_chain();
+}
+
+/* Once everything is there: grblHAL sets up its kinematics after the plugins. */
+static void start(void *data)
+{
+    (void)data;
+    txa_motion_chain();
+    on_execute_realtime = grbl.on_execute_realtime;
+    grbl.on_execute_realtime = execute_realtime;
+    on_jog_cancel = grbl.on_jog_cancel;
+    grbl.on_jog_cancel = jog_cancel;
+    if ((execute_mcode = grbl.user_mcode.execute) != NULL)
+        grbl.user_mcode.execute = mcode;
+    txa_load_and_say();
+#ifndef TRUEAXIS_FLASH
+    on_mount = vfs.on_mount;
+    vfs.on_mount = mount;
+#endif
+}
+
+void trueaxis_init(void)
+{
+    txa_cartesian(&kinematics);
+    on_report_options = grbl.on_report_options;
+    grbl.on_report_options = report_options;
+    txa_commands();
+    task_run_on_startup(start, NULL);
+}
+
+#ifndef TRUEAXIS_NO_MY_PLUGIN
+void my_plugin_init(void)
+{
+    trueaxis_init();
+}
+#endif

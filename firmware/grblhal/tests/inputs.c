@@ -1,0 +1,71 @@
+/* Tool length from G43, temperatures, and faults that have a name.
+ *
+ * SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#include "check.h"
+#include "../trueaxis_grblhal.h"
+
+/* Goes to a place and back until every transition is over; how far the axes are corrected there, in a sum in which
+ * each counts differently. */
+static double corrected_by(void)
+{
+    float to[N_AXIS] = {50, 40, -30}, away[N_AXIS] = {60, 40, -30};
+    for (int moves = 0; moves < 40; moves++) {
+        CHECK(line_to(away, 3000) && line_to(to, 3000), "moves");
+        execute();
+    }
+    double sum = 0.0;
+    for (size_t i = 0; i < N_AXIS; i++)
+        sum += (double)(1 + i) * ((double)motor(i) - (double)to[i]);
+    return sum;
+}
+
+void inputs(void)
+{
+    start_with(blob("everything"));
+    home(0xFF);
+    CHECK(command("$TRUEAXIS=ON") == Status_OK, "on");
+    /* Neither length nor temperature is known: a fault that is named once, and no correction; never 0 mm. */
+    said_nothing();
+    CHECK(corrected_by() == 0.0, "corrected");
+    CHECK(strstr(said, "bad auxiliary") != NULL && strchr(said, '\n') == strrchr(said, '\n'), "%s", said);
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Enable;
+    gc_state.modal.tool_length_offset[Z_AXIS] = 120.0f;
+    CHECK(corrected_by() == 0.0, "without a temperature");
+    CHECK(!trueaxis_set_temperature("column", 21.0f) && trueaxis_set_temperature("bed", 21.0f), "sensors");
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Cancel;
+    CHECK(corrected_by() == 0.0, "without a tool length");
+    /* G43. */
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Enable;
+    double with_120 = corrected_by();
+    CHECK(with_120 != 0.0, "not corrected");
+    gc_state.modal.tool_length_offset[Z_AXIS] = 20.0f;
+    double with_20 = corrected_by();
+    CHECK(fabs(with_20 - with_120) > 0.002, "%g and %g", with_20, with_120);
+    /* G49: not known again; unless it was said. */
+    said_nothing();
+    gc_state.modal.tool_offset_mode = ToolLengthOffset_Cancel;
+    CHECK(corrected_by() == 0.0 && strstr(said, "bad auxiliary") != NULL, "G49: %s", said);
+    CHECK(command("$TRUEAXIS=length 120") == Status_OK, "length");
+    CHECK(corrected_by() == with_120, "%g, not %g", corrected_by(), with_120);
+    CHECK(command("$TRUEAXIS=LENGTH") == Status_BadNumberFormat, "no length");
+    CHECK(command("$TRUEAXIS=LENGTH 12x") == Status_BadNumberFormat, "12x");
+    CHECK(command("$TRUEAXIS=LENGTH nan") == Status_BadNumberFormat, "nan");
+    CHECK(command("$TRUEAXIS=SIDEWAYS") == Status_InvalidStatement, "sideways");
+    /* A sensor is lost, and comes back. */
+    CHECK(trueaxis_set_temperature("bed", NAN) && corrected_by() == 0.0, "lost");
+    CHECK(trueaxis_set_temperature("bed", 21.0f) && corrected_by() == with_120, "back");
+    /* Homing forgets neither. */
+    home(0xFF);
+    CHECK(corrected_by() == with_120, "after homing");
+    /* Nor is anything corrected whose axes are not homed, all of them. */
+    start_with(blob("router-10"));
+    CHECK(command("$TRUEAXIS=ON") == Status_OK, "on");
+    said_nothing();
+    CHECK(corrected_by() == 0.0 && strstr(said, "not referenced") != NULL, "not homed: %s", said);
+    home(3);
+    CHECK(corrected_by() == 0.0, "without Z");
+    home(4);
+    CHECK(corrected_by() != 0.0, "not corrected");
+}

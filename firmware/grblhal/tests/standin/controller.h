@@ -1,0 +1,55 @@
+/* A controller to test the plugin with: it plans and executes lines as grblHAL promises its plugins.
+ *
+ * SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#ifndef STANDIN_CONTROLLER_H
+#define STANDIN_CONTROLLER_H
+
+#include "grbl/hal.h"
+#include "grbl/kinematics/interface.h"
+
+/* A planned segment. */
+struct block {
+    plan_block_t plan;
+    int32_t from[N_AXIS], steps[N_AXIS]; /* its begin and its end */
+    plan_line_data_t data;
+};
+
+/* Blocks since `controller_start`, and how many of them are executed: all but the last hundred. */
+extern struct block blocks[];
+extern size_t planned, executed;
+/* What is called before the planner takes a segment: null, or what a user does meanwhile. */
+extern void (*meanwhile)(size_t block);
+/* The data of the last line, as they were left. */
+extern plan_line_data_t last_data;
+/* Where axes are after homing. */
+extern float home_at[N_AXIS];
+/* The ends of the travel, uncorrected, and whether they are looked at. */
+extern float soft_lower[N_AXIS], soft_upper[N_AXIS];
+extern bool soft_limits;
+/* The file that is there: null, none. */
+extern const void *file_bytes;
+extern size_t file_size;
+/* What was said since the last `said_nothing`. */
+extern char said[8192];
+void said_nothing(void);
+
+/* Starts, with kinematics that are set up after the plugin, or null. */
+void controller_start(void (*set_up_kinematics)(void));
+void set_state(sys_state_t to);
+/* A line as of G1 (mm/min), G0 (feed 0), or with whatever `data` says. False: refused by the soft limits. */
+bool line_to(const float *target, float feed);
+bool line(const float *target, plan_line_data_t data);
+/* Executes everything, or up to a share of one block; then the controller stands. */
+void execute(void);
+void execute_to(size_t block, double share);
+/* What is not executed is forgotten, and planner and parser are told where the machine stands. */
+void reset(void);
+void home(uint8_t mask);
+/* Positions as they are shown, and as the motors have them. */
+void shown(float *position);
+float motor(size_t axis);
+status_code_t command(const char *text);
+
+#endif

@@ -1,0 +1,2 @@
+/* A stand-in for the interface of grblHAL: see hal.h. SPDX-License-Identifier: MIT */
+#include "hal.h"

@@ -1,0 +1,19 @@
+/* trueaxis for grblHAL: what a driver or another plugin may call. The manual: docs/src/grblhal.md
+ *
+ * SPDX-License-Identifier: MIT
+ * Copyright (c) 2026 The trueaxis maintainers
+ */
+#ifndef TRUEAXIS_GRBLHAL_H
+#define TRUEAXIS_GRBLHAL_H
+
+#include <stdbool.h>
+
+/* Registers the plugin: once, from `driver_init`. `my_plugin_init` does it, unless TRUEAXIS_NO_MY_PLUGIN is
+ * defined. */
+void trueaxis_init(void);
+
+/* Sets the temperature (°C; NAN: the sensor is lost) of the auxiliary input with this name. False if there is
+ * none. Not from an interrupt. */
+bool trueaxis_set_temperature(const char *name, float celsius);
+
+#endif
