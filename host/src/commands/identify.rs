@@ -14,7 +14,7 @@ use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{
     AutoError, Identified, IdentifyError, Level, Model, ModelError, Options, Problem, Unknown,
-    automatic, identify,
+    automatic, error_file, identify,
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::{Command, Runtime};
