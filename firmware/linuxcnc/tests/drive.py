@@ -101,7 +101,7 @@ def program():
     in_force()
     tell("offsets", *(float(pin("joint.%d.motor-offset" % j)) for j in range(5)))
     mdi("G10 L2 P1 X200 Y150 Z-180 A0 C0")
-    command.feedrate(20.0)
+    command.feedrate(50.0)
     settled(linuxcnc.MODE_AUTO)
     command.program_open(DEMOS + "/boat-xyzac.ngc")
     set_pin("tape.keep", 1)
@@ -109,7 +109,7 @@ def program():
     command.auto(linuxcnc.AUTO_RUN, 0)
     time.sleep(0.2)
     # The whole takes minutes: as far as it comes.
-    while time.monotonic() < began + 40:
+    while time.monotonic() < began + 35:
         status.poll()
         if status.interp_state == linuxcnc.INTERP_IDLE:
             break
@@ -126,12 +126,13 @@ def program():
 def probe():
     """A surface that does not move: it trips where the drive of X stands, not where the command does."""
     command.feedrate(1.0)
+    mdi("G94 G90 G21")
     mdi("G53 G0 X150 Y100 Z-60 A20 C70")
     set_pin("surface.in0", float(pin("joint.0.motor-offset")) + 180.0)
     mdi("G54 G10 L2 P1 X0 Y0 Z0 A0 C0")
     mdi("G38.2 X190 F60")
     status.poll()
-    tell("probed", status.probe_tripped, *(status.probed_position[k] for k in (0, 1, 2, 3, 5)))
+    tell("probed", int(status.probe_tripped), *(status.probed_position[k] for k in (0, 1, 2, 3, 5)))
     tell("surface", 180.0)
     mdi("G53 G0 X150")
 
@@ -207,6 +208,7 @@ def events(count=1000):
     pins["enable"] = 1
     home()
     in_force()
+    mdi("G10 L2 P1 X200 Y150 Z-180 A0 C0")
     halcmd("setp", "tape.keep", "1")
     for _ in range(count):
         event = chance.choices(list(often), list(often.values()))[0]
