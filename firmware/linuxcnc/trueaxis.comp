@@ -91,7 +91,7 @@ pin in  bit   dry_run "Everything is computed and shown, the corrections go to 0
 pin in  bit   reload "At a rising edge the file is read again";
 pin out bit   loading "A file is being read, or waits until it can be taken";
 pin out unsigned loads "How many files were taken";
-pin out unsigned checksum "Checksum of the file in use, as \\fBtrueaxis inspect\\fR prints it; 0 without one";
+pin out unsigned checksum "Checksum of the file in use, which tells files apart; 0 without one";
 pin out bit   active "Corrections are in, at least partly";
 pin out float factor "The common factor of all corrections, 0 to 1";
 pin out bit   saturated "A correction is cut off at the largest of its axis";

@@ -2,6 +2,7 @@
 //! controller, and as a package.
 
 mod bench;
+mod faults;
 mod halrun;
 mod motion;
 mod oracle;
@@ -11,8 +12,9 @@ mod rows;
 use bench::Bench;
 
 /// What is tried, by name.
-const PARTS: [(&str, fn(&Bench) -> Result<(), String>); 4] = [
+const PARTS: [(&str, fn(&Bench) -> Result<(), String>); 5] = [
     ("halrun", halrun::check),
+    ("faults", faults::check),
     ("motion", motion::check),
     ("events", motion::events),
     ("package", package::check),

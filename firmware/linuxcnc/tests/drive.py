@@ -39,12 +39,14 @@ def set_pin(name, value):
 
 
 def messages():
-    """What was said to the operator; nobody answers to LinuxCNC while they are not fetched."""
+    """What was said to the operator. While nobody fetches it, LinuxCNC waits."""
     said = []
     while True:
         message = errors.poll()
         if not message:
             return said
+        if "following error" in message[1]:
+            raise RuntimeError(message[1])
         said.append(message[1])
 
 
@@ -55,6 +57,7 @@ def wait(what, holds, seconds=30):
             raise RuntimeError("no " + what)
         time.sleep(0.005)
         status.poll()
+        messages()
 
 
 def settled(mode):
@@ -215,16 +218,17 @@ def events(count=1000):
         event()
         happened[event.__name__] = happened.get(event.__name__, 0) + 1
         # Mostly one upon the other, sometimes time to come to an end.
-        time.sleep(chance.choices([0.0, 0.01, 0.03, 0.7], [4, 4, 4, 1])[0])
+        time.sleep(chance.choices([0.0, 0.01, 0.02, 0.6], [6, 6, 3, 1])[0])
         status.poll()
-        for message in messages():
-            if "following error" in message:
-                raise RuntimeError(message)
+        messages()
         if status.task_state != linuxcnc.STATE_ON and chance.random() < 0.5:
             machine_on()
         elif status.task_state == linuxcnc.STATE_ON and not all(status.homed[:5]) and chance.random() < 0.3:
             command.abort()
-            home()
+            settled(linuxcnc.MODE_MANUAL)
+            command.teleop_enable(0)
+            command.home(-1)
+            time.sleep(0.3)
     halcmd("setp", "tape.keep", "0")
     tell("events", count)
     for name, number in happened.items():

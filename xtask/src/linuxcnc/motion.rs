@@ -35,7 +35,7 @@ const ROUNDING: f64 = 6e-14;
 /// How far one step of the rival may be from the tables, mm or degrees: second order, errors of 1e-4 rad at
 /// corrections of 0.1 mm, or 1e-4 of lever at 100 mm per step of the tables' own 1 µm.
 const SECOND_ORDER: f64 = 2e-5;
-/// The most that our mean time may be of the rival's.
+/// The most that our time may be of the rival's.
 const SHARE: f64 = 0.15;
 const PERIOD: f64 = 1e-3;
 
@@ -127,7 +127,7 @@ impl Run {
 
 /// The blob of the example, without its two errors of reversal: a correction that depends on the direction of travel
 /// catches up with bounded rate, and is not that of `eval` meanwhile.
-fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
+pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
     let folder = root().join("examples/linuxcnc-xyzac-trt");
     let machine = folder.join("machine.toml");
     let errors = folder.join("errors-11.toml");
@@ -255,8 +255,19 @@ fn times(run: &Run) -> Result<(), String> {
             least(column)
         );
     }
-    let share = (mean("read") + mean("write")) / mean("matrix");
-    println!("component / matrices: {share:.2} of the mean time (at most {SHARE})");
+    let share = |of: &dyn Fn(&str) -> f64| (of("read") + of("write")) / of("matrix");
+    println!(
+        "component / matrices: {:.3} of the mean, {:.3} of the least time",
+        share(&mean),
+        share(&least)
+    );
+    // The mean is that of caches which other programs have filled meanwhile, on both sides; the least time is what
+    // the component does.
+    if share(&least) > SHARE {
+        return Err(format!(
+            "the component takes more than {SHARE} of the time of matrices"
+        ));
+    }
     Ok(())
 }
 

@@ -79,8 +79,4 @@ impl Random {
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::from(self.bits()) / f64::from(u32::MAX)
     }
-
-    pub fn below(&mut self, count: u32) -> u32 {
-        self.bits() % count
-    }
 }
