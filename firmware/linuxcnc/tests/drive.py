@@ -8,7 +8,6 @@ import os
 import random
 import shutil
 import subprocess
-import sys
 import time
 import traceback
 
@@ -140,6 +139,21 @@ def probe():
     mdi("G53 G0 X150")
 
 
+def limits():
+    """In the corners of the travel, and beyond."""
+    for name, corner in (("lower", "X0 Y0 Z-250 A-100 C-360"), ("upper", "X400 Y300 Z0 A100 C360")):
+        mdi("G53 G0 " + corner)
+        time.sleep(0.5)
+        for j in range(5):
+            joint = "trueaxis.joint.%d." % j
+            tell("corner", name, j, float(pin(joint + "pos-in")), float(pin(joint + "correction")))
+    try:
+        mdi("G53 G0 X400.001")
+        tell("beyond", 1)
+    except RuntimeError:
+        tell("beyond", 0)
+
+
 def events(count=1000):
     """Whatever an operator can do, at any moment."""
     chance = random.Random(1)
@@ -245,5 +259,4 @@ def main():
 try:
     main()
 except Exception:
-    traceback.print_exc()
-    print(*messages(), sep="\n", file=sys.stderr)
+    tell("failed", traceback.format_exc(), messages())
