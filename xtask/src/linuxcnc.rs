@@ -11,8 +11,11 @@ mod rows;
 
 use bench::Bench;
 
+/// Fails with what did not hold.
+type Check = fn(&Bench) -> Result<(), String>;
+
 /// What is tried, by name.
-const PARTS: [(&str, fn(&Bench) -> Result<(), String>); 5] = [
+const PARTS: [(&str, Check); 5] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),

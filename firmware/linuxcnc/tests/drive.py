@@ -141,6 +141,7 @@ def probe():
 
 def limits():
     """In the corners of the travel, and beyond."""
+    set_pin("surface.in0", 1e9)
     for name, corner in (("lower", "X0 Y0 Z-250 A-100 C-360"), ("upper", "X400 Y300 Z0 A100 C360")):
         mdi("G53 G0 " + corner)
         time.sleep(0.5)

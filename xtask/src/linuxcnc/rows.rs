@@ -18,7 +18,7 @@ impl Rows {
             .chunks_exact(8)
             .map(|b| f64::from_ne_bytes(b.try_into().unwrap_or_default()))
             .collect();
-        if values.is_empty() || values.len() % names.len() != 0 {
+        if values.is_empty() || !values.len().is_multiple_of(names.len()) {
             return Err(format!("{name}: {} values", values.len()));
         }
         Ok(Self {
