@@ -1,0 +1,44 @@
+//! `cargo xtask linuxcnc`: the component in the real LinuxCNC, without a screen: in `halrun`, under its motion
+//! controller, and as a package.
+
+mod bench;
+mod faults;
+mod halrun;
+mod motion;
+mod oracle;
+mod package;
+mod rows;
+
+use bench::Bench;
+
+/// Fails with what did not hold.
+type Check = fn(&Bench) -> Result<(), String>;
+
+/// What is tried, by name.
+const PARTS: [(&str, Check); 5] = [
+    ("halrun", halrun::check),
+    ("faults", faults::check),
+    ("motion", motion::check),
+    ("events", motion::events),
+    ("package", package::check),
+];
+
+/// `chosen`: of all parts only these.
+///
+/// # Errors
+/// What cannot be installed or built, or what did not hold.
+pub fn execute(chosen: &[&str]) -> Result<(), String> {
+    if let Some(part) = chosen
+        .iter()
+        .find(|c| PARTS.iter().all(|(name, _)| name != *c))
+    {
+        return Err(format!("there is no part `{part}`"));
+    }
+    let bench = Bench::provide()?;
+    for (name, check) in PARTS {
+        if chosen.is_empty() || chosen.contains(&name) {
+            check(&bench).map_err(|e| format!("{name}: {e}"))?;
+        }
+    }
+    Ok(())
+}
