@@ -66,6 +66,8 @@ mod nominal;
 mod parameter;
 mod policy;
 mod sine;
+#[cfg(feature = "stored")]
+mod stored;
 
 pub use axis::{Axis, Branch, Letter};
 pub use chain::Kinematics;
@@ -82,6 +84,8 @@ pub use nalgebra;
 pub use nominal::Nominal;
 pub use parameter::{MAX_DEGREE, MAX_HARMONIC, Parameter, ParameterKind};
 pub use policy::Policy;
+#[cfg(feature = "stored")]
+pub use stored::{Stored, StoredError};
 
 /// The most axes a machine may have.
 pub const MAX_AXES: usize = 6;
