@@ -11,6 +11,7 @@ mod explain;
 mod files;
 mod flash;
 mod inspect;
+mod linuxcnc;
 mod monitor;
 mod policy;
 mod port;
@@ -50,6 +51,7 @@ enum Command {
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
+    Linuxcnc(linuxcnc::Arguments),
 }
 
 /// How a command ended that had good input.
@@ -74,6 +76,7 @@ pub fn run() -> ExitCode {
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Control(arguments) => control::run(&arguments),
+        Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
