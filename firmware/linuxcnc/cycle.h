@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * One period of the real-time thread, without HAL: from positions of joints to corrections of joints.
+ */
+#ifndef CYCLE_H
+#define CYCLE_H
+
+#include "loading.h"
+
+/* What comes in from the pins, and what goes out to them. Machine units. */
+struct cycle {
+    double position[MOST_JOINTS];
+    bool referenced[MOST_JOINTS];
+    bool on, dry;
+    double length;
+    double kelvin[TRUEAXIS_AUXILIARIES];
+    double wanted[TRUEAXIS_ADJUSTABLE];
+
+    double corrections[MOST_JOINTS]; /* stay from period to period */
+    double would_be[MOST_JOINTS];
+    double share[MOST_JOINTS];
+    float in;                        /* the common factor */
+    bool cut_off;
+    unsigned taken;                  /* files */
+};
+
+/* Of the real-time thread. */
+static trueaxis_servo_memory servo_memory;
+static trueaxis_servo *servo;
+static struct place *current;
+static enum trouble refused;
+static double weight_set[TRUEAXIS_ADJUSTABLE];
+
+/* Nothing is corrected, and nothing is wanted to be. */
+static bool idle(const struct cycle *c)
+{
+    if (c->on || c->in > 0)
+        return false;
+    for (int j = 0; j < configured.joints; j++)
+        if (c->corrections[j] != 0)
+            return false;
+    return true;
+}
+
+/* The first tables, or any others. */
+static trueaxis_result begin_with(struct place *next)
+{
+    trueaxis_result result;
+    if (servo != NULL)
+        trueaxis_servo_release(servo);
+    servo = NULL;
+    current = NULL;
+    loading_free_all_but(next);
+    result = trueaxis_servo_new(&servo_memory, sizeof servo_memory, next->tables, &servo);
+    if (result != TRUEAXIS_RESULT_OK)
+        servo = NULL;
+    return result;
+}
+
+/* Takes tables that were loaded, as soon as that can be. */
+static void take_offered(struct cycle *c)
+{
+    struct place *next = loading_offered();
+    trueaxis_result result;
+    bool fade = servo != NULL && !idle(c);
+    if (next == NULL)
+        return;
+    result = fade ? trueaxis_servo_swap(servo, next->tables, NULL) : begin_with(next);
+    if (result == TRUEAXIS_RESULT_BUSY)
+        return;
+    if (result == TRUEAXIS_RESULT_OK) {
+        refused = TROUBLE_NONE;
+        current = next;
+        c->taken++;
+        for (int w = 0; w < TRUEAXIS_ADJUSTABLE; w++)
+            weight_set[w] = NAN;
+    } else {
+        refused = fade ? TROUBLE_ACTIVE : TROUBLE_LIBRARY;
+        SET(next->in_use, 0);
+    }
+    loading_take();
+}
+
+/* Gives tables back that are no longer read. */
+static void give_back(void)
+{
+    trueaxis_tables *retired;
+    if (servo != NULL && trueaxis_servo_take_retired(servo, &retired) == TRUEAXIS_RESULT_OK && retired != NULL)
+        loading_free_all_but(current);
+}
+
+/* Inputs besides positions; the first that is not as it should be. */
+static enum trouble set_inputs(const struct cycle *c)
+{
+    enum trouble found = TROUBLE_NONE;
+    for (int a = 0; a < current->auxiliaries; a++) {
+        int pin = current->pin_of[a];
+        double value = pin < 0 ? c->length * configured.mm : c->kelvin[pin];
+        trueaxis_servo_set_auxiliary(servo, (size_t)a, value);
+        if (current->needed[a] && !isfinite(value) && found == TROUBLE_NONE)
+            found = pin < 0 ? TROUBLE_TOOL_LENGTH : TROUBLE_TEMPERATURE;
+    }
+    for (int w = 0; w < current->terms && w < configured.weights; w++) {
+        if (isnan(c->wanted[w]) || c->wanted[w] == weight_set[w])
+            continue;
+        if (trueaxis_servo_set_weight(servo, current->term[w], c->wanted[w]) == TRUEAXIS_RESULT_OK)
+            weight_set[w] = c->wanted[w];
+        else if (found == TROUBLE_NONE)
+            found = TROUBLE_WEIGHT;
+    }
+    return found;
+}
+
+/* New corrections from the positions; what is not as it should be. */
+static enum trouble update(struct cycle *c, double period)
+{
+    double commands[TRUEAXIS_AXES], corrections[TRUEAXIS_AXES], computed[TRUEAXIS_AXES];
+    uint32_t referenced = (1u << current->axes) - 1u;
+    size_t axes = (size_t)current->axes;
+    trueaxis_status status;
+    trueaxis_result result;
+    enum trouble found = set_inputs(c);
+    /* From the last joint to the first: of the joints of an axis, the position of the first one counts. */
+    for (int j = configured.joints - 1; j >= 0; j--) {
+        int k = current->axis_of[j];
+        if (k < 0)
+            continue;
+        commands[k] = c->position[j] * current->unit[k];
+        if (!c->referenced[j])
+            referenced &= ~(1u << k);
+        if (!isfinite(commands[k]))
+            found = TROUBLE_POSITION;
+    }
+    trueaxis_servo_enable(servo, c->on);
+    trueaxis_servo_dry_run(servo, c->dry);
+    result = trueaxis_servo_update(servo, commands, axes, referenced, period, corrections);
+    if (result == TRUEAXIS_RESULT_OK)
+        result = trueaxis_servo_computed(servo, computed, axes);
+    if (result == TRUEAXIS_RESULT_OK)
+        result = trueaxis_servo_status(servo, &status);
+    /* No step: the corrections stay as they are. */
+    if (result != TRUEAXIS_RESULT_OK)
+        return TROUBLE_LIBRARY;
+    for (int j = 0; j < configured.joints; j++) {
+        int k = current->axis_of[j];
+        if (k < 0)
+            continue;
+        c->corrections[j] = corrections[k] / current->unit[k];
+        c->would_be[j] = computed[k] / current->unit[k];
+        c->share[j] = fabs(computed[k]) * current->per_bound[k];
+    }
+    c->in = status.factor;
+    c->cut_off = status.saturated != 0;
+    if (found == TROUBLE_NONE && (status.conditions & TRUEAXIS_BAD_PERIOD))
+        found = TROUBLE_PERIOD;
+    if (found == TROUBLE_NONE && (status.conditions & TRUEAXIS_BAD_INPUT))
+        found = TROUBLE_REACH;
+    return found;
+}
+
+/* One period, s. */
+static enum trouble run_cycle(struct cycle *c, double period)
+{
+    enum trouble found = TROUBLE_NONE;
+    take_offered(c);
+    give_back();
+    if (servo != NULL)
+        found = update(c, period);
+    if (found == TROUBLE_NONE)
+        found = refused;
+    if (found == TROUBLE_NONE)
+        found = loading_trouble();
+    return found;
+}
+
+#endif

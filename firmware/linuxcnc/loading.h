@@ -1,0 +1,360 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Files, outside the real-time thread: read, checked, fitted to the joints, and handed over ready to use.
+ *
+ * Two places for tables. A thread of the process that the real-time thread runs in, but without its priority,
+ * waits for requests, loads into the place that is free and offers it; the real-time thread takes it when it can
+ * and marks places free again. Neither waits for the other: what they share are atomic words.
+ *
+ * A thread of the component's own rather than a program of its own beside it: the tables are in memory that the
+ * real-time thread reads, there is nothing to start or to miss, and it ends with the component.
+ */
+#ifndef LOADING_H
+#define LOADING_H
+
+#include "trueaxis.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <pthread.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define MOST_JOINTS 16
+#define MOST_BYTES (64 * 1024 * 1024)
+#define INCH 25.4
+
+/* Values of the pin `fault-code`. */
+enum trouble {
+    TROUBLE_NONE = 0,
+    TROUBLE_FILE = 1,
+    TROUBLE_BLOB = 2,
+    TROUBLE_AXES = 3,
+    TROUBLE_PINS = 4,
+    TROUBLE_ACTIVE = 5,
+    TROUBLE_POSITION = 6,
+    TROUBLE_TOOL_LENGTH = 7,
+    TROUBLE_TEMPERATURE = 8,
+    TROUBLE_WEIGHT = 9,
+    TROUBLE_PERIOD = 10,
+    TROUBLE_REACH = 11,
+    TROUBLE_LIBRARY = 12
+};
+
+static const char *const TROUBLES[] = {
+    "no fault any more",
+    "the file cannot be read",
+    "the file is refused",
+    "the axes of the file are not those of axes=",
+    "the file needs more pins",
+    "the file was not taken because corrections are active, and its axes, travels or inputs differ: set enable to 0, wait for active to become false, and reload",
+    "pos-in of a joint is not connected, or not a number",
+    "a correction depends on the length of the tool, and tool-length is not connected, or not a number",
+    "a correction depends on a temperature that is not connected, or not a number",
+    "a weight is not within its limits",
+    "the period of the thread is not from 1 us to 10 ms",
+    "a position is out of reach",
+    "a mistake in the library: please report it",
+};
+
+/* From the line that loads the component; constant. */
+static struct {
+    const char *path;
+    const char *letters; /* one per joint */
+    int joints;
+    int temperatures;
+    int weights;
+    double mm; /* in a linear unit of the machine */
+} configured;
+
+/* Tables, and how they fit the machine. */
+struct place {
+    trueaxis_tables_memory memory;
+    trueaxis_tables *tables;
+    void *blob;
+    int in_use; /* atomic: 1 from being offered until the real-time thread needs it no more */
+    uint32_t sum;
+    int axes;
+    int axis_of[MOST_JOINTS];           /* of a joint: its axis, or -1 */
+    double unit[TRUEAXIS_AXES];         /* mm or degrees in a unit of the machine */
+    double per_bound[TRUEAXIS_AXES];    /* 1 / the largest correction */
+    int auxiliaries;
+    int pin_of[TRUEAXIS_AUXILIARIES];   /* of an auxiliary input: its temperature pin, or -1 for the tool length */
+    bool needed[TRUEAXIS_AUXILIARIES];  /* a correction depends on it */
+    int terms;
+    uint32_t term[TRUEAXIS_ADJUSTABLE]; /* number of the term of each weight pin */
+};
+
+static struct place places[2];
+static pthread_t loader;
+static bool loader_runs;
+
+/* Shared by both threads, atomic. */
+static struct place *offered;
+static unsigned asked;
+static unsigned answered;
+static int load_trouble;
+static int reported;
+static int stopping;
+
+#define GET(word) __atomic_load_n(&(word), __ATOMIC_ACQUIRE)
+#define SET(word, value) __atomic_store_n(&(word), (value), __ATOMIC_RELEASE)
+#define SAY(level, ...) rtapi_print_msg(level, "trueaxis: " __VA_ARGS__)
+
+/* The real-time thread's side. */
+
+static inline void loading_ask(void) { __atomic_add_fetch(&asked, 1, __ATOMIC_ACQ_REL); }
+static inline struct place *loading_offered(void) { return GET(offered); }
+static inline void loading_take(void) { SET(offered, NULL); }
+static inline bool loading_busy(void) { return GET(asked) != GET(answered) || GET(offered) != NULL; }
+static inline enum trouble loading_trouble(void) { return (enum trouble)GET(load_trouble); }
+static inline void loading_report(enum trouble trouble) { SET(reported, (int)trouble); }
+
+/* Places that no servo reads any more. */
+static inline void loading_free_all_but(const struct place *kept)
+{
+    for (int p = 0; p < 2; p++)
+        if (&places[p] != kept)
+            SET(places[p].in_use, 0);
+}
+
+/* The other side. */
+
+/* Reads a file into memory of its own; NULL after a message. */
+static void *read_file(const char *path, size_t *length)
+{
+    FILE *from = fopen(path, "rb");
+    long size = -1;
+    void *bytes = NULL;
+    if (from != NULL && fseek(from, 0, SEEK_END) == 0)
+        size = ftell(from);
+    if (size < 0 || size > MOST_BYTES || fseek(from, 0, SEEK_SET) != 0) {
+        SAY(RTAPI_MSG_ERR, "%s: %s\n", path, size > MOST_BYTES ? "more than 64 MB" : strerror(errno));
+    } else if ((bytes = malloc(size > 0 ? (size_t)size : 1)) == NULL ||
+               fread(bytes, 1, (size_t)size, from) != (size_t)size) {
+        SAY(RTAPI_MSG_ERR, "%s: %s\n", path, bytes == NULL ? "no memory" : "cannot be read");
+        free(bytes);
+        bytes = NULL;
+    }
+    if (from != NULL)
+        fclose(from);
+    *length = bytes != NULL ? (size_t)size : 0;
+    return bytes;
+}
+
+/* Which joint has which axis, in which unit. */
+static enum trouble fit_axes(struct place *p)
+{
+    for (int j = 0; j < configured.joints; j++) {
+        size_t k = 0;
+        p->axis_of[j] = -1;
+        if (configured.letters[j] == '-')
+            continue;
+        if (trueaxis_tables_find_axis(p->tables, configured.letters[j], &k) != TRUEAXIS_RESULT_OK) {
+            SAY(RTAPI_MSG_ERR, "%s has no axis %c, which axes=%s names for joint %d; write - there if it is not to be corrected\n",
+                configured.path, configured.letters[j], configured.letters, j);
+            return TROUBLE_AXES;
+        }
+        p->axis_of[j] = (int)k;
+    }
+    for (int k = 0; k < p->axes; k++) {
+        trueaxis_axis axis;
+        if (trueaxis_tables_axis(p->tables, (size_t)k, &axis) != TRUEAXIS_RESULT_OK)
+            return TROUBLE_LIBRARY;
+        if (strchr(configured.letters, axis.name) == NULL) {
+            SAY(RTAPI_MSG_ERR, "%s has an axis %c, for which axes=%s names no joint\n", configured.path, axis.name,
+                configured.letters);
+            return TROUBLE_AXES;
+        }
+        p->unit[k] = axis.unit == TRUEAXIS_DEGREES ? 1.0 : configured.mm;
+        p->per_bound[k] = axis.value_bound > 0 ? 1.0 / (double)axis.value_bound : 0.0;
+    }
+    return TROUBLE_NONE;
+}
+
+/* Which input has which pin. */
+static enum trouble fit_inputs(struct place *p, const trueaxis_facts *facts)
+{
+    int temperatures = 0;
+    p->auxiliaries = facts->auxiliaries;
+    p->terms = facts->adjustable;
+    for (int a = 0; a < p->auxiliaries; a++) {
+        trueaxis_auxiliary auxiliary;
+        if (trueaxis_tables_auxiliary(p->tables, (size_t)a, &auxiliary) != TRUEAXIS_RESULT_OK)
+            return TROUBLE_LIBRARY;
+        p->pin_of[a] = auxiliary.kind == TRUEAXIS_TOOL_LENGTH ? -1 : temperatures++;
+        p->needed[a] = facts->inputs_used >> (p->axes + a) & 1;
+        if (p->pin_of[a] >= configured.temperatures) {
+            SAY(RTAPI_MSG_ERR, "%s: no pin for the temperature `%s`, number %d: write temperatures=%d or more\n",
+                configured.path, auxiliary.name, p->pin_of[a], p->pin_of[a] + 1);
+            return TROUBLE_PINS;
+        }
+        if (p->pin_of[a] >= 0)
+            SAY(RTAPI_MSG_INFO, "temperature-%d is `%s`\n", p->pin_of[a], auxiliary.name);
+    }
+    for (int w = 0; w < p->terms; w++) {
+        trueaxis_adjustable adjustable;
+        if (trueaxis_tables_adjustable(p->tables, (size_t)w, &adjustable) != TRUEAXIS_RESULT_OK)
+            return TROUBLE_LIBRARY;
+        p->term[w] = adjustable.term;
+    }
+    return TROUBLE_NONE;
+}
+
+static enum trouble load_into(struct place *p)
+{
+    trueaxis_facts facts;
+    trueaxis_result result;
+    char text[160];
+    size_t length;
+    enum trouble trouble;
+    void *blob;
+    if (configured.path[0] == 0) {
+        SAY(RTAPI_MSG_ERR, "no file: write file=PATH.trax\n");
+        return TROUBLE_FILE;
+    }
+    blob = read_file(configured.path, &length);
+    if (blob == NULL)
+        return TROUBLE_FILE;
+    result = trueaxis_tables_load(p->tables, blob, length);
+    /* Nobody reads the one before: this place is free. */
+    free(p->blob);
+    p->blob = blob;
+    if (result != TRUEAXIS_RESULT_OK) {
+        trueaxis_tables_reason(p->tables, text, sizeof text);
+        SAY(RTAPI_MSG_ERR, "%s: %s: %s\n", configured.path, trueaxis_result_text(result), text);
+        return TROUBLE_BLOB;
+    }
+    if (trueaxis_tables_facts(p->tables, &facts) != TRUEAXIS_RESULT_OK)
+        return TROUBLE_LIBRARY;
+    p->sum = facts.checksum;
+    p->axes = facts.axes;
+    trouble = fit_axes(p);
+    if (trouble == TROUBLE_NONE)
+        trouble = fit_inputs(p, &facts);
+    if (trouble == TROUBLE_NONE) {
+        trueaxis_tables_machine(p->tables, text, sizeof text);
+        SAY(RTAPI_MSG_INFO, "%s: %s, %d axes, checksum %08x\n", configured.path, text, p->axes, (unsigned)p->sum);
+    }
+    return trouble;
+}
+
+/* Loads into the free place and offers it; false if none is free. */
+static bool load(void)
+{
+    for (int n = 0; n < 2; n++) {
+        struct place *p = &places[n];
+        enum trouble trouble;
+        if (GET(p->in_use))
+            continue;
+        trouble = load_into(p);
+        SET(load_trouble, (int)trouble);
+        if (trouble == TROUBLE_NONE) {
+            SET(p->in_use, 1);
+            SET(offered, p);
+        }
+        return true;
+    }
+    return false;
+}
+
+static void *loader_main(void *nothing)
+{
+    const struct timespec nap = {0, 20 * 1000 * 1000};
+    int said = TROUBLE_NONE;
+    while (!GET(stopping)) {
+        unsigned want = GET(asked);
+        int now = GET(reported);
+        if (now != said) {
+            SAY(RTAPI_MSG_ERR, "fault %d: %s\n", now, TROUBLES[now]);
+            said = now;
+        }
+        /* One after the other: what was offered is taken or refused before the next is read. */
+        if (want != GET(answered) && GET(offered) == NULL && load())
+            SET(answered, want);
+        nanosleep(&nap, NULL);
+    }
+    return nothing;
+}
+
+static double mm_of(const char *unit)
+{
+    static const char *const METRIC[] = {"mm", "metric"}, *const INCHES[] = {"inch", "in", "imperial"};
+    for (size_t k = 0; k < sizeof METRIC / sizeof *METRIC; k++)
+        if (strcasecmp(unit, METRIC[k]) == 0)
+            return 1.0;
+    for (size_t k = 0; k < sizeof INCHES / sizeof *INCHES; k++)
+        if (strcasecmp(unit, INCHES[k]) == 0)
+            return INCH;
+    return 0.0;
+}
+
+/* Takes the parameters; the number of joints, or a negative error. */
+static int loading_configure(const char *path, const char *letters, const char *unit, int temperatures, int weights)
+{
+    configured.path = path;
+    configured.letters = letters;
+    configured.joints = (int)strlen(letters);
+    configured.temperatures = temperatures;
+    configured.weights = weights;
+    configured.mm = mm_of(unit);
+    if (configured.joints < 1 || configured.joints > MOST_JOINTS || strspn(letters, "XYZABCUVW-") != strlen(letters))
+        SAY(RTAPI_MSG_ERR, "axes=%s: write the letter of the axis of each joint, from joint 0, such as axes=XYZAC; - for a joint that is not corrected\n", letters);
+    else if (configured.mm == 0.0)
+        SAY(RTAPI_MSG_ERR, "units=%s: write units=mm or units=inch, what [TRAJ]LINEAR_UNITS says\n", unit);
+    else if (temperatures < 0 || temperatures > TRUEAXIS_AUXILIARIES || weights < 0 || weights > TRUEAXIS_ADJUSTABLE)
+        SAY(RTAPI_MSG_ERR, "temperatures= is from 0 to %d, weights= from 0 to %d\n", TRUEAXIS_AUXILIARIES, TRUEAXIS_ADJUSTABLE);
+    else if (trueaxis_abi() != TRUEAXIS_ABI)
+        SAY(RTAPI_MSG_ERR, "built with another version of the library\n");
+    else
+        return configured.joints;
+    return -EINVAL;
+}
+
+/* Loads the file, which may fail, and starts the thread. */
+static int loading_start(void)
+{
+    pthread_attr_t attributes;
+    struct sched_param priority = {.sched_priority = 0};
+    sigset_t all, before;
+    int error = 0;
+    for (int n = 0; n < 2; n++)
+        if (trueaxis_tables_new(&places[n].memory, sizeof places[n].memory, &places[n].tables) != TRUEAXIS_RESULT_OK)
+            return -EINVAL;
+    load();
+    pthread_attr_init(&attributes);
+    pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+    pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
+    pthread_attr_setschedparam(&attributes, &priority);
+    /* Signals are for the other threads. */
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    error = pthread_create(&loader, &attributes, loader_main, NULL);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    pthread_attr_destroy(&attributes);
+    loader_runs = error == 0;
+    return -error;
+}
+
+static void loading_stop(void)
+{
+    SET(stopping, 1);
+    if (loader_runs)
+        pthread_join(loader, NULL);
+    loader_runs = false;
+}
+
+/* When the component leaves the process: after the functions have left their threads. */
+static void __attribute__((destructor)) loading_end(void)
+{
+    for (int n = 0; n < 2; n++)
+        free(places[n].blob);
+}
+
+#endif

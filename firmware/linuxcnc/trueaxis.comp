@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+// Copyright (c) 2026 The trueaxis maintainers. The licence is in LICENSE-MIT.
+component trueaxis "Volumetric compensation of a machine tool, at servo rate";
+
+description """
+Adds to the command of each joint what the geometric errors of the machine ask for, and takes it out of the
+feedback again, so that the motion controller, its displays, limits and probing see uncorrected positions.
+The compensation is a file made by the program \\fBtrueaxis\\fR. It may depend on the positions of all axes, on
+the length of the tool and on temperatures; all joints are corrected together.
+
+.B trueaxis.read
+stands before \\fBmotion\\-controller\\fR and takes the correction of the last period out of the feedback;
+.B trueaxis.write
+stands after it and adds the new one. Corrections come in, go and change with bounded rate and acceleration:
+enabling, disabling, homing, faults and other files never make a step.
+
+A file that is missing, damaged or of another machine does not keep LinuxCNC from starting: the outputs are the
+inputs, \\fBfault\\fR is true, \\fBfault\\-code\\fR says which kind of reason it is, and the log says it in words. The
+same file is read again after a rising edge of \\fBreload\\fR. While \\fBactive\\fR is false any file that fits the
+joints is taken; otherwise one with the same axes, travels and inputs, to which the corrections fade. If it cannot be
+taken, what was loaded before stays in use, with \\fBfault\\fR true.
+""";
+
+examples """
+.nf
+loadrt trueaxis file=/home/cnc/machine.trax axes=XYZAC units=mm
+addf trueaxis.read             servo\\-thread
+addf motion\\-command\\-handler  servo\\-thread
+addf motion\\-controller        servo\\-thread
+addf trueaxis.write            servo\\-thread
+
+# for each joint N; before: joint.N.motor\\-pos\\-cmd to the drive, its feedback to joint.N.motor\\-pos\\-fb
+net N\\-pos       joint.N.pos\\-cmd           => trueaxis.joint.N.pos\\-in
+net N\\-homed     joint.N.homed             => trueaxis.joint.N.homed
+net N\\-homing    joint.N.homing            => trueaxis.joint.N.homing
+net N\\-cmd       joint.N.motor\\-pos\\-cmd     => trueaxis.joint.N.motor\\-cmd\\-in
+net N\\-drive     trueaxis.joint.N.motor\\-cmd\\-out  => (the drive)
+net N\\-scale     (the feedback)            => trueaxis.joint.N.motor\\-fb\\-in
+net N\\-fb        trueaxis.joint.N.motor\\-fb\\-out   => joint.N.motor\\-pos\\-fb
+
+net tool\\-length motion.tooloffset.z       => trueaxis.tool\\-length
+setp trueaxis.enable 1
+.fi
+""";
+
+notes """
+.SS Fault codes
+.nf
+ 0  none
+ 1  the file cannot be read
+ 2  the file is damaged, of another format, or needs more than this component holds
+ 3  its axes are not those of \\fBaxes=\\fR
+ 4  it needs more temperatures or weights than there are pins
+ 5  it was not taken because corrections are active: its axes, travels or inputs differ
+ 6  \\fBpos\\-in\\fR of a joint is not connected, or not a number
+ 7  \\fBtool\\-length\\fR is not connected, or not a number
+ 8  a temperature is not connected, or not a number
+ 9  a weight is not within its limits
+10  the period of the thread is not from 1 µs to 10 ms
+11  a position is out of reach
+12  a mistake in the library: please report it
+.fi
+.SS What is not connected
+\\fBpos\\-in\\fR, \\fBtool\\-length\\fR, \\fBtemperature\\-N\\fR and \\fBweight\\-N\\fR are not a number (shown as \\fBnan\\fR)
+until something is connected to them or they are set. Where a correction depends on one of the first three, that is
+a fault, never 0. A signal that nothing writes counts as connected.
+.SS Real time
+Files are read by a thread of their own, which is not a real\\-time thread.
+.SS Licence
+The source of this component is MIT. Together with LinuxCNC it is a work under the GNU General Public License,
+version 2.
+""";
+see_also """\\fBmotion\\fR(9), https://docs.rs/trueaxis""";
+author "The trueaxis maintainers";
+license "Dual MIT/GPL";
+
+// Joints, temperatures and weights are counted in EXTRA_SETUP, 5 bits each.
+pin in  float joint.#.pos_in[16 : personality & 31] = NAN "Uncorrected position of the joint: from joint.N.pos\\-cmd, never from joint.N.motor\\-pos\\-cmd, which contains backlash and homing offset";
+pin in  bit   joint.#.homed[16 : personality & 31] "From joint.N.homed";
+pin in  bit   joint.#.homing[16 : personality & 31] "From joint.N.homing";
+pin in  float joint.#.motor_cmd_in[16 : personality & 31] "From joint.N.motor\\-pos\\-cmd";
+pin out float joint.#.motor_cmd_out[16 : personality & 31] "motor\\-cmd\\-in with the correction added: to the drive";
+pin in  float joint.#.motor_fb_in[16 : personality & 31] "Feedback of the drive, or motor\\-cmd\\-out without one";
+pin out float joint.#.motor_fb_out[16 : personality & 31] "motor\\-fb\\-in with the correction of the last period taken out: to joint.N.motor\\-pos\\-fb";
+pin out float joint.#.correction[16 : personality & 31] "What is added, in machine units";
+pin out float joint.#.computed[16 : personality & 31] "What would be added if all corrections were in: also while disabled or in a dry run";
+pin out float joint.#.bound_used[16 : personality & 31] "computed as a share of the largest correction of its axis, 0 to 1";
+
+pin in  bit   enable "Lets the corrections in, or takes them out, over some time";
+pin in  bit   dry_run "Everything is computed and shown, the corrections go to 0";
+pin in  bit   reload "At a rising edge the file is read again";
+pin out bit   loading "A file is being read, or waits until it can be taken";
+pin out unsigned loads "How many files were taken";
+pin out unsigned checksum "Checksum of the file in use, as \\fBtrueaxis inspect\\fR prints it; 0 without one";
+pin out bit   active "Corrections are in, at least partly";
+pin out float factor "The common factor of all corrections, 0 to 1";
+pin out bit   saturated "A correction is cut off at the largest of its axis";
+pin out bit   fault "Something is not as it should be: see fault\\-code";
+pin out unsigned fault_code "What is not as it should be: see NOTES";
+pin in  float tool_length = NAN "From motion.tooloffset.z, in machine units";
+pin in  float temperature_#[8 : (personality >> 5) & 31] = NAN "Temperatures in °C, in the order of the file";
+pin in  float weight_#[16 : (personality >> 10) & 31] = NAN "Weights of the adjustable terms, in the order of the file; until set, as stored in the file";
+
+modparam dummy file "Path of the compensation, FILE.trax; without one the component is idle";
+modparam dummy axes "Letter of the axis of each joint, from joint 0, as in the file: XYZAC. XYYZ is a gantry, both joints get the correction of Y, the first one's position counts. \\- is a joint that is not corrected";
+modparam dummy units "Linear units of the machine: mm, metric, inch, in or imperial, as [TRAJ]LINEAR_UNITS. There is no default";
+modparam dummy temperatures "Number of temperature pins (0)";
+modparam dummy weights "Number of weight pins (0)";
+
+function read_ fp "Takes the correction of the last period out of the feedback: before motion\\-controller";
+function write_ fp "Adds the new correction to the commands: after motion\\-controller";
+
+option singleton yes;
+option extra_setup yes;
+option extra_cleanup yes;
+include <math.h>;
+include "cycle.h";
+;;
+
+static char *file = "";
+RTAPI_MP_STRING(file, "path of the compensation");
+static char *axes = "";
+RTAPI_MP_STRING(axes, "letter of the axis of each joint");
+static char *units = "";
+RTAPI_MP_STRING(units, "linear units of the machine");
+static int temperatures = 0;
+RTAPI_MP_INT(temperatures, "number of temperature pins");
+static int weights = 0;
+RTAPI_MP_INT(weights, "number of weight pins");
+
+static struct cycle now;
+static bool reload_before;
+
+EXTRA_SETUP()
+{
+    int joints = loading_configure(file, axes, units, temperatures, weights);
+    (void)prefix;
+    (void)extra_arg;
+    if (joints < 0)
+        return joints;
+    personality = joints | temperatures << 5 | weights << 10;
+    return loading_start();
+}
+
+EXTRA_CLEANUP()
+{
+    loading_stop();
+}
+
+FUNCTION(read_)
+{
+    (void)period;
+    for (int j = 0; j < configured.joints; j++)
+        joint_motor_fb_out(j) = joint_motor_fb_in(j) - now.corrections[j];
+}
+
+FUNCTION(write_)
+{
+    enum trouble found;
+    (void)period;
+    for (int j = 0; j < configured.joints; j++) {
+        now.position[j] = joint_pos_in(j);
+        now.referenced[j] = joint_homed(j) && !joint_homing(j);
+    }
+    for (int t = 0; t < configured.temperatures; t++)
+        now.kelvin[t] = temperature(t);
+    for (int w = 0; w < configured.weights; w++)
+        now.wanted[w] = weight(w);
+    now.length = tool_length;
+    now.on = enable;
+    now.dry = dry_run;
+    if (reload && !reload_before)
+        loading_ask();
+    reload_before = reload;
+
+    found = run_cycle(&now, fperiod);
+
+    for (int j = 0; j < configured.joints; j++) {
+        joint_correction(j) = now.corrections[j];
+        joint_computed(j) = now.would_be[j];
+        joint_bound_used(j) = now.share[j];
+        joint_motor_cmd_out(j) = joint_motor_cmd_in(j) + now.corrections[j];
+    }
+    factor = now.in;
+    active = now.in > 0;
+    saturated = now.cut_off;
+    loading = loading_busy();
+    loads = now.taken;
+    checksum = current != NULL ? current->sum : 0;
+    fault = found != TROUBLE_NONE;
+    if (fault_code != (unsigned)found)
+        loading_report(found);
+    fault_code = found;
+}
