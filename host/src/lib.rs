@@ -7,6 +7,7 @@ pub mod explain;
 pub mod formats;
 pub mod kinematics;
 pub mod link;
+pub mod linuxcnc;
 pub mod machine;
 pub mod motion;
 pub mod policy;

@@ -1,6 +1,9 @@
 //! `trueaxis linuxcnc …`
 
+mod check;
+mod configuration;
 mod model;
+mod setup;
 
 use super::Outcome;
 use super::bad_input::BadInput;
@@ -15,12 +18,16 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum What {
+    Setup(setup::Arguments),
+    Check(check::Arguments),
     Model(model::Arguments),
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
+        What::Setup(arguments) => setup::run(arguments),
+        What::Check(arguments) => check::run(arguments),
         What::Model(arguments) => model::run(arguments),
     }
 }

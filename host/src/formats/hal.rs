@@ -23,7 +23,7 @@ pub struct Hal {
     pub threads: BTreeMap<String, Vec<(String, Command)>>,
     /// The signal of each pin, with the command that connected it.
     pub signals: BTreeMap<String, (String, Command)>,
-    /// Values of pins and parameters.
+    /// Values of pins, parameters and signals.
     pub values: BTreeMap<String, (String, Command)>,
     /// Files that are not read, for they are programs.
     pub programs: Vec<(String, Place)>,
@@ -124,7 +124,7 @@ impl Hal {
             ["unlinkp", pin] => {
                 self.signals.remove(pin);
             }
-            ["setp", pin, value] => {
+            ["setp" | "sets", pin, value] => {
                 let value = (value.to_owned(), command.clone());
                 self.values.insert(pin.to_owned(), value);
             }
@@ -145,7 +145,9 @@ impl Hal {
         let count = functions.len();
         let index = match at.parse::<i64>() {
             Ok(at) if at > 0 => usize::try_from(at - 1).ok(),
-            Ok(at) if at < 0 => usize::try_from(-1 - at).ok().and_then(|n| count.checked_sub(n)),
+            Ok(at) if at < 0 => usize::try_from(-1 - at)
+                .ok()
+                .and_then(|n| count.checked_sub(n)),
             _ => None,
         };
         let Some(index) = index.filter(|index| *index <= count) else {
@@ -163,6 +165,14 @@ impl Hal {
     #[must_use]
     pub fn signal(&self, pin: &str) -> Option<&str> {
         Some(&self.signals.get(pin)?.0)
+    }
+
+    /// The value of a pin, its own or that of its signal, where one is set.
+    #[must_use]
+    pub fn value(&self, pin: &str) -> Option<(f64, &Command)> {
+        let set = self.values.get(self.signal(pin).unwrap_or(pin));
+        let (value, command) = set.or_else(|| self.values.get(pin))?;
+        Some((value.parse().ok()?, command))
     }
 
     /// All pins of a signal.
@@ -239,9 +249,8 @@ fn words(line: &str, ini: &Ini, place: &Place) -> Result<Vec<String>, FileError>
     }
     words.extend(word);
     // What came from the INI file may be several words.
-    let split = |word: String| -> Vec<String> {
-        word.split_whitespace().map(str::to_owned).collect()
-    };
+    let split =
+        |word: String| -> Vec<String> { word.split_whitespace().map(str::to_owned).collect() };
     Ok(words.into_iter().flat_map(split).collect())
 }
 
@@ -301,7 +310,10 @@ mod tests {
     fn what_is_not_there_is_named() {
         for (text, message) in [
             ("setp a [JOINT_1]SCALE", "no [JOINT_1]SCALE"),
-            ("source other.hal", "`other.hal` cannot be read: there is none"),
+            (
+                "source other.hal",
+                "`other.hal` cannot be read: there is none",
+            ),
             ("source self.hal", "source each other"),
             ("addf a t 3", "`3` is no place in t, which has 0 functions"),
             ("addf a t first", "`first` is no place"),

@@ -248,11 +248,7 @@ mod tests {
                 text: "\nBACKLASH = 0.01\n[X]\nA = 1\n".to_owned(),
             })
         };
-        let ini = Ini::read(
-            source("[JOINT_0]\n#INCLUDE joint.inc\nB = 2\n"),
-            &read,
-        )
-        .unwrap();
+        let ini = Ini::read(source("[JOINT_0]\n#INCLUDE joint.inc\nB = 2\n"), &read).unwrap();
         let backlash = ini.get("JOINT_0", "BACKLASH").unwrap();
         assert_eq!(backlash.place.source.name, "joint.inc");
         assert_eq!(backlash.place.line(), 2);

@@ -183,9 +183,7 @@ impl<'f> Stored<'f> {
             (index <= n && component < 6).then_some((index, component))
         };
         let taken = match *item {
-            Item::Reference(celsius) => {
-                is_number(celsius) && self.references.push(celsius).is_ok()
-            }
+            Item::Reference(celsius) => is_number(celsius) && self.references.push(celsius).is_ok(),
             Item::Location([index, component], value) => {
                 let place = location(index, component).filter(|_| is_number(value));
                 place.is_some_and(|(index, component)| {

@@ -47,7 +47,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let references: Vec<f64> = errors.sensors.iter().map(|s| s.reference_celsius).collect();
     let model = Stored::write(&machine.name, &machine, &errors, &references).ok_or_else(|| {
         BadInput::new(
-            format!("{}: too many measured values for a model", files.errors.display()),
+            format!(
+                "{}: too many measured values for a model",
+                files.errors.display()
+            ),
             "leave out measured values: a file holds four thousand million bytes",
         )
     })?;

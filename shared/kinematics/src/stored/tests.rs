@@ -153,7 +153,10 @@ fn contents_that_make_no_sense_are_refused_although_the_checksum_is_right() {
     let mut wrong = good.clone();
     wrong.extend([0; 8]);
     assert_eq!(refused(&sealed(wrong)), StoredError::Contents);
-    assert_eq!(refused(&sealed(good[..end - 8].to_vec())), StoredError::Contents);
+    assert_eq!(
+        refused(&sealed(good[..end - 8].to_vec())),
+        StoredError::Contents
+    );
     // Longer than the file.
     let mut wrong = good.clone();
     wrong[16..20].copy_from_slice(&u32::MAX.to_le_bytes());
