@@ -64,7 +64,7 @@ def main():
     command.wait_complete()
     moves = [line for line in open("demo.ngc").read().split("\n") if re.match("G1 ", line)]
     rows = []
-    command.mdi("G21 G90 G94 F3000")
+    command.mdi("G21 G90 G94 F6000")
     command.wait_complete()
     for enable in (0, 1):
         hal.set_p("trueaxis.enable", str(enable))

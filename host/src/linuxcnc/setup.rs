@@ -29,15 +29,19 @@ fn axes(configuration: &Configuration) -> Vec<Joint> {
 /// The lines and the description; `name` is that of the machine, `blob` the path of the compensation in HAL.
 #[must_use]
 pub fn setup(configuration: &Configuration, name: &str, blob: &str) -> Setup {
+    let (entries, tip) = entries(configuration);
     Setup {
-        hal: hal(configuration, blob),
-        machine: machine(configuration, name),
+        hal: hal(configuration, blob, &entries),
+        machine: machine(configuration, name, &entries, tip),
     }
 }
 
-fn hal(configuration: &Configuration, blob: &str) -> String {
+fn hal(configuration: &Configuration, blob: &str, entries: &[Entry]) -> String {
     let hal = &configuration.hal;
-    let letters = &configuration.module.letters;
+    let letters = configuration.module.letters.chars();
+    let is_axis = |letter: char| entries.iter().any(|e| e.joint.letter == letter);
+    let letters = letters.map(|l| if is_axis(l) { l } else { '-' });
+    let letters: String = letters.collect();
     let mut text = format!(
         "# Brings the component trueaxis into this machine. In the INI file, behind the other HAL files:\n#\n\
          #   [HAL]\n#   HALFILE = trueaxis.hal\n#\n\
@@ -56,7 +60,11 @@ fn hal(configuration: &Configuration, blob: &str) -> String {
         "loadrt trueaxis file={blob} axes={letters} units=[TRAJ]LINEAR_UNITS"
     );
     text += &functions(configuration);
-    for (number, letter) in letters.chars().enumerate() {
+    let joints = letters
+        .chars()
+        .enumerate()
+        .filter(|(_, letter)| *letter != '-');
+    for (number, letter) in joints {
         text += &joint(configuration, number, letter);
     }
     text += "\n# Read only if the compensation depends on it: the length along the tool axis.\n";
@@ -163,9 +171,17 @@ struct Entry {
     remark: &'static str,
 }
 
-fn machine(configuration: &Configuration, name: &str) -> String {
+/// The axes of the machine, and where the tip of its tool is along the tool axis.
+fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
     let axes = axes(configuration);
-    let shape = Shape::of(&configuration.module.name);
+    match Shape::of(&configuration.module.name) {
+        Some(shape) if shape.tool.is_empty() => table(configuration, &axes, shape),
+        Some(shape) => head(configuration, &axes, shape),
+        None => plain(&axes),
+    }
+}
+
+fn machine(configuration: &Configuration, name: &str, entries: &[Entry], tip: f64) -> String {
     let quoted = format!("{name:?}");
     let mut text = format!(
         "# A first description, made from the INI file: CHECK marks what that does not tell. See the page on machine\n\
@@ -173,12 +189,7 @@ fn machine(configuration: &Configuration, name: &str) -> String {
          name = {quoted}\n\n\
          # CHECK the order: each branch from the foundation outwards.\n"
     );
-    let (entries, tip) = match shape {
-        Some(shape) if shape.tool.is_empty() => table(configuration, &axes, shape),
-        Some(shape) => head(configuration, &axes, shape),
-        None => plain(&axes),
-    };
-    for entry in &entries {
+    for entry in entries {
         text += &axis(configuration, entry);
     }
     let _ = write!(
@@ -214,6 +225,14 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     let limit = |key: &str| configuration.number(number, key).map(|v| rounded(v * unit));
     let range = limit("MIN_LIMIT").zip(limit("MAX_LIMIT"));
     match range.filter(|(low, high)| low < high && low.abs().max(high.abs()) <= 1e5) {
+        Some((low, high)) if rotary && high - low > ENDLESS => {
+            line(
+                "range",
+                "[-180.0, 180.0]".to_owned(),
+                "CHECK: it is taken for an axis without end",
+            );
+            line("modulo", "true".to_owned(), "");
+        }
         // With some more, so that the soft limits are inside by the largest correction.
         Some((low, high)) => line(
             "range",
@@ -252,6 +271,9 @@ fn axis(configuration: &Configuration, entry: &Entry) -> String {
     }
     text
 }
+
+/// A rotary axis with more travel (deg) than this turns without end.
+const ENDLESS: f64 = 1080.0;
 
 /// How far (mm, deg) a travel goes beyond the soft limits: more than corrections usually are.
 fn margin(rotary: bool) -> f64 {
