@@ -196,7 +196,7 @@ fn limits_outside_the_compensation_or_too_close_to_its_ends_are_found() {
             "",
             "refused",
             "[JOINT_1]",
-            "has no MIN_LIMIT",
+            "MIN_LIMIT of joint 1 is missing",
             "MIN_LIMIT = 0.05",
         ),
         (
@@ -205,7 +205,7 @@ fn limits_outside_the_compensation_or_too_close_to_its_ends_are_found() {
             "MIN_LIMIT = none",
             "refused",
             "MIN_LIMIT",
-            "has no MIN_LIMIT",
+            "MIN_LIMIT of joint 1 is `none`, no number",
             "MIN_LIMIT = 0.05",
         ),
         (

@@ -109,10 +109,14 @@ impl Checked<'_> {
             let right = ((right * inwards / step).ceil() * step * inwards * 1e4).round() / 1e4;
             let write = format!("{key} = {right}");
             let Some(value) = self.configuration.number(joint.number, key) else {
+                let is = match entry {
+                    Some(entry) => format!("is `{}`, no number", entry.value),
+                    None => "is missing".to_owned(),
+                };
                 self.refuse(
                     &place,
                     format!(
-                        "joint {} has no {key}, and the compensation of {} ends at {}",
+                        "{key} of joint {} {is}, and the compensation of {} ends at {}",
                         joint.number,
                         joint.letter,
                         limit / unit
