@@ -1,7 +1,7 @@
 //! HAL files of LinuxCNC: what they load, add to threads, connect and set.
 
-use super::ini::{Ini, Place, Source, joined};
-use crate::source::FileError;
+use super::ini::{Ini, Place, joined};
+use crate::source::{FileError, Named};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -40,18 +40,18 @@ impl Hal {
     /// place that a thread does not have.
     pub fn take(
         &mut self,
-        source: Source,
+        source: Named,
         ini: &Ini,
-        read: &dyn Fn(&str) -> Result<Source, String>,
+        read: &dyn Fn(&str) -> Result<Named, String>,
     ) -> Result<(), FileError> {
         self.take_at(source, ini, read, 0)
     }
 
     fn take_at(
         &mut self,
-        source: Source,
+        source: Named,
         ini: &Ini,
-        read: &dyn Fn(&str) -> Result<Source, String>,
+        read: &dyn Fn(&str) -> Result<Named, String>,
         depth: usize,
     ) -> Result<(), FileError> {
         let source = Rc::new(source);
@@ -267,8 +267,8 @@ fn name(text: &str) -> (&str, &str) {
 mod tests {
     use super::*;
 
-    fn source(name: &str, text: &str) -> Source {
-        Source {
+    fn source(name: &str, text: &str) -> Named {
+        Named {
             name: name.to_owned(),
             text: text.to_owned(),
         }

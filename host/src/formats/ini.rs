@@ -3,24 +3,15 @@
 //! A parser of our own: those that exist keep neither the line of a value, which messages name, nor know
 //! `#INCLUDE`, and give `#` within a line a meaning that it does not have here.
 
-use crate::source::FileError;
+use crate::source::{FileError, Named};
 use std::ops::Range;
 use std::rc::Rc;
-
-/// A file that was read.
-#[derive(Debug)]
-pub struct Source {
-    /// Its path, as it was opened.
-    pub name: String,
-    /// All of it.
-    pub text: String,
-}
 
 /// A place in a file.
 #[derive(Clone, Debug)]
 pub struct Place {
     /// The file.
-    pub source: Rc<Source>,
+    pub source: Rc<Named>,
     /// Bytes of the first line of what is there.
     pub span: Range<usize>,
 }
@@ -73,7 +64,7 @@ pub struct Ini {
 }
 
 /// Reads a file that another one names; the cause if that fails.
-pub type Reader<'r> = dyn Fn(&str) -> Result<Source, String> + 'r;
+pub type Reader<'r> = dyn Fn(&str) -> Result<Named, String> + 'r;
 
 /// The lines of a file with their bytes, without their ends.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
@@ -110,7 +101,7 @@ impl Ini {
     /// # Errors
     /// [`FileError`]: a line that is neither section nor `KEY = value`, an included file that cannot be read or
     /// includes another one.
-    pub fn read(source: Source, read: &Reader<'_>) -> Result<Self, FileError> {
+    pub fn read(source: Named, read: &Reader<'_>) -> Result<Self, FileError> {
         let mut ini = Self {
             entries: Vec::new(),
             sections: Vec::new(),
@@ -122,7 +113,7 @@ impl Ini {
 
     fn take(
         &mut self,
-        source: &Rc<Source>,
+        source: &Rc<Named>,
         section: &mut String,
         read: Option<&Reader<'_>>,
     ) -> Result<(), FileError> {
@@ -210,14 +201,14 @@ impl Ini {
 mod tests {
     use super::*;
 
-    fn source(text: &str) -> Source {
-        Source {
+    fn source(text: &str) -> Named {
+        Named {
             name: "m.ini".to_owned(),
             text: text.to_owned(),
         }
     }
 
-    fn none(_: &str) -> Result<Source, String> {
+    fn none(_: &str) -> Result<Named, String> {
         Err("there is none".to_owned())
     }
 
@@ -243,7 +234,7 @@ mod tests {
     fn an_included_file_stands_where_it_is_included() {
         let read = |name: &str| {
             assert_eq!(name, "joint.inc");
-            Ok(Source {
+            Ok(Named {
                 name: name.to_owned(),
                 text: "\nBACKLASH = 0.01\n[X]\nA = 1\n".to_owned(),
             })

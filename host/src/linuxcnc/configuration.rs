@@ -2,12 +2,12 @@
 
 use super::kinematics::Module;
 use crate::formats::hal::{self, Hal};
-use crate::formats::ini::{Entry, Ini, Place, Source};
-use crate::source::FileError;
+use crate::formats::ini::{Entry, Ini, Place};
+use crate::source::{FileError, Named};
 use std::rc::Rc;
 
 /// Opens a file by the name that an INI or HAL file gives it; the cause if that fails.
-pub type Open<'o> = dyn Fn(&str) -> Result<Source, String> + 'o;
+pub type Open<'o> = dyn Fn(&str) -> Result<Named, String> + 'o;
 
 /// A configuration as LinuxCNC would find it.
 #[derive(Debug)]
@@ -43,12 +43,9 @@ impl Configuration {
     ///
     /// # Errors
     /// [`FileError`]: what cannot be read, and what LinuxCNC would not start without.
-    pub fn read(source: Source, open: &Open<'_>) -> Result<Self, FileError> {
+    pub fn read(source: Named, open: &Open<'_>) -> Result<Self, FileError> {
         let start = Place {
-            source: Rc::new(Source {
-                name: source.name.clone(),
-                text: source.text.clone(),
-            }),
+            source: Rc::new(source.clone()),
             span: 0..0,
         };
         let ini = Ini::read(source, open)?;

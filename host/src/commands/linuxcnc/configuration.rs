@@ -3,8 +3,8 @@
 use crate::commands::bad_input::BadInput;
 use crate::commands::files::Text;
 use std::path::{Path, PathBuf};
-use trueaxis_host::formats::ini::Source;
 use trueaxis_host::linuxcnc::Configuration;
+use trueaxis_host::source::{FileError, Named};
 
 /// Where LinuxCNC's own HAL files are, as Debian installs them.
 const LIBRARY: &str = "/usr/share/linuxcnc/hallib";
@@ -14,7 +14,7 @@ pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
     let text = Text::read(ini)?;
     let folder = folder(ini);
     let open = |name: &str| open(&folder, name);
-    let source = Source {
+    let source = Named {
         name: text.name.clone(),
         text: text.text.clone(),
     };
@@ -25,7 +25,7 @@ pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
                 name: within.name.clone(),
                 text: within.text.clone(),
             };
-            let error = trueaxis_host::source::FileError {
+            let error = FileError {
                 within: None,
                 ..error
             };
@@ -44,7 +44,7 @@ pub fn folder(file: &Path) -> PathBuf {
 }
 
 /// Opens a file as LinuxCNC does: beside the INI file, else of its library.
-fn open(folder: &Path, name: &str) -> Result<Source, String> {
+fn open(folder: &Path, name: &str) -> Result<Named, String> {
     let paths = match (name.strip_prefix("LIB:"), name.strip_prefix("~/")) {
         (Some(of_library), _) => vec![Path::new(LIBRARY).join(of_library)],
         (_, Some(of_home)) => std::env::home_dir()
@@ -57,7 +57,7 @@ fn open(folder: &Path, name: &str) -> Result<Source, String> {
     let path = found.ok_or("there is no home folder")?;
     let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
     let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;
-    Ok(Source {
+    Ok(Named {
         name: path.display().to_string(),
         text,
     })
