@@ -17,8 +17,9 @@ struct cycle {
     double wanted[TRUEAXIS_ADJUSTABLE];
 
     double corrections[MOST_JOINTS]; /* stay from period to period */
-    double would_be[MOST_JOINTS];
-    double share[MOST_JOINTS];
+    int shown;                       /* the joint whose two next are of this period */
+    double would_be;
+    double share;
     float in;                        /* the common factor */
     bool cut_off;
     unsigned taken;                  /* files */
@@ -111,6 +112,16 @@ static enum trouble set_inputs(const struct cycle *c)
     return found;
 }
 
+/* What is only to be looked at: of one joint after the other, one in each period. */
+static void show(struct cycle *c, const double *computed)
+{
+    int k;
+    c->shown = c->shown + 1 < configured.joints ? c->shown + 1 : 0;
+    k = current->axis_of[c->shown];
+    c->would_be = k < 0 ? 0 : computed[k] * current->per_unit[k];
+    c->share = k < 0 ? 0 : fabs(computed[k]) * current->per_bound[k];
+}
+
 /* New corrections from the positions; what is not as it should be. */
 static enum trouble update(struct cycle *c, double period)
 {
@@ -141,14 +152,10 @@ static enum trouble update(struct cycle *c, double period)
     /* No step: the corrections stay as they are. */
     if (result != TRUEAXIS_RESULT_OK)
         return TROUBLE_LIBRARY;
-    for (int j = 0; j < configured.joints; j++) {
-        int k = current->axis_of[j];
-        if (k < 0)
-            continue;
-        c->corrections[j] = corrections[k] / current->unit[k];
-        c->would_be[j] = computed[k] / current->unit[k];
-        c->share[j] = fabs(computed[k]) * current->per_bound[k];
-    }
+    for (int j = 0; j < configured.joints; j++)
+        if (current->axis_of[j] >= 0)
+            c->corrections[j] = corrections[current->axis_of[j]] * current->per_unit[current->axis_of[j]];
+    show(c, computed);
     c->in = status.factor;
     c->cut_off = status.saturated != 0;
     if (found == TROUBLE_NONE && (status.conditions & TRUEAXIS_BAD_PERIOD))

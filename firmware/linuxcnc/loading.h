@@ -83,6 +83,7 @@ struct place {
     int axes;
     int axis_of[MOST_JOINTS];           /* of a joint: its axis, or -1 */
     double unit[TRUEAXIS_AXES];         /* mm or degrees in a unit of the machine */
+    double per_unit[TRUEAXIS_AXES];     /* the other way */
     double per_bound[TRUEAXIS_AXES];    /* 1 / the largest correction */
     int auxiliaries;
     int pin_of[TRUEAXIS_AUXILIARIES];   /* of an auxiliary input: its temperature pin, or -1 for the tool length */
@@ -173,6 +174,7 @@ static enum trouble fit_axes(struct place *p)
             return TROUBLE_AXES;
         }
         p->unit[k] = axis.unit == TRUEAXIS_DEGREES ? 1.0 : configured.mm;
+        p->per_unit[k] = 1.0 / p->unit[k];
         p->per_bound[k] = axis.value_bound > 0 ? 1.0 / (double)axis.value_bound : 0.0;
     }
     return TROUBLE_NONE;

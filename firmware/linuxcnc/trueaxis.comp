@@ -83,8 +83,8 @@ pin out float joint.#.motor_cmd_out[16 : personality & 31] "motor\\-cmd\\-in wit
 pin in  float joint.#.motor_fb_in[16 : personality & 31] "Feedback of the drive, or motor\\-cmd\\-out without one";
 pin out float joint.#.motor_fb_out[16 : personality & 31] "motor\\-fb\\-in with the correction of the last period taken out: to joint.N.motor\\-pos\\-fb";
 pin out float joint.#.correction[16 : personality & 31] "What is added, in machine units";
-pin out float joint.#.computed[16 : personality & 31] "What would be added if all corrections were in: also while disabled or in a dry run";
-pin out float joint.#.bound_used[16 : personality & 31] "computed as a share of the largest correction of its axis, 0 to 1";
+pin out float joint.#.computed[16 : personality & 31] "What would be added if all corrections were in: also while disabled or in a dry run. Of one joint after the other, one in each period";
+pin out float joint.#.bound_used[16 : personality & 31] "computed as a share of the largest correction of its axis, 0 to 1; as often";
 
 pin in  bit   enable "Lets the corrections in, or takes them out, over some time";
 pin in  bit   dry_run "Everything is computed and shown, the corrections go to 0";
@@ -177,10 +177,10 @@ FUNCTION(write_)
 
     for (int j = 0; j < configured.joints; j++) {
         joint_correction(j) = now.corrections[j];
-        joint_computed(j) = now.would_be[j];
-        joint_bound_used(j) = now.share[j];
         joint_motor_cmd_out(j) = joint_motor_cmd_in(j) + now.corrections[j];
     }
+    joint_computed(now.shown) = now.would_be;
+    joint_bound_used(now.shown) = now.share;
     factor = now.in;
     active = now.in > 0;
     saturated = now.cut_off;
@@ -188,7 +188,6 @@ FUNCTION(write_)
     loads = now.taken;
     checksum = current != NULL ? current->sum : 0;
     fault = found != TROUBLE_NONE;
-    if (fault_code != (unsigned)found)
-        loading_report(found);
     fault_code = found;
+    loading_report(found);
 }

@@ -9,6 +9,7 @@ mod cross;
 mod elf;
 mod fuzz;
 mod hil;
+mod linuxcnc;
 mod mutants;
 mod packages;
 mod process;
@@ -31,6 +32,7 @@ usage: cargo xtask COMMAND
                                  makes the figures those that later ones are compared with
   hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line,
                                  and the runtime alone on RISC-V
+  linuxcnc [PART…]               the component in LinuxCNC: in halrun, under its motion controller, as a package
   random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
         ["bench"] => bench::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),
+        ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),
         ["mutants", ref names @ ..] => mutants::execute(names),

@@ -1,0 +1,243 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""For tests only: takes the place of the user interface, and drives the machine as /tmp/scenario says.
+
+What it finds goes to /tmp/result, a name and values in each line, with tabs; when it ends, LinuxCNC ends.
+"""
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+import traceback
+
+import hal
+import linuxcnc
+
+DEMOS = (
+    "/usr/share/doc/linuxcnc/examples/sample-configs/sim/axis/vismach/5axis/table-rotary-tilting/demos"
+)
+command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
+result = open("/tmp/result", "w")
+
+
+def tell(name, *values):
+    print(name, *(repr(v) for v in values), sep="\t", file=result, flush=True)
+
+
+def halcmd(*words):
+    return subprocess.run(("halcmd",) + words, check=True, capture_output=True, text=True).stdout.strip()
+
+
+def pin(name):
+    return halcmd("getp", name)
+
+
+def set_pin(name, value):
+    halcmd("setp", name, str(value))
+
+
+def messages():
+    """What was said to the operator; nobody answers to LinuxCNC while they are not fetched."""
+    said = []
+    while True:
+        message = errors.poll()
+        if not message:
+            return said
+        said.append(message[1])
+
+
+def wait(what, holds, seconds=30):
+    end = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > end:
+            raise RuntimeError("no " + what)
+        time.sleep(0.005)
+        status.poll()
+
+
+def settled(mode):
+    command.mode(mode)
+    command.wait_complete()
+
+
+def start():
+    """Out of emergency stop, on, homed."""
+    status.poll()
+    command.state(linuxcnc.STATE_ESTOP_RESET)
+    command.wait_complete()
+    command.state(linuxcnc.STATE_ON)
+    command.wait_complete()
+    settled(linuxcnc.MODE_MANUAL)
+
+
+def home():
+    command.home(-1)
+    wait("homing", lambda: all(status.homed[:5]))
+    # What was homed joint by joint is driven axis by axis.
+    command.teleop_enable(1)
+    command.wait_complete()
+
+
+def mdi(text, seconds=60):
+    settled(linuxcnc.MODE_MDI)
+    command.mdi(text)
+    done = command.wait_complete(seconds)
+    if done != linuxcnc.RCS_DONE:
+        raise RuntimeError("%s: %r %r" % (text, done, messages()))
+
+
+def in_force():
+    wait("compensation", lambda: pin("trueaxis.factor") == "1")
+
+
+def program():
+    """The demonstration that comes with LinuxCNC, and what the motion controller sees of it."""
+    start()
+    set_pin("trueaxis.enable", 1)
+    # Homed with the compensation configured and wanted: it comes in by itself.
+    home()
+    in_force()
+    tell("offsets", *(float(pin("joint.%d.motor-offset" % j)) for j in range(5)))
+    mdi("G10 L2 P1 X200 Y150 Z-180 A0 C0")
+    command.feedrate(20.0)
+    settled(linuxcnc.MODE_AUTO)
+    command.program_open(DEMOS + "/boat-xyzac.ngc")
+    set_pin("tape.keep", 1)
+    began = time.monotonic()
+    command.auto(linuxcnc.AUTO_RUN, 0)
+    time.sleep(0.2)
+    # The whole takes minutes: as far as it comes.
+    while time.monotonic() < began + 40:
+        status.poll()
+        if status.interp_state == linuxcnc.INTERP_IDLE:
+            break
+        time.sleep(0.05)
+    tell("line", status.motion_line)
+    set_pin("tape.keep", 0)
+    command.abort()
+    command.wait_complete()
+    for name in ("trueaxis.read", "trueaxis.write", "rivals.matrix", "rivals.kins", "motion-controller"):
+        tell("tmax " + name, int(pin(name + ".tmax")))
+    mdi("M429")
+
+
+def probe():
+    """A surface that does not move: it trips where the drive of X stands, not where the command does."""
+    command.feedrate(1.0)
+    mdi("G53 G0 X150 Y100 Z-60 A20 C70")
+    set_pin("surface.in0", float(pin("joint.0.motor-offset")) + 180.0)
+    mdi("G54 G10 L2 P1 X0 Y0 Z0 A0 C0")
+    mdi("G38.2 X190 F60")
+    status.poll()
+    tell("probed", status.probe_tripped, *(status.probed_position[k] for k in (0, 1, 2, 3, 5)))
+    tell("surface", 180.0)
+    mdi("G53 G0 X150")
+
+
+def events(count=1000):
+    """Whatever an operator can do, at any moment."""
+    chance = random.Random(1)
+    happened = {}
+
+    def enable():
+        pins["enable"] = chance.random() < 0.7
+
+    def dry_run():
+        pins["dry-run"] = chance.random() < 0.2
+
+    def reload():
+        name = chance.choice(["first", "first", "second", "second", "third", "fourth", None])
+        if name is None:
+            os.path.exists("/tmp/machine.trax") and os.remove("/tmp/machine.trax")
+        else:
+            shutil.copy("/tmp/%s.trax" % name, "/tmp/next.trax")
+            os.replace("/tmp/next.trax", "/tmp/machine.trax")
+        pins["reload"] = 0
+        time.sleep(0.003)
+        pins["reload"] = 1
+
+    def home_one_or_all():
+        command.mode(linuxcnc.MODE_MANUAL)
+        command.teleop_enable(0)
+        command.unhome(chance.choice([-1, 0, 2, 4]))
+        command.home(-1)
+
+    def move():
+        command.mode(linuxcnc.MODE_MDI)
+        corner = [chance.choice([0, 400, 137]), chance.choice([0, 300, 77]), chance.choice([-250, 0, -31])]
+        command.mdi("G53 G0 X%d Y%d Z%d A%d C%d" % (*corner, chance.randint(-90, 90), chance.randint(-300, 300)))
+
+    def program():
+        command.mode(linuxcnc.MODE_AUTO)
+        command.program_open(DEMOS + "/boat-xyzac.ngc")
+        command.auto(linuxcnc.AUTO_RUN, 0)
+
+    def jog():
+        command.mode(linuxcnc.MODE_MANUAL)
+        command.teleop_enable(0)
+        joint = chance.randrange(5)
+        command.jog(linuxcnc.JOG_CONTINUOUS, True, joint, chance.choice([-80, 80]))
+        time.sleep(0.05)
+        command.jog(linuxcnc.JOG_STOP, True, joint)
+
+    def abort():
+        command.abort()
+
+    def estop():
+        command.state(linuxcnc.STATE_ESTOP)
+
+    def machine_off():
+        command.state(linuxcnc.STATE_OFF)
+
+    def machine_on():
+        command.state(linuxcnc.STATE_ESTOP_RESET)
+        command.state(linuxcnc.STATE_ON)
+
+    often = {enable: 9, dry_run: 2, reload: 7, home_one_or_all: 1, move: 9, program: 2, jog: 2, abort: 4, estop: 1,
+             machine_off: 1}
+    pins = hal.component("operator")
+    for name in ("enable", "dry-run", "reload"):
+        pins.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
+    pins.ready()
+    for name in ("enable", "dry-run", "reload"):
+        halcmd("net", "operator-" + name, "operator." + name, "trueaxis." + name)
+    start()
+    pins["enable"] = 1
+    home()
+    in_force()
+    halcmd("setp", "tape.keep", "1")
+    for _ in range(count):
+        event = chance.choices(list(often), list(often.values()))[0]
+        event()
+        happened[event.__name__] = happened.get(event.__name__, 0) + 1
+        # Mostly one upon the other, sometimes time to come to an end.
+        time.sleep(chance.choices([0.0, 0.01, 0.03, 0.7], [4, 4, 4, 1])[0])
+        status.poll()
+        for message in messages():
+            if "following error" in message:
+                raise RuntimeError(message)
+        if status.task_state != linuxcnc.STATE_ON and chance.random() < 0.5:
+            machine_on()
+        elif status.task_state == linuxcnc.STATE_ON and not all(status.homed[:5]) and chance.random() < 0.3:
+            command.abort()
+            home()
+    halcmd("setp", "tape.keep", "0")
+    tell("events", count)
+    for name, number in happened.items():
+        tell("count " + name, number)
+
+
+def main():
+    scenario = open("/tmp/scenario").read().split()
+    for part in scenario:
+        globals()[part]()
+    tell("done", True)
+
+
+try:
+    main()
+except Exception:
+    traceback.print_exc()
+    print(*messages(), sep="\n", file=sys.stderr)

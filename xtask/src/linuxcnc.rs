@@ -1,0 +1,39 @@
+//! `cargo xtask linuxcnc`: the component in the real LinuxCNC, without a screen: in `halrun`, under its motion
+//! controller, and as a package.
+
+mod bench;
+mod halrun;
+mod motion;
+mod oracle;
+mod package;
+mod rows;
+
+use bench::Bench;
+
+/// What is tried, by name.
+const PARTS: [(&str, fn(&Bench) -> Result<(), String>); 4] = [
+    ("halrun", halrun::check),
+    ("motion", motion::check),
+    ("events", motion::events),
+    ("package", package::check),
+];
+
+/// `chosen`: of all parts only these.
+///
+/// # Errors
+/// What cannot be installed or built, or what did not hold.
+pub fn execute(chosen: &[&str]) -> Result<(), String> {
+    if let Some(part) = chosen
+        .iter()
+        .find(|c| PARTS.iter().all(|(name, _)| name != *c))
+    {
+        return Err(format!("there is no part `{part}`"));
+    }
+    let bench = Bench::provide()?;
+    for (name, check) in PARTS {
+        if chosen.is_empty() || chosen.contains(&name) {
+            check(&bench).map_err(|e| format!("{name}: {e}"))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,163 @@
+//! LinuxCNC with the component, apart from any other on this computer: with modules, shared memory, processes and
+//! `/tmp` of its own.
+
+use crate::process::{cargo, root, run, target, works};
+use crate::{capi, packages};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Where LinuxCNC looks for components.
+const MODULES: &str = "/usr/lib/linuxcnc/modules";
+/// Seconds after which a run has hung.
+const LONGEST: &str = "150";
+/// What runs inside: `sh -c INSIDE sh MODULES WORK PROGRAM…`. The work folder is `/tmp` there, which any user can
+/// reach: LinuxCNC's real-time process leaves root.
+const INSIDE: &str = "mount --bind \"$1\" /usr/lib/linuxcnc/modules && mount --bind \"$2\" /tmp && cd /tmp && shift 2 && exec \"$@\"";
+
+/// What the tests need.
+pub struct Bench {
+    /// `/tmp` of the runs.
+    work: PathBuf,
+    modules: PathBuf,
+    trueaxis: PathBuf,
+}
+
+impl Bench {
+    /// # Errors
+    /// What cannot be installed or built.
+    pub fn provide() -> Result<Self, String> {
+        if !works(Command::new("halcompile").arg("--help")) {
+            packages::install(
+                &["linuxcnc-uspace", "linuxcnc-uspace-dev"],
+                "the LinuxCNC component",
+            )?;
+        }
+        run(cargo().args(["build", "-q", "-p", "trueaxis-host", "--bin", "trueaxis"]))?;
+        let folder = target("linuxcnc");
+        let prefix = folder.join("prefix");
+        capi::install(&["--prefix", &prefix.to_string_lossy()])?;
+        let bench = Self {
+            work: folder.join("tmp"),
+            modules: folder.join("modules"),
+            trueaxis: target("debug").join("trueaxis"),
+        };
+        let _ = fs::remove_dir_all(&bench.work);
+        for folder in [&bench.work, &bench.modules] {
+            fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        }
+        run(Command::new("chmod").arg("1777").arg(&bench.work))?;
+        run(Command::new("cp")
+            .args(["-r", "-T", MODULES])
+            .arg(&bench.modules))?;
+        let build = folder.join("build");
+        fs::create_dir_all(&build).map_err(|e| format!("{}: {e}", build.display()))?;
+        for (folder, built) in [
+            ("firmware/linuxcnc", &["trueaxis.so"][..]),
+            ("firmware/linuxcnc/tests", &["tape.so", "rivals.so"]),
+        ] {
+            run(Command::new("make")
+                .args(["-s", "-f"])
+                .arg(root().join(folder).join("Makefile"))
+                .arg(format!("TRUEAXIS={}", prefix.display()))
+                .current_dir(&build))?;
+            for name in built {
+                fs::copy(build.join(name), bench.modules.join(name))
+                    .map_err(|e| format!("{name}: {e}"))?;
+            }
+        }
+        Ok(bench)
+    }
+
+    /// Does something with another component in the place of the one that was built.
+    pub fn with_module<T>(
+        &self,
+        module: &Path,
+        doing: impl FnOnce() -> Result<T, String>,
+    ) -> Result<T, String> {
+        let place = self.modules.join("trueaxis.so");
+        let kept = fs::read(&place).map_err(|e| format!("{}: {e}", place.display()))?;
+        fs::copy(module, &place).map_err(|e| format!("{}: {e}", module.display()))?;
+        let done = doing();
+        fs::write(&place, kept).map_err(|e| format!("{}: {e}", place.display()))?;
+        done
+    }
+
+    /// A file that the runs see as `/tmp/NAME`.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.work.join(name)
+    }
+
+    /// Writes one.
+    pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<(), String> {
+        fs::write(self.file(name), contents).map_err(|e| format!("{name}: {e}"))
+    }
+
+    /// Copies one there.
+    pub fn copy(&self, from: &str, name: &str) -> Result<(), String> {
+        fs::copy(root().join(from), self.file(name)).map_err(|e| format!("{from}: {e}"))?;
+        Ok(())
+    }
+
+    /// What the command `trueaxis` prints.
+    pub fn trueaxis(&self, words: &[&str]) -> Result<String, String> {
+        let mut command = Command::new(&self.trueaxis);
+        command.args(words).current_dir(&self.work);
+        output(&mut command, Stdio::piped())
+    }
+
+    /// Runs a program of LinuxCNC; what it and its parts say.
+    pub fn inside(&self, program: &[&str]) -> Result<String, String> {
+        let mut command = Command::new("timeout");
+        command.args(["-k", "5", LONGEST]);
+        if !works(Command::new("sh").args(["-c", "test $(id -u) = 0"])) {
+            // Namespaces of one's own, for which some systems ask root.
+            command.args(["sudo", "-n", "-E"]);
+        }
+        command
+            .args(["unshare", "--mount", "--ipc", "--net", "--pid", "--fork"])
+            .args(["--kill-child", "--mount-proc", "sh", "-c", INSIDE, "sh"])
+            .args([&self.modules, &self.work])
+            .args(program)
+            .env("HOME", "/tmp")
+            .env("RTAPI_UID", "65534")
+            .env("RTAPI_FIFO_PATH", "/tmp/.fifo");
+        let log = self.file("log");
+        let to = fs::File::create(&log).map_err(|e| format!("{}: {e}", log.display()))?;
+        let errors = to.try_clone().map_err(|e| e.to_string())?;
+        let status = command
+            .stdin(Stdio::null())
+            .stdout(to)
+            .stderr(errors)
+            .status()
+            .map_err(|e| format!("`timeout` does not start: {e}"))?;
+        let said = fs::read(&log).map_err(|e| format!("{}: {e}", log.display()))?;
+        let said = String::from_utf8_lossy(&said).into_owned();
+        if status.code() == Some(124) {
+            return Err(format!("hangs after {LONGEST} s:\n{said}"));
+        }
+        Ok(said)
+    }
+
+    /// Runs lines of HAL; what was said.
+    pub fn halrun(&self, lines: &str) -> Result<String, String> {
+        self.write("test.hal", lines)?;
+        self.inside(&["halrun", "-f", "/tmp/test.hal"])
+    }
+}
+
+fn output(command: &mut Command, errors: Stdio) -> Result<String, String> {
+    let done = command
+        .stdin(Stdio::null())
+        .stderr(errors)
+        .output()
+        .map_err(|e| format!("{command:?} does not start: {e}"))?;
+    if !done.status.success() {
+        return Err(format!(
+            "{command:?}: {}\n{}",
+            done.status,
+            String::from_utf8_lossy(&done.stderr)
+        ));
+    }
+    Ok(String::from_utf8_lossy(&done.stdout).into_owned())
+}

@@ -1,0 +1,349 @@
+//! The component without a motion controller: what comes in is played, what goes out recorded, to the last bit.
+
+use super::bench::Bench;
+use super::oracle::eval;
+use super::rows::{Random, Rows, play};
+use std::fmt::Write;
+
+/// Rows of a path.
+const ROWS: usize = 2000;
+/// How much of a path a smooth case drives, to be as slow as a machine.
+const PART: f64 = 0.02;
+/// What is recorded of each joint.
+const OF_JOINT: [&str; 7] = [
+    "pos-in",
+    "motor-cmd-in",
+    "motor-cmd-out",
+    "motor-fb-in",
+    "motor-fb-out",
+    "correction",
+    "computed",
+];
+/// Of these, what is played.
+const PLAYED: [&str; 3] = ["pos-in", "motor-cmd-in", "motor-fb-in"];
+const INCH: f64 = 25.4;
+
+/// A file of the component, and how it is loaded.
+struct Case {
+    file: &'static str,
+    /// Letters of the joints.
+    joints: &'static str,
+    units: &'static str,
+    /// Travel of each joint, in its unit.
+    travel: &'static [[f64; 2]],
+    /// Further inputs: name in the file, pin, value (another one would be faded in), what the file subtracts.
+    inputs: &'static [(&'static str, &'static str, f64, f64)],
+    /// Whether nothing makes the corrections themselves other than the computed ones: no direction of travel,
+    /// and slow enough for the rate bounds.
+    smooth: bool,
+}
+
+const HURON: &[[f64; 2]] = &[
+    [-340.0, 340.0],
+    [-340.0, 340.0],
+    [-340.0, 340.0],
+    [-110.0, 110.0],
+    [-350.0, 350.0],
+];
+
+const CASES: [Case; 6] = [
+    Case {
+        file: "huron-13.trax",
+        joints: "XYZAC",
+        units: "mm",
+        travel: HURON,
+        inputs: &[],
+        smooth: true,
+    },
+    Case {
+        file: "huron-13.trax",
+        joints: "XYZAC",
+        units: "inch",
+        travel: &[
+            [-13.0, 13.0],
+            [-13.0, 13.0],
+            [-13.0, 13.0],
+            [-110.0, 110.0],
+            [-350.0, 350.0],
+        ],
+        inputs: &[],
+        smooth: true,
+    },
+    Case {
+        file: "router-10.trax",
+        joints: "XYZ-",
+        units: "metric",
+        travel: &[[1.0, 799.0], [1.0, 1199.0], [-149.0, -1.0], [0.0, 9.0]],
+        inputs: &[],
+        smooth: false,
+    },
+    // A gantry: two joints on Y.
+    Case {
+        file: "router-10.trax",
+        joints: "XYYZ",
+        units: "mm",
+        travel: &[[1.0, 799.0], [1.0, 1199.0], [1.0, 1199.0], [-149.0, -1.0]],
+        inputs: &[],
+        smooth: false,
+    },
+    // The table turns on and on.
+    Case {
+        file: "table-head-13.trax",
+        joints: "XYZBC",
+        units: "mm",
+        travel: &[
+            [-399.0, 399.0],
+            [-299.0, 299.0],
+            [1.0, 499.0],
+            [-99.0, 99.0],
+            [-9000.0, 9000.0],
+        ],
+        inputs: &[],
+        smooth: false,
+    },
+    Case {
+        file: "everything.trax",
+        joints: "XYZC",
+        units: "mm",
+        travel: &[
+            [-399.0, 399.0],
+            [-249.0, 249.0],
+            [-299.0, 299.0],
+            [-9000.0, 9000.0],
+        ],
+        inputs: &[
+            ("tool length", "tool-length", 187.25, 0.0),
+            ("bed", "temperature-0", 27.5, 20.0),
+        ],
+        smooth: false,
+    },
+];
+
+/// # Errors
+/// What did not hold.
+pub fn check(bench: &Bench) -> Result<(), String> {
+    for name in ["huron-13", "router-10", "table-head-13", "everything"] {
+        bench.copy(
+            &format!("tests/golden/v1/{name}.trax"),
+            &format!("{name}.trax"),
+        )?;
+    }
+    bench.write(
+        "until",
+        include_str!("../../../firmware/linuxcnc/tests/until"),
+    )?;
+    let mut compared = 0;
+    for case in &CASES {
+        compared += case.check(bench).map_err(|e| {
+            format!(
+                "{}, axes={}, units={}: {e}",
+                case.file, case.joints, case.units
+            )
+        })?;
+    }
+    println!("halrun: {compared} corrections are those of `trueaxis eval`, to the last bit");
+    Ok(())
+}
+
+impl Case {
+    /// How the component is loaded.
+    fn load(&self) -> String {
+        let temperatures = self.inputs.iter().filter(|i| i.1.starts_with('t')).count();
+        format!(
+            "loadrt trueaxis file=/tmp/{} axes={} units={} temperatures={temperatures}\n",
+            self.file, self.joints, self.units
+        )
+    }
+
+    fn check(&self, bench: &Bench) -> Result<usize, String> {
+        let joints = self.joints.len();
+        let mut random = Random::new(1);
+        let shapes: Vec<[f64; 2]> = (0..joints)
+            .map(|_| [random.within(1.0, 3.0), random.within(0.0, 6.0)])
+            .collect();
+        let between = |k: usize, [low, high]: [f64; 2], row: usize| {
+            let part = if self.smooth { PART } else { 1.0 };
+            let time = part * std::f64::consts::TAU * row as f64 / ROWS as f64;
+            let share = 0.5 + 0.5 * (shapes[k][0] * time + shapes[k][1]).sin();
+            low + (high - low) * share
+        };
+        let rows: Vec<Vec<f64>> = (0..ROWS)
+            .map(|row| {
+                let mut values = Vec::new();
+                for (k, travel) in self.travel.iter().enumerate() {
+                    let same = self.joints[..k].find(&self.joints[k..=k]);
+                    let position = between(same.unwrap_or(k), *travel, row);
+                    let feedback = position + random.within(-1.0, 1.0);
+                    values.extend([position, position + 3.25, feedback]);
+                }
+                values.extend(self.inputs.iter().map(|i| i.2));
+                values
+            })
+            .collect();
+        play(bench, "play", &rows)?;
+        let said = bench.halrun(&self.lines())?;
+        let names: Vec<String> = (0..joints)
+            .flat_map(|j| OF_JOINT.map(|pin| format!("{j}.{pin}")))
+            .chain(self.inputs.iter().map(|i| i.1.to_owned()))
+            .collect();
+        let recorded = Rows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
+        if recorded.len() < ROWS {
+            return Err(format!("{} rows were recorded\n{said}", recorded.len()));
+        }
+        self.corrections_are_those_of_eval(bench, &recorded)?;
+        self.outputs_add_up(&recorded)?;
+        Ok(recorded.len() * joints)
+    }
+
+    /// Plays and records with everything in.
+    fn lines(&self) -> String {
+        let joints = self.joints.len();
+        let played = joints * PLAYED.len() + self.inputs.len();
+        let recorded = joints * OF_JOINT.len() + self.inputs.len();
+        let mut hal = format!(
+            "loadrt threads name1=t period1=200000\n{}loadrt tape play=/tmp/play out={} record=/tmp/record in={} rows={}\n",
+            self.load(),
+            "f".repeat(played),
+            "f".repeat(recorded),
+            2 * ROWS
+        );
+        for function in [
+            "tape.play",
+            "trueaxis.read",
+            "trueaxis.write",
+            "tape.record",
+        ] {
+            let _ = writeln!(hal, "addf {function} t");
+        }
+        let (mut from, mut to) = (0, 0);
+        for j in 0..joints {
+            for pin in OF_JOINT {
+                if PLAYED.contains(&pin) {
+                    let _ = writeln!(hal, "net {j}-{pin} tape.out-{from:02}");
+                    from += 1;
+                }
+                let _ = writeln!(
+                    hal,
+                    "net {j}-{pin} trueaxis.joint.{j}.{pin} tape.in-{to:02}"
+                );
+                to += 1;
+            }
+            let _ = writeln!(hal, "setp trueaxis.joint.{j}.homed 1");
+        }
+        for (_, pin, ..) in self.inputs {
+            let _ = writeln!(
+                hal,
+                "net {pin} tape.out-{from:02} trueaxis.{pin} tape.in-{to:02}"
+            );
+            (from, to) = (from + 1, to + 1);
+        }
+        hal + "start\nsetp trueaxis.enable 1\nloadusr -w sh /tmp/until trueaxis.factor 1\n\
+               setp tape.keep 1\nsetp tape.run 1\nloadusr -w sh /tmp/until tape.done TRUE\n"
+    }
+
+    /// The number in the unit of the file.
+    fn unit(&self, joint: usize) -> f64 {
+        let rotary = "ABC".contains(&self.joints[joint..=joint]);
+        if self.units == "inch" && !rotary {
+            INCH
+        } else {
+            1.0
+        }
+    }
+
+    fn corrections_are_those_of_eval(&self, bench: &Bench, recorded: &Rows) -> Result<(), String> {
+        // Of the joints of an axis the first.
+        let mut firsts: Vec<usize> = Vec::new();
+        for (j, letter) in self.joints.char_indices() {
+            if letter != '-' && self.joints.find(letter) == Some(j) {
+                firsts.push(j);
+            }
+        }
+        let mut columns: Vec<&str> = firsts.iter().map(|&j| &self.joints[j..=j]).collect();
+        columns.extend(self.inputs.iter().map(|i| i.0));
+        let mut positions = vec![Vec::new(); recorded.len()];
+        for &j in &firsts {
+            let column = recorded.of(&format!("{j}.pos-in"));
+            for (row, value) in positions.iter_mut().zip(column) {
+                // Within a turn, as the component does before it becomes a float.
+                let endless = self.travel[j][1] > 360.0 && "ABC".contains(&self.joints[j..=j]);
+                let value = if endless { value % 360.0 } else { value };
+                row.push(value * self.unit(j));
+            }
+        }
+        for (_, pin, _, reference) in self.inputs {
+            for (row, value) in positions.iter_mut().zip(recorded.of(pin)) {
+                row.push(value - reference);
+            }
+        }
+        let expected = eval(bench, self.file, &columns, firsts.len(), &positions)?;
+        for j in 0..self.joints.len() {
+            let letter = &self.joints[j..=j];
+            let axis = columns[..firsts.len()].iter().position(|c| *c == letter);
+            let right = |row: usize| {
+                axis.map_or(0.0, |k| f64::from(expected[row][k]) * (1.0 / self.unit(j)))
+            };
+            // `computed` is that of the last period in which it was this joint's turn.
+            let computed = recorded.of(&format!("{j}.computed"));
+            let turns = self.joints.len();
+            let in_turn = |phase: usize| {
+                let mut rows = computed.iter().enumerate().skip(turns);
+                rows.all(|(row, found)| same(*found, right(row - (row + phase) % turns)))
+            };
+            if !(0..turns).any(in_turn) {
+                return Err(format!("joint {j}: what is computed is not what eval says"));
+            }
+            if !self.smooth {
+                continue;
+            }
+            for (row, found) in recorded
+                .of(&format!("{j}.correction"))
+                .into_iter()
+                .enumerate()
+            {
+                if !same(found, right(row)) {
+                    return Err(format!(
+                        "row {row}, joint {j}: correction {found:?}, eval {:?} at {:?}",
+                        right(row),
+                        positions[row]
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The command gets the correction of this period, the feedback loses that of the last one.
+    fn outputs_add_up(&self, recorded: &Rows) -> Result<(), String> {
+        for j in 0..self.joints.len() {
+            let of = |pin: &str| recorded.of(&format!("{j}.{pin}"));
+            let correction = of("correction");
+            let (cmd_in, cmd_out) = (of("motor-cmd-in"), of("motor-cmd-out"));
+            let (fb_in, fb_out) = (of("motor-fb-in"), of("motor-fb-out"));
+            for row in 0..recorded.len() {
+                if cmd_out[row].to_bits() != (cmd_in[row] + correction[row]).to_bits() {
+                    return Err(format!("row {row}, joint {j}: the command does not add up"));
+                }
+                if row > 0 && fb_out[row].to_bits() != (fb_in[row] - correction[row - 1]).to_bits()
+                {
+                    return Err(format!(
+                        "row {row}, joint {j}: the feedback does not add up"
+                    ));
+                }
+            }
+            if self.joints[j..=j] == *"-" {
+                if correction.iter().any(|c| *c != 0.0) {
+                    return Err(format!("joint {j} is corrected, but is not to be"));
+                }
+            } else if correction.iter().all(|c| *c == 0.0) {
+                return Err(format!("joint {j} is never corrected"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The same bits, or both 0.
+fn same(found: f64, right: f64) -> bool {
+    found.to_bits() == right.to_bits() || (found == 0.0 && right == 0.0)
+}

@@ -1,0 +1,69 @@
+//! `trueaxis eval` at positions that were recorded.
+
+use super::bench::Bench;
+use std::fmt::Write;
+
+/// Corrections at these positions, in mm and degrees, in the order of `columns`, the inputs of the blob of which
+/// the first `axes` are axes; all as text that gives every bit back.
+pub fn eval(
+    bench: &Bench,
+    blob: &str,
+    columns: &[&str],
+    axes: usize,
+    positions: &[Vec<f64>],
+) -> Result<Vec<Vec<f32>>, String> {
+    let mut text = columns.join(",");
+    for row in positions {
+        for (k, value) in row.iter().enumerate() {
+            let separator = if k == 0 { '\n' } else { ',' };
+            let _ = write!(text, "{separator}{value:?}");
+        }
+    }
+    text.push('\n');
+    bench.write("positions.csv", text)?;
+    let printed = bench.trueaxis(&["eval", blob, "--positions", "positions.csv"])?;
+    let mut lines = printed.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let order: Vec<usize> = columns[..axes]
+        .iter()
+        .map(|letter| header.iter().position(|h| h[1..] == **letter))
+        .collect::<Option<_>>()
+        .ok_or_else(|| format!("{blob} has {header:?}, not {columns:?}"))?;
+    let rows: Vec<Vec<f32>> = lines
+        .map(|line| {
+            let cells: Vec<f32> = line.split(',').filter_map(|c| c.parse().ok()).collect();
+            order.iter().map(|&k| cells[k]).collect()
+        })
+        .collect();
+    if rows.len() == positions.len() {
+        Ok(rows)
+    } else {
+        Err(format!(
+            "{} corrections for {} positions",
+            rows.len(),
+            positions.len()
+        ))
+    }
+}
+
+/// What an axis is held to.
+pub struct Bounds {
+    pub rate: f64,
+}
+
+/// The bounds of an axis, as `trueaxis inspect` prints them: `  Y  0 to 300 mm  correction within 0.147 mm,
+/// 6.396 mm/s; …`, rounded to what it shows.
+pub fn bounds(bench: &Bench, blob: &str, letter: &str) -> Result<Bounds, String> {
+    let printed = bench.trueaxis(&["inspect", blob])?;
+    let line = printed
+        .lines()
+        .find(|l| l.starts_with(&format!("  {letter}  ")));
+    let rate = line
+        .and_then(|l| l.split("/s;").next())
+        .and_then(|l| l.rsplit(' ').nth(1))
+        .and_then(|number| number.parse().ok());
+    let rate: f64 = rate.ok_or_else(|| format!("{blob}: no rate bound of {letter}"))?;
+    Ok(Bounds {
+        rate: rate + 0.0005,
+    })
+}
