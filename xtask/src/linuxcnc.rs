@@ -1,5 +1,5 @@
 //! `cargo xtask linuxcnc`: the component in the real LinuxCNC, without a screen: in `halrun`, under its motion
-//! controller, and as a package.
+//! controller, with machines that are simulated, and as a package.
 
 mod bench;
 mod halrun;
@@ -7,14 +7,16 @@ mod motion;
 mod oracle;
 mod package;
 mod rows;
+mod simulated;
 
 use bench::Bench;
 
 /// What is tried, by name.
-const PARTS: [(&str, fn(&Bench) -> Result<(), String>); 4] = [
+const PARTS: [(&str, fn(&Bench) -> Result<(), String>); 5] = [
     ("halrun", halrun::check),
     ("motion", motion::check),
     ("events", motion::events),
+    ("simulated", simulated::check),
     ("package", package::check),
 ];
 
