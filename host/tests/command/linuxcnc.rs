@@ -555,9 +555,12 @@ fn a_head_under_kinematics_for_a_table_is_found() {
     // The same letters, C and A at the tool.
     let machine = simulated("xyzac-trt");
     let toml = std::fs::read_to_string(example("linuxcnc-xyzac-trt/machine.toml")).unwrap();
-    let (before, after) = toml.split_once("name = \"A\"").unwrap();
-    let after = after.replacen("branch = \"workpiece\"", "branch = \"tool\"", 2);
-    let toml = format!("{before}name = \"A\"{after}").replace("topology = \"wCAXYFZSt\"\n", "");
+    // Behind the comments: Y, X, A, C, then Z with spindle and tool.
+    let parts: Vec<&str> = toml.split("[[axis]]\n").collect();
+    let (z, rest) = parts[5].split_once("\n\n").unwrap();
+    let [a, c] = [3, 4].map(|k| parts[k].replace("\"workpiece\"", "\"tool\""));
+    let axes = [parts[1], parts[2], z, &a, &c].join("\n[[axis]]\n");
+    let toml = format!("name = \"xyzac-trt\"\n[[axis]]\n{axes}\n{rest}");
     let path = machine.folder.file("head.toml", toml);
     let errors = machine.folder.file(
         "errors.toml",
@@ -570,7 +573,7 @@ fn a_head_under_kinematics_for_a_table_is_found() {
     );
     machine.finds(
         &["--machine", &path],
-        ["refused", "KINEMATICS", "is for a table with A carrying C, and no rotary axis at the tool, but the machine is wXYFACZSt", "KINEMATICS"],
+        ["refused", "KINEMATICS", "is for a table with A carrying C, and no rotary axis at the tool, but the machine is wXYFZACSt", "KINEMATICS"],
     );
 }
 
@@ -581,9 +584,9 @@ fn connections_that_are_missing_or_wrong_are_found() {
             "net trueaxis-0-pos-cmd joint.0.pos-cmd => trueaxis.joint.0.pos-in\n",
             "",
             "refused",
-            "pos-cmd",
+            "loadrt trueaxis",
             "trueaxis.joint.0.pos-in is not connected to joint.0.pos-cmd",
-            "net trueaxis-0-pos-cmd => trueaxis.joint.0.pos-in",
+            "net trueaxis-0-pos-cmd joint.0.pos-cmd => trueaxis.joint.0.pos-in",
         ),
         (
             "joint.0.motor-pos-cmd => trueaxis.joint.0.motor-cmd-in",
@@ -684,7 +687,7 @@ fn inputs_that_a_correction_depends_on_are_asked_for() {
         [
             "refused",
             "loadrt",
-            "`length`, and trueaxis.tool-length is not connected",
+            "`tool length`, and trueaxis.tool-length is not connected",
             "motion.tooloffset.z",
         ],
     );
@@ -853,7 +856,7 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
         refused(
             &setup,
             &[
-                "machine.toml is there already: nothing was written",
+                "trueaxis.hal is there already: nothing was written",
                 "--overwrite",
             ],
         );
