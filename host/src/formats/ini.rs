@@ -25,12 +25,6 @@ impl Place {
         before.iter().filter(|b| **b == b'\n').count() + 1
     }
 
-    /// The text there.
-    #[must_use]
-    pub fn text(&self) -> &str {
-        self.source.text.get(self.span.clone()).unwrap_or("")
-    }
-
     /// What is wrong there.
     pub fn error(
         &self,
@@ -188,12 +182,6 @@ impl Ini {
     pub fn section(&self, name: &str) -> Option<&Place> {
         let mut sections = self.sections.iter();
         Some(&sections.find(|(found, _)| found == name)?.1)
-    }
-
-    /// All entries, in order.
-    #[must_use]
-    pub fn entries(&self) -> &[Entry] {
-        &self.entries
     }
 }
 

@@ -506,6 +506,14 @@ fn kinematics_that_are_not_those_of_the_machine_are_found() {
         machine.change(file, from, to);
         machine.finds(&["--machine", &trt], ["refused", line, reason, write]);
     }
+    // A pin that comes from elsewhere is nobody's mistake.
+    let machine = simulated("xyzac-trt");
+    machine.change(
+        "machine.hal",
+        "setp xyzac-trt-kins.y-offset -5",
+        "net pivot probe.y => xyzac-trt-kins.y-offset",
+    );
+    assert!(machine.findings(&["--machine", &trt]).is_empty());
     // Another machine file than that of the compensation.
     let machine = simulated("xyzac-trt");
     let text = std::fs::read_to_string(&trt).unwrap();

@@ -74,7 +74,11 @@ impl Checked<'_> {
         let (hal, module) = (&self.configuration.hal, &self.configuration.module);
         let mm = self.configuration.mm.unwrap_or(1.0);
         let pin = |name: &str| format!("{}.{name}", module.name);
-        let value = |name: &str| hal.value(&pin(name)).map_or(0.0, |(value, _)| value);
+        // What comes from elsewhere is not known here; a pin that nobody sets is 0.
+        let value = |name: &str| match hal.value(&pin(name)) {
+            Some((value, _)) => Some(value * mm),
+            None => hal.signal(&pin(name)).is_none().then_some(0.0),
+        };
         let place = |name: &str| {
             hal.value(&pin(name))
                 .map_or(module.place.clone(), |(_, c)| c.place.clone())
@@ -91,18 +95,20 @@ impl Checked<'_> {
         let points = ["x-rot-point", "y-rot-point", "z-rot-point"];
         let mut wrong = Vec::new();
         for i in 0..2 {
-            let is = value(points[i]) * mm;
-            if (is - table[i]).abs() > APART {
-                wrong.push((points[i], "C", is, table[i], table[i] / mm));
+            if let Some(is) = value(points[i])
+                && (is - table[i]).abs() > APART
+            {
+                wrong.push((points[i], 'C', is, table[i], table[i] / mm));
             }
         }
-        let name = cradle.to_string();
+        // The height of the table is no part of its axis: that of the cradle counts from the point.
         for (i, offset) in shape.offsets {
-            // Of the table, the height is no part of its axis: that of the cradle counts from the point.
-            let from = value(points[i]) * mm;
-            let is = from + value(offset) * mm;
-            if (is - cradle_at[i]).abs() > APART && !wrong.iter().any(|w| w.0 == points[i]) {
-                wrong.push((offset, &name, is, cradle_at[i], (cradle_at[i] - from) / mm));
+            if let Some((from, offset_is)) = value(points[i]).zip(value(offset))
+                && (from + offset_is - cradle_at[i]).abs() > APART
+                && !wrong.iter().any(|w| w.0 == points[i])
+            {
+                let write = (cradle_at[i] - from) / mm;
+                wrong.push((offset, cradle, from + offset_is, cradle_at[i], write));
             }
         }
         for (name, axis, is, expected, write) in wrong {
