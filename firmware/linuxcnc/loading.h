@@ -29,6 +29,7 @@
 #define MOST_JOINTS 16
 #define MOST_BYTES (64 * 1024 * 1024)
 #define INCH 25.4
+#define STACK (256 * 1024)
 
 /* Values of the pin `fault-code`. */
 enum trouble {
@@ -274,7 +275,10 @@ static void *loader_main(void *nothing)
         unsigned want = GET(asked);
         int now = GET(reported);
         if (now != said) {
-            SAY(RTAPI_MSG_ERR, "fault %d: %s\n", now, TROUBLES[now]);
+            if (now == TROUBLE_NONE)
+                SAY(RTAPI_MSG_ERR, "%s\n", TROUBLES[now]);
+            else
+                SAY(RTAPI_MSG_ERR, "fault %d: %s\n", now, TROUBLES[now]);
             said = now;
         }
         /* One after the other: what was offered is taken or refused before the next is read. */
@@ -331,6 +335,8 @@ static int loading_start(void)
             return -EINVAL;
     load();
     pthread_attr_init(&attributes);
+    /* All memory of this process is locked. */
+    pthread_attr_setstacksize(&attributes, STACK);
     pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
     pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
     pthread_attr_setschedparam(&attributes, &priority);

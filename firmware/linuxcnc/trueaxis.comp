@@ -50,7 +50,7 @@ notes """
  1  the file cannot be read
  2  the file is damaged, of another format, or needs more than this component holds
  3  its axes are not those of \\fBaxes=\\fR
- 4  it needs more temperatures or weights than there are pins
+ 4  it needs more temperatures than there are pins
  5  it was not taken because corrections are active: its axes, travels or inputs differ
  6  \\fBpos\\-in\\fR of a joint is not connected, or not a number
  7  \\fBtool\\-length\\fR is not connected, or not a number
@@ -91,7 +91,7 @@ pin in  bit   dry_run "Everything is computed and shown, the corrections go to 0
 pin in  bit   reload "At a rising edge the file is read again";
 pin out bit   loading "A file is being read, or waits until it can be taken";
 pin out unsigned loads "How many files were taken";
-pin out unsigned checksum "Checksum of the file in use, as \\fBtrueaxis inspect\\fR prints it; 0 without one";
+pin out unsigned checksum "Checksum of the file in use, which tells files apart; 0 without one";
 pin out bit   active "Corrections are in, at least partly";
 pin out float factor "The common factor of all corrections, 0 to 1";
 pin out bit   saturated "A correction is cut off at the largest of its axis";
@@ -101,7 +101,7 @@ pin in  float tool_length = NAN "From motion.tooloffset.z, in machine units";
 pin in  float temperature_#[8 : (personality >> 5) & 31] = NAN "Temperatures in °C, in the order of the file";
 pin in  float weight_#[16 : (personality >> 10) & 31] = NAN "Weights of the adjustable terms, in the order of the file; until set, as stored in the file";
 
-modparam dummy file "Path of the compensation, FILE.trax; without one the component is idle";
+modparam dummy file "Path of the compensation, FILE.trax; without one that is a fault, and nothing is corrected";
 modparam dummy axes "Letter of the axis of each joint, from joint 0, as in the file: XYZAC. XYYZ is a gantry, both joints get the correction of Y, the first one's position counts. \\- is a joint that is not corrected";
 modparam dummy units "Linear units of the machine: mm, metric, inch, in or imperial, as [TRAJ]LINEAR_UNITS. There is no default";
 modparam dummy temperatures "Number of temperature pins (0)";

@@ -2,6 +2,7 @@
 //! controller, with machines that are simulated, and as a package.
 
 mod bench;
+mod faults;
 mod halrun;
 mod motion;
 mod oracle;
@@ -11,9 +12,13 @@ mod simulated;
 
 use bench::Bench;
 
+/// Fails with what did not hold.
+type Check = fn(&Bench) -> Result<(), String>;
+
 /// What is tried, by name.
-const PARTS: [(&str, fn(&Bench) -> Result<(), String>); 5] = [
+const PARTS: [(&str, Check); 6] = [
     ("halrun", halrun::check),
+    ("faults", faults::check),
     ("motion", motion::check),
     ("events", motion::events),
     ("simulated", simulated::check),

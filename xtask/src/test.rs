@@ -95,6 +95,7 @@ fn steps() -> Vec<Step> {
             "test -q -p trueaxis-capi --features std,model",
         ),
         step("C interface from C and C++", "xtask capi"),
+        step("LinuxCNC", "xtask linuxcnc"),
         step("examples for RTIC and embassy", "xtask boards"),
         step(
             "instructions, cycles, code and stack on the target",

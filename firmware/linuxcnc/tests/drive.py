@@ -8,7 +8,6 @@ import os
 import random
 import shutil
 import subprocess
-import sys
 import time
 import traceback
 
@@ -39,12 +38,14 @@ def set_pin(name, value):
 
 
 def messages():
-    """What was said to the operator; nobody answers to LinuxCNC while they are not fetched."""
+    """What was said to the operator. While nobody fetches it, LinuxCNC waits."""
     said = []
     while True:
         message = errors.poll()
         if not message:
             return said
+        if "following error" in message[1]:
+            raise RuntimeError(message[1])
         said.append(message[1])
 
 
@@ -55,6 +56,7 @@ def wait(what, holds, seconds=30):
             raise RuntimeError("no " + what)
         time.sleep(0.005)
         status.poll()
+        messages()
 
 
 def settled(mode):
@@ -101,7 +103,7 @@ def program():
     in_force()
     tell("offsets", *(float(pin("joint.%d.motor-offset" % j)) for j in range(5)))
     mdi("G10 L2 P1 X200 Y150 Z-180 A0 C0")
-    command.feedrate(20.0)
+    command.feedrate(50.0)
     settled(linuxcnc.MODE_AUTO)
     command.program_open(DEMOS + "/boat-xyzac.ngc")
     set_pin("tape.keep", 1)
@@ -109,7 +111,7 @@ def program():
     command.auto(linuxcnc.AUTO_RUN, 0)
     time.sleep(0.2)
     # The whole takes minutes: as far as it comes.
-    while time.monotonic() < began + 40:
+    while time.monotonic() < began + 35:
         status.poll()
         if status.interp_state == linuxcnc.INTERP_IDLE:
             break
@@ -126,14 +128,31 @@ def program():
 def probe():
     """A surface that does not move: it trips where the drive of X stands, not where the command does."""
     command.feedrate(1.0)
+    mdi("G94 G90 G21")
     mdi("G53 G0 X150 Y100 Z-60 A20 C70")
     set_pin("surface.in0", float(pin("joint.0.motor-offset")) + 180.0)
     mdi("G54 G10 L2 P1 X0 Y0 Z0 A0 C0")
     mdi("G38.2 X190 F60")
     status.poll()
-    tell("probed", status.probe_tripped, *(status.probed_position[k] for k in (0, 1, 2, 3, 5)))
+    tell("probed", int(status.probe_tripped), *(status.probed_position[k] for k in (0, 1, 2, 3, 5)))
     tell("surface", 180.0)
     mdi("G53 G0 X150")
+
+
+def limits():
+    """In the corners of the travel, and beyond."""
+    set_pin("surface.in0", 1e9)
+    for name, corner in (("lower", "X0 Y0 Z-250 A-100 C-360"), ("upper", "X400 Y300 Z0 A100 C360")):
+        mdi("G53 G0 " + corner)
+        time.sleep(0.5)
+        for j in range(5):
+            joint = "trueaxis.joint.%d." % j
+            tell("corner", name, j, float(pin(joint + "pos-in")), float(pin(joint + "correction")))
+    try:
+        mdi("G53 G0 X400.001")
+        tell("beyond", 1)
+    except RuntimeError:
+        tell("beyond", 0)
 
 
 def events(count=1000):
@@ -207,22 +226,24 @@ def events(count=1000):
     pins["enable"] = 1
     home()
     in_force()
+    mdi("G10 L2 P1 X200 Y150 Z-180 A0 C0")
     halcmd("setp", "tape.keep", "1")
     for _ in range(count):
         event = chance.choices(list(often), list(often.values()))[0]
         event()
         happened[event.__name__] = happened.get(event.__name__, 0) + 1
         # Mostly one upon the other, sometimes time to come to an end.
-        time.sleep(chance.choices([0.0, 0.01, 0.03, 0.7], [4, 4, 4, 1])[0])
+        time.sleep(chance.choices([0.0, 0.01, 0.02, 0.6], [6, 6, 3, 1])[0])
         status.poll()
-        for message in messages():
-            if "following error" in message:
-                raise RuntimeError(message)
+        messages()
         if status.task_state != linuxcnc.STATE_ON and chance.random() < 0.5:
             machine_on()
         elif status.task_state == linuxcnc.STATE_ON and not all(status.homed[:5]) and chance.random() < 0.3:
             command.abort()
-            home()
+            settled(linuxcnc.MODE_MANUAL)
+            command.teleop_enable(0)
+            command.home(-1)
+            time.sleep(0.3)
     halcmd("setp", "tape.keep", "0")
     tell("events", count)
     for name, number in happened.items():
@@ -239,5 +260,4 @@ def main():
 try:
     main()
 except Exception:
-    traceback.print_exc()
-    print(*messages(), sep="\n", file=sys.stderr)
+    tell("failed", traceback.format_exc(), messages())

@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use crate::packages;
-use crate::process::{root, run, target, works};
+use crate::process::{cargo, root, run, target, works};
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -12,6 +12,7 @@ const FOLDER: &str = "linuxcnc-trueaxis";
 /// # Errors
 /// What does not build, or is not in the package.
 pub fn check(bench: &Bench) -> Result<(), String> {
+    no_part_of_a_crate()?;
     if !works(Command::new("dh").arg("--version")) {
         packages::install(&["debhelper", "dpkg-dev"], "the package for LinuxCNC")?;
     }
@@ -53,6 +54,27 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         Err(format!(
             "the component of the package does not load:\n{said}"
         ))
+    }
+}
+
+/// The crate beside it has nothing of it.
+fn no_part_of_a_crate() -> Result<(), String> {
+    let mut list = cargo();
+    list.args([
+        "package",
+        "-q",
+        "-p",
+        "trueaxis-firmware",
+        "--list",
+        "--allow-dirty",
+    ]);
+    let listed = list.output().map_err(|e| e.to_string())?;
+    let files = String::from_utf8_lossy(&listed.stdout).into_owned();
+    match files.lines().find(|f| f.contains("linuxcnc")) {
+        None if files.contains("src/lib.rs") => Ok(()),
+        found => Err(format!(
+            "the crate trueaxis-firmware has {found:?} among\n{files}"
+        )),
     }
 }
 

@@ -18,7 +18,7 @@ impl Rows {
             .chunks_exact(8)
             .map(|b| f64::from_ne_bytes(b.try_into().unwrap_or_default()))
             .collect();
-        if values.is_empty() || values.len() % names.len() != 0 {
+        if values.is_empty() || !values.len().is_multiple_of(names.len()) {
             return Err(format!("{name}: {} values", values.len()));
         }
         Ok(Self {
@@ -78,9 +78,5 @@ impl Random {
     /// From `low` to `high`.
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::from(self.bits()) / f64::from(u32::MAX)
-    }
-
-    pub fn below(&mut self, count: u32) -> u32 {
-        self.bits() % count
     }
 }

@@ -1,0 +1,246 @@
+//! What is missing, damaged, of another machine or not connected: named, and without effect on the machine.
+
+use super::bench::Bench;
+use super::motion;
+use crate::process::root;
+use std::fs;
+
+/// Lines of HAL that wait for a pin to have a value.
+fn until(pin: &str, value: &str) -> String {
+    format!("loadusr -w sh /tmp/until trueaxis.{pin} {value}\n")
+}
+
+fn set(pin: &str, value: &str) -> String {
+    format!("setp trueaxis.{pin} {value}\n")
+}
+
+/// The thread looks once in a millisecond.
+fn pulse(pin: &str) -> String {
+    set(pin, "0") + "loadusr -w sleep 0.02\n" + &set(pin, "1")
+}
+
+fn copy(from: &str, to: &str) -> String {
+    format!("loadusr -w cp /tmp/{from} /tmp/{to}\n")
+}
+
+/// Loads the component and starts a thread.
+fn started(parameters: &str) -> String {
+    format!(
+        "loadrt threads name1=t period1=1000000\nloadrt trueaxis {parameters}\n\
+         addf trueaxis.read t\naddf trueaxis.write t\nstart\n"
+    )
+}
+
+/// Positions and references of so many joints.
+fn referenced(joints: usize) -> String {
+    let each =
+        |j| set(&format!("joint.{j}.pos-in"), "1.5") + &set(&format!("joint.{j}.homed"), "1");
+    (0..joints).map(each).collect()
+}
+
+/// Runs lines; everything waited for has come, and these texts were said.
+fn run(bench: &Bench, lines: &str, texts: &[&str]) -> Result<(), String> {
+    let said = bench.halrun(lines)?;
+    if said.contains("until: ") || said.contains("not found") {
+        return Err(format!("{said}\nafter\n{lines}"));
+    }
+    match texts.iter().find(|text| !said.contains(**text)) {
+        Some(text) => Err(format!("not said: {text}\n{said}\nafter\n{lines}")),
+        None => Ok(()),
+    }
+}
+
+/// # Errors
+/// What did not hold.
+pub fn check(bench: &Bench) -> Result<(), String> {
+    bench.write(
+        "until",
+        include_str!("../../../firmware/linuxcnc/tests/until"),
+    )?;
+    let golden = |name: &str| {
+        let path = root().join("tests/golden/v1").join(name);
+        fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))
+    };
+    let huron = golden("huron-13.trax")?;
+    let mut damaged = huron.clone();
+    damaged[1000] ^= 4;
+    for (name, bytes) in [
+        ("huron.trax", huron.clone()),
+        ("everything.trax", golden("everything.trax")?),
+        ("router.trax", golden("router-10.trax")?),
+        ("damaged.trax", damaged),
+        ("short.trax", huron[..huron.len() - 8].to_vec()),
+        ("empty.trax", Vec::new()),
+        ("text.trax", b"no compensation at all".to_vec()),
+    ] {
+        bench.write(name, bytes)?;
+    }
+    let count = at_start(bench)? + parameters(bench)?;
+    not_connected(bench)?;
+    not_referenced(bench)?;
+    reloading(bench)?;
+    println!(
+        "faults: {count} bad files and parameters, pins that are not connected, gantry, reloading"
+    );
+    Ok(())
+}
+
+/// A bad file keeps nothing from starting: outputs are inputs.
+fn at_start(bench: &Bench) -> Result<usize, String> {
+    let cases = [
+        ("file=/tmp/none.trax axes=XYZAC", "1", "No such file"),
+        ("axes=XYZAC", "1", "no file"),
+        ("file=/tmp axes=XYZAC", "1", "/tmp: "),
+        ("file=/tmp/empty.trax axes=XYZAC", "2", "refused"),
+        ("file=/tmp/text.trax axes=XYZAC", "2", "refused"),
+        (
+            "file=/tmp/short.trax axes=XYZAC",
+            "2",
+            "damaged or incomplete",
+        ),
+        (
+            "file=/tmp/damaged.trax axes=XYZAC",
+            "2",
+            "damaged or incomplete",
+        ),
+        (
+            "file=/tmp/huron.trax axes=XYZA",
+            "3",
+            "has an axis C, for which axes=XYZA names no joint",
+        ),
+        ("file=/tmp/huron.trax axes=XYZACB", "3", "has no axis B"),
+        (
+            "file=/tmp/everything.trax axes=XYZC",
+            "4",
+            "no pin for the temperature `bed`, number 0: write temperatures=1",
+        ),
+    ];
+    for (parameters, code, text) in cases {
+        let lines = started(&format!("units=mm {parameters}"))
+            + &referenced(3)
+            + &set("joint.1.motor-cmd-in", "12.5")
+            + &set("joint.1.motor-fb-in", "7.25")
+            + &set("enable", "1")
+            + &until("fault", "TRUE")
+            + &until("fault-code", code)
+            + &until("active", "FALSE")
+            + &until("joint.1.motor-cmd-out", "12.5")
+            + &until("joint.1.motor-fb-out", "7.25");
+        run(bench, &lines, &[text])?;
+    }
+    Ok(cases.len())
+}
+
+/// What the line that loads the component must say.
+fn parameters(bench: &Bench) -> Result<usize, String> {
+    let cases = [
+        ("axes=XYZAC", "units=: write units=mm or units=inch"),
+        ("axes=XYZAC units=furlong", "units=furlong: write"),
+        ("units=mm", "axes=: write the letter"),
+        ("units=mm axes=xyz", "axes=xyz: write the letter"),
+        (
+            "units=mm axes=XYZ temperatures=9",
+            "temperatures= is from 0 to 8",
+        ),
+    ];
+    for (parameters, text) in cases {
+        let lines = format!("loadrt trueaxis file=/tmp/huron.trax {parameters}\nshow funct\n");
+        run(bench, &lines, &[text, "insmod for trueaxis failed"])?;
+    }
+    Ok(cases.len())
+}
+
+/// What a correction depends on and nobody connected is not 0.
+fn not_connected(bench: &Bench) -> Result<(), String> {
+    let lines = started("file=/tmp/everything.trax axes=XYZC units=mm temperatures=1 weights=2")
+        + &set("enable", "1")
+        + &until("fault-code", "6")
+        + &referenced(4)
+        + &until("fault-code", "7")
+        + &until("active", "FALSE")
+        + &set("tool-length", "150")
+        + &until("fault-code", "8")
+        + &set("temperature-0", "22")
+        + &until("fault-code", "0")
+        + &until("factor", "1")
+        + &set("weight-1", "0.01")
+        + &until("fault-code", "9")
+        + &set("weight-1", "0.00005")
+        + &until("fault", "FALSE")
+        // A sensor that is lost.
+        + &set("temperature-0", "nan")
+        + &until("fault-code", "8")
+        + &until("factor", "0")
+        + &set("temperature-0", "22")
+        + &until("factor", "1");
+    run(
+        bench,
+        &lines,
+        &[
+            "pos-in of a joint is not connected",
+            "tool-length is not connected",
+            "temperature that is not connected",
+        ],
+    )
+}
+
+/// Both joints of a gantry are homed, and none is homing; what is not corrected need not be.
+fn not_referenced(bench: &Bench) -> Result<(), String> {
+    let lines = started("file=/tmp/router.trax axes=XYYZ- units=mm")
+        + &referenced(4)
+        + &set("enable", "1")
+        + &until("factor", "1")
+        + &set("joint.2.homed", "0")
+        + &until("factor", "0")
+        + &set("joint.2.homed", "1")
+        + &until("factor", "1")
+        + &set("joint.1.homing", "1")
+        + &until("factor", "0")
+        + &set("joint.1.homing", "0")
+        + &until("factor", "1")
+        + &set("dry-run", "1")
+        + &until("factor", "0")
+        + &until("fault", "FALSE");
+    run(bench, &lines, &[])
+}
+
+/// What is in use stays in use until something better is there.
+fn reloading(bench: &Bench) -> Result<(), String> {
+    // The same axes with other travels.
+    motion::compile(bench, "EXX1 = -45e-6", "other.trax")?;
+    let again = |file: &str| copy(file, "machine.trax") + &pulse("reload");
+    let lines = copy("huron.trax", "machine.trax")
+        + &started("file=/tmp/machine.trax axes=XYZAC units=mm")
+        + &referenced(5)
+        + &set("enable", "1")
+        + &until("factor", "1")
+        + &until("loads", "1")
+        + &again("damaged.trax")
+        + &until("fault-code", "2")
+        + &again("router.trax")
+        + &until("fault-code", "3")
+        + &again("other.trax")
+        + &until("fault-code", "5")
+        + &until("loads", "1")
+        + &until("factor", "1")
+        // The same again: faded, though there is nothing to fade.
+        + &again("huron.trax")
+        + &until("loads", "2")
+        + &until("fault", "FALSE")
+        + &set("enable", "0")
+        + &until("active", "FALSE")
+        + &again("other.trax")
+        + &until("loads", "3")
+        + &set("enable", "1")
+        + &until("factor", "1")
+        + &until("fault", "FALSE")
+        + "loadusr -w rm /tmp/machine.trax\n"
+        + &pulse("reload")
+        + &until("fault-code", "1")
+        + &until("factor", "1");
+    run(
+        bench,
+        &lines,
+        &["set enable to 0, wait for active to become false, and reload"],
+    )
+}
