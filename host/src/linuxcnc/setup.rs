@@ -42,10 +42,10 @@ fn hal(configuration: &Configuration, blob: &str, entries: &[Entry]) -> String {
     let is_axis = |letter: char| entries.iter().any(|e| e.joint.letter == letter);
     let letters = letters.map(|l| if is_axis(l) { l } else { '-' });
     let letters: String = letters.collect();
-    let mut text = format!(
+    let mut text = String::from(
         "# Brings the component trueaxis into this machine. In the INI file, behind the other HAL files:\n#\n\
          #   [HAL]\n#   HALFILE = trueaxis.hal\n#\n\
-         # It changes what those have connected; without that line all is as before.\n"
+         # It changes what those have connected; without that line all is as before.\n",
     );
     if !hal.programs.is_empty() {
         let names: Vec<&str> = hal.programs.iter().map(|(name, _)| name.as_str()).collect();

@@ -138,11 +138,12 @@ fn read<'f>(mut rest: &'f [u8], mut points: &'f [f64]) -> Result<Stored<'f>, Sto
     let head: Head<'f> = next(&mut rest)?;
     let mut axes = Vec::<Axis, MAX_AXES>::new();
     let mut calibrated = [[0.0; 2]; MAX_AXES];
-    for index in 0..usize::from(head.axes) {
+    let known = calibrated.get_mut(..usize::from(head.axes));
+    for known in known.ok_or(StoredError::Contents)? {
         let entry: AxisEntry = next(&mut rest)?;
         let axis = entry.axis().ok_or(StoredError::Contents)?;
         axes.push(axis).map_err(|_| StoredError::Contents)?;
-        calibrated[index] = entry.calibrated;
+        *known = entry.calibrated;
     }
     let mut machine = Machine::new(&axes).map_err(|_| StoredError::Contents)?;
     machine.tool_axis = usize::from(head.tool_axis);
