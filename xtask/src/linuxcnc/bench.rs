@@ -11,9 +11,10 @@ use std::process::{Command, Stdio};
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
 /// Seconds after which a run has hung.
 const LONGEST: &str = "240";
-/// What runs inside: `sh -c INSIDE sh MODULES WORK PROGRAM…`. The work folder is `/tmp` there, which any user can
+/// What runs inside: `sh -c INSIDE sh BUILT MODULES WORK PROGRAM…`. The work folder is `/tmp` there, which any user can
 /// reach: LinuxCNC's real-time process leaves root.
-const INSIDE: &str = "mount --bind \"$1\" /usr/lib/linuxcnc/modules && mount --bind \"$2\" /tmp && cd /tmp && shift 2 && exec \"$@\"";
+const INSIDE: &str =
+    "mount --bind \"$1\" \"$2\" && mount --bind \"$3\" /tmp && cd /tmp && shift 3 && exec \"$@\"";
 
 /// What the tests need.
 pub struct Bench {
@@ -118,7 +119,9 @@ impl Bench {
         command
             .args(["unshare", "--mount", "--ipc", "--net", "--pid", "--fork"])
             .args(["--kill-child", "--mount-proc", "sh", "-c", INSIDE, "sh"])
-            .args([&self.modules, &self.work])
+            .arg(&self.modules)
+            .arg(MODULES)
+            .arg(&self.work)
             .args(program)
             .env("HOME", "/tmp")
             .env("RTAPI_UID", "65534")

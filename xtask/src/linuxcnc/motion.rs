@@ -1,7 +1,7 @@
 //! The component under LinuxCNC's motion controller, at 1 kHz, with the kinematics `xyzac-trt`.
 
 use super::bench::Bench;
-use super::oracle::{bounds, eval};
+use super::oracle::{eval, rate_bound};
 use super::rows::Rows;
 use crate::process::root;
 use std::fs;
@@ -321,7 +321,7 @@ pub fn events(bench: &Bench) -> Result<(), String> {
     for (j, letter) in JOINTS.iter().enumerate() {
         let mut most = 0.0_f64;
         for name in ["first.trax", "second.trax"] {
-            most = most.max(bounds(bench, name, letter)?.rate);
+            most = most.max(rate_bound(bench, name, letter)?);
         }
         let correction = run.of_joint(j, "correction");
         for (row, pair) in correction.windows(2).enumerate() {

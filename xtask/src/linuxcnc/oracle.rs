@@ -46,24 +46,16 @@ pub fn eval(
     }
 }
 
-/// What an axis is held to.
-pub struct Bounds {
-    pub rate: f64,
-}
-
-/// The bounds of an axis, as `trueaxis inspect` prints them: `  Y  0 to 300 mm  correction within 0.147 mm,
-/// 6.396 mm/s; …`, rounded to what it shows.
-pub fn bounds(bench: &Bench, blob: &str, letter: &str) -> Result<Bounds, String> {
+/// The rate bound of an axis, mm/s or degrees/s, as `trueaxis inspect` prints it: `  Y  0 to 300 mm  correction within
+/// 0.147 mm, 6.396 mm/s; …`; with what is rounded there.
+pub fn rate_bound(bench: &Bench, blob: &str, letter: &str) -> Result<f64, String> {
     let printed = bench.trueaxis(&["inspect", blob])?;
-    let line = printed
-        .lines()
-        .find(|l| l.starts_with(&format!("  {letter}  ")));
+    let mut lines = printed.lines();
+    let line = lines.find(|l| l.starts_with(&format!("  {letter}  ")));
     let rate = line
         .and_then(|l| l.split("/s;").next())
         .and_then(|l| l.rsplit(' ').nth(1))
-        .and_then(|number| number.parse().ok());
-    let rate: f64 = rate.ok_or_else(|| format!("{blob}: no rate bound of {letter}"))?;
-    Ok(Bounds {
-        rate: rate + 0.0005,
-    })
+        .and_then(|number| number.parse::<f64>().ok());
+    let rate = rate.ok_or_else(|| format!("{blob}: no rate bound of {letter}"))?;
+    Ok(rate + 0.0005)
 }
