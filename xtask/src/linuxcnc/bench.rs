@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 /// Where LinuxCNC looks for components.
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
 /// Seconds after which a run has hung.
-const LONGEST: &str = "240";
+const LONGEST: &str = "400";
 /// What runs inside: `sh -c INSIDE sh BUILT MODULES WORK PROGRAM…`. The work folder is `/tmp` there, which any user can
 /// reach: LinuxCNC's real-time process leaves root.
 const INSIDE: &str =
