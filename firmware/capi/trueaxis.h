@@ -161,6 +161,20 @@
  */
 #define TRUEAXIS_BAD_AUXILIARY (1 << 9)
 
+#if defined(TRUEAXIS_MODEL)
+/*
+ Bytes of memory for a model.
+ */
+#define TRUEAXIS_MODEL_SIZE 40960
+#endif
+
+#if defined(TRUEAXIS_MODEL)
+/*
+ The same in words of 8 bytes.
+ */
+#define TRUEAXIS_MODEL_WORDS 5120
+#endif
+
 /*
  What a function returns: 0, or why it did nothing. `trueaxis_result_text` says it in words.
  */
@@ -257,6 +271,10 @@ enum trueaxis_result
      A mistake in this library: please report it. The object must not be used any more.
      */
     TRUEAXIS_RESULT_BROKEN = 21,
+    /*
+     The bytes are no machine model, as `trueaxis linuxcnc model` writes it.
+     */
+    TRUEAXIS_RESULT_NOT_A_MODEL = 22,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -265,6 +283,13 @@ typedef enum trueaxis_result trueaxis_result;
 typedef int32_t trueaxis_result;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+#if defined(TRUEAXIS_MODEL)
+/*
+ A model: a machine with its errors. Points of measured motions stay in the file.
+ */
+typedef struct trueaxis_model trueaxis_model;
+#endif
 
 /*
  A servo: it holds tables and corrects.
@@ -275,6 +300,30 @@ typedef struct trueaxis_servo trueaxis_servo;
  Tables: a compensation that was loaded. Its samples stay in the blob.
  */
 typedef struct trueaxis_tables trueaxis_tables;
+
+#if defined(TRUEAXIS_MODEL)
+/*
+ Where the tool is, seen from the workpiece.
+ */
+typedef struct trueaxis_model_pose_facts {
+    /*
+     The tip of the tool as it is, with all errors at the positions (mm).
+     */
+    double tip[3];
+    /*
+     Unit vector from there to the spindle.
+     */
+    double direction[3];
+    /*
+     The tip as it should be, without errors at the commands (mm).
+     */
+    double nominal_tip[3];
+    /*
+     Unit vector from there to the spindle.
+     */
+    double nominal_direction[3];
+} trueaxis_model_pose_facts;
+#endif
 
 /*
  What held in the last period.
@@ -468,9 +517,78 @@ typedef struct trueaxis_servo_memory {
     uint64_t words[TRUEAXIS_SERVO_WORDS];
 } trueaxis_servo_memory;
 
+#if defined(TRUEAXIS_MODEL)
+/*
+ Memory for a model, for a `static` or wherever there is room.
+ */
+typedef struct trueaxis_model_memory {
+    /*
+     Nothing of the caller's.
+     */
+    uint64_t words[TRUEAXIS_MODEL_WORDS];
+} trueaxis_model_memory;
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+#if defined(TRUEAXIS_MODEL)
+/*
+ Makes a model, empty, in `memory` of `size` bytes, and writes where it is to `made`. A model plays a real
+ machine: it says where the tool is with known errors. The memory stays where it is; nothing needs to be
+ given back.
+
+ # Safety
+ `memory` has `size` bytes.
+ */
+trueaxis_result trueaxis_model_new(void *memory, size_t size, struct trueaxis_model **made);
+#endif
+
+#if defined(TRUEAXIS_MODEL)
+/*
+ Loads the bytes of a file that `trueaxis linuxcnc model` has written, at a multiple of 8 bytes. Measured
+ values are read where they are: the bytes stay there and as they are until another file is loaded. If it
+ is refused nothing is loaded. Not for a real-time thread.
+
+ # Safety
+ `file` has `length` bytes, which stay.
+ */
+trueaxis_result trueaxis_model_load(struct trueaxis_model *model, const void *file, size_t length);
+#endif
+
+#if defined(TRUEAXIS_MODEL)
+/*
+ Writes the letters of the axes in order, `YXZ`: at most `size` bytes with the zero at the end. Returns how
+ many there are; 0 if nothing is loaded.
+
+ # Safety
+ `text` has room for `size` bytes.
+ */
+size_t trueaxis_model_axes(struct trueaxis_model *model, char *text, size_t size);
+#endif
+
+#if defined(TRUEAXIS_MODEL)
+/*
+ Where the tool is, seen from the workpiece: as it is, with all errors at `positions`, and as it should be,
+ without errors at `commands`; both of `count` axes in the order of the model, in mm and degrees. The
+ directions of travel, for backlash, are those of the commands from call to call. `tool_length` is in mm
+ along the tool axis from the spindle frame; NAN for the machine's own tool. `celsius` has `sensors`
+ temperatures in the order of the error file; those that are missing are at their reference. Meant to be
+ called in a real-time thread: no heap, no lock, no system call.
+
+ # Safety
+ The arrays have so many values, `pose` has room.
+ */
+trueaxis_result trueaxis_model_pose(struct trueaxis_model *model,
+                                    const double *commands,
+                                    const double *positions,
+                                    size_t count,
+                                    double tool_length,
+                                    const double *celsius,
+                                    size_t sensors,
+                                    struct trueaxis_model_pose_facts *pose);
+#endif
 
 /*
  Bytes that a servo takes on this system: at most `TRUEAXIS_SERVO_SIZE`.

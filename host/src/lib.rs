@@ -8,6 +8,7 @@ pub mod formats;
 pub mod identify;
 pub mod kinematics;
 pub mod link;
+pub mod linuxcnc;
 pub mod machine;
 pub mod motion;
 pub mod policy;

@@ -20,15 +20,9 @@ impl Tool {
     /// The tool of a pose (spindle orientation, origin at the tip).
     #[must_use]
     pub fn of(machine: &Machine, pose: &Htm) -> Self {
-        // The tip lies on the negative side of the tool axis, or else the axis points to the tip.
-        let to_spindle = match machine.tip[machine.tool_axis] > 0.0 {
-            true => -1.0,
-            false => 1.0,
-        };
-        let direction = pose.r.column(machine.tool_axis) * to_spindle;
         Self {
             tip: pose.t.into(),
-            direction: direction.into(),
+            direction: machine.direction(pose),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! `cargo xtask linuxcnc`: the component in the real LinuxCNC, without a screen: in `halrun`, under its motion
-//! controller, and as a package.
+//! controller, with machines that are simulated, and as a package.
 
 mod bench;
 mod faults;
@@ -8,6 +8,7 @@ mod motion;
 mod oracle;
 mod package;
 mod rows;
+mod simulated;
 
 use bench::Bench;
 
@@ -15,11 +16,12 @@ use bench::Bench;
 type Check = fn(&Bench) -> Result<(), String>;
 
 /// What is tried, by name.
-const PARTS: [(&str, Check); 5] = [
+const PARTS: [(&str, Check); 6] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),
     ("events", motion::events),
+    ("simulated", simulated::check),
     ("package", package::check),
 ];
 

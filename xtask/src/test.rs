@@ -51,7 +51,7 @@ fn steps() -> Vec<Step> {
         ),
         step(
             "kinematics with the sine of the platform",
-            "test -q -p trueaxis-kinematics --features std",
+            "test -q -p trueaxis-kinematics --features std,stored",
         ),
         step("kinematics on the target", "xtask bare"),
         step("all tests", "test -q --workspace --no-fail-fast"),
@@ -92,7 +92,7 @@ fn steps() -> Vec<Step> {
         ),
         step(
             "C interface that catches panics",
-            "test -q -p trueaxis-capi --features std",
+            "test -q -p trueaxis-capi --features std,model",
         ),
         step("C interface from C and C++", "xtask capi"),
         step("plugin for grblHAL", "xtask grblhal"),

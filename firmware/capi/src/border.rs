@@ -5,10 +5,14 @@
 //! object are refused; where they lead else is not known here.
 
 mod held;
+#[cfg(feature = "model")]
+mod model;
 mod servo;
 mod tables;
 
 pub use held::Held;
+#[cfg(feature = "model")]
+pub use model::*;
 pub use servo::*;
 pub use tables::*;
 

@@ -51,10 +51,12 @@ pub enum Code {
     Moving = 20,
     /// A mistake in this library: please report it. The object must not be used any more.
     Broken = 21,
+    /// The bytes are no machine model, as `trueaxis linuxcnc model` writes it.
+    NotAModel = 22,
 }
 
 impl Code {
-    const ALL: [Self; 22] = [
+    const ALL: [Self; 23] = [
         Self::Ok,
         Self::NullPointer,
         Self::Memory,
@@ -77,6 +79,7 @@ impl Code {
         Self::WeightLimits,
         Self::Moving,
         Self::Broken,
+        Self::NotAModel,
     ];
 
     /// A code in words.
@@ -110,6 +113,7 @@ impl Code {
             }
             Some(Self::Moving) => c"the correction is on its way in or out",
             Some(Self::Broken) => c"a mistake in this library: please report it",
+            Some(Self::NotAModel) => c"not a machine model: it does not start with TRAM",
         }
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! `unsafe` is in `border.rs` and `border/`, where pointers become references, and nowhere else. What is
 //! behind it is checked by the compiler: `tables.rs` (loading, and what was loaded), `servo.rs` (the loop),
-//! `code.rs` (what functions return), `text.rs` (text in the caller's buffers), `facts.rs` (structures that C
+//! `model.rs` (a simulated machine, with the feature `model`), `code.rs` (what functions return), `text.rs` (text in the caller's buffers), `facts.rs` (structures that C
 //! sees).
 #![no_std]
 #![deny(unsafe_code)]
@@ -20,6 +20,8 @@ pub mod border;
 mod code;
 mod facts;
 mod guarded;
+#[cfg(feature = "model")]
+mod model;
 mod servo;
 mod tables;
 mod text;
@@ -28,6 +30,8 @@ pub use code::Code;
 pub use facts::{
     Adjustable, AuxiliaryFacts, AxisFacts, Facts, ServoMemory, StatusFacts, TablesMemory,
 };
+#[cfg(feature = "model")]
+pub use model::{Model, ModelMemory, ModelPose};
 pub use servo::Servo;
 pub use tables::Tables;
 

@@ -12,6 +12,7 @@ mod files;
 mod flash;
 mod identify;
 mod inspect;
+mod linuxcnc;
 mod monitor;
 mod policy;
 mod port;
@@ -54,6 +55,7 @@ enum Command {
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
+    Linuxcnc(linuxcnc::Arguments),
 }
 
 /// How a command ended that had good input.
@@ -80,6 +82,7 @@ pub fn run() -> ExitCode {
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Control(arguments) => control::run(&arguments),
+        Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

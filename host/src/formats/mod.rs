@@ -2,6 +2,8 @@
 
 pub mod artefact;
 mod cells;
+pub mod hal;
+pub mod ini;
 pub mod measured;
 pub mod positions;
 pub mod probings;

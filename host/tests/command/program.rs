@@ -105,6 +105,12 @@ fn blobs() -> &'static Blobs {
                 "huron-k2x8/errors-13.toml",
             ),
             ("kolibri", "kolibri/machine.toml", "kolibri/errors-12.toml"),
+            ("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml"),
+            (
+                "xyzac-trt",
+                "linuxcnc-xyzac-trt/machine.toml",
+                "linuxcnc-xyzac-trt/errors-11.toml",
+            ),
         ] {
             let path = blobs.at(name);
             let path = path.to_str().unwrap();
@@ -125,7 +131,8 @@ fn blobs() -> &'static Blobs {
     })
 }
 
-/// One of the blobs `huron`, `length` (the same with tool length), `kolibri` (with backlash).
+/// One of the blobs `huron`, `length` (the same with tool length), `kolibri` (with backlash), `mill-21`,
+/// `xyzac-trt`.
 pub fn blob(name: &str) -> String {
     blobs().at(name).to_str().unwrap().to_owned()
 }

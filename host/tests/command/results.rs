@@ -556,9 +556,19 @@ fn correct_agrees_with_the_golden_cases() {
 #[test]
 fn every_help_shows_an_example() {
     for command in [
-        "compile", "verify", "inspect", "eval", "correct", "flash", "monitor",
+        "compile",
+        "verify",
+        "inspect",
+        "eval",
+        "correct",
+        "flash",
+        "monitor",
+        "linuxcnc setup",
+        "linuxcnc check",
+        "linuxcnc model",
     ] {
-        let help = answer(0, &[command, "--help"]);
+        let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
+        let help = answer(0, &words);
         assert!(
             help.contains(&format!("Example:\n  trueaxis {command} ")),
             "{help}"

@@ -67,6 +67,8 @@ mod parameter;
 mod policy;
 mod sensitivity;
 mod sine;
+#[cfg(feature = "stored")]
+mod stored;
 
 pub use axis::{Axis, Branch, Letter};
 pub use chain::Kinematics;
@@ -84,6 +86,8 @@ pub use nominal::Nominal;
 pub use parameter::{MAX_DEGREE, MAX_HARMONIC, Parameter, ParameterKind};
 pub use policy::Policy;
 pub use sensitivity::Sensitivity;
+#[cfg(feature = "stored")]
+pub use stored::{Stored, StoredError};
 
 /// The most axes a machine may have.
 pub const MAX_AXES: usize = 6;

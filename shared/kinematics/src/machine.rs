@@ -73,6 +73,18 @@ impl Machine {
         tip
     }
 
+    /// Unit vector from the tip to the spindle, as controllers show it, in the frame in which a pose of
+    /// the tool is (spindle orientation, origin at the tip).
+    #[must_use]
+    pub fn direction(&self, pose: &Htm) -> [f64; 3] {
+        // The tip lies on the negative side of the tool axis, or else the axis points to the tip.
+        let to_spindle = match self.tip[self.tool_axis] > 0.0 {
+            true => -1.0,
+            false => 1.0,
+        };
+        (pose.r.column(self.tool_axis) * to_spindle).into()
+    }
+
     /// A position in command units (mm, deg) in kinematic units (mm, rad).
     #[must_use]
     pub fn to_kinematic(&self, position: &[f64]) -> PerAxis {

@@ -13,7 +13,7 @@ pub fn libraries() -> Result<PathBuf, String> {
         .args(["rustc", "-q", "--release", "-p", "trueaxis-capi", "--lib"])
         .args([
             "--features",
-            "std",
+            "std,model",
             "--crate-type",
             "staticlib,cdylib",
             "--",

@@ -55,6 +55,7 @@ impl Bench {
         fs::create_dir_all(&build).map_err(|e| format!("{}: {e}", build.display()))?;
         for (folder, built) in [
             ("firmware/linuxcnc", &["trueaxis.so"][..]),
+            ("firmware/linuxcnc/model", &["trueaxis_model.so"]),
             ("firmware/linuxcnc/tests", &["tape.so", "rivals.so"]),
         ] {
             run(Command::new("make")

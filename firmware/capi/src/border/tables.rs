@@ -54,7 +54,7 @@ pub unsafe extern "C" fn trueaxis_tables_new(
 ///
 /// # Safety
 /// Null, or so many bytes that stay as they are.
-unsafe fn blob(blob: *const c_void, length: usize) -> Result<&'static [u8], Code> {
+pub(super) unsafe fn blob(blob: *const c_void, length: usize) -> Result<&'static [u8], Code> {
     if blob.is_null() {
         return Err(Code::NullPointer);
     }

@@ -1,0 +1,158 @@
+//! A machine with its errors, which says where the tool really is.
+
+use crate::code::Code;
+use crate::facts::TRUEAXIS_ALIGNMENT;
+use crate::text::Text;
+use trueaxis::{Reversal, Travel};
+use trueaxis_kinematics::{
+    Htm, Kinematics, MAX_AXES, MAX_SENSORS, Machine, PerAxis, Situation, Stored, StoredError,
+    Switches,
+};
+
+/// Bytes of memory for a model.
+pub const TRUEAXIS_MODEL_SIZE: usize = 40960;
+/// The same in words of 8 bytes.
+pub const TRUEAXIS_MODEL_WORDS: usize = 5120;
+
+/// Memory for a model, for a `static` or wherever there is room.
+#[repr(C)]
+pub struct ModelMemory {
+    /// Nothing of the caller's.
+    pub words: [u64; TRUEAXIS_MODEL_WORDS],
+}
+
+/// Where the tool is, seen from the workpiece.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ModelPose {
+    /// The tip of the tool as it is, with all errors at the positions (mm).
+    pub tip: [f64; 3],
+    /// Unit vector from there to the spindle.
+    pub direction: [f64; 3],
+    /// The tip as it should be, without errors at the commands (mm).
+    pub nominal_tip: [f64; 3],
+    /// Unit vector from there to the spindle.
+    pub nominal_direction: [f64; 3],
+}
+
+/// A model: a machine with its errors. Points of measured motions stay in the file.
+pub struct Model {
+    pub(crate) mark: u32,
+    stored: Option<Stored<'static>>,
+    reversals: [Reversal; MAX_AXES],
+}
+
+// What tells such an object from other memory.
+const MADE: u32 = 0x5452_4d30;
+
+const _: () = {
+    assert!(size_of::<ModelMemory>() == TRUEAXIS_MODEL_SIZE);
+    assert!(size_of::<Model>() <= TRUEAXIS_MODEL_SIZE);
+    assert!(align_of::<Model>() <= TRUEAXIS_ALIGNMENT);
+};
+
+impl Model {
+    /// Nothing is loaded.
+    pub(crate) const fn empty() -> Self {
+        Self {
+            mark: MADE,
+            stored: None,
+            reversals: [const { Reversal::new() }; MAX_AXES],
+        }
+    }
+
+    /// Whether `mark` is that of a model.
+    pub(crate) fn is_marked(mark: u32) -> bool {
+        mark == MADE
+    }
+
+    /// Loads, or is empty.
+    pub(crate) fn load(&mut self, file: &'static [u8]) -> Result<(), Code> {
+        *self = Self::empty();
+        self.stored = Some(Stored::read(file)?);
+        Ok(())
+    }
+
+    fn loaded(&self) -> Result<&Stored<'static>, Code> {
+        self.stored.as_ref().ok_or(Code::NotLoaded)
+    }
+
+    /// Letters of the axes, in order.
+    pub(crate) fn axes(&self, text: &mut Text<'_>) {
+        for axis in self.stored.iter().flat_map(|stored| &stored.machine.axes) {
+            text.push(axis.letter.char().encode_utf8(&mut [0; 4]));
+        }
+    }
+
+    pub(crate) fn count(&self) -> Result<usize, Code> {
+        self.loaded().map(|stored| stored.machine.axes.len())
+    }
+
+    /// Where the tool is. `commands` give the nominal pose and the directions of travel, as the runtime
+    /// follows them, `positions` the actual pose; both in mm and degrees, as many as there are axes.
+    pub(crate) fn pose(
+        &mut self,
+        commands: &[f64],
+        positions: &[f64],
+        tool_length: f64,
+        celsius: &[f64],
+    ) -> Result<ModelPose, Code> {
+        let stored = self.stored.as_ref().ok_or(Code::NotLoaded)?;
+        let machine = &stored.machine;
+        let mut situation = Situation {
+            length: tool_length.is_finite().then_some(tool_length),
+            ..Situation::default()
+        };
+        for (index, (axis, command)) in machine.axes.iter().zip(commands).enumerate() {
+            let period = if axis.modulo { 360.0 } else { 0.0 };
+            let (command, hysteresis) = (*command as f32, axis.hysteresis as f32);
+            // Where the runtime sees a bad input, it leaves the directions alone.
+            if command.is_finite() {
+                self.reversals[index].update(command, hysteresis, period);
+            }
+            situation.sign[index] = match self.reversals[index].travel() {
+                Travel::Positive => 1.0,
+                Travel::Negative => -1.0,
+                Travel::Unknown => 0.0,
+            };
+        }
+        let mut kelvin = [0.0; MAX_SENSORS];
+        for ((kelvin, reference), celsius) in kelvin.iter_mut().zip(&stored.references).zip(celsius)
+        {
+            *kelvin = celsius - reference;
+        }
+        situation.kelvin = kelvin;
+        let kinematics = Kinematics::new(machine, &stored.errors);
+        let nominal = kinematics.nominal(&kinematic(machine, commands), situation.length);
+        let at = kinematic(machine, positions);
+        let actual = kinematics.actual(&at, &situation, &Switches::ALL);
+        let tip = |pose: &Htm| pose.t.into();
+        Ok(ModelPose {
+            tip: tip(&actual),
+            direction: machine.direction(&actual),
+            nominal_tip: tip(&nominal),
+            nominal_direction: machine.direction(&nominal),
+        })
+    }
+}
+
+/// Positions (mm, deg) in mm and rad, those of endless axes within the turn in which errors are described.
+fn kinematic(machine: &Machine, positions: &[f64]) -> PerAxis {
+    let mut q = PerAxis::default();
+    for ((q, axis), position) in q.iter_mut().zip(&machine.axes).zip(positions) {
+        *q = axis.to_kinematic(axis.within_turn(*position));
+    }
+    q
+}
+
+impl From<StoredError> for Code {
+    fn from(error: StoredError) -> Self {
+        match error {
+            StoredError::NoModel => Self::NotAModel,
+            StoredError::Version { .. } => Self::Version,
+            StoredError::Damaged => Self::Damaged,
+            StoredError::Misaligned => Self::Misaligned,
+            StoredError::Contents => Self::Contents,
+        }
+    }
+}

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+// Copyright (c) 2026 The trueaxis maintainers. The licence is in LICENSE-MIT.
+component trueaxis_model "Plays the real machine: where the tool is with known geometric errors";
+
+description """
+Takes what the drives are told and what the motion controller has commanded, and says where the tool really is,
+seen from the workpiece, on a machine with known errors: so many µm from where it should be without a
+compensation, and next to none with one. The machine is a file made by
+.RS
+trueaxis linuxcnc model machine.toml errors.toml \\-o FILE
+.RE
+which is computed with exact kinematics, not with the tables of the compensation.
+
+Add its function to the thread behind all that write commands for the drives.
+""";
+
+examples """
+.nf
+loadrt trueaxis_model file=mill.model axes=XYZ units=mm
+addf trueaxis\\-model servo\\-thread          # after trueaxis.write
+
+# for each joint N; SIGNAL goes to its drive
+net N\\-pos     joint.N.pos\\-cmd       => trueaxis\\-model.joint.N.pos\\-in
+net SIGNAL                           => trueaxis\\-model.joint.N.motor\\-in
+net N\\-offset  joint.N.motor\\-offset  => trueaxis\\-model.joint.N.motor\\-offset
+.fi
+""";
+
+notes """
+Directions of travel, for backlash, are those of \\fBpos\\-in\\fR with the hysteresis of the machine file, as the
+compensation follows them. Temperatures are at their references.
+""";
+see_also """\\fBtrueaxis\\fR(9), https://docs.rs/trueaxis""";
+author "The trueaxis maintainers";
+license "Dual MIT/GPL";
+
+// Joints are counted in EXTRA_SETUP.
+pin in  float joint.#.pos_in[16 : personality] = NAN "Uncorrected position of the joint: from joint.N.pos\\-cmd";
+pin in  float joint.#.motor_in[16 : personality] = NAN "What the drive of the joint is told, with its correction";
+pin in  float joint.#.motor_offset[16 : personality] "From joint.N.motor\\-offset: what homing has put between the two";
+pin in  float tool_length = NAN "Length of the tool along its axis from the spindle frame, machine units; until set, that of the machine file";
+
+pin out float error "How far the tip of the tool is from where it should be, µm";
+pin out float error_x "Its part along x of the workpiece, µm";
+pin out float error_y "Its part along y of the workpiece, µm";
+pin out float error_z "Its part along z of the workpiece, µm";
+pin out float direction_error "Angle between the axis of the tool and where it should point, µrad";
+pin out float tip_x "The tip of the tool as it is, in the workpiece frame of the machine file, mm";
+pin out float tip_y "The same along y, mm";
+pin out float tip_z "The same along z, mm";
+pin out float direction_x "Unit vector from the tip to the spindle as it is, along x";
+pin out float direction_y "The same along y";
+pin out float direction_z "The same along z";
+pin out bit   fault "There is no model, or a position is not a number: the other pins are 0";
+
+modparam dummy file "Path of the model";
+modparam dummy axes "Letter of the axis of each joint, from joint 0: XYZAC; of two joints with one letter the first counts; \\- is a joint that is no axis of the model";
+modparam dummy units "Linear units of the machine: mm or inch, as [TRAJ]LINEAR_UNITS. There is no default";
+
+function _ fp;
+
+option singleton yes;
+option extra_setup yes;
+option extra_cleanup yes;
+include <errno.h>;
+include <math.h>;
+include <stdio.h>;
+include <stdlib.h>;
+include <string.h>;
+include "trueaxis.h";
+;;
+
+#define MOST_JOINTS 16
+#define MOST_BYTES (64 * 1024 * 1024)
+#define SAY(...) rtapi_print_msg(RTAPI_MSG_ERR, "trueaxis_model: " __VA_ARGS__)
+
+static char *file = "";
+RTAPI_MP_STRING(file, "path of the model");
+static char *axes = "";
+RTAPI_MP_STRING(axes, "letter of the axis of each joint");
+static char *units = "";
+RTAPI_MP_STRING(units, "linear units of the machine");
+
+static trueaxis_model_memory memory;
+static trueaxis_model *model;
+static void *bytes;
+static double mm; /* in a linear unit of the machine */
+static int count; /* of axes of the model; 0 without one */
+static int joint_of[TRUEAXIS_AXES];
+static double unit[TRUEAXIS_AXES]; /* mm or degrees in a unit of the machine */
+
+/* Reads the file and loads it; says why not. */
+static int load(void)
+{
+    char letters[TRUEAXIS_AXES + 1];
+    trueaxis_result result;
+    FILE *from = fopen(file, "rb");
+    long size = -1;
+    if (from != NULL && fseek(from, 0, SEEK_END) == 0)
+        size = ftell(from);
+    if (size < 1 || size > MOST_BYTES || fseek(from, 0, SEEK_SET) != 0 || (bytes = malloc(size)) == NULL ||
+        fread(bytes, 1, size, from) != (size_t)size) {
+        SAY("file=%s cannot be read\n", file);
+        if (from != NULL)
+            fclose(from);
+        return 0;
+    }
+    fclose(from);
+    result = trueaxis_model_load(model, bytes, size);
+    if (result != TRUEAXIS_RESULT_OK) {
+        SAY("file=%s: %s\n", file, trueaxis_result_text(result));
+        return 0;
+    }
+    int found = trueaxis_model_axes(model, letters, sizeof letters);
+    for (int k = 0; k < found; k++) {
+        const char *joint = strchr(axes, letters[k]);
+        if (joint == NULL) {
+            SAY("file=%s has an axis %c, for which axes=%s names no joint\n", file, letters[k], axes);
+            return 0;
+        }
+        joint_of[k] = joint - axes;
+        unit[k] = strchr("ABC", letters[k]) == NULL ? mm : 1.0;
+    }
+    return found;
+}
+
+EXTRA_SETUP()
+{
+    size_t joints = strlen(axes);
+    (void)prefix;
+    (void)extra_arg;
+    if (joints < 1 || joints > MOST_JOINTS) {
+        SAY("axes=%s: write the letter of the axis of each joint, from joint 0, such as axes=XYZAC\n", axes);
+        return -EINVAL;
+    }
+    mm = strcmp(units, "mm") == 0 ? 1.0 : strcmp(units, "inch") == 0 ? 25.4 : 0.0;
+    if (mm == 0.0) {
+        SAY("units=%s: write units=mm or units=inch, as [TRAJ]LINEAR_UNITS\n", units);
+        return -EINVAL;
+    }
+    if (trueaxis_abi() != TRUEAXIS_ABI ||
+        trueaxis_model_new(&memory, sizeof memory, &model) != TRUEAXIS_RESULT_OK) {
+        SAY("built with another version of the library\n");
+        return -EINVAL;
+    }
+    personality = joints;
+    /* Without a model LinuxCNC starts all the same, with `fault`. */
+    count = load();
+    return 0;
+}
+
+EXTRA_CLEANUP()
+{
+    free(bytes);
+}
+
+FUNCTION(_)
+{
+    double commands[TRUEAXIS_AXES], positions[TRUEAXIS_AXES], off[3], across = 0;
+    trueaxis_model_pose_facts pose = {{0}, {0}, {0}, {0}};
+    bool right = count > 0;
+    (void)period;
+    for (int k = 0; k < count; k++) {
+        int j = joint_of[k];
+        commands[k] = joint_pos_in(j) * unit[k];
+        positions[k] = (joint_motor_in(j) - joint_motor_offset(j)) * unit[k];
+        right = right && isfinite(commands[k]) && isfinite(positions[k]);
+    }
+    right = right && trueaxis_model_pose(model, commands, positions, count, tool_length * mm, NULL, 0, &pose) ==
+                         TRUEAXIS_RESULT_OK;
+    fault = !right;
+    for (int i = 0; i < 3; i++) {
+        double apart = pose.direction[i] - pose.nominal_direction[i];
+        off[i] = (pose.tip[i] - pose.nominal_tip[i]) * 1e3;
+        across += apart * apart;
+    }
+    error = sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
+    error_x = off[0];
+    error_y = off[1];
+    error_z = off[2];
+    /* The chord, which is the angle to 1e-9 of it below 0.2 mrad. */
+    direction_error = sqrt(across) * 1e6;
+    tip_x = pose.tip[0];
+    tip_y = pose.tip[1];
+    tip_z = pose.tip[2];
+    direction_x = pose.direction[0];
+    direction_y = pose.direction[1];
+    direction_z = pose.direction[2];
+}

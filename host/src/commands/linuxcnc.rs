@@ -1,0 +1,33 @@
+//! `trueaxis linuxcnc …`
+
+mod check;
+mod configuration;
+mod model;
+mod setup;
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use clap::{Args, Subcommand};
+
+/// Bring a compensation into LinuxCNC, check how it is wired, simulate the machine
+#[derive(Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    Setup(setup::Arguments),
+    Check(check::Arguments),
+    Model(model::Arguments),
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    match &arguments.what {
+        What::Setup(arguments) => setup::run(arguments),
+        What::Check(arguments) => check::run(arguments),
+        What::Model(arguments) => model::run(arguments),
+    }
+}

@@ -1,0 +1,11 @@
+//! A machine under LinuxCNC: its configuration, whether a compensation fits it, and what it takes to bring one
+//! in.
+
+mod check;
+mod configuration;
+mod kinematics;
+mod setup;
+
+pub use check::{Against, Finding, Severity, check};
+pub use configuration::{Configuration, Joint};
+pub use setup::{Setup, setup};

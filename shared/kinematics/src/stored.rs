@@ -1,0 +1,305 @@
+//! A machine with its errors in one file, which is read in place: what plays a real machine reads it.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 0…3 | `TRAM` |
+//! | 4…5 | version, 1 |
+//! | 6…7 | 0 |
+//! | 8…11 | length of the whole file |
+//! | 12…15 | CRC-32/ISO-HDLC over everything but these four |
+//! | 16…19 | length of the description |
+//! | 20…23 | 0 |
+//! | from 24 | the description, in postcard; zeros up to the next multiple of 8 |
+//! | then | points of tables (f64), in the order of the tables: positions, values, values after negative travel |
+//!
+//! All numbers are little-endian. The points are read where they are.
+
+mod description;
+#[cfg(feature = "std")]
+mod write;
+
+use crate::{
+    Axis, Branch, Change, ErrorModel, InterChange, Letter, MAX_AXES, MAX_SENSORS, Machine,
+    ParameterKind, Table,
+};
+use core::fmt;
+use description::{AxisEntry, Frame, Head, Item, Kind};
+use heapless::Vec;
+use serde::Deserialize;
+
+const MAGIC: [u8; 4] = *b"TRAM";
+const VERSION: u16 = 1;
+/// Bytes before the description.
+const HEADER: usize = 24;
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+/// No number in a description is larger: travels end at 1e5, and errors are small.
+const LARGEST: f64 = 1e9;
+
+/// A machine with its errors, whose tabulated motions are still in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stored<'f> {
+    /// The machine's name.
+    pub name: &'f str,
+    /// The machine.
+    pub machine: Machine,
+    /// Its errors.
+    pub errors: ErrorModel<&'f [f64]>,
+    /// Temperatures (°C) from which the temperatures of the errors count, one for each sensor.
+    pub references: Vec<f64, MAX_SENSORS>,
+}
+
+/// Why a file is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoredError {
+    /// It does not begin as such a file does.
+    NoModel,
+    /// It has a version that is not known here.
+    Version {
+        /// Which.
+        found: u16,
+    },
+    /// Its length or its checksum is wrong.
+    Damaged,
+    /// It does not start at a multiple of 8 bytes, or this system is not little-endian.
+    Misaligned,
+    /// Its checksum is right and its contents are not.
+    Contents,
+}
+
+impl fmt::Display for StoredError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoModel => f.write_str("not a machine model: it does not start with TRAM"),
+            Self::Version { found } => write!(f, "version {found} is unknown here"),
+            Self::Damaged => f.write_str("it is damaged or incomplete"),
+            Self::Misaligned => f.write_str("it must start at a multiple of 8 bytes"),
+            Self::Contents => f.write_str("its contents are not valid"),
+        }
+    }
+}
+
+impl core::error::Error for StoredError {}
+
+/// CRC-32 over everything but itself.
+fn checksum(file: &[u8]) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(&file[..12]);
+    digest.update(&file[16..]);
+    digest.finalize()
+}
+
+impl<'f> Stored<'f> {
+    /// Reads a file that starts at a multiple of 8 bytes. All that a pose relies on is checked; whether the
+    /// machine can be corrected ([`Machine::check`]) is not.
+    ///
+    /// # Errors
+    /// [`StoredError`].
+    pub fn read(file: &'f [u8]) -> Result<Self, StoredError> {
+        let Some((header, rest)) = file.split_first_chunk::<HEADER>() else {
+            return Err(StoredError::NoModel);
+        };
+        let word = |at: usize| {
+            let bytes = [header[at], header[at + 1], header[at + 2], header[at + 3]];
+            u32::from_le_bytes(bytes) as usize
+        };
+        if header[..4] != MAGIC {
+            return Err(StoredError::NoModel);
+        }
+        let version = u16::from_le_bytes([header[4], header[5]]);
+        if version != VERSION {
+            return Err(StoredError::Version { found: version });
+        }
+        if word(8) != file.len() || word(12) != checksum(file) as usize {
+            return Err(StoredError::Damaged);
+        }
+        if cfg!(target_endian = "big") {
+            return Err(StoredError::Misaligned);
+        }
+        let (described, points) = rest
+            .split_at_checked(word(16).next_multiple_of(8))
+            .ok_or(StoredError::Contents)?;
+        let points = bytemuck::try_cast_slice(points).map_err(|_| StoredError::Misaligned)?;
+        read(&described[..word(16)], points)
+    }
+}
+
+/// The next part of a description.
+fn next<'f, T: Deserialize<'f>>(rest: &mut &'f [u8]) -> Result<T, StoredError> {
+    let (part, after) = postcard::take_from_bytes(rest).map_err(|_| StoredError::Contents)?;
+    *rest = after;
+    Ok(part)
+}
+
+/// The contents, if all of them are numbers, and none is left over.
+fn read<'f>(mut rest: &'f [u8], mut points: &'f [f64]) -> Result<Stored<'f>, StoredError> {
+    if points.iter().any(|value| !is_number(*value)) {
+        return Err(StoredError::Contents);
+    }
+    let head: Head<'f> = next(&mut rest)?;
+    let mut axes = Vec::<Axis, MAX_AXES>::new();
+    let mut calibrated = [[0.0; 2]; MAX_AXES];
+    let known = calibrated.get_mut(..usize::from(head.axes));
+    for known in known.ok_or(StoredError::Contents)? {
+        let entry: AxisEntry = next(&mut rest)?;
+        let axis = entry.axis().ok_or(StoredError::Contents)?;
+        axes.push(axis).map_err(|_| StoredError::Contents)?;
+        *known = entry.calibrated;
+    }
+    let mut machine = Machine::new(&axes).map_err(|_| StoredError::Contents)?;
+    machine.tool_axis = usize::from(head.tool_axis);
+    machine.tip = head.tip;
+    let placed = frame(&head.spindle).zip(frame(&head.workpiece));
+    let right = machine.tool_axis < 3 && head.tip.iter().all(|v| is_number(*v));
+    let (Some((spindle, workpiece)), true) = (placed, right) else {
+        return Err(StoredError::Contents);
+    };
+    (machine.spindle, machine.workpiece) = (spindle, workpiece);
+    let mut errors = ErrorModel::new(&machine);
+    errors.calibrated = calibrated;
+    let mut stored = Stored {
+        name: head.name,
+        machine,
+        errors,
+        references: Vec::new(),
+    };
+    for _ in 0..head.items {
+        stored.take(&next(&mut rest)?, &mut points)?;
+    }
+    match rest.is_empty() && points.is_empty() {
+        true => Ok(stored),
+        false => Err(StoredError::Contents),
+    }
+}
+
+impl<'f> Stored<'f> {
+    /// Takes in one item; tables take their points off the begin of `points`.
+    fn take(&mut self, item: &Item, points: &mut &'f [f64]) -> Result<(), StoredError> {
+        let n = self.machine.axes.len();
+        let motion = |index: u8, component: u8| {
+            let (index, component) = (usize::from(index), usize::from(component));
+            (index < n && component < 6).then_some((index, component))
+        };
+        let location = |index: u8, component: u8| {
+            let (index, component) = (usize::from(index), usize::from(component));
+            (index <= n && component < 6).then_some((index, component))
+        };
+        let taken = match *item {
+            Item::Reference(celsius) => is_number(celsius) && self.references.push(celsius).is_ok(),
+            Item::Location([index, component], value) => {
+                let place = location(index, component).filter(|_| is_number(value));
+                place.is_some_and(|(index, component)| {
+                    self.errors.inter[index][component] = value;
+                    true
+                })
+            }
+            Item::LocationPerKelvin([index, component], sensor, per_kelvin) => {
+                let place = location(index, component).filter(|_| is_number(per_kelvin));
+                place.is_some_and(|(index, component)| {
+                    let change = InterChange {
+                        index,
+                        component,
+                        sensor: usize::from(sensor),
+                        per_kelvin,
+                    };
+                    change.sensor < MAX_SENSORS && self.errors.inter_thermal.push(change).is_ok()
+                })
+            }
+            Item::Motion([index, component], kind, value) => {
+                let place = motion(index, component).filter(|_| is_number(value));
+                place.is_some_and(|(index, component)| {
+                    self.errors.motions[index][component].set(kind.parameter(), value)
+                })
+            }
+            Item::MotionPerKelvin([index, component], kind, sensor, per_kelvin) => {
+                let place = motion(index, component).filter(|_| is_number(per_kelvin));
+                place.is_some_and(|(index, component)| {
+                    let change = Change {
+                        kind: kind.parameter(),
+                        sensor: usize::from(sensor),
+                        per_kelvin,
+                    };
+                    let thermal = &mut self.errors.motions[index][component].thermal;
+                    change.sensor < MAX_SENSORS
+                        && change.kind != ParameterKind::Backlash
+                        && thermal.push(change).is_ok()
+                })
+            }
+            Item::Table([index, component], count, both) => {
+                let mut take = || {
+                    let (taken, rest) = points.split_at_checked(count as usize)?;
+                    *points = rest;
+                    Some(taken)
+                };
+                let (at, positive) = (take(), take());
+                let negative = if both { take() } else { None };
+                match (at, positive, motion(index, component)) {
+                    (Some(at), Some(positive), Some((index, component)))
+                        if negative.is_some() == both =>
+                    {
+                        let table = Table {
+                            at,
+                            positive,
+                            negative,
+                        };
+                        self.errors.tabulate(index, component, table)
+                    }
+                    _ => false,
+                }
+            }
+        };
+        taken.then_some(()).ok_or(StoredError::Contents)
+    }
+}
+
+impl AxisEntry {
+    /// The axis, if it is one.
+    fn axis(&self) -> Option<Axis> {
+        let letter = Letter::new(char::from(self.letter))?;
+        let branch = match self.tool {
+            true => Branch::Tool,
+            false => Branch::Workpiece,
+        };
+        let numbers = [self.max_speed, self.hysteresis];
+        let pairs = [self.travel, self.calibrated];
+        let right = numbers.iter().all(|v| is_number(*v))
+            && pairs.iter().flatten().all(|v| is_number(*v))
+            && pairs.iter().all(|[low, high]| low <= high)
+            && (!self.modulo || self.travel[0] < self.travel[1]);
+        right.then_some(Axis {
+            frame: frame(&self.frame)?,
+            modulo: self.modulo,
+            reversed: self.reversed,
+            max_speed: self.max_speed,
+            hysteresis: self.hysteresis,
+            ..Axis::new(letter, branch, self.travel)
+        })
+    }
+}
+
+impl Kind {
+    fn parameter(self) -> ParameterKind {
+        match self {
+            Self::Degree(k) => ParameterKind::Degree(k),
+            Self::Cosine(k) => ParameterKind::Cosine(k),
+            Self::Sine(k) => ParameterKind::Sine(k),
+            Self::Backlash => ParameterKind::Backlash,
+        }
+    }
+}
+
+/// A pose: three columns of its rotation, then its translation (mm).
+fn frame(numbers: &Frame) -> Option<crate::Htm> {
+    let right = numbers.iter().all(|v| is_number(*v));
+    right.then(|| crate::Htm {
+        r: nalgebra::Matrix3::from_column_slice(&numbers[..9]),
+        t: nalgebra::Vector3::from_column_slice(&numbers[9..]),
+    })
+}
+
+fn is_number(value: f64) -> bool {
+    // Not so for what is no number, either.
+    value.abs() <= LARGEST
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests;

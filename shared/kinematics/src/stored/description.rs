@@ -1,0 +1,55 @@
+//! What stands in the description, in postcard: the head, the axes, then items.
+
+use serde::{Deserialize, Serialize};
+
+/// A pose: three columns of its rotation, then its translation (mm).
+pub type Frame = [f64; 12];
+
+/// What there is once.
+#[derive(Serialize, Deserialize)]
+pub struct Head<'f> {
+    pub name: &'f str,
+    pub axes: u8,
+    pub spindle: Frame,
+    pub tool_axis: u8,
+    pub tip: [f64; 3],
+    pub workpiece: Frame,
+    pub items: u32,
+}
+
+/// An axis: mm and degrees, but for `calibrated` (mm, rad).
+#[derive(Serialize, Deserialize)]
+pub struct AxisEntry {
+    pub letter: u8,
+    pub tool: bool,
+    pub modulo: bool,
+    pub reversed: bool,
+    pub frame: Frame,
+    pub travel: [f64; 2],
+    pub max_speed: f64,
+    pub hysteresis: f64,
+    pub calibrated: [f64; 2],
+}
+
+/// A coefficient of an error motion.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub enum Kind {
+    Degree(u8),
+    Cosine(u8),
+    Sine(u8),
+    Backlash,
+}
+
+/// One error; places are axis (their number for the spindle) and component.
+#[derive(Serialize, Deserialize)]
+pub enum Item {
+    /// A sensor, with the temperature (°C) from which it counts.
+    Reference(f64),
+    Location([u8; 2], f64),
+    /// Sensor, and change per kelvin.
+    LocationPerKelvin([u8; 2], u8, f64),
+    Motion([u8; 2], Kind, f64),
+    MotionPerKelvin([u8; 2], Kind, u8, f64),
+    /// How many points, and whether there are values of their own after negative travel.
+    Table([u8; 2], u32, bool),
+}

@@ -1,0 +1,157 @@
+//! The simulated machines of `firmware/linuxcnc/configs`: without the compensation the error on the pins is that of
+//! the exact kinematics, with it less than the tolerance.
+
+use super::bench::Bench;
+use crate::process::{root, run};
+use std::fs;
+use std::process::Command;
+
+const CONFIGS: &str = "firmware/linuxcnc/configs";
+
+/// Configuration, machine, errors, and how many axes.
+const MACHINES: [(&str, &str, &str, usize); 2] = [
+    (
+        "mill-21",
+        "examples/mill-21/machine.toml",
+        "examples/mill-21/errors-21.toml",
+        3,
+    ),
+    (
+        "xyzac-trt",
+        "examples/linuxcnc-xyzac-trt/machine.toml",
+        "examples/linuxcnc-xyzac-trt/errors-11.toml",
+        5,
+    ),
+];
+
+/// What may differ from `trueaxis pose`, µm and µrad: it prints 0.1 nm and 0.1 nrad, and six of these are
+/// subtracted and added up.
+const PRINTED: f64 = 1e-3;
+/// The tolerance of `compile` at the tip, µm.
+const TOLERANCE: f64 = 0.05;
+/// Largest growth of the direction error by corrections, µrad: as `verify` counts it.
+const GROWTH: f64 = 1.0;
+
+/// # Errors
+/// What did not hold.
+pub fn check(bench: &Bench) -> Result<(), String> {
+    for (name, machine, errors, axes) in MACHINES {
+        one(bench, name, machine, errors, axes).map_err(|e| format!("{name}: {e}"))?;
+    }
+    Ok(())
+}
+
+fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> Result<(), String> {
+    let [machine, errors] = [machine, errors].map(|p| root().join(p).display().to_string());
+    let configs = bench.file("configs");
+    let folder = format!("configs/{name}");
+    run(Command::new("cp")
+        .args(["-r", "-T"])
+        .arg(root().join(CONFIGS))
+        .arg(&configs))?;
+    let ini = format!("{folder}/{name}.ini");
+    let path = bench.file(&ini);
+    let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    // The script in the place of the screen, and nothing for a screen.
+    let without = |line: &&str| !line.starts_with("PYVCP") && !line.starts_with("POSTGUI");
+    let lines: Vec<&str> = text.lines().filter(without).collect();
+    let text = lines.join("\n") + "\n";
+    bench.write(
+        &ini,
+        text.replace("DISPLAY = axis", "DISPLAY = ../measure.py"),
+    )?;
+    let (trax, model) = (
+        format!("{folder}/{name}.trax"),
+        format!("{folder}/{name}.model"),
+    );
+    bench.trueaxis(&[
+        "compile", &machine, &errors, "-o", &trax, "--random", "1000",
+    ])?;
+    bench.trueaxis(&["linuxcnc", "model", &machine, &errors, "-o", &model])?;
+    bench.trueaxis(&["linuxcnc", "check", &ini, &trax, "--machine", &machine])?;
+    run(Command::new("chmod").args(["-R", "a+rwX"]).arg(&configs))?;
+    let linuxcnc = format!("linuxcnc /tmp/{ini}");
+    let said = bench.inside(&["script", "-qec", &linuxcnc, "/tmp/typescript"])?;
+    let record = bench.file(&format!("{folder}/record.csv"));
+    let record = fs::read_to_string(&record).map_err(|e| format!("{e}\n{said}"))?;
+    let rows = rows(&record)?;
+    let exact = exact(bench, &machine, &errors, &record, axes)?;
+    compare(&rows, &exact, axes).map_err(|e| format!("{e}\n{said}"))
+        .map(|[off, on]| {
+            println!(
+                "{name}: off by up to {:.1} µm and {:.0} µrad, with the compensation by {:.4} µm and {:.0} µrad",
+                off[0], off[1], on[0], on[1]
+            );
+        })
+}
+
+/// The numbers of a CSV below its header.
+fn rows(text: &str) -> Result<Vec<Vec<f64>>, String> {
+    let row = |line: &str| line.split(',').map(|v| v.trim().parse().ok()).collect();
+    let rows: Option<Vec<Vec<f64>>> = text.lines().skip(1).map(row).collect();
+    rows.filter(|rows| !rows.is_empty())
+        .ok_or_else(|| format!("no numbers:\n{text}"))
+}
+
+/// Errors of tip (µm) and direction (µrad) without a compensation along the recorded positions.
+fn exact(
+    bench: &Bench,
+    machine: &str,
+    errors: &str,
+    record: &str,
+    axes: usize,
+) -> Result<Vec<[f64; 2]>, String> {
+    let positions = record.lines().map(|line| {
+        let cells: Vec<&str> = line.split(',').take(axes).collect();
+        cells.join(",")
+    });
+    let positions: Vec<String> = positions.collect();
+    bench.write("positions.csv", positions.join("\n"))?;
+    let poses = bench.trueaxis(&["pose", machine, errors, "--positions", "positions.csv"])?;
+    let apart = |row: &[f64], from: usize, factor: f64| {
+        let parts = (from..from + 3).map(|i| row[i + 6] - row[i]);
+        parts.map(|d| d * d).sum::<f64>().sqrt() * factor
+    };
+    let poses = rows(&poses)?;
+    Ok(poses
+        .iter()
+        .map(|row| [apart(row, 0, 1e3), apart(row, 3, 1e6)])
+        .collect())
+}
+
+/// Compares where the machine stood; the largest errors without and with the compensation.
+fn compare(rows: &[Vec<f64>], exact: &[[f64; 2]], axes: usize) -> Result<[[f64; 2]; 2], String> {
+    let mut largest = [[0.0_f64; 2]; 2];
+    let mut stops = [0; 2];
+    for (row, exact) in rows.iter().zip(exact) {
+        let shown = [row[axes], row[axes + 4]];
+        let [factor, fault, stop] = [row[axes + 5], row[axes + 6], row[axes + 7]];
+        if fault != 0.0 {
+            return Err(format!("a fault at {:?}", &row[..axes]));
+        }
+        if stop == 0.0 {
+            continue;
+        }
+        let on = usize::from(factor == 1.0);
+        stops[on] += 1;
+        for k in 0..2 {
+            largest[on][k] = largest[on][k].max(shown[k]);
+        }
+        let wrong = match on {
+            0 => (0..2).any(|k| (shown[k] - exact[k]).abs() > PRINTED),
+            _ => shown[0] > TOLERANCE || shown[1] > exact[1] + GROWTH,
+        };
+        if wrong {
+            return Err(format!(
+                "at {:?} with factor {factor} the pins show {shown:?} (µm, µrad); without a compensation it is {exact:?}",
+                &row[..axes]
+            ));
+        }
+    }
+    if stops[0] != stops[1] || stops[0] < 5 || largest[0][0] < 10.0 {
+        return Err(format!(
+            "too little to compare: {stops:?} stops, {largest:?}"
+        ));
+    }
+    Ok(largest)
+}
