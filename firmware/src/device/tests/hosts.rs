@@ -163,6 +163,23 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
 }
 
 #[test]
+fn a_length_that_no_slot_holds_is_refused_whatever_the_machine_does() {
+    let mut desktop = Desktop::start(flash(WhileBusy::Standstill), PERIOD);
+    desktop.standstill.set(false);
+    let held = desktop.device.slots().capacity();
+    let header = trueaxis::HEADER as u32;
+    for length in [0, header - 1, header, held, held + 1, u32::MAX] {
+        let refused = if (header..=held).contains(&length) {
+            Refusal::NotStandstill
+        } else {
+            Refusal::TooLong { held }
+        };
+        let begin = Request::Begin { length, crc: 1 };
+        assert_eq!(ask(&mut desktop, &begin), Reply::Refused(refused));
+    }
+}
+
+#[test]
 fn erases_are_within_a_budget_for_each_hour() {
     let blobs: Vec<_> = (0..2)
         .map(|number| blob("m", b"XY", 0.1 + 0.1 * number as f32))

@@ -345,3 +345,16 @@ fn a_flash_that_does_not_hold_what_is_written_is_noticed() {
     assert_eq!(attempt(&mut slots, &blob, 8), worn);
     assert_eq!(slots.newest(), None);
 }
+
+#[test]
+fn a_block_that_is_not_erased_is_named() {
+    let old = blob(1, 40);
+    let mut slots = begun(&old);
+    slots.write(0, &old).expect("power");
+    let mut flash = slots.close();
+    assert!(old[130] != 0xFF);
+    flash.set_stuck(Some(130));
+    let mut slots = Slots::open(flash);
+    let worn = Err(SlotError::Readback { offset: 128 });
+    assert_eq!(attempt(&mut slots, &blob(2, 40), 8), worn);
+}
