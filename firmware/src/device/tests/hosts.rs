@@ -10,6 +10,14 @@ fn pass(desktop: &mut Desktop, seconds: u32) {
     desktop.turn(1);
 }
 
+/// The corrections of a slot, let in.
+fn activate(desktop: &mut Desktop, slot: Slot) {
+    let activate = Request::Activate { slot, force: false };
+    for request in [activate, Request::Referenced(3), Request::Enable(true)] {
+        ask(desktop, &request);
+    }
+}
+
 fn begin(desktop: &mut Desktop, blob: &[u8]) -> Reply<'static> {
     let (length, crc) = announced(blob);
     ask(desktop, &Request::Begin { length, crc })
@@ -194,6 +202,8 @@ fn erases_are_within_a_budget_for_each_hour() {
         }
         let seconds = desktop.servo.lock(|side| side.seconds());
         assert!(seconds <= 3, "{seconds}");
+        activate(&mut desktop, Slot::A);
+        settle(&mut desktop);
         // Nothing is done, the corrections stay where they are, and the time to wait is named.
         let spent = desktop.device.slots().flash().spent();
         let Reply::Refused(Refusal::Wear { wait }) = begin(&mut desktop, &blobs[0]) else {
@@ -207,6 +217,8 @@ fn erases_are_within_a_budget_for_each_hour() {
             Upload::None | Upload::Committed { .. }
         ));
         assert!(!report.suspended);
+        desktop.turn(10);
+        assert_eq!(status(&mut desktop).factor, 1.0);
         pass(&mut desktop, wait);
         assert!(matches!(begin(&mut desktop, &blobs[0]), Reply::Upload(_)));
     }
