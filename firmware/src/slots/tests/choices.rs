@@ -249,6 +249,28 @@ fn a_choice_stalls_a_servo_only_where_it_reads_the_same_bank() {
 }
 
 #[test]
+fn a_begin_stalls_the_servo_only_where_it_first_saves_a_choice_in_its_bank() {
+    let [first, second] = [blob(1, 40), blob(2, 40)];
+    let stalls = |while_busy, used| {
+        let flash = MockFlash::<8, 128>::new(12).with_while_busy(while_busy);
+        let mut slots = Slots::open(flash);
+        slots.set_standstill(true);
+        for blob in [&first, &second] {
+            let slot = upload(&mut slots, blob, 64);
+            slots.set_active(Some(slot));
+        }
+        // The newest choice lies in B.
+        slots.set_active(Some(used));
+        slots.begin_stalls()
+    };
+    for while_busy in [WhileBusy::Standstill, WhileBusy::DualBank] {
+        assert!(stalls(while_busy, Slot::A), "{while_busy:?}");
+        assert!(!stalls(while_busy, Slot::B), "{while_busy:?}");
+    }
+    assert!(!stalls(WhileBusy::ServoInRam, Slot::A));
+}
+
+#[test]
 fn a_choice_that_the_power_cuts_is_the_old_or_the_new_one() {
     let [first, second] = [blob(1, 40), blob(2, 40)];
     for code in [false, true] {

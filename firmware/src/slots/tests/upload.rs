@@ -122,6 +122,9 @@ fn a_gap_names_what_is_missing_and_a_change_its_place() {
 #[test]
 fn lengths_that_no_slot_holds_are_refused() {
     let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    for length in [16, 384] {
+        assert!(Small::open(MockFlash::new(6)).begin(length, 1).is_ok());
+    }
     for length in [0, 15, 385, u32::MAX] {
         assert_eq!(
             slots.begin(length, 1),
@@ -208,6 +211,25 @@ fn the_same_blob_goes_on_after_a_restart_without_erase() {
     let missing = blob.len().next_multiple_of(8) - 96;
     assert_eq!(slots.flash().spent() - spent, missing as u64 + 24 + 64);
     assert_eq!(slots.wear(Slot::A), 1);
+}
+
+#[test]
+fn whether_a_begin_erases_is_known_before() {
+    let blob = blob(1, 40);
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    assert_eq!(slots.would_erase(length, crc), Ok(true));
+    assert_eq!(slots.flash().spent(), 0);
+    let mut slots = begun(&blob);
+    slots.write(0, &blob[..64]).expect("power");
+    for again in [false, true] {
+        assert_eq!(slots.would_erase(length, crc), Ok(false), "{again}");
+        assert_eq!(slots.would_erase(length, crc ^ 1), Ok(true), "{again}");
+        slots = Slots::open(slots.close());
+    }
+    let capacity = slots.capacity();
+    let refused = Err(SlotError::Length { capacity });
+    assert_eq!(slots.would_erase(capacity + 1, crc), refused);
 }
 
 #[test]
