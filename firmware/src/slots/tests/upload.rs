@@ -138,6 +138,16 @@ fn lengths_that_no_slot_holds_are_refused() {
 }
 
 #[test]
+fn an_error_says_what_it_is_and_where() {
+    let said = |error: SlotError| std::string::ToString::to_string(&error);
+    assert_eq!(said(SlotError::NoUpload), "no upload has begun");
+    let gap = SlotError::Gap { expected: 20 };
+    assert_eq!(said(gap), "bytes are missing from 20 on");
+    let error = SlotError::Blob(LoadError::BadChecksum);
+    assert!(said(error).ends_with(&std::format!("{}", LoadError::BadChecksum)));
+}
+
+#[test]
 fn a_blob_that_fills_the_slot_fits() {
     // 384 bytes of capacity; the blob ends anywhere in its last word.
     for points in 60..160 {
