@@ -224,6 +224,21 @@ fn the_same_blob_goes_on_after_a_restart_without_erase() {
 }
 
 #[test]
+fn before_anything_is_erased_the_slot_says_so() {
+    let blobs = blobs(3, 40);
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    for blob in &blobs[..2] {
+        upload(&mut slots, blob, 64);
+    }
+    assert!(slots.state(Slot::A).is_valid());
+    let Header { length, crc } = Header::read(&blobs[2]).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    let slots = Slots::open(slots.close());
+    assert_eq!(slots.state(Slot::A), SlotState::Erasing);
+    assert_eq!(slots.flash().erases(Slot::A), [1; 6]);
+}
+
+#[test]
 fn whether_a_begin_erases_is_known_before() {
     let blob = blob(1, 40);
     let Header { length, crc } = Header::read(&blob).expect("a blob");
