@@ -164,7 +164,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         self.refused
     }
 
-    /// A byte that no longer takes zeros, at this place of the flash.
+    /// A byte at this place of the flash that stays as it is, whatever is erased or written.
     pub fn set_stuck(&mut self, place: Option<usize>) {
         self.stuck = place;
     }
@@ -255,6 +255,8 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
 
     fn erase_block(&mut self, block: usize) -> Result<(), MockError> {
         let bytes = block * ERASE..(block + 1) * ERASE;
+        let stuck = self.stuck.filter(|place| bytes.contains(place));
+        let stuck = stuck.map(|place| (place, self.memory[place]));
         self.changed(bytes.start);
         self.notify(Busy::Erase);
         self.weak[block] = true;
@@ -279,6 +281,9 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         }
         self.tear(bytes.start / WRITE..bytes.end / WRITE, false);
         self.memory[bytes].fill(0xFF);
+        if let Some((place, byte)) = stuck {
+            self.memory[place] = byte;
+        }
         self.weak[block] = false;
         self.erases[block] += 1;
         Ok(())

@@ -192,14 +192,14 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
     pub fn assign(&mut self, auxiliaries: &[Auxiliary]) {
         let before = self.inputs;
         let wanted = auxiliaries.iter().map(Some).chain(core::iter::repeat(None));
-        for (number, (input, auxiliary)) in self.inputs.iter_mut().zip(wanted).enumerate() {
+        for ((input, before), auxiliary) in self.inputs.iter_mut().zip(before).zip(wanted) {
             let temperature = auxiliary.filter(|a| a.kind == AuxiliaryKind::Temperature);
             *input = temperature.map(|auxiliary| {
                 let named = |sensor: &Sensor<T>| sensor.name == auxiliary.name;
                 let sensor = self.sensors.iter().position(named);
                 let reference = auxiliary.reference;
                 let same = |old: &Input| old.sensor == sensor;
-                let old = before[number].filter(same);
+                let old = before.filter(same);
                 Input {
                     sensor,
                     reference,

@@ -332,8 +332,8 @@ pub enum LoadError {
     SectionLength {
         /// As the header states.
         stated: u32,
-        /// As they add up to.
-        computed: u64,
+        /// As they add up to; `u32::MAX` if that is more.
+        computed: u32,
     },
     /// The period of an axis is neither 0 nor a number from 1e-9 to 1e9.
     AxisPeriod {

@@ -120,23 +120,20 @@ fn peak<C: Room>(
     place: usize,
     width: usize,
 ) -> Result<f32, u32> {
+    let floats = plan.floats().unwrap_or_default();
+    let shorts = plan.shorts().unwrap_or_default();
     let mut peak = 0.0_f32;
-    match format {
-        SampleFormat::F32 => {
-            let samples = plan.floats().unwrap_or_default()[samples].iter();
-            for (number, &v) in samples.skip(place).step_by(width).enumerate() {
-                if !v.is_finite() {
-                    return Err(number as u32);
-                }
-                peak = peak.max(v.abs());
-            }
-        }
-        SampleFormat::I16 => {
-            let samples = plan.shorts().unwrap_or_default()[samples].iter();
-            for &v in samples.skip(place).step_by(width) {
-                peak = peak.max(f32::from(v).abs());
-            }
-        }
+    let mut row = 0_u32;
+    let mut at = samples.start + place;
+    while at < samples.end {
+        let value = match format {
+            SampleFormat::F32 => floats.get(at).copied(),
+            SampleFormat::I16 => shorts.get(at).map(|&v| f32::from(v)),
+        };
+        let value = value.filter(|v| v.is_finite()).ok_or(row)?;
+        peak = peak.max(value.abs());
+        row += 1;
+        at += width;
     }
     Ok(peak)
 }

@@ -86,8 +86,8 @@ const STACK: u64 = 1024;
 const CODE: u64 = 16 * 1024;
 /// Most bytes of flash with loading.
 const FLASH: u64 = 32 * 1024;
-/// Bytes of flash that the whole firmware for the STM32F405 should take at most, without tables: code and first
-/// values. It takes more; that it does not grow is what the committed figures see to.
+/// Most bytes of flash of the whole firmware for the STM32F405, without tables: code and first values. Among
+/// these are the paths of some sources, as long as where they lie on the machine that builds it.
 const IMAGE: u64 = 72 * 1024;
 
 /// # Errors
@@ -374,7 +374,11 @@ fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>
     let cycles = CYCLES
         .iter()
         .map(|(key, budget)| (format!("{key}_cycles"), *budget));
-    let code = [("code_servo_update", CODE), ("code_runtime", FLASH)];
+    let code = [
+        ("code_servo_update", CODE),
+        ("code_runtime", FLASH),
+        ("image_stm32f405", IMAGE),
+    ];
     let code = code.map(|(key, budget)| (key.to_owned(), budget));
     let over: Vec<String> = typical
         .chain(most)

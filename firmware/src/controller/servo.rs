@@ -83,14 +83,14 @@ impl<C: Room> Shell<C> {
         sink: &mut impl CorrectionSink<C::Axes<f32>>,
         clock: &impl Clock,
     ) -> bool {
-        let ticks = self.ticks.load(Ordering::Relaxed).wrapping_add(1);
-        self.ticks
-            .store(ticks % self.ticks_per_ms, Ordering::Relaxed);
+        let mut ticks = self.ticks.load(Ordering::Relaxed).wrapping_add(1);
         if ticks >= self.ticks_per_ms {
+            ticks = 0;
             let now = self.milliseconds();
             self.milliseconds
                 .store(now.wrapping_add(1), Ordering::Relaxed);
         }
+        self.ticks.store(ticks, Ordering::Relaxed);
         let Some(side) = self.take() else {
             return false;
         };

@@ -6,7 +6,7 @@ use trueaxis::link::{
 };
 use trueaxis::{ADJUSTABLE, Room, TermView, Travel};
 
-use super::report::told;
+use super::report::{held, told};
 use super::{Change, Device, Machine, ServoAccess, Stage};
 use crate::link::{Answer, Controller};
 use crate::slots::TableFlash;
@@ -101,7 +101,7 @@ where
             })
         };
         let terms = self.loader.current().terms().enumerate();
-        Ok(terms.filter_map(weight).collect())
+        Ok(held(terms.filter_map(weight)))
     }
 
     fn motion(&mut self, bytes: &[u8]) -> Result<(), Refusal> {

@@ -6,35 +6,28 @@ pub const ERASES_PER_HOUR: usize = 30;
 const HOUR: u32 = 3600;
 
 /// When the slots were erased last, s since start. It begins anew with every start.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Budget {
-    times: [u32; ERASES_PER_HOUR],
-    /// Place of the oldest.
-    oldest: usize,
-    /// Places that hold a time.
-    held: usize,
+    times: heapless::Deque<u32, ERASES_PER_HOUR>,
 }
 
 impl Budget {
     pub const NEW: Self = Self {
-        times: [0; ERASES_PER_HOUR],
-        oldest: 0,
-        held: 0,
+        times: heapless::Deque::new(),
     };
 
     /// For how long the next erase must wait, s; 0: not at all.
     pub fn wait(&self, now: u32) -> u32 {
-        if self.held < ERASES_PER_HOUR {
-            return 0;
-        }
-        HOUR.saturating_sub(now.wrapping_sub(self.times[self.oldest]))
+        let oldest = self.times.front().filter(|_| self.times.is_full());
+        oldest.map_or(0, |&oldest| HOUR.saturating_sub(now.wrapping_sub(oldest)))
     }
 
     /// The slots are erased.
     pub fn spend(&mut self, now: u32) {
-        self.times[self.oldest] = now;
-        self.oldest = (self.oldest + 1) % ERASES_PER_HOUR;
-        self.held = ERASES_PER_HOUR.min(self.held + 1);
+        if self.times.is_full() {
+            self.times.pop_front();
+        }
+        let _ = self.times.push_back(now);
     }
 }
 

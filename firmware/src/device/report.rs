@@ -11,6 +11,20 @@ pub(super) fn told<T: TryFrom<usize>>(number: usize, largest: T) -> T {
     T::try_from(number).unwrap_or(largest)
 }
 
+/// As many as there is room for: all that a compensation can have.
+pub(super) fn held<T, const N: usize>(values: impl Iterator<Item = T>) -> heapless::Vec<T, N> {
+    let mut held = heapless::Vec::new();
+    for value in values {
+        let _ = held.push(value);
+    }
+    held
+}
+
+/// So many of some values.
+fn first_of<T: Copy, const N: usize>(values: &[T], count: usize) -> heapless::Vec<T, N> {
+    held(values.iter().take(count).copied())
+}
+
 impl<F, S, M, C: Room> Device<F, S, M, C>
 where
     F: TableFlash,
@@ -19,6 +33,10 @@ where
 {
     pub(super) fn identify(&self, session: u32) -> Hello<'_> {
         let compensation = self.loader.current();
+        let mut axes = heapless::String::new();
+        for axis in compensation.axes() {
+            let _ = axes.push(char::from(axis.name));
+        }
         Hello {
             session,
             firmware: self.identity.firmware,
@@ -35,11 +53,7 @@ where
             period: self.identity.period,
             while_busy: self.slots.flash().while_busy(),
             machine: short_name(compensation.machine()),
-            axes: compensation
-                .axes()
-                .iter()
-                .map(|axis| char::from(axis.name))
-                .collect(),
+            axes,
             auxiliaries: told(compensation.auxiliaries().len(), u8::MAX),
             active: self.slots.active(),
             slots: Slot::BOTH.map(|slot| SlotReport {
@@ -77,16 +91,16 @@ where
         let compensation = self.loader.current();
         let axes = compensation.axes().len();
         let auxiliaries = compensation.auxiliaries().len();
-        let first = |values: &C::Axes<f32>| values.as_ref().iter().take(axes).copied().collect();
+        let first = |values: &C::Axes<f32>| first_of(values.as_ref(), axes);
         let weight = |(term, weight)| (told(term, u16::MAX), weight);
         let (status, counters) = (&now.last.status, &now.counters);
         Report {
             positions: first(&now.positions),
             dq: first(&now.last.dq),
             computed: first(&now.last.computed),
-            auxiliaries: now.auxiliaries.iter().take(auxiliaries).copied().collect(),
+            auxiliaries: first_of(&now.auxiliaries, auxiliaries),
             sensors_lost: now.sensors_lost,
-            weights: now.weights.iter().map(weight).collect(),
+            weights: held(now.weights.iter().map(weight)),
             enabled: now.enabled,
             dry_run: now.dry_run,
             suspended: now.suspended,
@@ -96,7 +110,7 @@ where
             saturated: status.saturated,
             rate_limited: status.rate_limited,
             travel_limited: status.travel_limited,
-            rails: counters.rails.as_ref().iter().take(axes).copied().collect(),
+            rails: first_of(counters.rails.as_ref(), axes),
             updates: counters.updates,
             missed: counters.missed,
             cost: counters.cost,

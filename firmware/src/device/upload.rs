@@ -184,8 +184,8 @@ where
     }
 
     fn open(&mut self, length: u32, crc: u32) -> Result<(), Refusal> {
-        // A change that has begun meanwhile reads both slots.
-        if self.change != Change::None || !self.loader.vacate() {
+        // The servo holds both only during a change, and while an upload waits for zero none begins.
+        if !self.loader.vacate() {
             return Err(Refusal::Busy);
         }
         let begun = self.afford(length, crc).and_then(|erases| {

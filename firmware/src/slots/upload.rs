@@ -196,11 +196,11 @@ impl<F: TableFlash> Slots<F> {
         self.scan_choices(slot);
         erased?;
         done += 1;
-        session.upload.progress = if done < blocks {
-            Progress::Erasing { done, blocks }
-        } else {
+        session.upload.progress = if done == blocks {
             self.record(&session.upload)?;
             Progress::Receiving { next: 0 }
+        } else {
+            Progress::Erasing { done, blocks }
         };
         self.session = Some(session);
         Ok(session.upload.progress)

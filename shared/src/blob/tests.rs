@@ -692,7 +692,7 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
             })),
             LoadError::SectionLength {
                 stated,
-                computed: u64::from(stated) - 32,
+                computed: stated - 32,
             },
         ),
     ];

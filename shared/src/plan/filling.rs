@@ -239,7 +239,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         if computed != blob.len() as u64 {
             return Err(LoadError::SectionLength {
                 stated: blob.len() as u32,
-                computed,
+                computed: u32::try_from(computed).unwrap_or(u32::MAX),
             });
         }
         if blob[described..start].iter().any(|&byte| byte != 0) {

@@ -172,6 +172,30 @@ fn where_the_flash_stalls_a_change_in_motion_is_stored_at_the_next_standstill() 
 }
 
 #[test]
+fn what_waits_to_be_stored_is_not_forgotten_by_a_change() {
+    let mut desktop = both(WhileBusy::Standstill);
+    for request in [Request::Referenced(3), Request::Enable(true)] {
+        ask(&mut desktop, &request);
+    }
+    settle(&mut desktop);
+    // The corrections are on their way to zero for it when the machine moves.
+    ask(&mut desktop, &Request::EnableAtStart(true));
+    desktop.standstill.set(false);
+    desktop.turn(1);
+    activate(&mut desktop, Slot::A);
+    while desktop.device.activation() != Activation::Active(Some(Slot::A)) {
+        settle(&mut desktop);
+    }
+    assert_eq!(at_start(&mut desktop).storing, Storing::Pending);
+    desktop.standstill.set(true);
+    while at_start(&mut desktop).storing == Storing::Pending {
+        desktop.turn(1);
+    }
+    let stored = at_start(&mut desktop);
+    assert_eq!((stored.in_use, stored.enable), (Some(Slot::A), true));
+}
+
+#[test]
 fn no_update_falls_into_the_storing_of_what_a_start_goes_by() {
     for while_busy in [WhileBusy::Standstill, WhileBusy::DualBank] {
         let flash = both(while_busy).stop();

@@ -10,6 +10,14 @@ fn pass(desktop: &mut Desktop, seconds: u32) {
     desktop.turn(1);
 }
 
+/// The corrections of a slot, let in.
+fn activate(desktop: &mut Desktop, slot: Slot) {
+    let activate = Request::Activate { slot, force: false };
+    for request in [activate, Request::Referenced(3), Request::Enable(true)] {
+        ask(desktop, &request);
+    }
+}
+
 fn begin(desktop: &mut Desktop, blob: &[u8]) -> Reply<'static> {
     let (length, crc) = announced(blob);
     ask(desktop, &Request::Begin { length, crc })
@@ -163,6 +171,23 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
 }
 
 #[test]
+fn a_length_that_no_slot_holds_is_refused_whatever_the_machine_does() {
+    let mut desktop = Desktop::start(flash(WhileBusy::Standstill), PERIOD);
+    desktop.standstill.set(false);
+    let held = desktop.device.slots().capacity();
+    let header = trueaxis::HEADER as u32;
+    for length in [0, header - 1, header, held, held + 1, u32::MAX] {
+        let refused = if (header..=held).contains(&length) {
+            Refusal::NotStandstill
+        } else {
+            Refusal::TooLong { held }
+        };
+        let begin = Request::Begin { length, crc: 1 };
+        assert_eq!(ask(&mut desktop, &begin), Reply::Refused(refused));
+    }
+}
+
+#[test]
 fn erases_are_within_a_budget_for_each_hour() {
     let blobs: Vec<_> = (0..2)
         .map(|number| blob("m", b"XY", 0.1 + 0.1 * number as f32))
@@ -177,6 +202,8 @@ fn erases_are_within_a_budget_for_each_hour() {
         }
         let seconds = desktop.servo.lock(|side| side.seconds());
         assert!(seconds <= 3, "{seconds}");
+        activate(&mut desktop, Slot::A);
+        settle(&mut desktop);
         // Nothing is done, the corrections stay where they are, and the time to wait is named.
         let spent = desktop.device.slots().flash().spent();
         let Reply::Refused(Refusal::Wear { wait }) = begin(&mut desktop, &blobs[0]) else {
@@ -190,6 +217,8 @@ fn erases_are_within_a_budget_for_each_hour() {
             Upload::None | Upload::Committed { .. }
         ));
         assert!(!report.suspended);
+        desktop.turn(10);
+        assert_eq!(status(&mut desktop).factor, 1.0);
         pass(&mut desktop, wait);
         assert!(matches!(begin(&mut desktop, &blobs[0]), Reply::Upload(_)));
     }

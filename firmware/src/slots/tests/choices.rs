@@ -248,6 +248,63 @@ fn a_choice_stalls_a_servo_only_where_it_reads_the_same_bank() {
     assert_eq!(stalls(WhileBusy::ServoInRam), (Ok(()), Ok(())));
 }
 
+/// A was chosen and is damaged; `waits`: B was committed and never chosen. No slot is active.
+fn lost(waits: bool) -> Small {
+    let mut slots = open();
+    commit(&mut slots, &blob(1, 40));
+    slots.choose(slots.choosing(Slot::A)).expect("room");
+    enable(&mut slots, true).expect("room");
+    slots = restart(slots);
+    if waits {
+        assert_eq!(commit(&mut slots, &blob(2, 40)), Slot::B);
+    }
+    let mut flash = slots.close();
+    flash.flip(Slot::A, 800);
+    restart(Slots::open(flash))
+}
+
+#[test]
+fn an_upload_over_what_was_lost_chooses_nothing() {
+    for waits in [true, false] {
+        let mut slots = lost(waits);
+        assert_eq!(slots.active(), None);
+        let choice = slots.choice();
+        assert!(choice.enable && choice.in_use.is_some());
+        // What is no blob's slot holds no choice either.
+        let untouched = slots.state(Slot::B);
+        let Header { length, crc } = Header::read(&blob(3, 40)).expect("a blob");
+        slots.begin(length, crc).expect("room");
+        assert_eq!(slots.upload().map(|upload| upload.slot), Some(Slot::A));
+        assert_eq!(slots.choice(), choice);
+        let slots = restart(slots);
+        assert_eq!(slots.state(Slot::B), untouched);
+        assert_eq!((slots.in_use(), slots.before()), (None, None));
+        assert_eq!(slots.waiting(), waits.then_some(Slot::B));
+    }
+}
+
+#[test]
+fn a_begin_stalls_the_servo_only_where_it_first_saves_a_choice_in_its_bank() {
+    let [first, second] = [blob(1, 40), blob(2, 40)];
+    let stalls = |while_busy, used| {
+        let flash = MockFlash::<8, 128>::new(12).with_while_busy(while_busy);
+        let mut slots = Slots::open(flash);
+        slots.set_standstill(true);
+        for blob in [&first, &second] {
+            let slot = upload(&mut slots, blob, 64);
+            slots.set_active(Some(slot));
+        }
+        // The newest choice lies in B.
+        slots.set_active(Some(used));
+        slots.begin_stalls()
+    };
+    for while_busy in [WhileBusy::Standstill, WhileBusy::DualBank] {
+        assert!(stalls(while_busy, Slot::A), "{while_busy:?}");
+        assert!(!stalls(while_busy, Slot::B), "{while_busy:?}");
+    }
+    assert!(!stalls(WhileBusy::ServoInRam, Slot::A));
+}
+
 #[test]
 fn a_choice_that_the_power_cuts_is_the_old_or_the_new_one() {
     let [first, second] = [blob(1, 40), blob(2, 40)];

@@ -129,6 +129,70 @@ fn a_sequence_number_goes_on_across_the_wrap() {
 }
 
 #[test]
+fn a_slot_is_blank_where_every_byte_of_it_is_and_only_there() {
+    let open = |flipped: Option<usize>| {
+        let mut flash = MockFlash::<8, 128>::new(SLOT / 128);
+        // The other one is not.
+        flash.flip(Slot::B, 0);
+        if let Some(byte) = flipped {
+            flash.flip(Slot::A, 8 * byte + 3);
+        }
+        let slots = Slots::open(flash);
+        assert!(matches!(slots.state(Slot::B), SlotState::Damaged(_)));
+        slots.state(Slot::A)
+    };
+    assert_eq!(open(None), SlotState::Blank);
+    for byte in 0..SLOT {
+        let expected = if mark_at(SLOT).contains(&byte) {
+            SlotState::Erasing
+        } else {
+            SlotState::Damaged(Damage::Record)
+        };
+        assert_eq!(open(Some(byte)), expected, "{byte}");
+    }
+    let slots = Slots::open(MockFlash::<8, 128>::new(SLOT / 128));
+    assert_eq!(slots.state(Slot::B), SlotState::Blank);
+    // There is no room for a blob.
+    let slots = Slots::open(MockFlash::<8, 128>::new(3));
+    assert_eq!(slots.state(Slot::A), SlotState::Damaged(Damage::Record));
+}
+
+#[test]
+fn a_record_that_holds_is_that_of_its_blob_or_names_what_is_wrong() {
+    let blob = blob(1, 40);
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    let state = |length: u32, crc: u32, sequence: Option<u32>| {
+        let mut flash = MockFlash::<8, 128>::new(SLOT / 128);
+        let slot = &mut flash.image()[..SLOT];
+        slot[..blob.len()].copy_from_slice(&blob);
+        with_trailer(slot, length, crc, sequence);
+        Slots::open(flash).state(Slot::A)
+    };
+    let valid = SlotState::Valid {
+        sequence: 1,
+        length,
+        crc,
+    };
+    assert_eq!(state(length, crc, Some(1)), valid);
+    for (length, crc) in [(length - 1, crc), (length, crc ^ 1)] {
+        let other = SlotState::Damaged(Damage::OtherBlob);
+        assert_eq!(state(length, crc, Some(1)), other);
+    }
+    let held = (SLOT - 384) as u32;
+    let received = 0;
+    let uploading = |length| SlotState::Uploading {
+        received,
+        length,
+        crc,
+    };
+    assert_eq!(state(held, crc, None), uploading(held));
+    for length in [held + 1, u32::MAX] {
+        let damaged = SlotState::Damaged(Damage::Record);
+        assert_eq!(state(length, crc, None), damaged);
+    }
+}
+
+#[test]
 fn a_layout_of_another_version_is_named_and_an_upload_takes_its_place() {
     let blob = blob(1, 40);
     for version in [1, 3] {

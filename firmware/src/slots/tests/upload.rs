@@ -122,6 +122,9 @@ fn a_gap_names_what_is_missing_and_a_change_its_place() {
 #[test]
 fn lengths_that_no_slot_holds_are_refused() {
     let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    for length in [16, 384] {
+        assert!(Small::open(MockFlash::new(6)).begin(length, 1).is_ok());
+    }
     for length in [0, 15, 385, u32::MAX] {
         assert_eq!(
             slots.begin(length, 1),
@@ -132,6 +135,16 @@ fn lengths_that_no_slot_holds_are_refused() {
     assert_eq!(slots.write(0, &[1]), Err(SlotError::NoUpload));
     assert_eq!(slots.commit(|_| true), Err(SlotError::NoUpload));
     assert_eq!(slots.flash().spent(), 0);
+}
+
+#[test]
+fn an_error_says_what_it_is_and_where() {
+    let said = |error: SlotError| std::string::ToString::to_string(&error);
+    assert_eq!(said(SlotError::NoUpload), "no upload has begun");
+    let gap = SlotError::Gap { expected: 20 };
+    assert_eq!(said(gap), "bytes are missing from 20 on");
+    let error = SlotError::Blob(LoadError::BadChecksum);
+    assert!(said(error).ends_with(&std::format!("{}", LoadError::BadChecksum)));
 }
 
 #[test]
@@ -208,6 +221,40 @@ fn the_same_blob_goes_on_after_a_restart_without_erase() {
     let missing = blob.len().next_multiple_of(8) - 96;
     assert_eq!(slots.flash().spent() - spent, missing as u64 + 24 + 64);
     assert_eq!(slots.wear(Slot::A), 1);
+}
+
+#[test]
+fn before_anything_is_erased_the_slot_says_so() {
+    let blobs = blobs(3, 40);
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    for blob in &blobs[..2] {
+        upload(&mut slots, blob, 64);
+    }
+    assert!(slots.state(Slot::A).is_valid());
+    let Header { length, crc } = Header::read(&blobs[2]).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    let slots = Slots::open(slots.close());
+    assert_eq!(slots.state(Slot::A), SlotState::Erasing);
+    assert_eq!(slots.flash().erases(Slot::A), [1; 6]);
+}
+
+#[test]
+fn whether_a_begin_erases_is_known_before() {
+    let blob = blob(1, 40);
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    assert_eq!(slots.would_erase(length, crc), Ok(true));
+    assert_eq!(slots.flash().spent(), 0);
+    let mut slots = begun(&blob);
+    slots.write(0, &blob[..64]).expect("power");
+    for again in [false, true] {
+        assert_eq!(slots.would_erase(length, crc), Ok(false), "{again}");
+        assert_eq!(slots.would_erase(length, crc ^ 1), Ok(true), "{again}");
+        slots = Slots::open(slots.close());
+    }
+    let capacity = slots.capacity();
+    let refused = Err(SlotError::Length { capacity });
+    assert_eq!(slots.would_erase(capacity + 1, crc), refused);
 }
 
 #[test]
@@ -344,4 +391,17 @@ fn a_flash_that_does_not_hold_what_is_written_is_noticed() {
     let worn = Err(SlotError::Readback { offset: 64 });
     assert_eq!(attempt(&mut slots, &blob, 8), worn);
     assert_eq!(slots.newest(), None);
+}
+
+#[test]
+fn a_block_that_is_not_erased_is_named() {
+    let old = blob(1, 40);
+    let mut slots = begun(&old);
+    slots.write(0, &old).expect("power");
+    let mut flash = slots.close();
+    assert!(old[130] != 0xFF);
+    flash.set_stuck(Some(130));
+    let mut slots = Slots::open(flash);
+    let worn = Err(SlotError::Readback { offset: 128 });
+    assert_eq!(attempt(&mut slots, &blob(2, 40), 8), worn);
 }
