@@ -17,7 +17,16 @@ import linuxcnc
 
 command = linuxcnc.command()
 stat = linuxcnc.stat()
+errors = linuxcnc.error_channel()
 shown = ["error", "error-x", "error-y", "error-z", "direction-error"]
+
+
+def poll():
+    """What LinuxCNC is doing; whoever does not fetch its messages makes it wait."""
+    stat.poll()
+    message = errors.poll()
+    if message:
+        print(message[1], file=sys.stderr)
 
 
 def wait(holds, what, seconds=30):
@@ -25,16 +34,17 @@ def wait(holds, what, seconds=30):
     while not holds():
         if time.time() > end:
             sys.exit("waited in vain: " + what)
+        poll()
         time.sleep(0.002)
 
 
 def homed():
-    stat.poll()
+    poll()
     return all(stat.homed[: stat.joints])
 
 
 def row(stop):
-    stat.poll()
+    poll()
     places = [hal.get_value("joint.%d.pos-cmd" % n) for n in range(stat.joints)]
     values = [hal.get_value("trueaxis-model." + name) for name in shown]
     faults = [hal.get_value(name) for name in ("trueaxis.fault", "trueaxis-model.fault")]
@@ -45,7 +55,7 @@ def move(line, rows):
     command.mdi(line)
     while command.wait_complete(0.004) == -1:
         rows.append(row(0))
-    stat.poll()
+    poll()
     if stat.state == linuxcnc.RCS_ERROR:
         sys.exit("refused: " + line)
 

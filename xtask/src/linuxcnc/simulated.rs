@@ -70,8 +70,7 @@ fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> R
     bench.trueaxis(&["linuxcnc", "model", &machine, &errors, "-o", &model])?;
     bench.trueaxis(&["linuxcnc", "check", &ini, &trax, "--machine", &machine])?;
     run(Command::new("chmod").args(["-R", "a+rwX"]).arg(&configs))?;
-    let linuxcnc = format!("linuxcnc /tmp/{ini}");
-    let said = bench.inside(&["script", "-qec", &linuxcnc, "/tmp/typescript"])?;
+    let said = bench.inside(&["linuxcnc", &format!("/tmp/{ini}")])?;
     let record = bench.file(&format!("{folder}/record.csv"));
     let record = fs::read_to_string(&record).map_err(|e| format!("{e}\n{said}"))?;
     let rows = rows(&record)?;
