@@ -137,8 +137,9 @@ static enum trouble update(struct cycle *c, double period)
         if (k < 0)
             continue;
         commands[k] = c->position[j] * current->unit[k];
+        /* No corrections while any joint is not homed: a switch is to be found where it is. */
         if (!c->referenced[j])
-            referenced &= ~(1u << k);
+            referenced = 0;
         if (!isfinite(commands[k]))
             found = TROUBLE_POSITION;
     }
@@ -174,9 +175,9 @@ static enum trouble run_cycle(struct cycle *c, double period)
     if (servo != NULL)
         found = update(c, period);
     if (found == TROUBLE_NONE)
-        found = refused;
-    if (found == TROUBLE_NONE)
         found = loading_trouble();
+    if (found == TROUBLE_NONE)
+        found = refused;
     return found;
 }
 

@@ -226,6 +226,10 @@ static enum trouble load_into(struct place *p)
     if (blob == NULL)
         return TROUBLE_FILE;
     result = trueaxis_tables_load(p->tables, blob, length);
+    if (result == TRUEAXIS_RESULT_IN_USE) {
+        free(blob);
+        return TROUBLE_LIBRARY;
+    }
     /* Nobody reads the one before: this place is free. */
     free(p->blob);
     p->blob = blob;
@@ -330,6 +334,7 @@ static int loading_start(void)
     struct sched_param priority = {.sched_priority = 0};
     sigset_t all, before;
     int error = 0;
+    SET(stopping, 0);
     for (int n = 0; n < 2; n++)
         if (trueaxis_tables_new(&places[n].memory, sizeof places[n].memory, &places[n].tables) != TRUEAXIS_RESULT_OK)
             return -EINVAL;

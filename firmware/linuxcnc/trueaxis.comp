@@ -16,8 +16,8 @@ enabling, disabling, homing, faults and other files never make a step.
 
 A file that is missing, damaged or of another machine does not keep LinuxCNC from starting: the outputs are the
 inputs, \\fBfault\\fR is true, \\fBfault\\-code\\fR says which kind of reason it is, and the log says it in words. The
-same file is read again after a rising edge of \\fBreload\\fR. While \\fBactive\\fR is false any file that fits the
-joints is taken; otherwise one with the same axes, travels and inputs, to which the corrections fade. If it cannot be
+same file is read again after a rising edge of \\fBreload\\fR. While \\fBenable\\fR and \\fBactive\\fR are false any
+file that fits the joints is taken; otherwise one with the same axes, travels and inputs, to which the corrections fade. If it cannot be
 taken, what was loaded before stays in use, with \\fBfault\\fR true.
 """;
 
@@ -157,6 +157,7 @@ FUNCTION(read_)
 FUNCTION(write_)
 {
     enum trouble found;
+    bool asked;
     (void)period;
     for (int j = 0; j < configured.joints; j++) {
         now.position[j] = joint_pos_in(j);
@@ -169,9 +170,10 @@ FUNCTION(write_)
     now.length = tool_length;
     now.on = enable;
     now.dry = dry_run;
-    if (reload && !reload_before)
+    asked = reload;
+    if (asked && !reload_before)
         loading_ask();
-    reload_before = reload;
+    reload_before = asked;
 
     found = run_cycle(&now, fperiod);
 

@@ -1,7 +1,7 @@
 //! Identification against machines whose errors are known.
 
 use trueaxis_host::errors::{ErrorModel, Parameter};
-use trueaxis_host::formats::artefact::Artefact;
+use trueaxis_host::formats::artefact::{Artefact, Bar};
 use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{Identified, Model, Options, Problem, automatic, identify};
 use trueaxis_host::kinematics::Kinematics;
@@ -292,4 +292,65 @@ fn the_automatic_model_is_no_larger_than_held_out_balls_allow() {
         .map(|e| e.parameter.to_string())
         .collect();
     assert!(names.contains(&"EZX2".to_owned()), "{levels:?} {names:?}");
+}
+
+#[test]
+fn bars_that_are_known_far_better_than_the_probe_repeats_do_no_harm() {
+    let mut case = Case::new("kolibri", "errors-81.toml");
+    let ball = |i: usize| case.artefact.balls[i].nominal.unwrap();
+    let bars = [(0, 1), (0, 2), (1, 3), (2, 3)].map(|(a, b)| Bar {
+        balls: [a, b].map(|i| case.artefact.balls[i].name.clone()),
+        length: (ball(a) - ball(b)).norm(),
+        uncertainty: 1e-5,
+    });
+    case.artefact.bars.extend(bars);
+    let measured = case.measured(&Disturbances {
+        noise: 1e-3,
+        ..Disturbances::default()
+    });
+    let identified = case.found("81", &measured, Options::default());
+    assert_eq!(identified.parameters.len(), 79);
+    // 1 µm, to a twentieth: 400 degrees of freedom tell it to 3.5 %.
+    assert!(
+        (identified.noise - 1e-3).abs() < 5e-5,
+        "{}",
+        identified.noise
+    );
+}
+
+#[test]
+fn a_row_of_another_ball_is_named() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    let mut measured = case.measured(&Disturbances {
+        noise: 1e-3,
+        ..Disturbances::default()
+    });
+    let clean = case.found("10", &measured, Options::default());
+    measured.rows[130].ball = 1;
+    let identified = case.found("10", &measured, Options { robust: true });
+    for (number, row) in identified.rows.iter().enumerate() {
+        assert_eq!(row.is_trusted, number != 130);
+    }
+    for (found, clean) in identified.parameters.iter().zip(&clean.parameters) {
+        // One row of 168 less.
+        let off = (found.value - clean.value).abs();
+        assert!(off < 0.5 * clean.uncertainty, "{}", found.parameter);
+    }
+    // Without being told to, it names the row and gives no parameters.
+    let model: Model = "10".parse().unwrap();
+    let parameters = model.parameters(&case.machine, 0, &[]).unwrap();
+    let perfect = ErrorModel::perfect(&case.machine);
+    let problem = Problem::new(
+        &case.machine,
+        &measured,
+        &case.artefact,
+        &parameters,
+        &perfect,
+    );
+    let error = identify(&problem, Options::default()).unwrap_err();
+    let line = measured.rows[130].line;
+    assert!(
+        error.to_string().contains(&format!("that of line {line}")),
+        "{error}"
+    );
 }

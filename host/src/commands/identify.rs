@@ -151,7 +151,7 @@ impl Arguments {
             IdentifyError::TooFew { .. } => {
                 "probe at more rotary positions, or give a model with fewer parameters"
             }
-            IdentifyError::NotConverged { .. } => {
+            IdentifyError::NotConverged { .. } | IdentifyError::NothingSeen { .. } => {
                 "look whether the machine file describes this machine (trueaxis pose), whether linear positions are machine coordinates without tool length, and whether balls have the right names"
             }
         };

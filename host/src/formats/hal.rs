@@ -212,7 +212,7 @@ fn is_arrow(word: &str) -> bool {
     matches!(word, "=>" | "<=" | "<=>")
 }
 
-/// The words of a line without its comment, with values of the INI file and of the environment put in.
+/// The words of a line without its comment, with values of the INI file put in.
 fn words(line: &str, ini: &Ini, place: &Place) -> Result<Vec<String>, FileError> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;

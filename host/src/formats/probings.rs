@@ -98,13 +98,15 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
     let columns = read_header(&cells(first, start), machine, &needed, &header)?;
     let mut probings = Probings::default();
     let mut seen = HashMap::new();
+    let (mut number, mut counted) = (1, 0);
     let mut last = start..start + first.len();
     for (line, start) in lines {
         if let Some(error) = separated(line, start) {
             return Err(error);
         }
         last = start..start + line.len();
-        let number = text[..start].matches('\n').count() + 1;
+        number += text[counted..start].matches('\n').count();
+        counted = start;
         let row = read_row(
             &cells(line, start),
             last.clone(),
@@ -330,25 +332,24 @@ fn read_row(
     Ok(row)
 }
 
-/// Largest rotary position (deg) of a file that may be in radians: nobody probes within a tenth of a turn
-/// about 0 only, and 2π is 6.28.
+/// Largest rotary position (deg) of a file that may be in radians: 2π is 6.28.
 const RADIANS: f64 = 6.3;
+/// Half degrees, of which most strategies consist, as nearly as radians are written.
+const STEP: f64 = 0.5;
+const NEARLY: f64 = 0.01;
 
+/// Positions that are half degrees if they are radians, and are not if they are degrees.
 fn looks_like_radians(probings: &Probings, machine: &Machine) -> Result<(), FileError> {
-    let rotary: Vec<usize> = (0..machine.axes.len())
-        .filter(|i| machine.axes[*i].letter.is_rotary())
-        .collect();
-    let values = || {
-        probings
-            .rows
-            .iter()
-            .flat_map(|row| rotary.iter().map(|i| row.position[*i]))
-    };
-    let largest = values().fold(0.0, |most: f64, v| most.max(v.abs()));
-    let is_fraction = values().any(|v| v.fract() != 0.0);
-    if largest > 0.0 && largest <= RADIANS && is_fraction {
+    let rotary = (0..machine.axes.len()).filter(|i| machine.axes[*i].letter.is_rotary());
+    let rotary: Vec<usize> = rotary.collect();
+    let all = probings.rows.iter();
+    let values = all.flat_map(|row| rotary.iter().map(|i| row.position[*i]));
+    let values: Vec<f64> = values.filter(|v| *v != 0.0).collect();
+    let is_round = |v: f64| (v / STEP - (v / STEP).round()).abs() * STEP < NEARLY;
+    let is_radian = |v: &f64| v.abs() <= RADIANS && !is_round(*v) && is_round(v.to_degrees());
+    if !values.is_empty() && values.iter().all(is_radian) {
         return Err(FileError::whole(
-            format!("no rotary position is beyond {largest}: these look like radians"),
+            format!("rotary positions such as {} look like radians", values[0]),
             "write rotary positions in degrees",
         ));
     }

@@ -1,6 +1,7 @@
 //! What was identified, as an error file.
 
 use super::{Estimated, Identified};
+use crate::errors::{Parameter, ParameterKind};
 use crate::formats::probings::Probings;
 use crate::machine::Machine;
 use std::fmt::Write;
@@ -13,10 +14,10 @@ const NARROWEST: f64 = 1.0;
 #[must_use]
 pub fn error_file(machine: &Machine, probings: &Probings, identified: &Identified) -> String {
     let mut text = format!(
-        "machine = {:?}\n\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n",
-        machine.name
+        "machine = {}\n\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n",
+        toml::Value::from(machine.name.as_str())
     );
-    let found = |p| {
+    let found = |p: Parameter| {
         identified
             .parameters
             .iter()
@@ -51,6 +52,19 @@ pub fn error_file(machine: &Machine, probings: &Probings, identified: &Identifie
     }
     text += "\n[calibrated]  # mm or deg: the range that was probed\n";
     for (i, axis) in machine.axes.iter().enumerate() {
+        // Motions that were known before were known there.
+        let is_kept =
+            |p: &Parameter| p.axis == axis.letter.char() && p.kind != ParameterKind::Inter;
+        if identified
+            .errors
+            .parameters
+            .keys()
+            .any(|p| is_kept(p) && found(*p).is_none())
+        {
+            let [low, high] = identified.errors.calibrated[i].map(|q| axis.to_command(q));
+            let _ = writeln!(text, "{} = [{low:.3}, {high:.3}]", axis.letter);
+            continue;
+        }
         let positions = probings.rows.iter().map(|row| row.position[i]);
         let low = positions
             .clone()

@@ -59,6 +59,12 @@ impl Factor {
 
     /// The combinations whose singular value is not above `least`.
     pub fn spectrum(&self, least: f64) -> Spectrum {
+        if self.columns.is_empty() {
+            return Spectrum {
+                condition: 1.0,
+                hidden: DMatrix::zeros(0, 0),
+            };
+        }
         let svd = self.triangle.clone().svd(false, true);
         let values = &svd.singular_values;
         let vectors = svd.v_t.map(|v| v.transpose()).unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use super::Unknown;
 use super::factor::Factor;
-use super::solve::Row;
+use super::solve::{IdentifyError, Row};
 use super::unseen::GivenUp;
 use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation};
 use crate::formats::artefact::Artefact;
@@ -33,8 +33,9 @@ pub struct Problem<'a> {
 #[derive(Debug)]
 pub(super) struct Place {
     pub ball: usize,
-    /// Its row in the file.
+    /// Its row in the file, and its line.
     pub row: usize,
+    pub line: usize,
     q: PerAxis,
     situation: Situation,
     /// How the spindle has turned the stylus.
@@ -56,6 +57,16 @@ struct Stylus {
     sigma: [Option<f64>; 3],
 }
 
+/// How much each equation counts.
+#[derive(Debug)]
+pub(super) struct Weights {
+    /// The inverse standard uncertainty of each probing (mm).
+    pub rows: Vec<f64>,
+    /// Bars and stylus are taken to be known no better than this (mm), as long as the machine is not known: they
+    /// would else forbid every step that is not quite right.
+    pub least: f64,
+}
+
 /// Values of all unknowns.
 #[derive(Clone, Debug)]
 pub(super) struct Estimate {
@@ -67,6 +78,8 @@ pub(super) struct Estimate {
 /// Larger errors no machine has (rad, mm).
 const LARGEST_ANGLE: f64 = 0.01;
 const LARGEST_LENGTH: f64 = 1.0;
+/// Least lever (mm): the size of a ball.
+const LEAST_LEVER: f64 = 1.0;
 
 impl<'a> Problem<'a> {
     /// Puts it together: `base` is what is known of the machine, or what to start from. Balls of the artefact that were not probed, and bars between them, are left out.
@@ -83,6 +96,7 @@ impl<'a> Problem<'a> {
             .map(|(row, probing)| Place {
                 ball: probing.ball,
                 row,
+                line: probing.line,
                 q: machine.to_kinematic(&probing.position),
                 situation: Situation {
                     sign: probing.direction,
@@ -164,7 +178,8 @@ impl<'a> Problem<'a> {
                 .sum::<f64>()
                 / count
         });
-        variances.sum::<f64>().sqrt()
+        // Where nothing moves, nothing is seen either.
+        variances.sum::<f64>().sqrt().max(LEAST_LEVER)
     }
 
     /// How many equations there are.
@@ -203,21 +218,25 @@ impl<'a> Problem<'a> {
     }
 
     /// The equations that are no probings: what is left of each, in its standard uncertainties.
-    fn others(&self, estimate: &Estimate) -> Vec<f64> {
+    fn others(&self, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|i| estimate.balls[i]);
-            ((a - b).norm() - bar.length) / bar.sigma
+            ((a - b).norm() - bar.length) / bar.sigma.max(weights.least)
         });
         let known = self.known_coordinates();
-        bars.chain(known.map(|(i, sigma)| (estimate.stylus[i] - self.stylus.tip[i]) / sigma))
-            .collect()
+        bars.chain(
+            known.map(|(i, sigma)| {
+                (estimate.stylus[i] - self.stylus.tip[i]) / sigma.max(weights.least)
+            }),
+        )
+        .collect()
     }
 
     /// Their derivatives by one unknown.
-    fn others_by(&self, unknown: Unknown, estimate: &Estimate) -> Vec<f64> {
+    fn others_by(&self, unknown: Unknown, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
-            let along = (a - b).normalize() / bar.sigma;
+            let along = (a - b).normalize() / bar.sigma.max(weights.least);
             match unknown {
                 Unknown::Ball(ball, k) if ball == bar.balls[0] => along[k],
                 Unknown::Ball(ball, k) if ball == bar.balls[1] => -along[k],
@@ -225,7 +244,7 @@ impl<'a> Problem<'a> {
             }
         });
         let known = self.known_coordinates().map(|(k, sigma)| match unknown {
-            Unknown::Stylus(i) if i == k => 1.0 / sigma,
+            Unknown::Stylus(i) if i == k => 1.0 / sigma.max(weights.least),
             _ => 0.0,
         });
         bars.chain(known).collect()
@@ -233,18 +252,18 @@ impl<'a> Problem<'a> {
 
     /// What is left of all equations, in their standard uncertainties: those of probings are the inverse of
     /// `weights`.
-    pub(super) fn residuals(&self, estimate: &Estimate, weights: &[f64]) -> DVector<f64> {
+    pub(super) fn residuals(&self, estimate: &Estimate, weights: &Weights) -> DVector<f64> {
         let misses = self.misses(estimate);
-        let probed = misses.iter().zip(weights).flat_map(|(miss, w)| {
+        let probed = misses.iter().zip(&weights.rows).flat_map(|(miss, w)| {
             let scaled = miss * *w;
             [scaled.x, scaled.y, scaled.z]
         });
-        let all: Vec<f64> = probed.chain(self.others(estimate)).collect();
+        let all: Vec<f64> = probed.chain(self.others(estimate, weights)).collect();
         DVector::from_vec(all)
     }
 
     /// The derivatives of [`Self::residuals`]: equations × unknowns.
-    pub(super) fn jacobian(&self, estimate: &Estimate, weights: &[f64]) -> DMatrix<f64> {
+    pub(super) fn jacobian(&self, estimate: &Estimate, weights: &Weights) -> DMatrix<f64> {
         let kinematics = Kinematics::new(self.machine, &estimate.errors);
         let mut jacobian = DMatrix::zeros(self.equations(), self.unknowns.len());
         let found: Vec<_> = self
@@ -266,18 +285,18 @@ impl<'a> Problem<'a> {
                     Unknown::Ball(ball, k) if ball == place.ball => -Vector3::ith(k, 1.0),
                     Unknown::Ball(..) => continue,
                 };
-                let weighted: [f64; 3] = (change * weights[i]).into();
+                let weighted: [f64; 3] = (change * weights.rows[i]).into();
                 column[3 * i..3 * i + 3].copy_from_slice(&weighted);
             }
-            let others = self.others_by(*unknown, estimate);
+            let others = self.others_by(*unknown, estimate, weights);
             column[3 * self.places.len()..].copy_from_slice(&others);
         });
         jacobian
     }
 
     /// Parameters that show in no row, though they be as large as in no machine.
-    pub(super) fn idle(&self, factor: &Factor, weights: &[f64]) -> Vec<usize> {
-        let all = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
+    pub(super) fn idle(&self, factor: &Factor, weights: &Weights) -> Vec<usize> {
+        let all = weights.rows.iter().map(|w| w * w).sum::<f64>().sqrt();
         let columns = factor.unknowns().iter().zip(factor.lengths());
         let idle = columns.filter(|(i, length)| {
             let Unknown::Parameter(parameter) = self.unknowns[**i] else {
@@ -292,7 +311,7 @@ impl<'a> Problem<'a> {
             let bases = self
                 .places
                 .iter()
-                .zip(weights)
+                .zip(&weights.rows)
                 .map(|(place, w)| w * self.basis(parameter, place));
             let whole = bases.map(|b| b * b).sum::<f64>().sqrt();
             let largest_coefficient = largest * all / whole;
@@ -338,13 +357,31 @@ impl<'a> Problem<'a> {
             .get(&parameter)
             .copied()
             .unwrap_or(0.0);
+        // What was known before stays.
+        let known = self.base.parameters.get(&parameter).copied();
         let mut step = DVector::zeros(self.unknowns.len());
         for (i, part) in &given_up.others {
-            step[*i] = part * value;
+            step[*i] = part * (value - known.unwrap_or(0.0));
         }
         *estimate = self.moved(estimate, &step);
-        estimate.errors.set(self.machine, parameter, 0.0);
-        estimate.errors.parameters.remove(&parameter);
+        estimate
+            .errors
+            .set(self.machine, parameter, known.unwrap_or(0.0));
+        if known.is_none() {
+            estimate.errors.parameters.remove(&parameter);
+        }
+    }
+
+    /// Which row misses most.
+    pub(super) fn nothing_seen(&self, misses: &[Vector3<f64>]) -> IdentifyError {
+        let squares: f64 = misses.iter().map(Vector3::norm_squared).sum();
+        let rows = self.places.iter().zip(misses);
+        let worst = rows.max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+        IdentifyError::NothingSeen {
+            rms: (squares / misses.len() as f64).sqrt(),
+            line: worst.map_or(0, |(place, _)| place.line),
+            worst: worst.map_or(0.0, |(_, miss)| miss.norm()),
+        }
     }
 
     /// What is left, in the order of the file.
@@ -368,6 +405,10 @@ impl<'a> Problem<'a> {
     pub(super) fn moved(&self, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
         let mut next = estimate.clone();
         for (unknown, step) in self.unknowns.iter().zip(step.iter()) {
+            // What has been given up stays without a value.
+            if *step == 0.0 {
+                continue;
+            }
             match *unknown {
                 Unknown::Parameter(parameter) => {
                     let before = next

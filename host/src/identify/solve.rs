@@ -2,7 +2,7 @@
 
 use super::Unknown;
 use super::factor::Factor;
-use super::rows::{Estimate, Problem};
+use super::rows::{Estimate, Problem, Weights};
 use super::unseen::{GivenUp, Unseen, given_up};
 use crate::errors::{ErrorModel, Parameter};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -34,6 +34,18 @@ pub enum IdentifyError {
     NotConverged {
         /// Root of the mean square of the distance from tip to ball (mm).
         rms: f64,
+    },
+    /// No parameter stands out of what the rows miss.
+    #[error(
+        "no parameter can be told from these probings: they miss by {rms:.3} mm on average, that of line {line} by {worst:.3} mm"
+    )]
+    NothingSeen {
+        /// Root of the mean square of the distance from tip to ball (mm).
+        rms: f64,
+        /// Line of the row that misses most.
+        line: usize,
+        /// By how much (mm).
+        worst: f64,
     },
 }
 
@@ -115,6 +127,9 @@ const PLAUSIBLE: f64 = 5.0;
 const VAGUE: f64 = 3.0;
 /// Singular values that are no more than rounding: of columns of length 1, and positions with nine digits.
 const ROUNDING: f64 = 1e-10;
+/// Bars and stylus are known no better than this part of what the rows miss: a hundredth, of which second-order
+/// effects are a part again.
+const STIFF: f64 = 0.01;
 /// Where nothing is known of the noise yet (mm): probes repeat to 1 µm.
 const FIRST_NOISE: f64 = 1e-3;
 /// Noise is never less (mm): files have no more digits.
@@ -122,6 +137,9 @@ const LEAST_NOISE: f64 = 1e-6;
 /// Distances, in standard deviations of a coordinate, from which a row counts less: one good row of twenty
 /// has more; and from which it is named: one of 60 000.
 const HUBER: f64 = 2.8;
+/// After so many rounds what is named no longer counts: it would go on to pull a little, and add to the noise.
+const HUBER_ROUNDS: usize = 4;
+const REJECTED: f64 = 1e-6;
 const DISTRUSTED: f64 = 5.0;
 /// Median distance in three dimensions with a standard deviation of 1 in each.
 const MEDIAN: f64 = 1.538;
@@ -135,7 +153,8 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
     let equations = problem.equations();
     let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
     let parameters = (0..unknowns.len()).filter(is_parameter).count();
-    if equations < unknowns.len() {
+    // One equation more, or nothing would be known of the noise.
+    if equations <= unknowns.len() {
         return Err(IdentifyError::TooFew {
             equations,
             unknowns: unknowns.len(),
@@ -145,33 +164,34 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
     let mut noise = Noise::new(problem);
     let mut estimate = problem.start();
     let setup: Vec<usize> = (parameters..unknowns.len()).collect();
-    setup_alone(problem, &mut estimate, &noise.weights(), &setup);
+    setup_alone(
+        problem,
+        &mut estimate,
+        &noise.weights(f64::INFINITY),
+        &setup,
+    );
     let before = problem.misses(&estimate);
     let mut left = root_mean_square(before.iter().map(Vector3::norm));
-    let mut last: Option<Vec<usize>> = None;
+    let mut last: Vec<GivenUp> = Vec::new();
+    let mut last_numbers: Option<Vec<usize>> = None;
     let mut rounds = 0;
     loop {
-        let weights = noise.weights();
+        let weights = noise.weights(STIFF * left);
         let jacobian = problem.jacobian(&estimate, &weights);
         let factor = Factor::new(jacobian.clone());
-        let mut idle = problem.idle(&factor, &weights);
-        if rounds >= FREE {
-            idle.extend(
-                last.iter()
-                    .flatten()
-                    .filter(|i| !idle.contains(i))
-                    .copied()
-                    .collect::<Vec<usize>>(),
-            );
-        }
+        let idle = problem.idle(&factor, &weights);
         // The standard uncertainty of a combination with the singular value s is that of a weight of 1 by s,
         // if it is told by what it does at the probings (root of the mean square).
-        let known = root_mean_square(weights.iter().copied()).recip();
+        let known = root_mean_square(weights.rows.iter().copied()).recip();
         let size = root_mean_square(before.iter().map(Vector3::norm)).max(known);
         let noisy = known / (PLAUSIBLE * size * (equations as f64).sqrt());
         let vague = VAGUE * left / problem.lever();
         let least = noisy.max(vague).max(ROUNDING);
-        let (factor, given_up) = seen(unknowns, factor, &idle, least);
+        let mut gone = if rounds < FREE { Vec::new() } else { last };
+        let is_new = |i: &usize| gone.iter().all(|g: &GivenUp| g.number != *i);
+        let idle: Vec<usize> = idle.into_iter().filter(is_new).collect();
+        gone.extend(idle.into_iter().map(|i| GivenUp::idle(i, unknowns[i])));
+        let (factor, given_up) = seen(unknowns, factor, gone, least);
         for one in &given_up {
             problem.give_up(&mut estimate, one);
         }
@@ -179,16 +199,25 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
         let misses = problem.misses(&estimate);
         let kept = factor.unknowns();
         let freedom = equations - kept.len();
-        let settled = noise.learn(&misses, freedom, options.robust);
-        left = root_mean_square(misses.iter().map(Vector3::norm));
-        let dropped: Vec<usize> = given_up.iter().map(|g| g.number).collect();
-        let same = last.as_ref() == Some(&dropped);
-        last = Some(dropped);
+        let settled = noise.learn(&misses, freedom, options.robust, rounds);
+        let trusted = misses.iter().zip(&noise.trust);
+        left = root_mean_square(trusted.map(|(miss, trust)| miss.norm() * trust));
+        let numbers: Vec<usize> = given_up.iter().map(|g| g.number).collect();
+        let same = last_numbers.as_ref() == Some(&numbers);
+        last_numbers = Some(numbers);
         rounds += 1;
         if rounds == ROUNDS && !arrived {
             return Err(not_converged(&misses));
         }
         if (arrived && same && settled) || rounds == ROUNDS {
+            // Stiff bars and steps in between can end in another place; that is no result.
+            let most = root_mean_square(before.iter().map(Vector3::norm)) * (1.0 + STILL);
+            if !options.robust && (left.is_nan() || left > most) {
+                return Err(not_converged(&misses));
+            }
+            if parameters > 0 && !kept.iter().any(is_parameter) {
+                return Err(problem.nothing_seen(&misses));
+            }
             let seen: Vec<Parameter> = (kept.iter())
                 .filter_map(|i| match unknowns[*i] {
                     Unknown::Parameter(parameter) => Some(parameter),
@@ -218,6 +247,7 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
                 stylus: estimate.stylus,
             });
         }
+        last = given_up;
     }
 }
 
@@ -232,30 +262,18 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|v| v * v).sum::<f64>() / count as f64).sqrt()
 }
 
-/// Gives up what is `idle`, and unknowns until no combination has a singular value that is not above `least`;
-/// the factor of those that are left.
+/// Gives up, beside what is `gone`, unknowns until no combination has a singular value that is not above
+/// `least`; the factor of those that are left.
 fn seen(
     unknowns: &[Unknown],
     factor: Factor,
-    idle: &[usize],
+    gone: Vec<GivenUp>,
     least: f64,
 ) -> (Factor, Vec<GivenUp>) {
-    let mut all: Vec<GivenUp> = (idle.iter())
-        .map(|number| GivenUp {
-            number: *number,
-            others: Vec::new(),
-            unseen: Unseen {
-                unknown: unknowns[*number],
-                with: Vec::new(),
-            },
-        })
-        .collect();
-    let busy = factor
-        .unknowns()
-        .iter()
-        .copied()
-        .filter(|i| !idle.contains(i));
-    let mut factor = factor.of(&busy.collect::<Vec<usize>>());
+    let mut all = gone;
+    let is_left = |i: &usize| all.iter().all(|g| g.number != *i);
+    let left: Vec<usize> = factor.unknowns().iter().copied().filter(is_left).collect();
+    let mut factor = factor.of(&left);
     loop {
         let hidden = factor.spectrum(least).hidden;
         if hidden.ncols() == 0 {
@@ -285,10 +303,10 @@ fn seen(
 }
 
 /// Fits balls and stylus to the nominal machine: what is left is what its errors do.
-fn setup_alone(problem: &Problem<'_>, estimate: &mut Estimate, weights: &[f64], setup: &[usize]) {
+fn setup_alone(problem: &Problem<'_>, estimate: &mut Estimate, weights: &Weights, setup: &[usize]) {
     let jacobian = problem.jacobian(estimate, weights);
     let factor = Factor::new(jacobian.clone()).of(setup);
-    let factor = seen(&problem.unknowns, factor, &[], ROUNDING).0;
+    let factor = seen(&problem.unknowns, factor, Vec::new(), ROUNDING).0;
     descend(problem, estimate, &jacobian, &factor, weights);
 }
 
@@ -298,7 +316,7 @@ fn descend(
     estimate: &mut Estimate,
     jacobian: &DMatrix<f64>,
     factor: &Factor,
-    weights: &[f64],
+    weights: &Weights,
 ) -> bool {
     let mut residuals = problem.residuals(estimate, weights);
     let start = residuals.norm_squared();
@@ -309,7 +327,7 @@ fn descend(
             return false;
         };
         let change = jacobian * &step;
-        let moved = weights.iter().enumerate();
+        let moved = weights.rows.iter().enumerate();
         let moved = moved.map(|(i, w)| change.fixed_rows::<3>(3 * i).norm() / w);
         let most = moved.fold(0.0, f64::max);
         if most > SHRINKS * last {
@@ -363,10 +381,13 @@ impl Noise {
     }
 
     /// What the residuals of each row (mm) are multiplied by.
-    fn weights(&self) -> Vec<f64> {
+    fn weights(&self, least: f64) -> Weights {
         let rows = self.trust.iter().zip(&self.stated);
-        rows.map(|(trust, stated)| trust / (self.deviation * stated))
-            .collect()
+        let rows = rows.map(|(trust, stated)| trust / (self.deviation * stated));
+        Weights {
+            rows: rows.collect(),
+            least,
+        }
     }
 
     /// Distances in what is stated.
@@ -388,7 +409,8 @@ impl Noise {
     fn factor(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
         let counted = self.distances(misses).into_iter().zip(&self.trust);
         let squares: f64 = counted.map(|(d, trust)| (d * trust).powi(2)).sum();
-        (squares / freedom as f64).sqrt()
+        let rejected = self.trust.iter().filter(|t| **t <= REJECTED).count();
+        (squares / freedom.saturating_sub(3 * rejected).max(1) as f64).sqrt()
     }
 
     /// The same in mm.
@@ -403,24 +425,30 @@ impl Noise {
     }
 
     /// Takes in what is left; true if that hardly changes anything.
-    fn learn(&mut self, misses: &[Vector3<f64>], freedom: usize, robust: bool) -> bool {
+    fn learn(
+        &mut self,
+        misses: &[Vector3<f64>],
+        freedom: usize,
+        robust: bool,
+        round: usize,
+    ) -> bool {
         let mut change: f64 = 0.0;
         let spread = self.spread(misses, freedom);
         if robust {
             let most = HUBER * spread;
             let distances = self.distances(misses);
             for (trust, distance) in self.trust.iter_mut().zip(distances) {
-                let next = if distance > most {
-                    (most / distance).sqrt()
+                let next = if round >= HUBER_ROUNDS && distance > DISTRUSTED * spread {
+                    REJECTED
                 } else {
-                    1.0
+                    (most / distance).sqrt().min(1.0)
                 };
                 change = change.max((next - *trust).abs());
                 *trust = next;
             }
         }
         if !self.is_stated {
-            let found = if robust {
+            let found = if robust && round < HUBER_ROUNDS {
                 spread
             } else {
                 self.factor(misses, freedom)
@@ -433,6 +461,6 @@ impl Noise {
             change = change.max((next / self.deviation - 1.0).abs());
             self.deviation = next;
         }
-        change < SETTLED
+        change < SETTLED && (!robust || round > HUBER_ROUNDS)
     }
 }

@@ -31,6 +31,20 @@ pub(super) struct GivenUp {
     pub unseen: Unseen,
 }
 
+impl GivenUp {
+    /// One that does nothing.
+    pub fn idle(number: usize, unknown: Unknown) -> Self {
+        Self {
+            number,
+            others: Vec::new(),
+            unseen: Unseen {
+                unknown,
+                with: Vec::new(),
+            },
+        }
+    }
+}
+
 /// Picks as many unknowns as there are combinations that cannot be seen: columns of `hidden`, orthonormal,
 /// in units in which each unknown by itself does as much in the probings as any other; `units` are these.
 pub(super) fn given_up(unknowns: &[Unknown], hidden: &DMatrix<f64>, units: &[f64]) -> Vec<GivenUp> {
@@ -115,7 +129,7 @@ impl Unseen {
             }
             _ => false,
         };
-        let scales = |(u, part): &&(Unknown, f64)| is_scale(u) && (part + 1.0).abs() < 0.05;
+        let scales = |(u, part): &&(Unknown, f64)| is_scale(u) && (part.abs() - 1.0).abs() < 0.05;
         let common = self.with.iter().filter(scales).count();
         if is_scale(&self.unknown) && common == 2 {
             return format!(

@@ -182,7 +182,7 @@ fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
 }
 
 fn machine(configuration: &Configuration, name: &str, entries: &[Entry], tip: f64) -> String {
-    let quoted = format!("{name:?}");
+    let quoted = toml::Value::from(name);
     let mut text = format!(
         "# A first description, made from the INI file: CHECK marks what that does not tell. See the page on machine\n\
          # files in the manual, and compare `trueaxis pose` with the machine.\n\

@@ -830,6 +830,20 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
     for name in ["mill-21", "xyzac-trt"] {
         let machine = simulated(name);
         let lines = machine.text("trueaxis.hal");
+        // Not where they are already: what is connected then is ours.
+        refused(
+            &[
+                "linuxcnc",
+                "setup",
+                &machine.at("machine.ini"),
+                "-o",
+                &machine.at("."),
+            ],
+            &[
+                "load the component trueaxis already",
+                "take HALFILE = trueaxis.hal out",
+            ],
+        );
         machine.change(
             "machine.ini",
             "HALFILE = trueaxis.hal\nHALFILE = model.hal\n",

@@ -6,6 +6,7 @@ mod bad_machines;
 mod bad_positions;
 mod endless;
 mod hints;
+mod identify;
 mod linuxcnc;
 mod outside;
 mod pose;

@@ -201,6 +201,24 @@ fn not_referenced(bench: &Bench) -> Result<(), String> {
         + &set("dry-run", "1")
         + &until("factor", "0")
         + &until("fault", "FALSE");
+    run(bench, &lines, &[])?;
+    // A squareness: one axis is corrected, and only another is an input.
+    let machine = root()
+        .join("examples/linuxcnc-xyzac-trt/machine.toml")
+        .display()
+        .to_string();
+    let square = "machine = \"xyzac-trt\"\n[parameters]\nEC0X = 100e-6\n";
+    bench.write("square.toml", square)?;
+    bench.trueaxis(&["compile", &machine, "square.toml", "-o", "square.trax"])?;
+    let mut lines = started("file=/tmp/square.trax axes=XYZAC units=mm")
+        + &referenced(5)
+        + &set("enable", "1")
+        + &until("factor", "1");
+    for joint in 0..5 {
+        let homed = format!("joint.{joint}.homed");
+        lines += &(set(&homed, "0") + &until("factor", "0"));
+        lines += &(set(&homed, "1") + &until("factor", "1"));
+    }
     run(bench, &lines, &[])
 }
 

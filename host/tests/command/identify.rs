@@ -1,0 +1,312 @@
+//! From probings to parameters, and what is no probing.
+
+use crate::program::{Folder, answer, example, refused};
+
+/// The probings of the Kolibri with ten errors and 1 µm of noise.
+fn probings(folder: &Folder, more: &[&str]) -> String {
+    let out = folder.at("probings.csv");
+    let files = [
+        "machine.toml",
+        "errors-10.toml",
+        "artefact.toml",
+        "strategy.csv",
+    ];
+    let [machine, errors, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let mut arguments = vec![
+        "simulate",
+        "probings",
+        &machine,
+        &errors,
+        "--artefact",
+        &artefact,
+    ];
+    arguments.extend(["--strategy", &strategy, "--noise", "1", "-o", &out]);
+    arguments.extend(more);
+    answer(0, &arguments);
+    out
+}
+
+fn identified(folder: &Folder, probings: &str, more: &[&str]) -> serde_json::Value {
+    let out = folder.at("errors.toml");
+    let machine = example("kolibri/machine.toml");
+    let mut arguments = vec!["identify", &machine, probings, "-o", &out, "--json"];
+    arguments.extend(more);
+    serde_json::from_str(&answer(0, &arguments)).unwrap()
+}
+
+/// Value and uncertainty of a parameter.
+fn of(answer: &serde_json::Value, name: &str) -> [f64; 2] {
+    let all = answer["parameters"].as_array().unwrap();
+    let one = all.iter().find(|p| p["parameter"] == name).unwrap();
+    ["value", "standard_uncertainty"].map(|key| one[key].as_f64().unwrap())
+}
+
+#[test]
+fn what_is_identified_can_be_compiled() {
+    let folder = Folder::new();
+    let probings = probings(&folder, &[]);
+    let answer_10 = identified(&folder, &probings, &["--model", "10"]);
+    let [value, uncertainty] = of(&answer_10, "EB0A");
+    assert!((value - 1.09e-3).abs() < 4.0 * uncertainty && uncertainty < 5e-6);
+    let (machine, errors, blob) = (
+        example("kolibri/machine.toml"),
+        folder.at("errors.toml"),
+        folder.at("machine.trax"),
+    );
+    answer(
+        0,
+        &[
+            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
+        ],
+    );
+    // As a person sees it.
+    let said = answer(0, &["identify", &machine, &probings]);
+    for part in [
+        "10 parameters from 168 probings of 4 balls",
+        "EXX1 and EYY1, EZZ1 differ by a common scale only",
+        "of balls held out",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
+fn a_compensation_that_was_on_is_undone() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let (errors, blob) = (example("kolibri/errors-10.toml"), folder.at("active.trax"));
+    answer(
+        0,
+        &[
+            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
+        ],
+    );
+    // Positions as they are read while the compensation is on: they lack its correction.
+    let measured = std::fs::read_to_string(probings(&folder, &[])).unwrap();
+    let positions: String = (measured.lines())
+        .map(|line| line.split_once(',').unwrap().1.to_owned() + "\n")
+        .collect();
+    let positions = folder.file("positions.csv", positions);
+    let corrections = answer(0, &["eval", &blob, "--positions", &positions]);
+    let mut read = String::from("ball,Y,A,C,X,Z\n");
+    for (row, correction) in measured.lines().zip(corrections.lines()).skip(1) {
+        let (ball, row) = row.split_once(',').unwrap();
+        let both = row.split(',').zip(correction.split(','));
+        let cells = both.map(|(q, d)| q.parse::<f64>().unwrap() - d.parse::<f64>().unwrap());
+        let cells: Vec<String> = cells.map(|q| format!("{q:.9}")).collect();
+        read += &format!("{ball},{}\n", cells.join(","));
+    }
+    let read = folder.file("read.csv", read);
+    let with = identified(&folder, &read, &["--model", "10", "--active", &blob]);
+    let without = identified(&folder, &read, &["--model", "10"]);
+    let [undone, uncertainty] = of(&with, "EB0A");
+    assert!((undone - 1.09e-3).abs() < 4.0 * uncertainty, "{undone}");
+    assert!(of(&without, "EB0A")[0].abs() < 1e-4);
+}
+
+#[test]
+fn what_was_known_before_stays() {
+    let folder = Folder::new();
+    let probings = probings(&folder, &[]);
+    let old = folder.file(
+        "old.toml",
+        "machine = \"Kolibri\"\n[parameters]\nEAAb = -13e-6\nEB0A = 0.5e-3\n",
+    );
+    identified(&folder, &probings, &["--model", "10", "--update", &old]);
+    let written = std::fs::read_to_string(folder.at("errors.toml")).unwrap();
+    assert!(
+        written.contains("EAAb = -1.3e-5") && written.contains("EB0A = 1.09"),
+        "{written}"
+    );
+    let table =
+        "machine = \"Kolibri\"\n[tabulated.EXX]\nat = [-100.0, 100.0]\nvalue = [0.0, 0.01]\n";
+    let old = folder.file("old.toml", table);
+    refused(
+        &[
+            "identify",
+            &example("kolibri/machine.toml"),
+            &probings,
+            "--model",
+            "10",
+            "--update",
+            &old,
+        ],
+        &[
+            "tables and thermal changes cannot be kept",
+            "without --update",
+        ],
+    );
+}
+
+#[test]
+fn rows_that_are_no_probings_are_refused() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let out = folder.at("errors.toml");
+    let row = "1,1,2,3,4,100\n";
+    for (text, parts) in [
+        ("", ["the file is empty", "ball,Y,A,C,X,Z"]),
+        (
+            "ball,X,Y,Z,A\n",
+            ["column `C` is missing", "ball,Y,A,C,X,Z"],
+        ),
+        (
+            "ball,X,Y,Z,A,C,Q\n",
+            ["column 7: `Q` is not known", "A_dir"],
+        ),
+        (
+            "ball,X,Y,Z,A,C,C\n",
+            ["column 7: `C` is there twice", "keep one"],
+        ),
+        ("ball;X;Y;Z;A;C\n", ["separated by semicolons", "commas"]),
+        (
+            "ball,Y,A,C,X,Z\n",
+            ["no probings below the header", "one probing per line"],
+        ),
+        (
+            "ball,Y,A,C,X,Z\n1,2,3\n",
+            [
+                "line 2: the row has 3 columns, the header has 6",
+                "one value per column",
+            ],
+        ),
+        (
+            "ball,Y,A,C,X,Z\n1,2,3,x,4,5\n",
+            ["`x` is no finite number", "decimal point"],
+        ),
+        (
+            "ball,Y,A,C,X,Z\n1,2,3,NaN,4,5\n",
+            ["`NaN` is no finite number", "decimal point"],
+        ),
+        (
+            "ball,Y,A,C,X,Z\n1,2,3,4,500,5\n",
+            ["X = 500 is outside the travel", "range of the axis"],
+        ),
+        (
+            "ball,Y,A,C,X,Z,A_dir\n1,2,3,4,5,6,2\n",
+            ["`2` is no direction", "write 1"],
+        ),
+        (
+            "ball,Y,A,C,X,Z,sigma_um\n1,2,3,4,5,6,0\n",
+            ["an uncertainty is more than 0", "µm"],
+        ),
+        (
+            "ball,Y,A,C,X,Z\n,2,3,4,5,6\n",
+            ["the ball has no name", "which ball"],
+        ),
+        (
+            &format!("ball,Y,A,C,X,Z\n{row}{row}"),
+            ["line 3: this row is the same as line 2", "column `run`"],
+        ),
+        (
+            "ball,Y,A,C,X,Z\n1,2,0.5,1.57,4,5\n",
+            ["look like radians", "degrees"],
+        ),
+        (
+            &format!("ball,Y,A,C,X,Z\n{row}"),
+            [
+                "3 equations, three of each probing, for 16 unknowns",
+                "fewer parameters",
+            ],
+        ),
+    ] {
+        let probings = folder.file("p.csv", text);
+        refused(
+            &["identify", &machine, &probings, "--model", "10", "-o", &out],
+            &parts,
+        );
+    }
+    assert_eq!(folder.names(), ["p.csv"]);
+}
+
+#[test]
+fn models_and_artefacts_that_are_none_are_refused() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let probings = probings(&folder, &[]);
+    for (model, parts) in [
+        (
+            "11",
+            [
+                "`11` is neither a model nor an error parameter",
+                "10, 12, 13",
+            ],
+        ),
+        (
+            "84",
+            ["laid out as wCBXFZYSt; Kolibri is wCAYFXZSt", "auto"],
+        ),
+        ("EB0A,EB0A", ["EB0A is named twice", "once"]),
+        ("EB0B", ["Kolibri has no parameter EB0B", "wCAYFXZSt"]),
+    ] {
+        refused(&["identify", &machine, &probings, "--model", model], &parts);
+    }
+    for (text, parts) in [
+        (
+            "[[bar]]\nballs = [\"1\", \"7\"]\nlength_mm = 1.0\nstandard_uncertainty_mm = 1.0\n",
+            ["there is no ball `1`", "add [[ball]]"],
+        ),
+        (
+            "[[ball]]\nname = \"1\"\n[[ball]]\nname = \"1\"\n",
+            ["ball `1` is there twice", "its own name"],
+        ),
+        (
+            "[[ball]]\nname = \"1\"\nnominal_mm = [1.0, 2.0]\n",
+            ["2 numbers", "see the file formats"],
+        ),
+        (
+            "[stylus]\nlength_standard_uncertainty_mm = -1.0\n",
+            ["-1 is no such length", "more than 0"],
+        ),
+        ("balls = 3\n", ["unknown field", "see the file formats"]),
+    ] {
+        let artefact = folder.file("a.toml", text);
+        refused(
+            &[
+                "identify",
+                &machine,
+                &probings,
+                "--model",
+                "10",
+                "--artefact",
+                &artefact,
+            ],
+            &parts,
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_probed_is_not_simulated() {
+    let folder = Folder::new();
+    let [machine, errors, artefact] = ["machine.toml", "errors-10.toml", "artefact.toml"]
+        .map(|f| example(&format!("kolibri/{f}")));
+    for (strategy, ball, parts) in [
+        (
+            "ball,A,C\n9,0,0\n",
+            None,
+            ["ball `9` has no nominal_mm", "correct the strategy"],
+        ),
+        (
+            "ball,A,C\n1,0,0\n",
+            Some("[[ball]]\nname = \"1\"\nnominal_mm = [500.0, 0.0, 0.0]\n"),
+            ["line 2: ball `1` is at X = 500", "correct the strategy"],
+        ),
+    ] {
+        let strategy = folder.file("s.csv", strategy);
+        let artefact = ball.map_or(artefact.clone(), |text| folder.file("a.toml", text));
+        refused(
+            &[
+                "simulate",
+                "probings",
+                &machine,
+                &errors,
+                "--artefact",
+                &artefact,
+                "--strategy",
+                &strategy,
+            ],
+            &parts,
+        );
+    }
+}
