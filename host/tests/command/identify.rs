@@ -199,7 +199,7 @@ fn rows_that_are_no_probings_are_refused() {
             ["line 3: this row is the same as line 2", "column `run`"],
         ),
         (
-            "ball,Y,A,C,X,Z\n1,2,0.5,1.57,4,5\n",
+            "ball,Y,A,C,X,Z\n1,2,0.5236,1.5708,4,5\n",
             ["look like radians", "degrees"],
         ),
         (
