@@ -1,5 +1,7 @@
 //! `cargo xtask bench`: run times beside their rivals, instruction counts where valgrind is there.
 
+pub mod policies;
+
 use crate::process::{self, cargo, root, target, works};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -25,7 +27,9 @@ pub fn run() -> Result<(), String> {
         println!("instructions per call: valgrind is not installed");
         return Ok(());
     }
-    instructions()
+    let steady = instructions();
+    policies::run()?;
+    steady
 }
 
 /// Instructions per call: those of two runs that differ only in their number of calls.
@@ -90,21 +94,28 @@ fn build() -> Result<PathBuf, String> {
 
 /// All instructions of one run.
 fn count(program: &Path, workload: &str, calls: u32) -> Result<u64, String> {
-    let file = target("callgrind.out");
+    let file = target("bench.callgrind");
     let output = Command::new("valgrind")
         .current_dir(root())
-        .args([
-            "--tool=callgrind",
-            &format!("--callgrind-out-file={}", file.display()),
-        ])
+        .args(["--tool=callgrind", "-q"])
+        .arg(format!("--callgrind-out-file={}", file.display()))
         .arg(program)
         .args(["--calls", workload, &calls.to_string()])
         .output()
         .map_err(|e| e.to_string())?;
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    let collected = text
-        .lines()
-        .find_map(|l| l.split("Collected : ").nth(1)?.trim().parse().ok());
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(format!("{workload} under valgrind:\n{said}"));
+    }
+    collected(&file)
+}
+
+/// The instructions that callgrind wrote down, whose file is removed.
+fn collected(file: &Path) -> Result<u64, String> {
+    let place = file.display();
+    let text = std::fs::read_to_string(file).map_err(|e| format!("{place}: {e}"))?;
     let _ = std::fs::remove_file(file);
-    collected.ok_or_else(|| format!("valgrind does not count:\n{text}"))
+    let line = text.lines().find_map(|l| l.strip_prefix("totals: "));
+    line.and_then(|l| l.trim().parse().ok())
+        .ok_or_else(|| format!("{place} has no totals"))
 }

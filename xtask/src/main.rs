@@ -29,7 +29,7 @@ usage: cargo xtask COMMAND
   capi                           the C interface from C and C++ under sanitizers; its panics and stack
   grblhal                        the plugin for grblHAL against a stand-in of it, under sanitizers
   install --prefix DIR           the C library: static, shared, header, pkg-config
-  bench                          run times beside their rivals; instruction counts with valgrind
+  bench [policies]               run times beside their rivals; instruction counts with valgrind
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
   hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line,
@@ -53,6 +53,7 @@ fn main() -> ExitCode {
         ["grblhal"] => grblhal::execute(),
         ["install", ref options @ ..] => capi::install(options),
         ["bench"] => bench::run(),
+        ["bench", "policies"] => bench::policies::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),

@@ -1,0 +1,104 @@
+//! What the policy `direction` costs beside `orientation`: tables, terms, bytes, and the instructions of
+//! `compile`, on every example with ten to thirteen errors.
+
+use super::collected;
+use crate::process::{self, cargo, root, target};
+use std::path::Path;
+use std::process::Command;
+
+/// Machine and errors in `examples`.
+const EXAMPLES: [[&str; 2]; 8] = [
+    ["huron-k2x8/machine", "huron-k2x8/errors-13"],
+    ["huron-k2x8/machine-tool-length", "huron-k2x8/errors-13"],
+    ["kolibri/machine", "kolibri/errors-10"],
+    ["kolibri/machine", "kolibri/errors-12"],
+    ["hu40/machine", "hu40/errors-13"],
+    ["fork-head/machine", "fork-head/errors-13"],
+    ["table-head/machine", "table-head/errors-13"],
+    ["router/machine", "router/errors-10"],
+];
+
+/// Of one compilation.
+struct Costs {
+    tables: u64,
+    terms: u64,
+    bytes: u64,
+    instructions: u64,
+}
+
+/// Prints them beside each other.
+///
+/// # Errors
+/// A build or a compilation that fails, or valgrind that does not count.
+pub fn run() -> Result<(), String> {
+    process::run(cargo().args(["build", "-q", "--release", "-p", "trueaxis-host"]))?;
+    let program = target("release/trueaxis");
+    println!(
+        "`direction` / `orientation` (compile in millions of instructions, callgrind, one thread):"
+    );
+    println!("  {:<33} tables   terms    bytes           compile", "");
+    for [machine, errors] in EXAMPLES {
+        let costs = |policy| of(&program, machine, errors, policy);
+        let (direction, orientation) = (costs("direction")?, costs("orientation")?);
+        let (machine, errors) = (name(machine), name(errors));
+        println!(
+            "  {:<33} {:>2} / {:<2}  {:>2} / {:<2}  {:>5} / {:<5}  {:>5} / {:<5} = {:.2}",
+            format!("{machine}, {errors}"),
+            direction.tables,
+            orientation.tables,
+            direction.terms,
+            orientation.terms,
+            direction.bytes,
+            orientation.bytes,
+            direction.instructions / 1_000_000,
+            orientation.instructions / 1_000_000,
+            direction.instructions as f64 / orientation.instructions as f64,
+        );
+    }
+    Ok(())
+}
+
+/// The folder, unless the file says more.
+fn name(path: &str) -> String {
+    match path.split_once('/') {
+        Some((folder, "machine")) => folder.to_owned(),
+        Some((_, file)) if file.starts_with("errors") => file.to_owned(),
+        _ => path.replace("/machine", ""),
+    }
+}
+
+fn of(program: &Path, machine: &str, errors: &str, policy: &str) -> Result<Costs, String> {
+    let [counts, blob] = ["policies.callgrind", "policies.trax"].map(target);
+    let output = Command::new("valgrind")
+        .current_dir(root().join("examples"))
+        .env("RAYON_NUM_THREADS", "1")
+        .args(["--tool=callgrind", "-q"])
+        .arg(format!("--callgrind-out-file={}", counts.display()))
+        .arg(program)
+        .args(["compile", "--json", "--allow-large", "--policy", policy])
+        .args([format!("{machine}.toml"), format!("{errors}.toml")])
+        .arg("-o")
+        .arg(&blob)
+        .output()
+        .map_err(|e| e.to_string())?;
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    if !output.status.success() {
+        return Err(format!(
+            "compile --policy {policy} {machine} {errors}:\n{said}"
+        ));
+    }
+    let json = String::from_utf8_lossy(&output.stdout).into_owned();
+    let number = |key: &str| {
+        let rest = json.split(&format!("\n  \"{key}\": ")).nth(1)?;
+        rest.split([',', '\n']).next()?.trim().parse().ok()
+    };
+    let missing = |key| format!("compile --json gives no `{key}`");
+    let costs = Costs {
+        tables: number("tables").ok_or_else(|| missing("tables"))?,
+        terms: number("terms").ok_or_else(|| missing("terms"))?,
+        bytes: number("bytes").ok_or_else(|| missing("bytes"))?,
+        instructions: collected(&counts)?,
+    };
+    let _ = std::fs::remove_file(blob);
+    Ok(costs)
+}
