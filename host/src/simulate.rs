@@ -1,5 +1,7 @@
 //! Measurements as a machine with known errors would give them.
 
+mod touches;
+
 use crate::errors::Situation;
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
@@ -9,6 +11,7 @@ use crate::machine::{Machine, PerAxis};
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+pub use touches::{log, touches};
 
 /// What is not as it should be with the measurement itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -109,7 +112,7 @@ const STEPS: usize = 20;
 const REACHED: f64 = 1e-11;
 
 /// Linear positions at which the tip is on the ball (mm, rad).
-fn reach(
+pub(crate) fn reach(
     kinematics: &Kinematics<'_>,
     row: &Probing,
     tip: &Vector3<f64>,
@@ -142,7 +145,7 @@ fn reach(
 }
 
 /// The first three linear axes.
-fn three_linear(machine: &Machine) -> Option<[usize; 3]> {
+pub(crate) fn three_linear(machine: &Machine) -> Option<[usize; 3]> {
     let linear = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
     linear.take(3).collect::<Vec<_>>().try_into().ok()
 }
