@@ -1,9 +1,10 @@
 //! Plans against what is identified in the end.
 
+use nalgebra::Vector3;
 use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings::{self, Probings};
-use trueaxis_host::identify::{Assumed, Identified, Model, Options, Problem, identify};
+use trueaxis_host::identify::{Assumed, Identified, Model, Options, Problem, Unseen, identify};
 use trueaxis_host::kinematics::Kinematics;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
@@ -86,24 +87,30 @@ fn names(parameters: impl Iterator<Item = Parameter>) -> Vec<String> {
 
 #[test]
 fn what_is_foreseen_is_what_identify_states() {
-    for (folder, errors, model) in [
-        ("kolibri", "errors-10.toml", "10"),
-        ("kolibri", "errors-12.toml", "12"),
-        ("hu40", "errors-13.toml", "13"),
-        ("kolibri", "errors-81.toml", "81"),
-        ("hu40", "errors-84.toml", "84"),
+    // Without noise the machine that is identified is the one that is assumed, and so are the equations. Only
+    // rounding is left: 1e-16, times the square of a condition of up to 7000.
+    let exact = Some(1e-8);
+    for (folder, errors, model, without_noise, with_noise) in [
+        // With noise the machine is off by some µrad, and its levers by that part.
+        ("kolibri", "errors-10.toml", "10", exact, 1e-4),
+        ("kolibri", "errors-12.toml", "12", exact, 1e-4),
+        ("hu40", "errors-13.toml", "13", exact, 1e-4),
+        // Some of these coefficients are off by 0.4 mrad. Without noise `identify` is at its end after two
+        // Jacobians, and what it states is from the second: of a machine whose errors of mm are still off.
+        ("kolibri", "errors-81.toml", "81", None, 0.01),
+        ("hu40", "errors-84.toml", "84", exact, 0.01),
     ] {
         let case = Case::new(folder, errors, model);
-        let judged = judge(&case.setup(), &case.parameters, &case.strategy, case.assumed());
+        let judged = judge(
+            &case.setup(),
+            &case.parameters,
+            &case.strategy,
+            case.assumed(),
+        );
         let foreseen = judged.unwrap().foreseen;
         let kinematics = Kinematics::new(&case.machine, &case.errors);
-        for (noise, most) in [
-            // Without noise the machine that is identified is the one that is assumed, to some nm: the
-            // Jacobian changes by that part of its lever, and the condition of up to 7000 multiplies it.
-            (0.0, 1e-5),
-            // With noise it is off by a few µm of some 100 mm, and the condition multiplies that.
-            (SIGMA, 0.02),
-        ] {
+        for (noise, most) in [(0.0, without_noise), (SIGMA, Some(with_noise))] {
+            let Some(most) = most else { continue };
             let disturbances = Disturbances {
                 noise,
                 ..Disturbances::default()
@@ -120,19 +127,54 @@ fn what_is_foreseen_is_what_identify_states() {
                 names(identified.parameters.iter().map(|e| e.parameter)),
                 "{folder} {model}"
             );
-            let unseen = |all: &[trueaxis_host::identify::Unseen]| {
-                all.iter().map(|u| u.sentence()).collect::<Vec<_>>()
-            };
+            let unseen =
+                |all: &[Unseen]| -> Vec<String> { all.iter().map(Unseen::sentence).collect() };
             assert_eq!(unseen(&foreseen.unseen), unseen(&identified.unseen));
-            let pairs = foreseen.uncertainties().into_iter().zip(&identified.parameters);
-            for (planned, stated) in pairs {
+            let uncertainties = foreseen.uncertainties().into_iter();
+            for (planned, stated) in uncertainties.zip(&identified.parameters) {
                 let ratio = planned / stated.uncertainty;
-                assert!((ratio - 1.0).abs() < most, "{folder} {model} {}: {ratio}", stated.parameter);
+                let name = stated.parameter;
+                assert!(
+                    (ratio - 1.0).abs() < most,
+                    "{folder} {model} {name}: {ratio}"
+                );
             }
             let ratio = foreseen.condition / identified.condition;
             assert!((ratio - 1.0).abs() < most, "{folder} {model}: {ratio}");
         }
     }
+}
+
+#[test]
+fn an_added_position_shows_what_was_not_seen() {
+    let mut case = Case::new("hu40", "errors-13.toml", "13");
+    // Without indexing, the spindle's place cannot be told from the stylus.
+    case.strategy.rows.retain(|row| row.spindle == 0.0);
+    let judged = judge(
+        &case.setup(),
+        &case.parameters,
+        &case.strategy,
+        case.assumed(),
+    )
+    .unwrap();
+    let names: Vec<String> = judged
+        .remedies
+        .iter()
+        .map(|r| r.unseen.to_string())
+        .collect();
+    assert_eq!(names, ["EY0S", "EX0S"]);
+    let add = judged.remedies[0].add.clone().unwrap();
+    assert_ne!(add.spindle, 0.0);
+    case.strategy.rows.push(add);
+    let judged = judge(
+        &case.setup(),
+        &case.parameters,
+        &case.strategy,
+        case.assumed(),
+    )
+    .unwrap();
+    assert!(judged.remedies.is_empty(), "{:?}", judged.remedies);
+    assert_eq!(judged.foreseen.parameters.len(), 13);
 }
 
 /// The whole way, with balls that stand up to 2 mm from where they should.
@@ -141,12 +183,25 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
     for (folder, errors, model, indexings) in [
         ("kolibri", "errors-10.toml", "10", "A=-55:55:11,C=0:330:30"),
         ("kolibri", "errors-12.toml", "12", "A=-55:55:11,C=0:330:30"),
-        ("hu40", "errors-13.toml", "13", "B=-60:60:15,C=-180:180:30,S=0:300:60"),
+        (
+            "hu40",
+            "errors-13.toml",
+            "13",
+            "B=-60:60:15,C=-180:180:30,S=0:300:60",
+        ),
     ] {
         let case = Case::new(folder, errors, model);
-        let backlash = |l: char| case.parameters.iter().any(|p| p.axis == l && p.to_string().ends_with('b'));
-        let directions: Vec<bool> =
-            case.machine.axes.iter().map(|a| backlash(a.letter.char())).collect();
+        let backlash = |l: char| {
+            case.parameters
+                .iter()
+                .any(|p| p.axis == l && p.to_string().ends_with('b'))
+        };
+        let directions: Vec<bool> = case
+            .machine
+            .axes
+            .iter()
+            .map(|a| backlash(a.letter.char()))
+            .collect();
         let mut allowed = Allowed::of(&case.machine, false, &directions);
         allowed.restrict(&case.machine, indexings).unwrap();
         let perfect = ErrorModel::perfect(&case.machine);
@@ -164,10 +219,9 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
         let text = probings::write_strategy(&strategy, &case.machine);
         let strategy = probings::read(&text, &case.machine, false).unwrap();
         let mut real = case.artefact.clone();
-        for (i, ball) in real.balls.iter_mut().enumerate() {
-            let place = ball.nominal.as_mut().unwrap();
-            place[i % 3] += 1.2;
-            place[(i + 1) % 3] -= 1.6;
+        for ball in &mut real.balls {
+            // All alike, for a bar keeps its length.
+            *ball.nominal.as_mut().unwrap() += Vector3::new(1.2, -1.4, 0.8);
         }
         let kinematics = Kinematics::new(&case.machine, &case.errors);
         for noise in [0.0, 1e-3] {
@@ -185,21 +239,44 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             );
             let log = simulate::log(&case.machine, &touched.unwrap());
             let log = read_log(&log, &case.machine).unwrap();
-            let found = to_probings(&case.machine, &strategy, &log, None).unwrap();
-            assert!(found.fitted.doubtful.is_empty());
+            // Scales of 0.6 mm/m and squarenesses of 0.4 mrad make a ball with a radius of 13 mm no sphere, by
+            // 8 µm; touched 2 mm beside its middle, it is found up to 1 µm off. Not so with what that tells.
+            let mut known = perfect.clone();
+            for _ in 0..3 {
+                let found = to_probings(&case.machine, &strategy, &log, None, &known).unwrap();
+                known = case.identified(&found.probings).errors;
+            }
+            let found = to_probings(&case.machine, &strategy, &log, None, &known).unwrap();
+            assert!(
+                noise > 0.0 || found.fitted.doubtful.is_empty(),
+                "{:?}",
+                found.fitted
+            );
             let identified = case.identified(&found.probings);
-            assert_eq!(identified.parameters.len(), case.parameters.len(), "{folder} {model}");
+            assert_eq!(
+                identified.parameters.len(),
+                case.parameters.len(),
+                "{folder} {model}"
+            );
             for e in &identified.parameters {
-                let truth = case.errors.parameters.get(&e.parameter).copied().unwrap_or(0.0);
+                let truth = case
+                    .errors
+                    .parameters
+                    .get(&e.parameter)
+                    .copied()
+                    .unwrap_or(0.0);
                 let off = (e.value - truth).abs();
                 // Of 21 to 25 values one of 7000 is farther off than this.
-                assert!(noise == 0.0 || off < 4.5 * e.uncertainty, "{}: {off}", e.parameter);
-                // Scales of 0.6 mm/m and squarenesses of 1 mrad make the balls no spheres, by 1e-3 of a radius
-                // of 13 mm: along the tool that is the stylus' length, and hardly anything is left across it.
+                assert!(
+                    noise == 0.0 || off < 4.5 * e.uncertainty,
+                    "{}: {off}",
+                    e.parameter
+                );
+                // The log has six decimals: 0.3 nm, at levers of 50 mm and more.
                 let most = if e.parameter.is_angular() || e.parameter.to_string().ends_with('1') {
-                    2e-6
+                    1e-8
                 } else {
-                    2e-4
+                    1e-6
                 };
                 assert!(noise > 0.0 || off < most, "{folder} {}: {off}", e.parameter);
             }
@@ -210,8 +287,20 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
 #[test]
 fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
     for (folder, errors, model, indexings, most) in [
-        ("kolibri", "errors-10.toml", "10", "A=-55:55:5,C=-360:360:30", 168),
-        ("hu40", "errors-13.toml", "13", "B=-90:90:15,C=-360:360:30,S=0:300:60", 109),
+        (
+            "kolibri",
+            "errors-10.toml",
+            "10",
+            "A=-55:55:5,C=-360:360:30",
+            168,
+        ),
+        (
+            "hu40",
+            "errors-13.toml",
+            "13",
+            "B=-90:90:15,C=-360:360:30,S=0:300:60",
+            109,
+        ),
     ] {
         let case = Case::new(folder, errors, model);
         let setup = case.setup();

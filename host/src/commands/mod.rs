@@ -25,6 +25,7 @@ mod replace;
 mod screen;
 mod simulate;
 mod target;
+mod touching;
 mod verify;
 
 use bad_input::BadInput;

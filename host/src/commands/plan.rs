@@ -5,6 +5,7 @@ use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::identify::no_model;
 use super::planned::{Answer, screen};
+use super::touching::{Touching, positive};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
@@ -13,8 +14,8 @@ use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{Assumed, Model};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
-    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, Probe, Setup, Unreachable,
-    Wanted, as_good_as, design, judge, linuxcnc, table,
+    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, Setup, Unreachable, Wanted,
+    as_good_as, design, judge, linuxcnc, table,
 };
 
 /// Say what a probing strategy will tell before anybody probes, or propose one
@@ -50,7 +51,12 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["strategy", "minutes", "probings"])]
     as_good_as: Option<PathBuf>,
     /// Balls that may be used (default: all of the artefact)
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "strategy")]
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        conflicts_with = "strategy"
+    )]
     balls: Vec<String>,
     /// Positions that rotary axes and spindle may take (default: their travel; the spindle only where its place is
     /// looked for)
@@ -78,21 +84,8 @@ pub struct Arguments {
     /// without being noticed count as unseen
     #[arg(long, value_name = "µm", default_value_t = 50.0, value_parser = positive)]
     expected: f64,
-    /// Largest angle of the stylus from the direction in which a ball stands away from the table
-    #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = angle)]
-    cone: f64,
-    /// Diameter of the balls (needed for a program; else 20)
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    ball_diameter: Option<f64>,
-    /// Diameter of the stylus tip (needed for a program; else 6)
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    stylus_diameter: Option<f64>,
-    /// How far from a ball touches begin
-    #[arg(long, value_name = "MM", default_value_t = 5.0, value_parser = positive)]
-    clearance: f64,
-    /// How far beyond the nominal surface touches may go on
-    #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
-    search: f64,
+    #[command(flatten)]
+    touching: Touching,
     /// Feed of touches
     #[arg(long, value_name = "MM/MIN", default_value_t = 60.0, value_parser = positive)]
     feed: f64,
@@ -103,13 +96,23 @@ pub struct Arguments {
     #[arg(short, long, value_name = "STRATEGY.csv", conflicts_with = "strategy")]
     output: Option<PathBuf>,
     /// Where to write a program for LinuxCNC
-    #[arg(long, value_name = "FILE.ngc", requires = "ball_diameter", requires = "stylus_diameter")]
+    #[arg(
+        long,
+        value_name = "FILE.ngc",
+        requires = "ball_diameter",
+        requires = "stylus_diameter"
+    )]
     program: Option<PathBuf>,
     /// What the program calls the log of its touches
     #[arg(long, value_name = "NAME", default_value = "touches.log", value_parser = log_name)]
     log: String,
     /// Where to write the touches for other controllers (CSV)
-    #[arg(long, value_name = "FILE.csv", requires = "ball_diameter", requires = "stylus_diameter")]
+    #[arg(
+        long,
+        value_name = "FILE.csv",
+        requires = "ball_diameter",
+        requires = "stylus_diameter"
+    )]
     table: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
@@ -125,20 +128,6 @@ enum For {
     Parameters,
 }
 
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value < 1e6 => Ok(value),
-        _ => Err("give a number above 0".to_owned()),
-    }
-}
-
-fn angle(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=180.0).contains(&value) => Ok(value),
-        _ => Err("give 0 to 180 degrees".to_owned()),
-    }
-}
-
 /// A name that fits into a comment of G-code.
 fn log_name(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_graphic() && !"()".contains(c);
@@ -147,10 +136,6 @@ fn log_name(text: &str) -> Result<String, String> {
     }
     Err("give a name without spaces and brackets".to_owned())
 }
-
-/// Radii of a ball and a stylus (mm) where nothing is written that moves a machine.
-const BALL: f64 = 20.0;
-const STYLUS: f64 = 6.0;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
@@ -174,7 +159,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let given = arguments.strategy.as_ref().map(&read).transpose()?;
     let directions = arguments.directions(&machine, &model, given.as_ref())?;
-    let parameters = (model.parameters(&machine, arguments.degree, &directions)).map_err(no_model)?;
+    let parameters =
+        (model.parameters(&machine, arguments.degree, &directions)).map_err(no_model)?;
     let not_judged = |path: &Path| {
         let place = path.display().to_string();
         move |error: JudgeError| {
@@ -205,7 +191,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
         _ => {
             let strategy = arguments.propose(&setup, &parameters, assumed, other.as_ref())?;
-            let path = arguments.output.as_deref().unwrap_or(Path::new("the proposed strategy"));
+            let path = arguments
+                .output
+                .as_deref()
+                .unwrap_or(Path::new("the proposed strategy"));
             judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
         }
     };
@@ -230,7 +219,11 @@ impl Arguments {
         ];
         let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
         let outputs = [&self.output, &self.program, &self.table];
-        let outputs: Vec<&Path> = outputs.into_iter().flatten().map(PathBuf::as_path).collect();
+        let outputs: Vec<&Path> = outputs
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect();
         for (i, output) in outputs.iter().enumerate() {
             if outputs[..i].contains(output) {
                 return Err(BadInput::new(
@@ -253,7 +246,11 @@ impl Arguments {
             .filter(|b| b.nominal.is_some())
             .map(|b| b.name.clone())
             .collect();
-        let balls = if self.balls.is_empty() { known.clone() } else { self.balls.clone() };
+        let balls = if self.balls.is_empty() {
+            known.clone()
+        } else {
+            self.balls.clone()
+        };
         if let Some(ball) = balls.iter().find(|b| !known.contains(b)) {
             return Err(BadInput::new(
                 format!("{place}: ball `{ball}` is not there, or has no nominal_mm"),
@@ -272,23 +269,11 @@ impl Arguments {
                 "write [[ball]] with name and nominal_mm for every ball",
             ));
         }
-        let diameters = self.ball_diameter.unwrap_or(BALL) + self.stylus_diameter.unwrap_or(STYLUS);
-        if self.search >= diameters / 2.0 {
-            return Err(BadInput::new(
-                format!("--search {} would go through the ball", self.search),
-                "give less than half of both diameters",
-            ));
-        }
         Ok(Setup {
             machine,
             artefact,
             balls,
-            probe: Probe {
-                radius: diameters / 2.0,
-                clearance: self.clearance,
-                search: self.search,
-                cone: self.cone.to_radians(),
-            },
+            probe: self.touching.probe()?,
             sigma: self.noise * 1e-3,
         })
     }
@@ -309,7 +294,9 @@ impl Arguments {
         if *model == Model::Auto {
             return Ok(none);
         }
-        let parameters = model.parameters(machine, self.degree, &none).map_err(no_model)?;
+        let parameters = model
+            .parameters(machine, self.degree, &none)
+            .map_err(no_model)?;
         let backlash = |letter: char| {
             let of = |p: &Parameter| p.axis == letter && p.kind == ParameterKind::Backlash;
             parameters.iter().any(of)
@@ -332,7 +319,8 @@ impl Arguments {
             let of = |p: &Parameter| p.axis == letter && p.kind == ParameterKind::Backlash;
             parameters.iter().any(of)
         };
-        let directions = (machine.axes.iter()).map(|a| a.letter.is_rotary() && backlash(a.letter.char()));
+        let directions =
+            (machine.axes.iter()).map(|a| a.letter.is_rotary() && backlash(a.letter.char()));
         let mut allowed = Allowed::of(machine, spindle, &directions.collect::<Vec<bool>>());
         if let Some(text) = &self.indexings {
             allowed
@@ -351,7 +339,9 @@ impl Arguments {
                 )
             });
         }
-        let minutes = self.minutes.map(|minutes| (minutes * 60.0 / self.seconds) as usize);
+        let minutes = self
+            .minutes
+            .map(|minutes| (minutes * 60.0 / self.seconds) as usize);
         let wanted = |rank: usize| Wanted {
             probings: minutes.or(self.probings).unwrap_or(rank),
             criterion: match self.best_for {
@@ -380,7 +370,10 @@ impl Arguments {
         };
         let program = (self.program.as_ref())
             .map(|path| linuxcnc(setup, strategy, feeds, &self.log).map(|text| (path, text)));
-        let table = self.table.as_ref().map(|path| table(setup, strategy).map(|text| (path, text)));
+        let table = self
+            .table
+            .as_ref()
+            .map(|path| table(setup, strategy).map(|text| (path, text)));
         let written = (self.output.as_ref())
             .map(|path| (path, probings::write_strategy(strategy, setup.machine)));
         let program = program.transpose().map_err(not_reached)?;

@@ -185,7 +185,12 @@ pub fn screen(
         text.push(')');
     }
     text.push('\n');
-    spread(&mut text, "tip (µm)", [Some(&judgement.tip), other.map(|o| &o.tip)], 1e3);
+    spread(
+        &mut text,
+        "tip (µm)",
+        [Some(&judgement.tip), other.map(|o| &o.tip)],
+        1e3,
+    );
     let directions = [Some(&judgement.direction), other.map(|o| &o.direction)];
     spread(&mut text, "direction (µrad)", directions, 1e6);
     unseen(&mut text, machine, judgement);
@@ -207,7 +212,11 @@ fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement
     });
     *text += "parameter     standard   expanded (k = 2)";
     if let Some(other) = other {
-        let _ = write!(text, "   standard with the other {}", other.strategy.rows.len());
+        let _ = write!(
+            text,
+            "   standard with the other {}",
+            other.strategy.rows.len()
+        );
     }
     text.push('\n');
     let foreseen = &judgement.foreseen;
@@ -226,15 +235,25 @@ fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement
         );
         if other.is_some() {
             let found = there.iter().find(|(p, _)| p == parameter);
-            let _ = write!(text, "{:>11}", found.map_or("-".to_owned(), |(_, u)| show(*u)));
+            let _ = write!(
+                text,
+                "{:>11}",
+                found.map_or("-".to_owned(), |(_, u)| show(*u))
+            );
         }
         let _ = writeln!(text, " {unit}");
     }
 }
 
 fn unseen(text: &mut String, machine: &Machine, judgement: &Judgement) {
-    let parameters = |u: &&trueaxis_host::identify::Unseen| matches!(u.unknown, Unknown::Parameter(_));
-    let unseen: Vec<_> = judgement.foreseen.unseen.iter().filter(parameters).collect();
+    let parameters =
+        |u: &&trueaxis_host::identify::Unseen| matches!(u.unknown, Unknown::Parameter(_));
+    let unseen: Vec<_> = judgement
+        .foreseen
+        .unseen
+        .iter()
+        .filter(parameters)
+        .collect();
     if unseen.is_empty() {
         return;
     }
@@ -242,7 +261,8 @@ fn unseen(text: &mut String, machine: &Machine, judgement: &Judgement) {
     for one in unseen {
         let _ = writeln!(text, "  {}", one.sentence());
         let remedy = judgement.remedies.iter().find(|r| r.unseen == one.unknown);
-        let is_backlash = matches!(one.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
+        let is_backlash =
+            matches!(one.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
         match remedy.map(|r| &r.add) {
             Some(Some(row)) => {
                 let place = place(machine, &judgement.strategy.balls, row);

@@ -3,10 +3,11 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
-use super::plan::positive;
+use super::touching::positive;
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::formats::probings;
 use trueaxis_host::spheres::{Found, Touched, read_log, to_probings};
 
@@ -35,6 +36,10 @@ pub struct Arguments {
     /// Diameter of the stylus tip as it was qualified
     #[arg(long, value_name = "MM", requires = "ball_diameter", value_parser = positive)]
     stylus_diameter: Option<f64>,
+    /// Errors that are known of the machine, as a first identification found them: scales and squarenesses make balls
+    /// that were not touched evenly no spheres
+    #[arg(long, value_name = "ERRORS.toml")]
+    errors: Option<PathBuf>,
     /// Where to write the probings (CSV; default: standard output)
     #[arg(short, long, value_name = "PROBINGS.csv")]
     output: Option<PathBuf>,
@@ -42,18 +47,24 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let inputs: [&Path; 3] = [&arguments.machine, &arguments.log, &arguments.strategy];
+    let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log, &arguments.strategy];
+    inputs.extend(arguments.errors.as_deref());
     if let Some(output) = &arguments.output {
         files::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
+    let errors = match &arguments.errors {
+        Some(path) => files::read_errors(path, &machine)?,
+        None => ErrorModel::perfect(&machine),
+    };
     let text = Text::read(&arguments.strategy)?;
     let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
     let text = Text::read(&arguments.log)?;
     let log = read_log(&text.text, &machine).map_err(|e| text.bad(e))?;
     let diameters = arguments.ball_diameter.zip(arguments.stylus_diameter);
     let radius = diameters.map(|(ball, stylus)| (ball + stylus) / 2.0);
-    let found = to_probings(&machine, &strategy, &log, radius).map_err(|e| text.bad(e))?;
+    let found = to_probings(&machine, &strategy, &log, radius, &errors);
+    let found = found.map_err(|e| text.bad(e))?;
     let csv = probings::write(&found.probings, &machine);
     let said = said(&found, &log, radius.is_some());
     match &arguments.output {
@@ -80,10 +91,17 @@ fn said(found: &Found, log: &[Touched], is_known: bool) -> String {
     );
     if !is_known {
         for (ball, radius) in probings.balls.iter().zip(&fitted.radii) {
-            let _ = writeln!(text, "ball {ball}: {radius:.4} mm from its centre to that of the stylus");
+            let _ = writeln!(
+                text,
+                "ball {ball}: {radius:.4} mm from its centre to that of the stylus"
+            );
         }
     }
-    let _ = writeln!(text, "noise of a touch {:.2} µm, from the median of what is left", fitted.noise * 1e3);
+    let _ = writeln!(
+        text,
+        "noise of a touch {:.2} µm, from the median of what is left",
+        fitted.noise * 1e3
+    );
     for (probing, touches) in &fitted.doubtful {
         let row = &probings.rows[*probing];
         let per_ball = fitted.left[*probing].len();
@@ -91,7 +109,9 @@ fn said(found: &Found, log: &[Touched], is_known: bool) -> String {
             .iter()
             .map(|touch| log[probing * per_ball + touch].line.to_string())
             .collect();
-        let off = touches.first().map_or(0.0, |touch| fitted.left[*probing][*touch]);
+        let off = touches
+            .first()
+            .map_or(0.0, |touch| fitted.left[*probing][*touch]);
         let _ = writeln!(
             text,
             "touches of ball {} disagree (line {} of the strategy): line {} of the log by {:.1} µm",

@@ -309,7 +309,12 @@ pub(super) fn seen(
 }
 
 /// Fits balls and stylus to the nominal machine: what is left is what its errors do.
-pub(super) fn setup_alone(problem: &Problem<'_>, estimate: &mut Estimate, weights: &Weights, setup: &[usize]) {
+pub(super) fn setup_alone(
+    problem: &Problem<'_>,
+    estimate: &mut Estimate,
+    weights: &Weights,
+    setup: &[usize],
+) {
     let jacobian = problem.jacobian(estimate, weights);
     let factor = Factor::new(jacobian.clone()).of(setup);
     let factor = seen(&problem.unknowns, factor, Vec::new(), ROUNDING).0;

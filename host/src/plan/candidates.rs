@@ -4,8 +4,8 @@ use super::touches::{Probe, Touching, touching};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use crate::machine::{MAX_AXES, Machine};
-use rand::seq::SliceRandom;
 use rand::SeedableRng;
+use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
@@ -19,7 +19,9 @@ pub enum Unreachable {
     #[error("the linear axes cannot bring the stylus there")]
     NoWay,
     /// The stylus would come from the table.
-    #[error("the stylus would be {degrees:.0}° from the direction in which the ball stands away from the table")]
+    #[error(
+        "the stylus would be {degrees:.0}° from the direction in which the ball stands away from the table"
+    )]
     Cone {
         /// The angle.
         degrees: f64,
@@ -71,7 +73,8 @@ pub struct AllowedError {
 }
 
 /// How to write them.
-const REMEDY: &str = "write AXIS=FROM:TO:STEP in degrees, separated by commas: A=-60:60:15,C=0:330:30,S=0:300:60";
+const REMEDY: &str =
+    "write AXIS=FROM:TO:STEP in degrees, separated by commas: A=-60:60:15,C=0:330:30,S=0:300:60";
 /// Steps through a travel (deg) if nothing else is said.
 const STEPS: usize = 16;
 const TURN: f64 = 360.0;
@@ -151,8 +154,8 @@ impl Allowed {
             };
             let axis = &machine.axes[index];
             let [low, high] = axis.travel;
-            if let Some(outside) = (positions.iter())
-                .find(|p| !axis.modulo && !(low..=high).contains(*p))
+            if let Some(outside) =
+                (positions.iter()).find(|p| !axis.modulo && !(low..=high).contains(*p))
             {
                 return Err(bad(format!(
                     "{name} = {outside} is outside the travel of {low} to {high}"

@@ -46,7 +46,9 @@ impl Ratios {
     #[must_use]
     pub fn is_no_worse(&self) -> bool {
         let parameter = self.parameter.map_or(0.0, |(_, ratio)| ratio);
-        [parameter, self.tip, self.direction].iter().all(|r| *r <= 1.0)
+        [parameter, self.tip, self.direction]
+            .iter()
+            .all(|r| *r <= 1.0)
     }
 }
 
@@ -64,7 +66,11 @@ pub fn as_good_as(
 ) -> Result<Option<Probings>, DesignError> {
     let choice = Choice::new(setup, allowed, parameters, assumed)?;
     let seen = &choice.foreseen.parameters;
-    let wanted = other.foreseen.parameters.iter().zip(other.foreseen.uncertainties());
+    let wanted = other
+        .foreseen
+        .parameters
+        .iter()
+        .zip(other.foreseen.uncertainties());
     let mut goals: Vec<(usize, f64)> = Vec::new();
     for (parameter, uncertainty) in wanted {
         match seen.iter().position(|p| p == parameter) {
@@ -152,7 +158,11 @@ impl Search {
         let mut ratios: Vec<f64> = parameters
             .map(|(i, goal)| covariance[(*i, *i)].sqrt() / goal)
             .collect();
-        ratios.push((&self.volume * &covariance * self.volume.transpose()).trace().sqrt());
+        ratios.push(
+            (&self.volume * &covariance * self.volume.transpose())
+                .trace()
+                .sqrt(),
+        );
         ratios
     }
 
@@ -169,7 +179,9 @@ impl Search {
             if most > HOPELESS {
                 return None;
             }
-            if most <= NEAR && let Some(strategy) = judged(exchange) {
+            if most <= NEAR
+                && let Some(strategy) = judged(exchange)
+            {
                 return Some(strategy);
             }
             for (weight, ratio) in self.weights.iter_mut().zip(&ratios) {

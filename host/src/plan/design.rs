@@ -44,7 +44,9 @@ pub enum DesignError {
     #[error("no ball can be probed: there are no allowed positions")]
     NothingAllowed,
     /// There is too little time.
-    #[error("{probings} probings are too few for {unknowns} unknowns (parameters, stylus and balls)")]
+    #[error(
+        "{probings} probings are too few for {unknowns} unknowns (parameters, stylus and balls)"
+    )]
     TooFew {
         /// How many there may be.
         probings: usize,
@@ -127,7 +129,9 @@ impl Choice {
 
     /// How many probings there must be at least.
     pub fn least(&self) -> usize {
-        (self.foreseen.rank + 1).saturating_sub(self.fixed.nrows()).div_ceil(3)
+        (self.foreseen.rank + 1)
+            .saturating_sub(self.fixed.nrows())
+            .div_ceil(3)
     }
 
     /// `effect`: what of the parameters matters.

@@ -126,7 +126,9 @@ impl Exchange {
 
     /// The numbers of the rows that are chosen.
     pub fn chosen(&self) -> Vec<usize> {
-        (0..self.rows.len()).filter(|i| self.rows[*i].chosen).collect()
+        (0..self.rows.len())
+            .filter(|i| self.rows[*i].chosen)
+            .collect()
     }
 
     /// The covariance of the first `count` unknowns, in their own units.
@@ -238,7 +240,9 @@ mod tests {
     }
 
     fn information(rows: &[DMatrix<f64>], chosen: &[usize]) -> DMatrix<f64> {
-        chosen.iter().fold(DMatrix::zeros(4, 4), |sum, i| sum + rows[*i].tr_mul(&rows[*i]))
+        chosen.iter().fold(DMatrix::zeros(4, 4), |sum, i| {
+            sum + rows[*i].tr_mul(&rows[*i])
+        })
     }
 
     fn exchange(rows: &[DMatrix<f64>]) -> Exchange {
@@ -284,7 +288,10 @@ mod tests {
                     with[place] = other;
                     let other = badness(&with);
                     // One row in, then one out, need not find each pair, but here it does.
-                    assert!(other > best - 1e-6 * best.abs(), "{measure:?}: {other} {best}");
+                    assert!(
+                        other > best - 1e-6 * best.abs(),
+                        "{measure:?}: {other} {best}"
+                    );
                 }
             }
         }

@@ -138,7 +138,13 @@ fn foreseen(
     assumed: Assumed<'_>,
 ) -> Result<Foreseen, IdentifyError> {
     let perfect = crate::errors::ErrorModel::perfect(setup.machine);
-    let problem = Problem::new(setup.machine, strategy, setup.artefact, parameters, &perfect);
+    let problem = Problem::new(
+        setup.machine,
+        strategy,
+        setup.artefact,
+        parameters,
+        &perfect,
+    );
     problem.foresee(assumed)
 }
 
@@ -156,7 +162,13 @@ pub(super) fn band(
         [low, positions.fold(f64::NEG_INFINITY, f64::max)]
     });
     let probed: Vec<[f64; 2]> = probed.collect();
-    Band::new(setup.machine, assumed.errors, parameters, &probed, POSITIONS)
+    Band::new(
+        setup.machine,
+        assumed.errors,
+        parameters,
+        &probed,
+        POSITIONS,
+    )
 }
 
 /// For each parameter that is not seen the one probing that shows most of it, if it then is seen.

@@ -14,7 +14,11 @@ fn distance(machine: &Machine, a: &Probing, b: &Probing) -> f64 {
     let turned = (a.spindle - b.spindle).abs();
     let moved = machine.axes.iter().zip(a.position.iter().zip(b.position));
     let moved = moved.map(|(axis, (a, b))| {
-        let scale = if axis.letter.is_rotary() { 1.0 } else { MM_PER_DEGREE };
+        let scale = if axis.letter.is_rotary() {
+            1.0
+        } else {
+            MM_PER_DEGREE
+        };
         (a - b).abs() / scale
     });
     moved.sum::<f64>() + turned

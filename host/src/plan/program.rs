@@ -32,7 +32,9 @@ fn touchings(
 /// Axis words of some axes.
 fn words(machine: &Machine, position: &PerAxis, is_in: impl Fn(usize) -> bool) -> String {
     // X Y Z A B C U V W, as they are usually written.
-    let in_order = "XYZABCUVW".chars().filter_map(|letter| machine.index(letter));
+    let in_order = "XYZABCUVW"
+        .chars()
+        .filter_map(|letter| machine.index(letter));
     let words = in_order.filter(|i| is_in(*i)).map(|i| {
         let letter = machine.axes[i].letter;
         format!(" {letter}{:.4}", unsigned(position[i]))
@@ -108,7 +110,13 @@ pub fn linuxcnc(
             is_rotary(i) && row.direction[i] != 0.0 && comes != row.direction[i]
         };
         if (0..machine.axes.len()).any(needs) {
-            let first: PerAxis = std::array::from_fn(|i| if i < machine.axes.len() { start(i) } else { 0.0 });
+            let first: PerAxis = std::array::from_fn(|i| {
+                if i < machine.axes.len() {
+                    start(i)
+                } else {
+                    0.0
+                }
+            });
             let _ = writeln!(text, "G0{}", words(machine, &first, needs));
         }
         if (0..machine.axes.len()).any(is_rotary) {
@@ -124,7 +132,11 @@ pub fn linuxcnc(
         }
         let _ = writeln!(text, "G0{}", words(machine, away, is_linear));
         let mut to = |code: &str, position: &PerAxis, feed: &str| {
-            let _ = writeln!(text, "{code}{} F#<{feed}>", words(machine, position, is_linear));
+            let _ = writeln!(
+                text,
+                "{code}{} F#<{feed}>",
+                words(machine, position, is_linear)
+            );
         };
         to("G1", above, "near");
         for (number, touch) in touching.touches.iter().enumerate() {
@@ -149,7 +161,9 @@ pub fn linuxcnc(
 /// What may stand in a comment.
 fn plain(name: &str) -> String {
     let is_plain = |c: char| c.is_ascii() && !c.is_ascii_control() && !"()".contains(c);
-    name.chars().map(|c| if is_plain(c) { c } else { '_' }).collect()
+    name.chars()
+        .map(|c| if is_plain(c) { c } else { '_' })
+        .collect()
 }
 
 fn plural(balls: usize) -> String {
@@ -161,10 +175,7 @@ fn plural(balls: usize) -> String {
 ///
 /// # Errors
 /// The first row that cannot be touched.
-pub fn table(
-    setup: &Setup<'_>,
-    strategy: &Probings,
-) -> Result<String, (Probing, Unreachable)> {
+pub fn table(setup: &Setup<'_>, strategy: &Probings) -> Result<String, (Probing, Unreachable)> {
     let axes = &setup.machine.axes;
     let letters = |rotary: bool| {
         let of = axes.iter().enumerate();
@@ -187,7 +198,9 @@ pub fn table(
             cells.extend(rotary.iter().map(|(i, _)| row.position[*i].to_string()));
             cells.push(row.spindle.to_string());
             for position in [&touching.centre, &touch.begin, &touch.end] {
-                let numbers = linear.iter().map(|(i, _)| format!("{:.4}", unsigned(position[*i])));
+                let numbers = linear
+                    .iter()
+                    .map(|(i, _)| format!("{:.4}", unsigned(position[*i])));
                 cells.extend(numbers);
             }
             text += &(cells.join(",") + "\n");

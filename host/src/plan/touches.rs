@@ -144,7 +144,11 @@ pub fn touching(
         let axis = &machine.axes[i];
         let step = axis.to_command(*step);
         if !axis.modulo && step.abs() > ANGLE {
-            let end = if step > 0.0 { axis.travel[1] - SPARE } else { axis.travel[0] + SPARE };
+            let end = if step > 0.0 {
+                axis.travel[1] - SPARE
+            } else {
+                axis.travel[0] + SPARE
+            };
             farthest = farthest.min((end - touching.above[i]) / step);
         }
     }

@@ -60,7 +60,8 @@ pub fn touches(
             (found.point - centre).norm() > probe.radius
         };
         for touch in &way.touches {
-            let mut position = between(&touch.begin, &touch.end, is_free).ok_or_else(not_reached)?;
+            let mut position =
+                between(&touch.begin, &touch.end, is_free).ok_or_else(not_reached)?;
             disturb(machine, &mut position, disturbances.noise, &mut random);
             touched.push(position);
         }
@@ -98,7 +99,10 @@ fn disturb(machine: &Machine, position: &mut PerAxis, noise: f64, random: &mut P
 pub fn log(machine: &Machine, touches: &[PerAxis]) -> String {
     let line = |position: &PerAxis| {
         let of = |letter| machine.index(letter).map_or(0.0, |i| position[i]);
-        let words: Vec<String> = "XYZABCUVW".chars().map(|l| format!("{:.6}", of(l))).collect();
+        let words: Vec<String> = "XYZABCUVW"
+            .chars()
+            .map(|l| format!("{:.6}", of(l)))
+            .collect();
         words.join(" ") + "\n"
     };
     touches.iter().map(line).collect()

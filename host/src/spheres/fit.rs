@@ -107,7 +107,10 @@ fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
         return None;
     }
     let mean = touches.iter().sum::<Vector3<f64>>() / touches.len() as f64;
-    let size = touches.iter().map(|p| (p - mean).norm()).fold(0.0, f64::max);
+    let size = touches
+        .iter()
+        .map(|p| (p - mean).norm())
+        .fold(0.0, f64::max);
     let points: Vec<Vector3<f64>> = touches.iter().map(|p| (p - mean) / size).collect();
     let equations = DMatrix::from_fn(points.len(), 4, |i, j| match j {
         3 => 1.0,
@@ -121,7 +124,9 @@ fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
     let found = svd.solve(&squares, 0.0).ok()?;
     let centre = Vector3::new(found[0], found[1], found[2]);
     let radius = (found[3] + centre.norm_squared()).sqrt();
-    radius.is_finite().then_some((mean + centre * size, radius * size))
+    radius
+        .is_finite()
+        .then_some((mean + centre * size, radius * size))
 }
 
 /// The equations of one probing, |p − c| − R = 0, at a centre and a radius.
@@ -152,7 +157,10 @@ impl Part {
         let moved: Vector3<f64> = self.out.iter().zip(&self.left).map(|(u, r)| u * *r).sum();
         let with = self.inverse * sum;
         let all: f64 = self.left.iter().sum();
-        (self.out.len() as f64 - sum.dot(&with), all - moved.dot(&with))
+        (
+            self.out.len() as f64 - sum.dot(&with),
+            all - moved.dot(&with),
+        )
     }
 
     /// The step of the centre if the radius makes one.
@@ -164,7 +172,10 @@ impl Part {
 
     /// How much of each touch the centre follows.
     fn followed(&self) -> Vec<f64> {
-        self.out.iter().map(|u| u.dot(&(self.inverse * u))).collect()
+        self.out
+            .iter()
+            .map(|u| u.dot(&(self.inverse * u)))
+            .collect()
     }
 }
 
@@ -178,7 +189,13 @@ fn told(probings: &[Centre], centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Fit
                 let followed = part.followed();
                 let scaled = part.left.iter().zip(&followed);
                 // A touch that the centre follows wholly says nothing.
-                let scaled = scaled.map(|(r, h)| if 1.0 - h > FLAT { r.abs() / (1.0 - h).sqrt() } else { 0.0 });
+                let scaled = scaled.map(|(r, h)| {
+                    if 1.0 - h > FLAT {
+                        r.abs() / (1.0 - h).sqrt()
+                    } else {
+                        0.0
+                    }
+                });
                 (part.left.clone(), scaled.collect())
             }
             None => (Vec::new(), Vec::new()),
@@ -214,10 +231,16 @@ mod tests {
             0 => Vector3::z(),
             k => {
                 let turn = (k as f64 - 0.5) * std::f64::consts::FRAC_PI_2;
-                Vector3::new(turn.cos() * 0.75_f64.sqrt(), turn.sin() * 0.75_f64.sqrt(), 0.5)
+                Vector3::new(
+                    turn.cos() * 0.75_f64.sqrt(),
+                    turn.sin() * 0.75_f64.sqrt(),
+                    0.5,
+                )
             }
         };
-        (0..5).map(|k| centre + out(k) * (radius + off[k])).collect()
+        (0..5)
+            .map(|k| centre + out(k) * (radius + off[k]))
+            .collect()
     }
 
     fn probings(off: impl Fn(usize) -> [f64; 5]) -> Vec<Centre> {
@@ -265,7 +288,11 @@ mod tests {
             None,
         )
         .unwrap();
-        let named: Vec<usize> = fitted.doubtful.iter().map(|(probing, _)| *probing).collect();
+        let named: Vec<usize> = fitted
+            .doubtful
+            .iter()
+            .map(|(probing, _)| *probing)
+            .collect();
         assert_eq!(named, [4, 9]);
         assert!(fitted.doubtful[0].1.contains(&2), "{:?}", fitted.doubtful);
         assert!(fitted.doubtful[1].1.contains(&0), "{:?}", fitted.doubtful);

@@ -70,7 +70,10 @@ pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError
             return Err(error);
         }
         let _ = lines.next();
-        cells(first, start).iter().map(|(name, _)| (*name).to_owned()).collect()
+        cells(first, start)
+            .iter()
+            .map(|(name, _)| (*name).to_owned())
+            .collect()
     } else {
         LINUXCNC.chars().map(String::from).collect()
     };
@@ -93,7 +96,11 @@ pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError
         number += text[counted..start].matches('\n').count();
         counted = start;
         let span = start..start + line.len();
-        let found = if has_header { cells(line, start) } else { words(line, start) };
+        let found = if has_header {
+            cells(line, start)
+        } else {
+            words(line, start)
+        };
         if found.len() != names.len() {
             return Err(FileError::at(
                 span,
@@ -150,7 +157,11 @@ fn touched(
         let (text, span) = &found[*column];
         let Some(value) = text.parse::<f64>().ok().filter(|v| v.is_finite()) else {
             return Err(FileError::at(
-                if span.is_empty() { touched.span.clone() } else { span.clone() },
+                if span.is_empty() {
+                    touched.span.clone()
+                } else {
+                    span.clone()
+                },
                 format!("column {}: `{text}` is no finite number", column + 1),
                 "not a number",
                 "numbers are in mm and degrees, with a decimal point: 12.5",
@@ -176,7 +187,8 @@ fn touched(
 }
 
 /// The probings that a log of a strategy holds, with a `radius` from the centre of a ball to that of the stylus tip
-/// (mm) that is known, or one that is found for each ball.
+/// (mm) that is known, or one that is found for each ball. `errors` are those that are known of the machine: they
+/// make a sphere of what it shows of a ball, by some parts of a thousand.
 ///
 /// # Errors
 /// [`FileError`]: a log of another strategy, missing touches, touches that are no part of a sphere.
@@ -185,16 +197,20 @@ pub fn to_probings(
     strategy: &Probings,
     log: &[Touched],
     radius: Option<f64>,
+    errors: &ErrorModel,
 ) -> Result<Found, FileError> {
     belongs(machine, strategy, log)?;
-    let perfect = ErrorModel::perfect(machine);
-    let kinematics = Kinematics::new(machine, &perfect);
+    let kinematics = Kinematics::new(machine, errors);
     let mut spheres = Vec::new();
     for (row, touches) in strategy.rows.iter().zip(log.chunks(PER_BALL)) {
         let tip = turned(machine.tool_axis, row.spindle) * Vector3::from(machine.tip);
         let point = |touched: &Touched| {
             let q = machine.to_kinematic(&touched.position);
-            kinematics.sensitivity(&q, &Situation::default(), &tip).point
+            let situation = Situation {
+                sign: row.direction,
+                ..Situation::default()
+            };
+            kinematics.sensitivity(&q, &situation, &tip).point
         };
         spheres.push(Centre {
             ball: row.ball,
@@ -237,7 +253,9 @@ pub fn to_probings(
 fn named(machine: &Machine, strategy: &Probings, row: &Probing) -> String {
     let axes = machine.axes.iter().zip(row.position);
     let rotary = axes.filter(|(axis, _)| axis.letter.is_rotary());
-    let at: Vec<String> = rotary.map(|(axis, p)| format!("{} = {p}", axis.letter)).collect();
+    let at: Vec<String> = rotary
+        .map(|(axis, p)| format!("{} = {p}", axis.letter))
+        .collect();
     format!(
         "ball {} at {} (line {} of the strategy)",
         strategy.balls[row.ball],
@@ -269,7 +287,9 @@ fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<()
         let (column, span) = touched.cells[axis].clone();
         let touch = number % PER_BALL;
         let next = strategy.rows.get(number / PER_BALL + 1);
-        let last = (number / PER_BALL).checked_sub(1).map(|i| &strategy.rows[i]);
+        let last = (number / PER_BALL)
+            .checked_sub(1)
+            .map(|i| &strategy.rows[i]);
         let is_at = |row: Option<&Probing>| {
             row.is_some_and(|row| elsewhere(machine, row, touched).is_none())
         };
@@ -327,7 +347,11 @@ fn elsewhere(machine: &Machine, row: &Probing, touched: &Touched) -> Option<usiz
     (0..machine.axes.len()).find(|i| {
         let axis = &machine.axes[*i];
         let off = touched.position[*i] - row.position[*i];
-        let off = if axis.modulo { off - (off / TURN).round() * TURN } else { off };
+        let off = if axis.modulo {
+            off - (off / TURN).round() * TURN
+        } else {
+            off
+        };
         axis.letter.is_rotary() && off.abs() > NEAR
     })
 }
@@ -337,7 +361,9 @@ fn elsewhere(machine: &Machine, row: &Probing, touched: &Touched) -> Option<usiz
 fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), FileError> {
     let widest = |sphere: &Centre| {
         let points = &sphere.touches;
-        let pairs = points.iter().flat_map(|a| points.iter().map(move |b| (a - b).norm()));
+        let pairs = points
+            .iter()
+            .flat_map(|a| points.iter().map(move |b| (a - b).norm()));
         pairs.fold(0.0, f64::max)
     };
     let widths: Vec<f64> = spheres.iter().map(widest).collect();
@@ -347,7 +373,11 @@ fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<
             continue;
         }
         let far = |i: &usize| -> f64 {
-            sphere.touches.iter().map(|p| (p - sphere.touches[*i]).norm()).sum()
+            sphere
+                .touches
+                .iter()
+                .map(|p| (p - sphere.touches[*i]).norm())
+                .sum()
         };
         let farthest = (0..sphere.touches.len()).max_by(|a, b| far(a).total_cmp(&far(b)));
         let touched = &log[PER_BALL * number + farthest.unwrap_or(0)];
@@ -355,9 +385,7 @@ fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<
             touched.span.clone(),
             format!(
                 "line {}: this touch is {width:.1} mm from others of ball {} (line {} of the strategy), where those of another are {least:.1} mm apart",
-                touched.line,
-                strategy.balls[sphere.ball],
-                strategy.rows[number].line
+                touched.line, strategy.balls[sphere.ball], strategy.rows[number].line
             ),
             "too far away",
             "a touch is missing above, or this is the log of another strategy: give the strategy from which the program was written",
