@@ -11,6 +11,7 @@ mod exchange;
 mod judge;
 mod order;
 mod program;
+mod simulated;
 mod touches;
 
 pub use band::{Band, Spread};
@@ -19,4 +20,5 @@ pub use compare::{Ratios, as_good_as};
 pub use design::{Criterion, DesignError, Wanted, design};
 pub use judge::{JudgeError, Judgement, Remedy, judge, placed};
 pub use program::{Feeds, linuxcnc, table};
+pub use simulated::{simulated_touches, touch_log};
 pub use touches::{PER_BALL, Probe, Touch, Touching, touching};

@@ -1,7 +1,5 @@
 //! Measurements as a machine with known errors would give them.
 
-mod touches;
-
 use crate::errors::Situation;
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
@@ -11,7 +9,6 @@ use crate::machine::{Machine, PerAxis};
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-pub use touches::{log, touches};
 
 /// What is not as it should be with the measurement itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -166,7 +163,7 @@ fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut
 }
 
 /// A number of the standard normal distribution (Box and Muller).
-fn normal(random: &mut Pcg64Mcg) -> f64 {
+pub(crate) fn normal(random: &mut Pcg64Mcg) -> f64 {
     let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
     radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
 }

@@ -47,7 +47,8 @@ pub struct Arguments {
     /// Judge this strategy instead of proposing one (CSV)
     #[arg(long, value_name = "FILE.csv")]
     strategy: Option<PathBuf>,
-    /// Propose the fewest probings that leave nothing less known than this strategy does (CSV)
+    /// Propose the fewest probings after which the volumetric error (--best-for parameters: and every parameter) is
+    /// known no less than after this strategy (CSV)
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["strategy", "minutes", "probings"])]
     as_good_as: Option<PathBuf>,
     /// Balls that may be used (default: all of the artefact)
@@ -126,6 +127,15 @@ enum For {
     Volume,
     /// All unknowns together (D-optimal)
     Parameters,
+}
+
+impl From<For> for Criterion {
+    fn from(best_for: For) -> Self {
+        match best_for {
+            For::Volume => Self::Volume,
+            For::Parameters => Self::Parameters,
+        }
+    }
 }
 
 /// A name that fits into a comment of G-code.
@@ -328,7 +338,8 @@ impl Arguments {
                 .map_err(|e| BadInput::new(format!("--indexings: {e}"), e.remedy))?;
         }
         if let Some(other) = other {
-            let found = as_good_as(setup, &allowed, parameters, assumed, other);
+            let criterion = self.best_for.into();
+            let found = as_good_as(setup, &allowed, parameters, assumed, other, criterion);
             return found.map_err(not_designed)?.ok_or_else(|| {
                 BadInput::new(
                     format!(
@@ -344,10 +355,7 @@ impl Arguments {
             .map(|minutes| (minutes * 60.0 / self.seconds) as usize);
         let wanted = |rank: usize| Wanted {
             probings: minutes.or(self.probings).unwrap_or(rank),
-            criterion: match self.best_for {
-                For::Volume => Criterion::Volume,
-                For::Parameters => Criterion::Parameters,
-            },
+            criterion: self.best_for.into(),
         };
         design(setup, &allowed, parameters, assumed, wanted).map_err(not_designed)
     }

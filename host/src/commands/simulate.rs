@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings;
 use trueaxis_host::kinematics::Kinematics;
+use trueaxis_host::plan::{simulated_touches, touch_log};
 use trueaxis_host::simulate::{self, Disturbances, SimulateError};
 
 /// Write the measurements that a machine with known errors would give
@@ -172,7 +173,7 @@ impl Touches {
             seed: self.seed,
             ..Disturbances::default()
         };
-        let touched = simulate::touches(
+        let touched = simulated_touches(
             &Kinematics::new(&machine, &errors),
             &planned,
             &artefact,
@@ -181,7 +182,7 @@ impl Touches {
             &disturbances,
         );
         let touched = touched.map_err(|e| not_simulated(&self.strategy, &e))?;
-        let log = simulate::log(&machine, &touched);
+        let log = touch_log(&machine, &touched);
         match &self.output {
             None => files::print(&log)?,
             Some(path) => {

@@ -111,19 +111,19 @@ impl Band {
         })
     }
 
-    /// The mean of DᵀD of the tip: with it, the mean variance of the tip is the trace of its product with the
-    /// covariance.
+    /// The means of DᵀD of tip and direction: with them, the mean variance of either is the trace of its product with
+    /// the covariance.
     #[must_use]
-    pub fn mean_square(&self) -> DMatrix<f64> {
-        let mut sum = match self.derivatives.first() {
-            Some(d) => DMatrix::zeros(d.ncols(), d.ncols()),
-            None => return DMatrix::zeros(0, 0),
-        };
-        for d in &self.derivatives {
-            let tip = d.rows(0, 3);
-            sum += tip.tr_mul(&tip);
-        }
-        sum / self.derivatives.len() as f64
+    pub fn mean_squares(&self) -> [DMatrix<f64>; 2] {
+        let count = self.derivatives.first().map_or(0, DMatrix::ncols);
+        [0, 3].map(|first| {
+            let mut sum = DMatrix::zeros(count, count);
+            for d in &self.derivatives {
+                let rows = d.rows(first, 3);
+                sum += rows.tr_mul(&rows);
+            }
+            sum / self.derivatives.len().max(1) as f64
+        })
     }
 }
 

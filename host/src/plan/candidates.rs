@@ -174,7 +174,7 @@ fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
 }
 
 /// More need more time and memory than they are worth: they are thinned out at random.
-const MANY: usize = 6000;
+const MANY: usize = 4000;
 
 impl Setup<'_> {
     /// All that can be reached; with the reason, the first probing that cannot.

@@ -1,7 +1,7 @@
 //! A strategy that is as good as another one, with fewer probings.
 
 use super::candidates::{Allowed, Setup};
-use super::design::{Choice, DesignError, repeats, root};
+use super::design::{Choice, Criterion, DesignError, repeats, root};
 use super::exchange::{Exchange, Measure};
 use super::judge::{Judgement, judge_alone};
 use crate::errors::Parameter;
@@ -42,18 +42,22 @@ impl Ratios {
         }
     }
 
-    /// True if nothing is known less.
+    /// True if nothing that is asked for is known less.
     #[must_use]
-    pub fn is_no_worse(&self) -> bool {
-        let parameter = self.parameter.map_or(0.0, |(_, ratio)| ratio);
+    pub fn is_no_worse(&self, criterion: Criterion) -> bool {
+        let parameter = match criterion {
+            Criterion::Parameters => self.parameter.map_or(0.0, |(_, ratio)| ratio),
+            Criterion::Volume => 0.0,
+        };
         [parameter, self.tip, self.direction]
             .iter()
             .all(|r| *r <= 1.0)
     }
 }
 
-/// The strategy of fewest probings found that knows every parameter, the tip and the tool direction over the travel
-/// no less well than `other` does, and sees all that it sees; `None` if not even as many probings as that has do.
+/// The strategy of fewest probings found that knows tip and tool direction over the travel on average no less well
+/// than `other` does, by [`Criterion::Parameters`] every parameter too, and sees all that it sees; `None` if not even
+/// as many probings as that has do.
 ///
 /// # Errors
 /// [`DesignError`]: nothing that can be reached.
@@ -63,6 +67,7 @@ pub fn as_good_as(
     parameters: &[Parameter],
     assumed: Assumed<'_>,
     other: &Judgement,
+    criterion: Criterion,
 ) -> Result<Option<Probings>, DesignError> {
     let choice = Choice::new(setup, allowed, parameters, assumed)?;
     let seen = &choice.foreseen.parameters;
@@ -74,13 +79,18 @@ pub fn as_good_as(
     let mut goals: Vec<(usize, f64)> = Vec::new();
     for (parameter, uncertainty) in wanted {
         match seen.iter().position(|p| p == parameter) {
-            Some(place) => goals.push((place, uncertainty)),
+            Some(place) if criterion == Criterion::Parameters => goals.push((place, uncertainty)),
+            Some(_) => {}
             None => return Ok(None),
         }
     }
+    let [tip, direction] = choice.band.mean_squares();
     let mut search = Search {
-        weights: vec![1.0; goals.len() + 1],
-        volume: root(&choice.band.mean_square()) / other.tip.mean,
+        weights: vec![1.0; goals.len() + 2],
+        volume: [
+            root(&tip) / other.tip.mean,
+            root(&direction) / other.direction.mean,
+        ],
         goals,
     };
     let most = other.strategy.rows.len();
@@ -91,7 +101,7 @@ pub fn as_good_as(
         let judgement = judge_alone(setup, parameters, &strategy, assumed).ok()?;
         let seen = |p: &Parameter| judgement.foreseen.parameters.contains(p);
         let all = other.foreseen.parameters.iter().all(seen);
-        (all && Ratios::of(&judgement, other).is_no_worse()).then_some(strategy)
+        (all && Ratios::of(&judgement, other).is_no_worse(criterion)).then_some(strategy)
     };
     let mut exchange = choice.exchange(&search.effect());
     let mut count = most - repeats(most);
@@ -121,7 +131,7 @@ pub fn as_good_as(
 /// The first step to fewer probings is this part of them; then halves of it.
 const STEPS: usize = 6;
 /// How often what is not good enough gets more weight before there are too few probings.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 8;
 /// Beyond this ratio no weights will help.
 const HOPELESS: f64 = 1.5;
 /// Up to this ratio repeated probings, which tell a little more, may make the difference.
@@ -130,10 +140,10 @@ const NEAR: f64 = 1.05;
 /// The search for a design in which nothing is worse than it was.
 #[derive(Clone)]
 struct Search {
-    /// How much each of the goals matters, then the volume.
+    /// How much each of the goals matters, then tip and direction.
     weights: Vec<f64>,
-    /// The volumetric error, by what it has to be.
-    volume: DMatrix<f64>,
+    /// The volumetric error of both, by what it has to be.
+    volume: [DMatrix<f64>; 2],
     /// Which parameters there are, and what each has to be.
     goals: Vec<(usize, f64)>,
 }
@@ -141,29 +151,28 @@ struct Search {
 impl Search {
     /// What matters, each by what it has to be.
     fn effect(&self) -> DMatrix<f64> {
-        let rows = self.volume.nrows();
-        let (all, parameters) = (self.weights.len(), self.goals.len());
-        let volume = &self.volume * self.weights[all - 1].sqrt();
-        let mut effect = volume.insert_rows(rows, parameters, 0.0);
+        let [tip, direction] = &self.volume;
+        let columns = tip.ncols();
+        let (first, second) = (self.goals.len(), self.goals.len() + tip.nrows());
+        let mut effect = DMatrix::zeros(second + direction.nrows(), columns);
         for (i, (place, goal)) in self.goals.iter().enumerate() {
-            effect[(rows + i, *place)] = self.weights[i].sqrt() / goal;
+            effect[(i, *place)] = self.weights[i].sqrt() / goal;
+        }
+        for (start, matrix, weight) in [(first, tip, first), (second, direction, first + 1)] {
+            let scaled = matrix * self.weights[weight].sqrt();
+            effect.rows_mut(start, matrix.nrows()).copy_from(&scaled);
         }
         effect
     }
 
     /// The ratio of each to what it has to be.
     fn ratios(&self, exchange: &Exchange) -> Vec<f64> {
-        let covariance = exchange.covariance(self.volume.ncols());
+        let covariance = exchange.covariance(self.volume[0].ncols());
         let parameters = self.goals.iter();
-        let mut ratios: Vec<f64> = parameters
-            .map(|(i, goal)| covariance[(*i, *i)].sqrt() / goal)
-            .collect();
-        ratios.push(
-            (&self.volume * &covariance * self.volume.transpose())
-                .trace()
-                .sqrt(),
-        );
-        ratios
+        let parameters = parameters.map(|(i, goal)| covariance[(*i, *i)].sqrt() / goal);
+        let volume = self.volume.iter();
+        let volume = volume.map(|v| (v * &covariance * v.transpose()).trace().sqrt());
+        parameters.chain(volume).collect()
     }
 
     /// Gives what is not good enough more weight until all is.

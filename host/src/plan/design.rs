@@ -13,9 +13,11 @@ use nalgebra::DMatrix;
 /// What a strategy is made best for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Criterion {
-    /// All unknowns together: the determinant of their covariance (D-optimal).
+    /// All unknowns together: the determinant of their covariance (D-optimal). Beside another strategy, each
+    /// parameter, and the volumetric error too.
     Parameters,
-    /// The volumetric error: its mean variance at the tip over the travel (I-optimal).
+    /// The volumetric error: its mean variance at the tip over the travel (I-optimal). Beside another strategy, its
+    /// direction too.
     #[default]
     Volume,
 }
@@ -205,7 +207,7 @@ pub fn design(
             least: least + repeats.max(1),
         });
     }
-    let mut exchange = choice.exchange(&root(&choice.band.mean_square()));
+    let mut exchange = choice.exchange(&root(&choice.band.mean_squares()[0]));
     let measure = match wanted.criterion {
         Criterion::Parameters => Measure::Determinant,
         Criterion::Volume => Measure::Effect,

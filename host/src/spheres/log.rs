@@ -64,7 +64,10 @@ pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError
             "run the probing program to its end; LinuxCNC writes the log on closing it (PROBECLOSE)",
         ));
     };
-    let has_header = (first.chars()).any(|c| c.is_ascii_alphabetic() && !"eE".contains(c));
+    let has_header = (first
+        .split([',', ' ', '\t', ';'])
+        .find(|word| !word.is_empty()))
+    .is_some_and(|word| word.parse::<f64>().is_err());
     let names: Vec<String> = if has_header {
         if let Some(error) = separated(first, start) {
             return Err(error);

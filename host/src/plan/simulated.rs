@@ -1,13 +1,13 @@
 //! Touches as a machine with known errors would give them.
 
-use super::{Disturbances, SimulateError, normal, three_linear};
+use super::touches::{PER_BALL, Probe, touching};
 use crate::errors::Situation;
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;
 use crate::identify::turned;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
-use crate::plan::{PER_BALL, Probe, touching};
+use crate::simulate::{Disturbances, SimulateError, normal, three_linear};
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -21,7 +21,7 @@ const HALVINGS: usize = 50;
 ///
 /// # Errors
 /// [`SimulateError`]: a ball without a place, one that is not touched.
-pub fn touches(
+pub fn simulated_touches(
     kinematics: &Kinematics<'_>,
     planned: &Artefact,
     artefact: &Artefact,
@@ -96,7 +96,7 @@ fn disturb(machine: &Machine, position: &mut PerAxis, noise: f64, random: &mut P
 
 /// The log that LinuxCNC writes of touches: X Y Z A B C U V W, with six decimals.
 #[must_use]
-pub fn log(machine: &Machine, touches: &[PerAxis]) -> String {
+pub fn touch_log(machine: &Machine, touches: &[PerAxis]) -> String {
     let line = |position: &PerAxis| {
         let of = |letter| machine.index(letter).map_or(0.0, |i| position[i]);
         let words: Vec<String> = "XYZABCUVW"
