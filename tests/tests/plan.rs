@@ -203,7 +203,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
             .iter()
             .map(|a| backlash(a.letter.char()))
             .collect();
-        let mut allowed = Allowed::of(&case.machine, false, &directions);
+        let mut allowed = Allowed::of(&case.machine, &directions);
         allowed.restrict(&case.machine, indexings).unwrap();
         let perfect = ErrorModel::perfect(&case.machine);
         let assumed = Assumed {
@@ -305,7 +305,7 @@ fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
     ] {
         let case = Case::new(folder, errors, model);
         let setup = case.setup();
-        let mut allowed = Allowed::of(&case.machine, false, &vec![false; case.machine.axes.len()]);
+        let mut allowed = Allowed::of(&case.machine, &vec![false; case.machine.axes.len()]);
         allowed.restrict(&case.machine, indexings).unwrap();
         let assumed = case.assumed();
         let published = judge(&setup, &case.parameters, &case.strategy, assumed).unwrap();

@@ -15,7 +15,7 @@ use trueaxis_host::identify::{Assumed, Model};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
     Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, Setup, Unreachable, Wanted,
-    as_good_as, design, judge, linuxcnc, table,
+    as_good_as, design, judge, linuxcnc, needs_spindle, table,
 };
 
 /// Say what a probing strategy will tell before anybody probes, or propose one
@@ -59,8 +59,8 @@ pub struct Arguments {
         conflicts_with = "strategy"
     )]
     balls: Vec<String>,
-    /// Positions that rotary axes and spindle may take (default: their travel; the spindle only where its place is
-    /// looked for)
+    /// Positions that rotary axes and spindle may take (default: their travel; the spindle only if parameters cannot be
+    /// told from the stylus otherwise)
     #[arg(long, value_name = "A=FROM:TO:STEP,…", conflicts_with = "strategy")]
     indexings: Option<String>,
     /// How long probing may take
@@ -200,7 +200,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
         }
         _ => {
-            let strategy = arguments.propose(&setup, &parameters, assumed, other.as_ref())?;
+            let strategy =
+                arguments.propose(&setup, &parameters, &directions, assumed, other.as_ref())?;
             let path = arguments
                 .output
                 .as_deref()
@@ -320,22 +321,22 @@ impl Arguments {
         &self,
         setup: &Setup<'_>,
         parameters: &[Parameter],
+        directions: &[bool],
         assumed: Assumed<'_>,
         other: Option<&Judgement>,
     ) -> Result<Probings, BadInput> {
         let machine = setup.machine;
-        let spindle = parameters.iter().any(|p| p.axis == 'S');
-        let backlash = |letter: char| {
-            let of = |p: &Parameter| p.axis == letter && p.kind == ParameterKind::Backlash;
-            parameters.iter().any(of)
-        };
-        let directions =
-            (machine.axes.iter()).map(|a| a.letter.is_rotary() && backlash(a.letter.char()));
-        let mut allowed = Allowed::of(machine, spindle, &directions.collect::<Vec<bool>>());
+        let mut allowed = Allowed::of(machine, directions);
         if let Some(text) = &self.indexings {
             allowed
                 .restrict(machine, text)
                 .map_err(|e| BadInput::new(format!("--indexings: {e}"), e.remedy))?;
+        }
+        let is_said = |text: &String| text.split(',').any(|part| part.trim().starts_with("S="));
+        if !self.indexings.as_ref().is_some_and(is_said)
+            && needs_spindle(setup, &allowed, parameters, assumed).map_err(not_designed)?
+        {
+            allowed.index_spindle();
         }
         if let Some(other) = other {
             let criterion = self.best_for.into();

@@ -79,7 +79,7 @@ const REMEDY: &str =
 const STEPS: usize = 16;
 const TURN: f64 = 360.0;
 const WIDE: f64 = 30.0;
-/// Of the spindle, where its place is looked for.
+/// Of the spindle, where it is indexed.
 const SPINDLE: [f64; 6] = [0.0, 60.0, 120.0, 180.0, 240.0, 300.0];
 /// So many positions of one axis are enough.
 const MOST: usize = 721;
@@ -87,10 +87,10 @@ const MOST: usize = 721;
 pub(super) const RUN_UP: f64 = 2.0;
 
 impl Allowed {
-    /// The whole travel of each rotary axis in steps of a sixteenth, or 30° where it turns right round; `spindle`
-    /// if it is to be indexed, `directions` if it matters from where axes come.
+    /// The whole travel of each rotary axis in steps of a sixteenth, or 30° where it turns right round, without
+    /// indexing the spindle; `directions` says of which axes it matters from where they come.
     #[must_use]
-    pub fn of(machine: &Machine, spindle: bool, directions: &[bool]) -> Self {
+    pub fn of(machine: &Machine, directions: &[bool]) -> Self {
         let axes = machine.axes.iter().map(|axis| {
             let [low, high] = axis.travel;
             if !axis.letter.is_rotary() {
@@ -107,11 +107,16 @@ impl Allowed {
         });
         Self {
             axes: axes.collect(),
-            spindle: if spindle { SPINDLE.to_vec() } else { vec![0.0] },
+            spindle: vec![0.0],
             directions: (directions.iter())
                 .map(|matters| if *matters { vec![1.0, -1.0] } else { vec![0.0] })
                 .collect(),
         }
+    }
+
+    /// Lets the spindle turn right round, in steps of 60°.
+    pub fn index_spindle(&mut self) {
+        self.spindle = SPINDLE.to_vec();
     }
 
     /// Takes other positions from a text such as `A=-60:60:15,S=0:300:60`; one position is `A=0`.

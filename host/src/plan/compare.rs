@@ -162,7 +162,8 @@ impl Search {
             let scaled = matrix * self.weights[weight].sqrt();
             effect.rows_mut(start, matrix.nrows()).copy_from(&scaled);
         }
-        effect
+        // As many rows as parameters do the same.
+        root(&effect.tr_mul(&effect))
     }
 
     /// The ratio of each to what it has to be.

@@ -7,7 +7,7 @@ use super::judge::band;
 use super::order::{ordered, repeated};
 use crate::errors::{ErrorModel, Parameter};
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Assumed, Foreseen, IdentifyError, Problem};
+use crate::identify::{Assumed, Foreseen, IdentifyError, Problem, Unknown};
 use nalgebra::DMatrix;
 
 /// What a strategy is made best for.
@@ -182,6 +182,23 @@ pub(super) fn root(square: &DMatrix<f64>) -> DMatrix<f64> {
         row *= value.max(0.0).sqrt();
     }
     root
+}
+
+/// True if parameters cannot be told from the stylus at all allowed positions together: then the spindle must be indexed.
+///
+/// # Errors
+/// [`DesignError`]: nothing that can be reached, too few positions.
+pub fn needs_spindle(
+    setup: &Setup<'_>,
+    allowed: &Allowed,
+    parameters: &[Parameter],
+    assumed: Assumed<'_>,
+) -> Result<bool, DesignError> {
+    let all = Choice::new(setup, allowed, parameters, assumed)?.foreseen;
+    let is_stylus = |(unknown, _): &(Unknown, f64)| matches!(unknown, Unknown::Stylus(_));
+    Ok((all.unseen.iter()).any(|unseen| {
+        matches!(unseen.unknown, Unknown::Parameter(_)) && unseen.with.iter().any(is_stylus)
+    }))
 }
 
 /// Proposes a strategy of allowed positions: the choice by exchange that leaves least, in an order that moves

@@ -151,8 +151,7 @@ impl Exchange {
             }
         };
         let free = self.rows.iter().enumerate().filter(|(_, r)| !r.chosen);
-        let gains = free.map(|(i, row)| (i, gain(row)));
-        gains.max_by(|a, b| a.1.total_cmp(&b.1))
+        first_of_most(free.map(|(i, row)| (i, gain(row))).collect())
     }
 
     /// The row whose loss is least.
@@ -168,8 +167,8 @@ impl Exchange {
             }
         };
         let chosen = self.rows.iter().enumerate().filter(|(_, r)| r.chosen);
-        let losses = chosen.map(|(i, row)| (i, loss(row)));
-        losses.min_by(|a, b| a.1.total_cmp(&b.1))
+        let losses = chosen.map(|(i, row)| (i, -loss(row)));
+        first_of_most(losses.collect()).map(|(i, loss)| (i, -loss))
     }
 
     /// Adds a row or takes it away (Woodbury).
@@ -210,6 +209,16 @@ impl Exchange {
             row.effect = &effect * &row.equations;
         });
     }
+}
+
+/// Rows that differ by less than this part are alike: by symmetry many are, and rounding is not to choose.
+const ALIKE: f64 = 1e-9;
+
+/// The first of those whose value is the largest.
+fn first_of_most(values: Vec<(usize, f64)>) -> Option<(usize, f64)> {
+    let most = values.iter().map(|(_, v)| *v).max_by(f64::total_cmp)?;
+    let least = most - ALIKE * most.abs();
+    values.into_iter().find(|(_, v)| *v >= least)
 }
 
 /// A matrix with its columns divided by the scales of the unknowns.

@@ -195,7 +195,7 @@ fn remedies(
     let directions: Vec<bool> = (machine.axes.iter())
         .map(|a| backlash(a.letter.char()))
         .collect();
-    let mut allowed = Allowed::of(machine, false, &directions);
+    let mut allowed = Allowed::of(machine, &directions);
     allowed.spindle = SPINDLE.to_vec();
     let (candidates, _) = setup.candidates(&allowed);
     if candidates.rows.is_empty() {

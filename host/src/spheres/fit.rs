@@ -43,8 +43,10 @@ const STILL: f64 = 1e-10;
 const MEDIAN: f64 = 0.6745;
 /// Distances, in standard deviations, from which a touch is named; as rows are in `identify`.
 const DISTRUSTED: f64 = 5.0;
-/// What is less (mm) is no matter: rounding of a log with six decimals, ten times.
-const LEAST: f64 = 1e-5;
+/// What is less (mm) is no matter: probes repeat to 1 µm.
+const LEAST: f64 = 1e-3;
+/// A fit has ended if its last step was less (mm).
+const ENDED: f64 = 1e-6;
 /// Touches whose distances, in standard deviations, differ by less than this part cannot be told apart.
 const ALIKE: f64 = 0.01;
 
@@ -95,7 +97,7 @@ pub fn fit(probings: &[Centre], balls: usize, radius: Option<f64>) -> Result<Fit
             largest = largest.max(step.norm());
         }
     }
-    if let Some(probing) = (0..probings.len()).find(|_| largest > LEAST) {
+    if let Some(probing) = (0..probings.len()).find(|_| largest > ENDED) {
         return Err(FitError { probing });
     }
     Ok(told(probings, centres, radii))
