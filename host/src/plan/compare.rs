@@ -104,7 +104,7 @@ pub fn as_good_as(
         (all && Ratios::of(&judgement, other).is_no_worse(criterion)).then_some(strategy)
     };
     let mut exchange = choice.exchange(&search.effect());
-    let mut count = most - repeats(most);
+    let mut count = (most - repeats(most)).min(choice.candidates.rows.len());
     exchange.choose(count, Measure::Effect);
     let mut best: Option<(Probings, Exchange, Search, usize)> = None;
     let mut step = (count / STEPS).max(1);
