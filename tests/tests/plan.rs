@@ -319,7 +319,10 @@ fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
                 &published,
                 criterion,
             );
-            let planned = judge(&setup, &case.parameters, &found.unwrap().unwrap(), assumed);
+            let found = found
+                .unwrap()
+                .unwrap_or_else(|| panic!("{folder} {criterion:?}: none"));
+            let planned = judge(&setup, &case.parameters, &found, assumed);
             let planned = planned.unwrap();
             let ratios = Ratios::of(&planned, &published);
             assert!(ratios.is_no_worse(criterion), "{folder}: {ratios:?}");

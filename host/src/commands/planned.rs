@@ -170,19 +170,18 @@ pub fn screen(
     parameters(&mut text, judgement, other);
     let spread = |text: &mut String, name: &str, [one, two]: [Option<&Spread>; 2], scale: f64| {
         let _ = write!(text, "  {name:<17}");
-        for spread in [one, two].into_iter().flatten() {
-            let values = [spread.mean, spread.most_of, spread.largest];
-            for value in values {
-                let _ = write!(text, "{:>9.2}", value * scale);
+        for (spread, first) in [(one, 9), (two, 15)] {
+            if let Some(spread) = spread {
+                let [mean, most_of, largest] =
+                    [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
+                let _ = write!(text, "{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
             }
         }
         text.push('\n');
     };
-    let _ = write!(text, "\nstandard over travel     mean     95 %  largest");
+    text += "\nstandard over travel     mean     95 %  largest";
     if other.is_some() {
-        text += "  there:  mean     95 %  largest";
-        text = text.replace("  there:  mean", "   (mean");
-        text.push(')');
+        text += "    other: mean     95 %  largest";
     }
     text.push('\n');
     spread(

@@ -13,6 +13,8 @@ use rayon::prelude::*;
 pub struct Spread {
     /// Its mean.
     pub mean: f64,
+    /// The root of the mean of its square.
+    pub root_mean_square: f64,
     /// 95 % of the positions have no more.
     pub most_of: f64,
     /// The largest.
@@ -105,6 +107,8 @@ impl Band {
             };
             Spread {
                 mean: values.iter().sum::<f64>() / values.len() as f64,
+                root_mean_square: (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64)
+                    .sqrt(),
                 most_of: values[(values.len() * 95).div_ceil(100) - 1],
                 largest: *largest,
             }

@@ -88,8 +88,8 @@ pub fn as_good_as(
     let mut search = Search {
         weights: vec![1.0; goals.len() + 2],
         volume: [
-            root(&tip) / other.tip.mean,
-            root(&direction) / other.direction.mean,
+            root(&tip) / other.tip.root_mean_square,
+            root(&direction) / other.direction.root_mean_square,
         ],
         goals,
     };

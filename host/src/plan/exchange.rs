@@ -43,6 +43,8 @@ pub(super) struct Exchange {
 const IGNORANCE: f64 = 1e-9;
 /// An exchange must gain this part of what it is about, or it is rounding.
 const WORTH: f64 = 1e-6;
+/// After so many rows all is counted anew.
+const FRESH: usize = 16;
 /// Exchanges per row: they come to an end by themselves, after one or two.
 const PATIENCE: usize = 5;
 
@@ -90,9 +92,12 @@ impl Exchange {
 
     /// Chooses `count` rows: first those that tell most one after the other, then by exchange.
     pub fn choose(&mut self, count: usize, measure: Measure) {
-        for _ in 0..count.min(self.rows.len()) {
+        for number in 1..=count.min(self.rows.len()) {
             if let Some((best, _)) = self.best(Measure::Determinant) {
                 self.change(best, true);
+            }
+            if number % FRESH == 0 {
+                self.refresh();
             }
         }
         self.refresh();
@@ -143,7 +148,12 @@ impl Exchange {
         let gain = |row: &Row| {
             let with = Matrix3::identity() + row.variance;
             match measure {
-                Measure::Determinant => with.determinant().ln(),
+                // By eigenvalues: as long as little is known they are some 1e9 and 1, and a determinant would be
+                // rounding.
+                Measure::Determinant => {
+                    let values = row.variance.symmetric_eigenvalues();
+                    values.iter().map(|v| v.max(0.0).ln_1p()).sum()
+                }
                 Measure::Effect => match with.try_inverse() {
                     Some(inverse) => inverse.dot(&row.effects()),
                     None => 0.0,
