@@ -8,6 +8,7 @@
 mod auto;
 mod error_file;
 mod factor;
+mod foresee;
 mod model;
 mod rows;
 mod solve;
@@ -16,6 +17,7 @@ mod unseen;
 
 pub use auto::{AutoError, Level, automatic};
 pub use error_file::error_file;
+pub use foresee::{Assumed, Foreseen};
 pub use model::{Model, ModelError};
 pub use rows::Problem;
 pub(crate) use rows::turned;

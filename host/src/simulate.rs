@@ -109,7 +109,7 @@ const STEPS: usize = 20;
 const REACHED: f64 = 1e-11;
 
 /// Linear positions at which the tip is on the ball (mm, rad).
-fn reach(
+pub(crate) fn reach(
     kinematics: &Kinematics<'_>,
     row: &Probing,
     tip: &Vector3<f64>,
@@ -142,7 +142,7 @@ fn reach(
 }
 
 /// The first three linear axes.
-fn three_linear(machine: &Machine) -> Option<[usize; 3]> {
+pub(crate) fn three_linear(machine: &Machine) -> Option<[usize; 3]> {
     let linear = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
     linear.take(3).collect::<Vec<_>>().try_into().ok()
 }
@@ -163,7 +163,7 @@ fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut
 }
 
 /// A number of the standard normal distribution (Box and Muller).
-fn normal(random: &mut Pcg64Mcg) -> f64 {
+pub(crate) fn normal(random: &mut Pcg64Mcg) -> f64 {
     let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
     radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
 }

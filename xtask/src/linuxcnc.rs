@@ -1,5 +1,5 @@
 //! `cargo xtask linuxcnc`: the component in the real LinuxCNC, without a screen: in `halrun`, under its motion
-//! controller, with machines that are simulated, and as a package.
+//! controller, with machines that are simulated, with a probing program, and as a package.
 
 mod bench;
 mod faults;
@@ -7,6 +7,7 @@ mod halrun;
 mod motion;
 mod oracle;
 mod package;
+mod probing;
 mod rows;
 mod simulated;
 
@@ -16,12 +17,13 @@ use bench::Bench;
 type Check = fn(&Bench) -> Result<(), String>;
 
 /// What is tried, by name.
-const PARTS: [(&str, Check); 6] = [
+const PARTS: [(&str, Check); 7] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),
     ("events", motion::events),
     ("simulated", simulated::check),
+    ("probing", probing::check),
     ("package", package::check),
 ];
 

@@ -139,6 +139,19 @@ def probe():
     mdi("G53 G0 X150")
 
 
+def touches():
+    """A program that probes balls, which HAL simulates."""
+    start()
+    home()
+    settled(linuxcnc.MODE_AUTO)
+    command.program_open("/tmp/probe.ngc")
+    command.feedrate(1.0)
+    command.auto(linuxcnc.AUTO_RUN, 0)
+    time.sleep(0.5)
+    status.poll()
+    wait("end of the program", lambda: status.interp_state == linuxcnc.INTERP_IDLE, 300)
+
+
 def limits():
     """In the corners of the travel, and beyond."""
     set_pin("surface.in0", 1e9)

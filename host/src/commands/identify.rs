@@ -141,7 +141,7 @@ fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     Ok(errors)
 }
 
-fn no_model(error: ModelError) -> BadInput {
+pub(super) fn no_model(error: ModelError) -> BadInput {
     BadInput::new(format!("--model: {}", error.reason), error.remedy)
 }
 
@@ -333,7 +333,7 @@ impl<'a> Answer<'a> {
 }
 
 /// Coverage factor of expanded uncertainties: 95 %.
-const EXPANDED: f64 = 2.0;
+pub(super) const EXPANDED: f64 = 2.0;
 /// Rows that are named, at most.
 const NAMED: usize = 10;
 
@@ -446,12 +446,12 @@ fn more(text: &mut String, count: usize) {
     }
 }
 
-fn count(number: usize, what: &str) -> String {
+pub(super) fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
 /// In what a parameter is shown.
-fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
+pub(super) fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
     match (parameter.kind, parameter.is_angular()) {
         (ParameterKind::Degree(1), false) if "XYZUVW".contains(parameter.axis) => {
             (Some(1e6), "µm/m")

@@ -14,14 +14,18 @@ mod identify;
 mod inspect;
 mod linuxcnc;
 mod monitor;
+mod plan;
+mod planned;
 mod policy;
 mod port;
 mod pose;
+mod probings;
 mod progress;
 mod replace;
 mod screen;
 mod simulate;
 mod target;
+mod touching;
 mod verify;
 
 use bad_input::BadInput;
@@ -51,6 +55,8 @@ enum Command {
     Pose(pose::Arguments),
     Explain(explain::Arguments),
     Identify(identify::Arguments),
+    Plan(plan::Arguments),
+    Probings(probings::Arguments),
     Simulate(simulate::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
@@ -78,6 +84,8 @@ pub fn run() -> ExitCode {
         Command::Pose(arguments) => pose::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Probings(arguments) => probings::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),

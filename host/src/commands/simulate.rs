@@ -3,12 +3,14 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles, Text};
+use super::touching::Touching;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings;
 use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::simulate::{self, Disturbances};
+use trueaxis_host::plan::{simulated_touches, touch_log};
+use trueaxis_host::simulate::{self, Disturbances, SimulateError};
 
 /// Write the measurements that a machine with known errors would give
 ///
@@ -22,6 +24,43 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Probings(Probings),
+    Touches(Touches),
+}
+
+/// The log of the touches by which a program of `trueaxis plan` finds the balls
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis simulate touches machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv \\\n    \
+--ball-diameter 20 --stylus-diameter 6 --noise 1 -o touches.log"
+)]
+struct Touches {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// Where the balls should be, for which the program was written (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// Which ball is probed at which rotary positions (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: PathBuf,
+    /// Where to write the log (default: standard output)
+    #[arg(short, long, value_name = "OUT.log")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    touching: Touching,
+    /// How far the balls are from where they should be, along x, y and z of the workpiece
+    #[arg(
+        long,
+        value_name = "MM,MM,MM",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    misplaced: Vec<f64>,
+    /// Standard deviation of each touch along each axis
+    #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
+    noise: f64,
+    /// Another seed gives other noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
 }
 
 /// Axis positions at which the stylus is on the balls of an artefact
@@ -84,6 +123,74 @@ fn percent(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Probings(probings) => probings.run(),
+        What::Touches(touches) => touches.run(),
+    }
+}
+
+/// Three numbers, or none.
+fn three(values: &[f64], option: &str, unit: &str) -> Result<[f64; 3], BadInput> {
+    match values[..] {
+        [] => Ok([0.0; 3]),
+        [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
+        _ => Err(BadInput::new(
+            format!("{option} takes three numbers"),
+            format!("write {option} 5,0,-3 in {unit}"),
+        )),
+    }
+}
+
+fn not_simulated(strategy: &Path, error: &SimulateError) -> BadInput {
+    BadInput::new(
+        format!("{}: {error}", strategy.display()),
+        "correct the strategy, or where the balls are in the artefact",
+    )
+}
+
+impl Touches {
+    fn run(&self) -> Result<Outcome, BadInput> {
+        let inputs: [&Path; 4] = [
+            &self.files.machine,
+            &self.files.errors,
+            &self.artefact,
+            &self.strategy,
+        ];
+        if let Some(output) = &self.output {
+            files::prepare(output, &inputs)?;
+        }
+        let misplaced = three(&self.misplaced, "--misplaced", "mm")?;
+        let (machine, errors) = self.files.read()?;
+        let text = Text::read(&self.artefact)?;
+        let planned =
+            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
+        let text = Text::read(&self.strategy)?;
+        let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+        let mut artefact = planned.clone();
+        for place in artefact.balls.iter_mut().filter_map(|b| b.nominal.as_mut()) {
+            *place += nalgebra::Vector3::from(misplaced);
+        }
+        let disturbances = Disturbances {
+            noise: self.noise * 1e-3,
+            seed: self.seed,
+            ..Disturbances::default()
+        };
+        let touched = simulated_touches(
+            &Kinematics::new(&machine, &errors),
+            &planned,
+            &artefact,
+            &strategy,
+            &self.touching.probe()?,
+            &disturbances,
+        );
+        let touched = touched.map_err(|e| not_simulated(&self.strategy, &e))?;
+        let log = touch_log(&machine, &touched);
+        match &self.output {
+            None => files::print(&log)?,
+            Some(path) => {
+                files::write(path, log.as_bytes())?;
+                files::print(&format!("{}: {} touches\n", path.display(), touched.len()))?;
+            }
+        }
+        Ok(Outcome::Done)
     }
 }
 
@@ -98,16 +205,7 @@ impl Probings {
         if let Some(output) = &self.output {
             files::prepare(output, &inputs)?;
         }
-        let drift = match self.drift[..] {
-            [] => [0.0; 3],
-            [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => [x, y, z],
-            _ => {
-                return Err(BadInput::new(
-                    "--drift takes three numbers",
-                    "write --drift 5,0,-3 in µm",
-                ));
-            }
-        };
+        let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
         let text = Text::read(&self.artefact)?;
         let artefact =
@@ -123,12 +221,7 @@ impl Probings {
         };
         let kinematics = Kinematics::new(&machine, &errors);
         let measured = simulate::probings(&kinematics, &artefact, &strategy, &disturbances)
-            .map_err(|error| {
-                BadInput::new(
-                    format!("{}: {error}", self.strategy.display()),
-                    "correct the strategy, or where the balls are in the artefact",
-                )
-            })?;
+            .map_err(|error| not_simulated(&self.strategy, &error))?;
         let csv = probings::write(&measured, &machine);
         match &self.output {
             None => files::print(&csv)?,

@@ -23,6 +23,8 @@ pub struct Ball {
     pub name: String,
     /// Its centre in the workpiece frame (mm), to start from.
     pub nominal: Option<Vector3<f64>>,
+    /// Unit vector from the table, on which its stem stands, to its centre (workpiece frame).
+    pub away: Vector3<f64>,
 }
 
 /// A known distance between the centres of two balls.
@@ -61,6 +63,7 @@ struct File {
 struct BallEntry {
     name: Spanned<String>,
     nominal_mm: Option<Spanned<Exactly<3>>>,
+    away_from_table: Option<Spanned<Exactly<3>>>,
 }
 
 #[derive(Deserialize)]
@@ -103,6 +106,7 @@ impl Artefact {
             artefact.balls.push(Ball {
                 name: name.clone(),
                 nominal: ball.nominal_mm.map(|p| point(&p)).transpose()?,
+                away: (ball.away_from_table).map_or(Ok(Vector3::z()), |d| direction(&d))?,
             });
         }
         for bar in file.bar {
@@ -164,6 +168,20 @@ fn point(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
         "here",
         "write x, y and z in mm",
     ))
+}
+
+fn direction(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
+    let direction = Vector3::from(value.get_ref().0);
+    let unit = direction.try_normalize(f64::MIN_POSITIVE);
+    unit.filter(|u| u.iter().all(|v| v.is_finite()))
+        .ok_or_else(|| {
+            FileError::at(
+                value.span(),
+                "this is no direction",
+                "here",
+                "write a vector from the table to the ball in the workpiece frame: [0.0, 0.0, 1.0]",
+            )
+        })
 }
 
 fn positive(value: &Spanned<f64>) -> Result<f64, FileError> {

@@ -1,7 +1,7 @@
 //! Files that other programs read and write.
 
 pub mod artefact;
-mod cells;
+pub(crate) mod cells;
 pub mod hal;
 pub mod ini;
 pub mod measured;

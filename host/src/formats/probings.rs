@@ -362,13 +362,28 @@ type Written = Box<dyn Fn(&Probing) -> String>;
 /// Writes them: the columns that any row has, positions with nine decimals.
 #[must_use]
 pub fn write(probings: &Probings, machine: &Machine) -> String {
+    written(probings, machine, true)
+}
+
+/// Writes what is to be probed: without linear axes and uncertainties.
+#[must_use]
+pub fn write_strategy(strategy: &Probings, machine: &Machine) -> String {
+    let mut strategy = strategy.clone();
+    for row in &mut strategy.rows {
+        row.sigma = None;
+    }
+    written(&strategy, machine, false)
+}
+
+fn written(probings: &Probings, machine: &Machine, linear: bool) -> String {
     type Of = fn(&Probing) -> Option<f64>;
     let mut columns: Vec<(String, Written)> = Vec::new();
-    for (i, axis) in machine.axes.iter().enumerate() {
-        columns.push((
-            axis.letter.to_string(),
-            Box::new(move |row| format!("{:.9}", row.position[i])),
-        ));
+    for i in needed(machine, linear) {
+        let of: Written = match linear {
+            true => Box::new(move |row| format!("{:.9}", row.position[i])),
+            false => Box::new(move |row| row.position[i].to_string()),
+        };
+        columns.push((machine.axes[i].letter.to_string(), of));
     }
     for (i, axis) in machine.axes.iter().enumerate() {
         if probings.rows.iter().any(|row| row.direction[i] != 0.0) {

@@ -129,7 +129,7 @@ const VAGUE: f64 = 3.0;
 const ROUNDING: f64 = 1e-10;
 /// Bars and stylus are known no better than this part of what the rows miss: a hundredth, of which second-order
 /// effects are a part again.
-const STIFF: f64 = 0.01;
+pub(super) const STIFF: f64 = 0.01;
 /// Where nothing is known of the noise yet (mm): probes repeat to 1 µm.
 const FIRST_NOISE: f64 = 1e-3;
 /// Noise is never less (mm): files have no more digits.
@@ -180,13 +180,9 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
         let jacobian = problem.jacobian(&estimate, &weights);
         let factor = Factor::new(jacobian.clone());
         let idle = problem.idle(&factor, &weights);
-        // The standard uncertainty of a combination with the singular value s is that of a weight of 1 by s,
-        // if it is told by what it does at the probings (root of the mean square).
         let known = root_mean_square(weights.rows.iter().copied()).recip();
         let size = root_mean_square(before.iter().map(Vector3::norm)).max(known);
-        let noisy = known / (PLAUSIBLE * size * (equations as f64).sqrt());
-        let vague = VAGUE * left / problem.lever();
-        let least = noisy.max(vague).max(ROUNDING);
+        let least = threshold(problem, known, size, left);
         let mut gone = if rounds < FREE { Vec::new() } else { last };
         let is_new = |i: &usize| gone.iter().all(|g: &GivenUp| g.number != *i);
         let idle: Vec<usize> = idle.into_iter().filter(is_new).collect();
@@ -251,20 +247,30 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
     }
 }
 
+/// The largest singular value of combinations that are not seen: with probings that are `known` so well, errors
+/// that do so much (`size`) at them, and what is `left` of them in the end (mm, roots of the mean squares).
+pub(super) fn threshold(problem: &Problem<'_>, known: f64, size: f64, left: f64) -> f64 {
+    // The standard uncertainty of a combination with the singular value s is that of a weight of 1 by s,
+    // if it is told by what it does at the probings (root of the mean square).
+    let noisy = known / (PLAUSIBLE * size * (problem.equations() as f64).sqrt());
+    let vague = VAGUE * left / problem.lever();
+    noisy.max(vague).max(ROUNDING)
+}
+
 fn not_converged(misses: &[Vector3<f64>]) -> IdentifyError {
     IdentifyError::NotConverged {
         rms: root_mean_square(misses.iter().map(Vector3::norm)),
     }
 }
 
-fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+pub(super) fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len();
     (values.map(|v| v * v).sum::<f64>() / count as f64).sqrt()
 }
 
 /// Gives up, beside what is `gone`, unknowns until no combination has a singular value that is not above
 /// `least`; the factor of those that are left.
-fn seen(
+pub(super) fn seen(
     unknowns: &[Unknown],
     factor: Factor,
     gone: Vec<GivenUp>,
@@ -303,7 +309,12 @@ fn seen(
 }
 
 /// Fits balls and stylus to the nominal machine: what is left is what its errors do.
-fn setup_alone(problem: &Problem<'_>, estimate: &mut Estimate, weights: &Weights, setup: &[usize]) {
+pub(super) fn setup_alone(
+    problem: &Problem<'_>,
+    estimate: &mut Estimate,
+    weights: &Weights,
+    setup: &[usize],
+) {
     let jacobian = problem.jacobian(estimate, weights);
     let factor = Factor::new(jacobian.clone()).of(setup);
     let factor = seen(&problem.unknowns, factor, Vec::new(), ROUNDING).0;

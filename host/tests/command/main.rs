@@ -9,6 +9,7 @@ mod hints;
 mod identify;
 mod linuxcnc;
 mod outside;
+mod plan;
 mod pose;
 mod program;
 mod results;

@@ -1,0 +1,282 @@
+//! What `trueaxis plan` prints.
+
+use super::identify::{EXPANDED, count, unit};
+use serde::Serialize;
+use std::fmt::Write;
+use trueaxis_host::errors::{Parameter, ParameterKind};
+use trueaxis_host::formats::probings::Probing;
+use trueaxis_host::identify::Unknown;
+use trueaxis_host::machine::Machine;
+use trueaxis_host::plan::{Judgement, Ratios, Spread};
+
+/// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
+#[derive(Serialize)]
+pub struct Answer<'a> {
+    machine: &'a str,
+    probings: usize,
+    balls: &'a [String],
+    minutes: f64,
+    unknowns: usize,
+    rank: usize,
+    condition: f64,
+    parameters: Vec<One>,
+    tip_um: Over,
+    direction_urad: Over,
+    unseen: Vec<NotSeen>,
+    unreachable: Vec<NotReached>,
+    compared: Option<Compared>,
+}
+
+#[derive(Serialize)]
+struct One {
+    parameter: String,
+    standard_uncertainty: f64,
+    expanded_uncertainty: f64,
+}
+
+/// Standard uncertainty over the travel.
+#[derive(Serialize)]
+struct Over {
+    mean: f64,
+    percentile_95: f64,
+    largest: f64,
+}
+
+#[derive(Serialize)]
+struct NotSeen {
+    unknown: String,
+    sentence: String,
+    /// A probing with which it would be seen.
+    add: Option<String>,
+}
+
+#[derive(Serialize)]
+struct NotReached {
+    line: usize,
+    reason: String,
+}
+
+#[derive(Serialize)]
+struct Compared {
+    probings: usize,
+    tip_um: Over,
+    direction_urad: Over,
+    parameter: Option<(String, f64)>,
+}
+
+impl Over {
+    fn new(spread: &Spread, scale: f64) -> Self {
+        Self {
+            mean: spread.mean * scale,
+            percentile_95: spread.most_of * scale,
+            largest: spread.largest * scale,
+        }
+    }
+}
+
+impl<'a> Answer<'a> {
+    pub fn new(
+        machine: &'a Machine,
+        judgement: &'a Judgement,
+        other: Option<&Judgement>,
+        minutes: f64,
+    ) -> Self {
+        let foreseen = &judgement.foreseen;
+        let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
+        let add = |unknown: &Unknown| {
+            let remedy = judgement.remedies.iter().find(|r| r.unseen == *unknown)?;
+            let row = remedy.add.as_ref()?;
+            Some(place(machine, &judgement.strategy.balls, row))
+        };
+        Self {
+            machine: &machine.name,
+            probings: judgement.strategy.rows.len(),
+            balls: &judgement.strategy.balls,
+            minutes,
+            unknowns: foreseen.unknowns,
+            rank: foreseen.rank,
+            condition: foreseen.condition,
+            parameters: (parameters.map(|(parameter, uncertainty)| One {
+                parameter: parameter.to_string(),
+                standard_uncertainty: uncertainty,
+                expanded_uncertainty: EXPANDED * uncertainty,
+            }))
+            .collect(),
+            tip_um: Over::new(&judgement.tip, 1e3),
+            direction_urad: Over::new(&judgement.direction, 1e6),
+            unseen: (foreseen.unseen.iter())
+                .map(|u| NotSeen {
+                    unknown: u.unknown.to_string(),
+                    sentence: u.sentence(),
+                    add: add(&u.unknown),
+                })
+                .collect(),
+            unreachable: (judgement.unreachable.iter())
+                .map(|(row, reason)| NotReached {
+                    line: row.line,
+                    reason: reason.to_string(),
+                })
+                .collect(),
+            compared: other.map(|other| Compared {
+                probings: other.strategy.rows.len(),
+                tip_um: Over::new(&other.tip, 1e3),
+                direction_urad: Over::new(&other.direction, 1e6),
+                parameter: (Ratios::of(judgement, other).parameter)
+                    .map(|(parameter, ratio)| (parameter.to_string(), ratio)),
+            }),
+        }
+    }
+}
+
+/// Where a probing is, for people.
+fn place(machine: &Machine, balls: &[String], row: &Probing) -> String {
+    let mut at = Vec::new();
+    for (i, axis) in machine.axes.iter().enumerate() {
+        if axis.letter.is_rotary() {
+            let came = match row.direction[i] {
+                d if d > 0.0 => " from below",
+                d if d < 0.0 => " from above",
+                _ => "",
+            };
+            at.push(format!("{} = {}{came}", axis.letter, row.position[i]));
+        }
+    }
+    if row.spindle != 0.0 {
+        at.push(format!("S = {}", row.spindle));
+    }
+    format!("ball {} at {}", balls[row.ball], at.join(", "))
+}
+
+/// Rows that are named, at most.
+const NAMED: usize = 10;
+
+/// What a person reads.
+pub fn screen(
+    machine: &Machine,
+    judgement: &Judgement,
+    other: Option<&Judgement>,
+    minutes: f64,
+) -> String {
+    let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
+    let mut text = format!(
+        "{}: {} of {}, {minutes:.0} min\nrank {} of {}, condition {:.0}\n\n",
+        machine.name,
+        count(strategy.rows.len(), "probing"),
+        count(strategy.balls.len(), "ball"),
+        foreseen.rank,
+        foreseen.unknowns,
+        foreseen.condition
+    );
+    parameters(&mut text, judgement, other);
+    let spread = |text: &mut String, name: &str, [one, two]: [Option<&Spread>; 2], scale: f64| {
+        let _ = write!(text, "  {name:<17}");
+        for (spread, first) in [(one, 9), (two, 15)] {
+            if let Some(spread) = spread {
+                let [mean, most_of, largest] =
+                    [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
+                let _ = write!(text, "{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
+            }
+        }
+        text.push('\n');
+    };
+    text += "\nstandard over travel     mean     95 %  largest";
+    if other.is_some() {
+        text += "    other: mean     95 %  largest";
+    }
+    text.push('\n');
+    spread(
+        &mut text,
+        "tip (µm)",
+        [Some(&judgement.tip), other.map(|o| &o.tip)],
+        1e3,
+    );
+    let directions = [Some(&judgement.direction), other.map(|o| &o.direction)];
+    spread(&mut text, "direction (µrad)", directions, 1e6);
+    unseen(&mut text, machine, judgement);
+    if !judgement.unreachable.is_empty() {
+        text += "\nrows that cannot be touched so\n";
+        for (row, reason) in judgement.unreachable.iter().take(NAMED) {
+            let ball = &strategy.balls[row.ball];
+            let _ = writeln!(text, "  line {}: ball {ball}: {reason}", row.line);
+        }
+        more(&mut text, judgement.unreachable.len());
+    }
+    text
+}
+
+fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement>) {
+    let there: Vec<(Parameter, f64)> = other.map_or(Vec::new(), |other| {
+        let known = other.foreseen.parameters.iter().copied();
+        known.zip(other.foreseen.uncertainties()).collect()
+    });
+    *text += "parameter     standard   expanded (k = 2)";
+    if let Some(other) = other {
+        let _ = write!(
+            text,
+            "   standard with the other {}",
+            other.strategy.rows.len()
+        );
+    }
+    text.push('\n');
+    let foreseen = &judgement.foreseen;
+    for (parameter, uncertainty) in foreseen.parameters.iter().zip(foreseen.uncertainties()) {
+        let (factor, unit) = unit(*parameter);
+        let show = |v: f64| match factor {
+            Some(factor) => format!("{:.2}", v * factor),
+            None => format!("{v:.2e}"),
+        };
+        let _ = write!(
+            text,
+            "  {:<9}{:>11}{:>11}",
+            parameter.to_string(),
+            show(uncertainty),
+            show(EXPANDED * uncertainty)
+        );
+        if other.is_some() {
+            let found = there.iter().find(|(p, _)| p == parameter);
+            let _ = write!(
+                text,
+                "{:>11}",
+                found.map_or("-".to_owned(), |(_, u)| show(*u))
+            );
+        }
+        let _ = writeln!(text, " {unit}");
+    }
+}
+
+fn unseen(text: &mut String, machine: &Machine, judgement: &Judgement) {
+    let parameters =
+        |u: &&trueaxis_host::identify::Unseen| matches!(u.unknown, Unknown::Parameter(_));
+    let unseen: Vec<_> = judgement
+        .foreseen
+        .unseen
+        .iter()
+        .filter(parameters)
+        .collect();
+    if unseen.is_empty() {
+        return;
+    }
+    *text += "\nnot to be seen by this strategy\n";
+    for one in unseen {
+        let _ = writeln!(text, "  {}", one.sentence());
+        let remedy = judgement.remedies.iter().find(|r| r.unseen == one.unknown);
+        let is_backlash =
+            matches!(one.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
+        match remedy.map(|r| &r.add) {
+            Some(Some(row)) => {
+                let place = place(machine, &judgement.strategy.balls, row);
+                let _ = writeln!(text, "    add: {place}");
+            }
+            Some(None) if !is_backlash => {
+                *text += "    no single probing of these balls shows it\n";
+            }
+            _ => {}
+        }
+    }
+}
+
+fn more(text: &mut String, count: usize) {
+    if count > NAMED {
+        let _ = writeln!(text, "  and {} more", count - NAMED);
+    }
+}

@@ -1,0 +1,125 @@
+//! `trueaxis probings`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::touching::positive;
+use clap::Args;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_host::errors::ErrorModel;
+use trueaxis_host::formats::probings;
+use trueaxis_host::spheres::{Found, Touched, read_log, to_probings};
+
+/// Turn the log of a probing program into probings
+///
+/// Fits a sphere to the five touches of each row of a strategy, and writes where the axes are with the stylus centre
+/// on the centre of the ball: what `trueaxis identify` reads.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis probings machine.toml touches.log --strategy strategy.csv -o probings.csv\n\n\
+The log is that of the program which `trueaxis plan` writes for LinuxCNC: a line of nine numbers for each touch,\n\
+X Y Z A B C U V W. Logs of other controllers have a header and commas; machine positions, mm and degrees, five\n\
+touches for each row of the strategy:\n  X,Y,Z,A,C\n  17.784,-58.539,141.522,15,60"
+)]
+pub struct Arguments {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Log of the touches
+    log: PathBuf,
+    /// The strategy from which the program was written (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: PathBuf,
+    /// Diameter of the balls, if it is to be trusted rather than fitted
+    #[arg(long, value_name = "MM", requires = "stylus_diameter", value_parser = positive)]
+    ball_diameter: Option<f64>,
+    /// Diameter of the stylus tip as it was qualified
+    #[arg(long, value_name = "MM", requires = "ball_diameter", value_parser = positive)]
+    stylus_diameter: Option<f64>,
+    /// Errors that are known of the machine, as a first identification found them: scales and squarenesses make balls
+    /// that were not touched evenly no spheres
+    #[arg(long, value_name = "ERRORS.toml")]
+    errors: Option<PathBuf>,
+    /// Where to write the probings (CSV; default: standard output)
+    #[arg(short, long, value_name = "PROBINGS.csv")]
+    output: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log, &arguments.strategy];
+    inputs.extend(arguments.errors.as_deref());
+    if let Some(output) = &arguments.output {
+        files::prepare(output, &inputs)?;
+    }
+    let machine = files::read_machine(&arguments.machine)?;
+    let errors = match &arguments.errors {
+        Some(path) => files::read_errors(path, &machine)?,
+        None => ErrorModel::perfect(&machine),
+    };
+    let text = Text::read(&arguments.strategy)?;
+    let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+    let text = Text::read(&arguments.log)?;
+    let log = read_log(&text.text, &machine).map_err(|e| text.bad(e))?;
+    let diameters = arguments.ball_diameter.zip(arguments.stylus_diameter);
+    let radius = diameters.map(|(ball, stylus)| (ball + stylus) / 2.0);
+    let found = to_probings(&machine, &strategy, &log, radius, &errors);
+    let found = found.map_err(|e| text.bad(e))?;
+    let csv = probings::write(&found.probings, &machine);
+    let said = said(&found, &log, radius.is_some());
+    match &arguments.output {
+        None => {
+            files::print(&csv)?;
+            eprint!("{said}");
+        }
+        Some(path) => {
+            files::write(path, csv.as_bytes())?;
+            files::print(&format!("{}: {said}", path.display()))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+/// What was found.
+fn said(found: &Found, log: &[Touched], is_known: bool) -> String {
+    let Found { probings, fitted } = found;
+    let mut text = format!(
+        "{} probings of {} balls from {} touches\n",
+        probings.rows.len(),
+        probings.balls.len(),
+        log.len()
+    );
+    if !is_known {
+        for (ball, radius) in probings.balls.iter().zip(&fitted.radii) {
+            let _ = writeln!(
+                text,
+                "ball {ball}: {radius:.4} mm from its centre to that of the stylus"
+            );
+        }
+    }
+    let _ = writeln!(
+        text,
+        "noise of a touch {:.2} µm, from the median of what is left",
+        fitted.noise * 1e3
+    );
+    for (probing, touches) in &fitted.doubtful {
+        let row = &probings.rows[*probing];
+        let per_ball = fitted.left[*probing].len();
+        let lines: Vec<String> = touches
+            .iter()
+            .map(|touch| log[probing * per_ball + touch].line.to_string())
+            .collect();
+        let off = touches
+            .first()
+            .map_or(0.0, |touch| fitted.left[*probing][*touch]);
+        let _ = writeln!(
+            text,
+            "touches of ball {} disagree (line {} of the strategy): line {} of the log by {:.1} µm",
+            probings.balls[row.ball],
+            row.line,
+            lines.join(" or "),
+            off.abs() * 1e3
+        );
+    }
+    text
+}

@@ -1,0 +1,24 @@
+//! Which balls to probe at which rotary positions: what a strategy will tell before anybody probes, a better one,
+//! and the touches that it takes.
+//!
+//! The equations, and what counts as seen, are those of [`identify`](crate::identify).
+
+mod band;
+mod candidates;
+mod compare;
+mod design;
+mod exchange;
+mod judge;
+mod order;
+mod program;
+mod simulated;
+mod touches;
+
+pub use band::{Band, Spread};
+pub use candidates::{Allowed, AllowedError, Setup, Unreachable};
+pub use compare::{Ratios, as_good_as};
+pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
+pub use judge::{JudgeError, Judgement, Remedy, judge, placed};
+pub use program::{Feeds, linuxcnc, table};
+pub use simulated::{simulated_touches, touch_log};
+pub use touches::{PER_BALL, Probe, Touch, Touching, touching};

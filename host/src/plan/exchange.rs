@@ -1,0 +1,318 @@
+//! The choice of rows that tell most: rows are added and taken away one by one as long as that helps.
+
+use nalgebra::{DMatrix, Matrix3};
+use rayon::prelude::*;
+
+/// What a design is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measure {
+    /// The determinant of the covariance (D-optimal): all unknowns together.
+    Determinant,
+    /// The mean variance of what the unknowns do (I-optimal).
+    Effect,
+}
+
+/// A set of three equations, chosen or not.
+#[derive(Clone)]
+struct Row {
+    /// Their derivatives, transposed: unknowns × 3.
+    equations: DMatrix<f64>,
+    /// Their covariance by the design as it is.
+    variance: Matrix3<f64>,
+    /// Its covariance with the effect.
+    effect: DMatrix<f64>,
+    chosen: bool,
+}
+
+/// A design that can be changed row by row.
+#[derive(Clone)]
+pub(super) struct Exchange {
+    rows: Vec<Row>,
+    /// The covariance of the unknowns, in units of [`Self::scales`].
+    covariance: DMatrix<f64>,
+    /// What is known without any row.
+    known: DMatrix<f64>,
+    /// The effect: its mean variance is the trace of `effect · covariance · effectᵀ`.
+    effect: DMatrix<f64>,
+    /// What an unknown of 1 is here.
+    scales: Vec<f64>,
+}
+
+/// As long as nothing is chosen, unknowns are known by this part of what one row tells on average: far less
+/// than the worst combination of the document's largest model (condition 3900) gets from one row.
+const IGNORANCE: f64 = 1e-9;
+/// An exchange must gain this part of what it is about, or it is rounding.
+const WORTH: f64 = 1e-6;
+/// After so many rows all is counted anew.
+const FRESH: usize = 16;
+/// Exchanges per row: they come to an end by themselves, after one or two.
+const PATIENCE: usize = 5;
+
+impl Exchange {
+    /// Rows of three equations to choose from, equations that hold anyway, and what of the unknowns matters (rows
+    /// whose squares are averaged); all with one column per unknown.
+    pub fn new(rows: &[DMatrix<f64>], fixed: &DMatrix<f64>, effect: &DMatrix<f64>) -> Self {
+        let unknowns = fixed.ncols();
+        let mut scales = vec![0.0; unknowns];
+        for row in rows {
+            for (scale, column) in scales.iter_mut().zip(row.column_iter()) {
+                *scale += column.norm_squared() / rows.len() as f64;
+            }
+        }
+        for scale in &mut scales {
+            *scale = Some(scale.sqrt()).filter(|s| *s > 0.0).unwrap_or(1.0);
+        }
+        let fixed = scaled(fixed, &scales);
+        let mut known = fixed.tr_mul(&fixed);
+        for i in 0..unknowns {
+            known[(i, i)] += IGNORANCE;
+        }
+        let row = |row: &DMatrix<f64>| Row {
+            equations: scaled(row, &scales).transpose(),
+            variance: Matrix3::zeros(),
+            effect: DMatrix::zeros(0, 0),
+            chosen: false,
+        };
+        let mut exchange = Self {
+            rows: rows.iter().map(row).collect(),
+            covariance: DMatrix::zeros(0, 0),
+            known,
+            effect: scaled(effect, &scales),
+            scales,
+        };
+        exchange.refresh();
+        exchange
+    }
+
+    /// Other things matter from now on.
+    pub fn set_effect(&mut self, effect: &DMatrix<f64>) {
+        self.effect = scaled(effect, &self.scales);
+        self.refresh();
+    }
+
+    /// Chooses `count` rows: first those that tell most one after the other, then by exchange.
+    pub fn choose(&mut self, count: usize, measure: Measure) {
+        for number in 1..=count.min(self.rows.len()) {
+            if let Some((best, _)) = self.best(Measure::Determinant) {
+                self.change(best, true);
+            }
+            if number % FRESH == 0 {
+                self.refresh();
+            }
+        }
+        self.refresh();
+        self.improve(measure);
+    }
+
+    /// Exchanges rows as long as that helps.
+    pub fn improve(&mut self, measure: Measure) {
+        for _ in 0..PATIENCE * self.chosen().len() {
+            let Some((new, gain)) = self.best(measure) else {
+                return;
+            };
+            self.change(new, true);
+            let Some((old, loss)) = self.worst(measure) else {
+                return;
+            };
+            self.change(old, false);
+            if old == new || gain - loss < WORTH * gain {
+                return;
+            }
+        }
+    }
+
+    /// Takes the row away that tells least, and exchanges the others.
+    pub fn shrink(&mut self, measure: Measure) {
+        if let Some((old, _)) = self.worst(measure) {
+            self.change(old, false);
+            self.improve(measure);
+        }
+    }
+
+    /// The numbers of the rows that are chosen.
+    pub fn chosen(&self) -> Vec<usize> {
+        (0..self.rows.len())
+            .filter(|i| self.rows[*i].chosen)
+            .collect()
+    }
+
+    /// The covariance of the first `count` unknowns, in their own units.
+    pub fn covariance(&self, count: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(count, count, |i, j| {
+            self.covariance[(i, j)] / (self.scales[i] * self.scales[j])
+        })
+    }
+
+    /// The row that gains most.
+    fn best(&self, measure: Measure) -> Option<(usize, f64)> {
+        let gain = |row: &Row| {
+            let with = Matrix3::identity() + row.variance;
+            match measure {
+                // By eigenvalues: as long as little is known they are some 1e9 and 1, and a determinant would be
+                // rounding.
+                Measure::Determinant => {
+                    let values = row.variance.symmetric_eigenvalues();
+                    values.iter().map(|v| v.max(0.0).ln_1p()).sum()
+                }
+                Measure::Effect => match with.try_inverse() {
+                    Some(inverse) => inverse.dot(&row.effects()),
+                    None => 0.0,
+                },
+            }
+        };
+        let free = self.rows.iter().enumerate().filter(|(_, r)| !r.chosen);
+        first_of_most(free.map(|(i, row)| (i, gain(row))).collect())
+    }
+
+    /// The row whose loss is least.
+    fn worst(&self, measure: Measure) -> Option<(usize, f64)> {
+        let loss = |row: &Row| {
+            let without = Matrix3::identity() - row.variance;
+            let Some(factor) = without.cholesky() else {
+                return f64::INFINITY;
+            };
+            match measure {
+                Measure::Determinant => -without.determinant().ln(),
+                Measure::Effect => factor.inverse().dot(&row.effects()),
+            }
+        };
+        let chosen = self.rows.iter().enumerate().filter(|(_, r)| r.chosen);
+        let losses = chosen.map(|(i, row)| (i, -loss(row)));
+        first_of_most(losses.collect()).map(|(i, loss)| (i, -loss))
+    }
+
+    /// Adds a row or takes it away (Woodbury).
+    fn change(&mut self, number: usize, add: bool) {
+        let row = &mut self.rows[number];
+        row.chosen = add;
+        let w = &self.covariance * &row.equations;
+        let sign = if add { 1.0 } else { -1.0 };
+        let inner = Matrix3::identity() * sign + row.variance;
+        let Some(inner) = inner.try_inverse() else {
+            return;
+        };
+        let ws = &w * inner;
+        self.covariance -= &ws * w.transpose();
+        let effect = &self.effect * &ws;
+        self.rows.par_iter_mut().for_each(|row| {
+            let with: Matrix3<f64> = row.equations.tr_mul(&w).fixed_view::<3, 3>(0, 0).into();
+            row.variance -= with * inner * with.transpose();
+            row.effect -= &effect * with.transpose();
+        });
+    }
+
+    /// All anew from what is chosen: changes add up rounding.
+    fn refresh(&mut self) {
+        let mut information = self.known.clone();
+        for row in self.rows.iter().filter(|r| r.chosen) {
+            information += &row.equations * row.equations.transpose();
+        }
+        let Some(factor) = information.cholesky() else {
+            return;
+        };
+        self.covariance = factor.inverse();
+        let effect = &self.effect * &self.covariance;
+        let covariance = &self.covariance;
+        self.rows.par_iter_mut().for_each(|row| {
+            let w = covariance * &row.equations;
+            row.variance = row.equations.tr_mul(&w).fixed_view::<3, 3>(0, 0).into();
+            row.effect = &effect * &row.equations;
+        });
+    }
+}
+
+/// Rows that differ by less than this part are alike: by symmetry many are, and rounding is not to choose.
+const ALIKE: f64 = 1e-9;
+
+/// The first of those whose value is the largest.
+fn first_of_most(values: Vec<(usize, f64)>) -> Option<(usize, f64)> {
+    let most = values.iter().map(|(_, v)| *v).max_by(f64::total_cmp)?;
+    let least = most - ALIKE * most.abs();
+    values.into_iter().find(|(_, v)| *v >= least)
+}
+
+/// A matrix with its columns divided by the scales of the unknowns.
+fn scaled(matrix: &DMatrix<f64>, scales: &[f64]) -> DMatrix<f64> {
+    let mut matrix = matrix.clone();
+    for (mut column, scale) in matrix.column_iter_mut().zip(scales) {
+        column /= *scale;
+    }
+    matrix
+}
+
+impl Row {
+    fn effects(&self) -> Matrix3<f64> {
+        let square = self.effect.tr_mul(&self.effect);
+        square.fixed_view::<3, 3>(0, 0).into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twelve rows for four unknowns, without any order.
+    fn rows() -> Vec<DMatrix<f64>> {
+        (0..12)
+            .map(|k| DMatrix::from_fn(3, 4, |i, j| f64::sin((37 * k + 11 * i + 5 * j * j) as f64)))
+            .collect()
+    }
+
+    fn information(rows: &[DMatrix<f64>], chosen: &[usize]) -> DMatrix<f64> {
+        chosen.iter().fold(DMatrix::zeros(4, 4), |sum, i| {
+            sum + rows[*i].tr_mul(&rows[*i])
+        })
+    }
+
+    fn exchange(rows: &[DMatrix<f64>]) -> Exchange {
+        let effect = DMatrix::from_fn(2, 4, |i, j| f64::cos((3 * i + j) as f64));
+        Exchange::new(rows, &DMatrix::zeros(0, 4), &effect)
+    }
+
+    #[test]
+    fn the_covariance_is_that_of_what_is_chosen() {
+        let rows = rows();
+        let mut exchange = exchange(&rows);
+        exchange.choose(5, Measure::Effect);
+        exchange.shrink(Measure::Determinant);
+        let chosen = exchange.chosen();
+        assert_eq!(chosen.len(), 4);
+        let exact = information(&rows, &chosen).try_inverse().unwrap();
+        // The ignorance is 1e-9 of the information of a row; what is taken away costs digits.
+        assert!((exchange.covariance(4) - exact).amax() < 1e-6);
+    }
+
+    #[test]
+    fn no_single_exchange_is_better() {
+        let rows = rows();
+        for measure in [Measure::Determinant, Measure::Effect] {
+            let mut exchange = exchange(&rows);
+            exchange.choose(4, measure);
+            let effect = DMatrix::from_fn(2, 4, |i, j| f64::cos((3 * i + j) as f64));
+            let badness = |chosen: &[usize]| {
+                let information = information(&rows, chosen);
+                match measure {
+                    Measure::Determinant => -information.determinant().ln(),
+                    Measure::Effect => {
+                        let inverse = information.try_inverse().unwrap();
+                        (&effect * inverse * effect.transpose()).trace()
+                    }
+                }
+            };
+            let chosen = exchange.chosen();
+            let best = badness(&chosen);
+            for place in 0..chosen.len() {
+                for other in (0..rows.len()).filter(|i| !chosen.contains(i)) {
+                    let mut with = chosen.clone();
+                    with[place] = other;
+                    let other = badness(&with);
+                    // One row in, then one out, need not find each pair, but here it does.
+                    assert!(
+                        other > best - 1e-6 * best.abs(),
+                        "{measure:?}: {other} {best}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,388 @@
+//! A strategy, its program, the log of its touches, and what is none of these.
+
+use crate::program::{Folder, answer, example, refused};
+
+fn planned(folder: &Folder, more: &[&str]) -> serde_json::Value {
+    let [machine, artefact] =
+        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
+    let out = folder.at("strategy.csv");
+    let mut arguments = vec![
+        "plan",
+        &machine,
+        "--artefact",
+        &artefact,
+        "--model",
+        "12",
+        "--json",
+    ];
+    arguments.extend(["--indexings", "A=-50:50:10,C=0:330:30", "-o", &out]);
+    arguments.extend(more);
+    serde_json::from_str(&answer(0, &arguments)).unwrap()
+}
+
+/// The log of its touches on a machine with the document's errors, and 0.5 µm of noise.
+fn touched(folder: &Folder) -> String {
+    let files = ["machine", "errors-12", "artefact"];
+    let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}.toml")));
+    let (strategy, log) = (folder.at("strategy.csv"), folder.at("touches.log"));
+    answer(
+        0,
+        &[
+            "simulate",
+            "touches",
+            &machine,
+            &errors,
+            "--artefact",
+            &artefact,
+            "--strategy",
+            &strategy,
+            "--noise",
+            "0.5",
+            "--misplaced",
+            "1,-1,0.5",
+            "-o",
+            &log,
+        ],
+    );
+    log
+}
+
+#[test]
+fn a_plan_leads_to_parameters() {
+    let folder = Folder::new();
+    let (program, table) = (folder.at("probe.ngc"), folder.at("table.csv"));
+    let plan = planned(
+        &folder,
+        &[
+            "--probings",
+            "40",
+            "--program",
+            &program,
+            "--table",
+            &table,
+            "--ball-diameter",
+            "20",
+            "--stylus-diameter",
+            "6",
+        ],
+    );
+    assert_eq!(
+        [&plan["probings"], &plan["rank"], &plan["unknowns"]],
+        [40, 27, 27]
+    );
+    let strategy = std::fs::read_to_string(folder.at("strategy.csv")).unwrap();
+    assert!(
+        strategy.starts_with("ball,A,C,A_dir,C_dir,run\n"),
+        "{strategy}"
+    );
+    assert_eq!(strategy.lines().count(), 41);
+    // The first one is probed again, as another run.
+    let first: Vec<&str> = strategy.lines().nth(1).unwrap().rsplitn(2, ',').collect();
+    let last: Vec<&str> = strategy.lines().last().unwrap().rsplitn(2, ',').collect();
+    assert_eq!((first[1], first[0] == last[0]), (last[1], false));
+    let text = std::fs::read_to_string(&program).unwrap();
+    let touches = text.lines().filter(|l| l.starts_with("G38.2 "));
+    assert_eq!(touches.count(), 200);
+    let table = std::fs::read_to_string(&table).unwrap();
+    assert_eq!(table.lines().count(), 201);
+    // What is written is judged alike.
+    let [machine, artefact] =
+        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
+    let strategy = folder.at("strategy.csv");
+    let again = answer(
+        0,
+        &[
+            "plan",
+            &machine,
+            "--artefact",
+            &artefact,
+            "--model",
+            "12",
+            "--json",
+            "--strategy",
+            &strategy,
+        ],
+    );
+    let again: serde_json::Value = serde_json::from_str(&again).unwrap();
+    assert_eq!(plan, again);
+    let log = touched(&folder);
+    let out = folder.at("probings.csv");
+    let said = answer(
+        0,
+        &[
+            "probings",
+            &machine,
+            &log,
+            "--strategy",
+            &strategy,
+            "-o",
+            &out,
+        ],
+    );
+    assert!(
+        said.contains("40 probings of 4 balls from 200 touches"),
+        "{said}"
+    );
+    // 10 + 3 mm, but for scales of up to 0.6 mm/m.
+    assert!(
+        said.contains("ball 1: 13.00") || said.contains("ball 1: 12.99"),
+        "{said}"
+    );
+    let found = answer(0, &["identify", &machine, &out, "--model", "12", "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&found).unwrap();
+    assert_eq!(found["parameters"].as_array().unwrap().len(), 12);
+    let of = |name: &str| {
+        let all = found["parameters"].as_array().unwrap();
+        all.iter().find(|p| p["parameter"] == name).unwrap()["value"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!((of("EB0A") - 1.09e-3).abs() < 2e-5, "{}", of("EB0A"));
+    assert!((of("EAAb") + 13e-6).abs() < 1e-5, "{}", of("EAAb"));
+}
+
+#[test]
+fn the_program_comes_from_the_side_that_the_strategy_wants() {
+    let folder = Folder::new();
+    let program = folder.at("probe.ngc");
+    planned(
+        &folder,
+        &[
+            "--probings",
+            "30",
+            "--program",
+            &program,
+            "--ball-diameter",
+            "20",
+            "--stylus-diameter",
+            "6",
+        ],
+    );
+    let strategy = std::fs::read_to_string(folder.at("strategy.csv")).unwrap();
+    let program = std::fs::read_to_string(program).unwrap();
+    let (mut at, mut came) = ([f64::NAN; 2], [0.0; 2]);
+    let mut rows = strategy.lines().skip(1);
+    for line in program.lines() {
+        let word = |letter: char| -> Option<f64> {
+            line.split(' ')
+                .find_map(|w| w.strip_prefix(letter)?.parse().ok())
+        };
+        if line.starts_with("G0 ") {
+            for (i, letter) in ['A', 'C'].into_iter().enumerate() {
+                if let Some(next) = word(letter) {
+                    if next != at[i] {
+                        came[i] = if next > at[i] { 1.0 } else { -1.0 };
+                    }
+                    at[i] = next;
+                }
+            }
+        }
+        // The first touch of a row stands behind the approach to it.
+        if line.starts_with("(row ") {
+            came = if at[0].is_nan() { [0.0; 2] } else { came };
+        }
+        if line.starts_with("G1 ") && line.contains("F#<near>") && program_row(&program, line) {
+            let cells: Vec<&str> = rows.next().unwrap().split(',').collect();
+            let wanted: Vec<f64> = cells[1..5].iter().map(|c| c.parse().unwrap()).collect();
+            assert_eq!(
+                (at.to_vec(), came.to_vec()),
+                (wanted[..2].to_vec(), wanted[2..].to_vec())
+            );
+        }
+    }
+    assert!(rows.next().is_none());
+}
+
+/// True of the first move near a ball: the one behind `G0` with linear axes.
+fn program_row(program: &str, line: &str) -> bool {
+    let before = program[..line.as_ptr() as usize - program.as_ptr() as usize]
+        .lines()
+        .last();
+    before.is_some_and(|l| l.starts_with("G0 X"))
+}
+
+#[test]
+fn what_cannot_be_planned_is_refused() {
+    let folder = Folder::new();
+    let [machine, artefact] =
+        ["machine", "artefact"].map(|f| example(&format!("kolibri/{f}.toml")));
+    let strategy = example("kolibri/strategy.csv");
+    let refused = |more: &[&str], parts: &[&str]| {
+        let mut arguments = vec!["plan", &machine, "--artefact", &artefact, "--model", "10"];
+        arguments.extend(more);
+        refused(&arguments, parts);
+    };
+    refused(&["--balls", "1,9"], &["ball `9` is not there"]);
+    refused(&["--balls", "1,1"], &["names 1 twice"]);
+    refused(&["--indexings", "A=0:60"], &["`A=0:60` are no positions"]);
+    refused(
+        &["--indexings", "X=0:60:10"],
+        &["X is no rotary axis of Kolibri"],
+    );
+    refused(
+        &["--indexings", "A=0:150:50"],
+        &["A = 150 is outside the travel of -120 to 120"],
+    );
+    refused(&["--indexings", "A=0,A=10"], &["A is there twice"]);
+    refused(&["--indexings", "A"], &["`A` says no positions"]);
+    refused(
+        &["--indexings", "A=100"],
+        &["no ball can be probed", "100°"],
+    );
+    refused(
+        &["--indexings", "A=0,C=0"],
+        &["at all 4 positions", "equations"],
+    );
+    refused(
+        &["--probings", "8"],
+        &[
+            "8 probings are too few for 25 unknowns",
+            "--probings 10 or more",
+        ],
+    );
+    refused(&["--minutes", "5"], &["2 probings are too few"]);
+    refused(&["--search", "13"], &["through the ball"]);
+    refused(&["-o", &artefact], &["the output", "is the input"]);
+    let out = folder.at("same.csv");
+    refused(
+        &[
+            "-o",
+            &out,
+            "--table",
+            &out,
+            "--ball-diameter",
+            "20",
+            "--stylus-diameter",
+            "6",
+        ],
+        &["would be written twice"],
+    );
+    let program = folder.at("probe.ngc");
+    refused(
+        &[
+            "--strategy",
+            &strategy,
+            "--program",
+            &program,
+            "--ball-diameter",
+            "20",
+            "--stylus-diameter",
+            "6",
+            "--cone",
+            "50",
+        ],
+        &["line 5 of the strategy: ball 1 cannot be touched", "55°"],
+    );
+    let few = folder.file("few.csv", "ball,A,C\n1,0,0\n1,10,90\n");
+    refused(&["--strategy", &few], &["few.csv", "equations", "unknowns"]);
+    let far = folder.file("far.csv", "ball,A,C\n1,0,0\n1,-120,90\n");
+    refused(&["--strategy", &far], &["line 3: ball `1` is at"]);
+    assert_eq!(folder.names(), ["far.csv", "few.csv"]);
+}
+
+#[test]
+fn a_log_that_is_none_of_this_strategy_is_refused() {
+    let folder = Folder::new();
+    planned(&folder, &["--probings", "30"]);
+    let whole = std::fs::read_to_string(touched(&folder)).unwrap();
+    let lines: Vec<&str> = whole.lines().collect();
+    let (machine, strategy) = (example("kolibri/machine.toml"), folder.at("strategy.csv"));
+    let refused = |log: &str, parts: &[&str]| {
+        let log = folder.file("bad.log", log);
+        refused(
+            &["probings", &machine, &log, "--strategy", &strategy],
+            parts,
+        );
+    };
+    let without = |gone: usize| {
+        let kept = lines.iter().enumerate().filter(|(i, _)| *i != gone);
+        kept.map(|(_, l)| format!("{l}\n")).collect::<String>()
+    };
+    refused("", &["the log is empty"]);
+    refused("X,Y,Z,A,C\n", &["no touches below the header"]);
+    refused("X,Y,Z,A\n1,2,3,4\n", &["the column `C` is missing"]);
+    refused(
+        "1.0 2.0\n",
+        &[
+            "bad.log, line 1",
+            "the line has 2 numbers, where there are 9",
+        ],
+    );
+    refused(
+        "1.0 2.0 x 0 0 0 0 0 0\n",
+        &["line 1: column 3: `x` is no finite number"],
+    );
+    refused(
+        "1.0 2.0 500 0 0 0 0 0 0\n",
+        &["column 3: Z = 500 is outside the travel"],
+    );
+    let cut = lines[..63].join("\n");
+    refused(
+        &cut,
+        &[
+            "line 63: the log ends here, with 3 of 5 touches",
+            "12 of 30 rows are whole",
+        ],
+    );
+    refused(
+        &(whole.clone() + lines[149] + "\n"),
+        &["there are 151 touches", "30 rows of 5"],
+    );
+    refused(&without(3), &["missing"]);
+    refused(&without(77), &["missing"]);
+    let other = whole.replace(" 0.000000 0.000000 0.000000\n", " 0.000000 0.000000\n");
+    refused(&other, &["the line has 8 numbers"]);
+    // Of another strategy: rows in another order.
+    let mut turned: Vec<&[&str]> = lines.chunks(5).collect();
+    turned.reverse();
+    refused(
+        &(turned.concat().join("\n") + "\n"),
+        &["line 1, column", "another strategy"],
+    );
+    // A touch of something else.
+    let mut far: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
+    let words: Vec<&str> = lines[21].split(' ').collect();
+    let x: f64 = words[0].parse().unwrap();
+    far[21] = [&[(x - 4.0).to_string().as_str()], &words[1..]]
+        .concat()
+        .join(" ");
+    refused(
+        &far.join("\n"),
+        &["no part of a sphere", "line 6 of the strategy"],
+    );
+}
+
+#[test]
+fn a_touch_that_disagrees_is_named() {
+    let folder = Folder::new();
+    planned(&folder, &["--probings", "30"]);
+    let whole = std::fs::read_to_string(touched(&folder)).unwrap();
+    let mut lines: Vec<String> = whole.lines().map(str::to_owned).collect();
+    let words: Vec<&str> = lines[50].split(' ').collect();
+    // The touch at a pole, 0.05 mm too high.
+    let z: f64 = words[2].parse().unwrap();
+    let high = (z + 0.05).to_string();
+    lines[50] = [&words[..2], &[high.as_str()], &words[3..]]
+        .concat()
+        .join(" ");
+    let (machine, strategy) = (example("kolibri/machine.toml"), folder.at("strategy.csv"));
+    let (log, out) = (
+        folder.file("off.log", lines.join("\n")),
+        folder.at("probings.csv"),
+    );
+    let said = answer(
+        0,
+        &[
+            "probings",
+            &machine,
+            &log,
+            "--strategy",
+            &strategy,
+            "-o",
+            &out,
+        ],
+    );
+    let named = said.lines().find(|l| l.contains("disagree")).unwrap();
+    assert!(named.contains("line 12 of the strategy"), "{said}");
+    assert!(named.contains("line 51 of the log"), "{said}");
+}
