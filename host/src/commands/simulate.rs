@@ -1,5 +1,8 @@
 //! `trueaxis simulate`
 
+mod ballbar;
+mod runs;
+
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles, Text};
@@ -22,6 +25,9 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Probings(Probings),
+    Laser(runs::Laser),
+    Square(runs::Square),
+    Ballbar(ballbar::Ballbar),
 }
 
 /// Axis positions at which the stylus is on the balls of an artefact
@@ -84,6 +90,9 @@ fn percent(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Probings(probings) => probings.run(),
+        What::Laser(laser) => laser.run(),
+        What::Square(square) => square.run(),
+        What::Ballbar(ballbar) => ballbar.run(),
     }
 }
 
