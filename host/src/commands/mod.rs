@@ -12,7 +12,9 @@ mod files;
 mod flash;
 mod identify;
 mod inspect;
+mod iso230_2;
 mod linuxcnc;
+mod measured;
 mod monitor;
 mod policy;
 mod port;
@@ -51,6 +53,9 @@ enum Command {
     Pose(pose::Arguments),
     Explain(explain::Arguments),
     Identify(identify::Arguments),
+    Measured(measured::Arguments),
+    #[command(name = "iso230-2")]
+    Iso2302(iso230_2::Arguments),
     Simulate(simulate::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
@@ -78,6 +83,8 @@ pub fn run() -> ExitCode {
         Command::Pose(arguments) => pose::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Measured(arguments) => measured::run(&arguments),
+        Command::Iso2302(arguments) => iso230_2::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
