@@ -133,3 +133,145 @@ fn hull(ends: &[[f64; 2]]) -> Option<[f64; 2]> {
     let all = ends.iter().copied();
     all.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direct::{Column, Setup};
+    use crate::explain::Sense;
+    use nalgebra::Vector3;
+
+    fn line(up: &[&[f64]], down: &[&[f64]]) -> Line {
+        let columns = |direction: f64, rows: &[&[f64]]| -> Vec<Column> {
+            let runs = 0..rows.first().map_or(0, |row| row.len());
+            let run = |k: usize| Column {
+                direction,
+                readings: rows.iter().map(|row| row[k]).collect(),
+            };
+            runs.map(run).collect()
+        };
+        Line {
+            setup: Setup {
+                moved: 0,
+                sense: Sense::In(0),
+                counts: 1.0,
+                at: [0.0; 6],
+                offset: Vector3::zeros(),
+                keeps_slope: false,
+            },
+            targets: vec![0.0, 100.0, 250.0, 400.0, 500.0],
+            columns: [columns(1.0, up), columns(-1.0, down)].concat(),
+        }
+    }
+
+    const UP: [&[f64]; 5] = [
+        &[0.0, 0.4, -0.2, 0.3, 0.0],
+        &[2.1, 2.5, 1.9, 2.2, 2.3],
+        &[5.0, 5.6, 4.8, 5.2, 5.4],
+        &[3.1, 3.0, 3.7, 3.3, 3.4],
+        &[7.9, 8.2, 8.4, 7.7, 8.3],
+    ];
+    const DOWN: [&[f64]; 5] = [
+        &[-1.5, -1.1, -1.3, -1.8, -1.3],
+        &[0.2, 0.6, 0.1, 0.5, 0.1],
+        &[2.6, 3.0, 3.4, 2.9, 3.1],
+        &[1.9, 1.2, 1.6, 1.5, 1.3],
+        &[6.1, 6.6, 6.0, 6.4, 5.9],
+    ];
+
+    fn near(found: Option<f64>, expected: f64) -> bool {
+        // Sums of ten numbers of size 10.
+        found.is_some_and(|found| (found - expected).abs() < 1e-13)
+    }
+
+    /// Worked out by hand, in fractions: sums of squares over n − 1 = 4 are variances such as
+    /// (0.1² + 0.3² + 0.3² + 0.2² + 0.1²)/4 = 0.06 at the first target.
+    #[test]
+    fn a_case_that_was_worked_out_by_hand_has_these_parameters() {
+        let found = analysis(&line(&UP, &DOWN));
+        let means = [[0.1, -1.4], [2.2, 0.3], [5.2, 3.0], [3.3, 1.5], [8.1, 6.2]];
+        let variances: [[f64; 2]; 5] = [
+            [0.06, 0.07],
+            [0.05, 0.055],
+            [0.1, 0.085],
+            [0.075, 0.075],
+            [0.085, 0.085],
+        ];
+        let reversals = [1.5, 1.9, 2.2, 1.8, 1.9];
+        for (i, at) in found.targets.iter().enumerate() {
+            for d in 0..2 {
+                assert!(near(at.mean[d], means[i][d]), "{at:?}");
+                assert!(near(at.spread[d], variances[i][d].sqrt()), "{at:?}");
+                assert!(near(at.repeatability[d], 4.0 * variances[i][d].sqrt()));
+            }
+            assert!(near(at.reversal, reversals[i]), "{at:?}");
+            let [up, down] = variances[i].map(f64::sqrt);
+            assert!(near(at.both, 2.0 * up + 2.0 * down + reversals[i]));
+        }
+        assert_eq!(found.runs, [5, 5]);
+        assert!(near(found.reversal, 2.2));
+        assert!(near(
+            found.mean_reversal,
+            (1.5 + 1.9 + 2.2 + 1.8 + 1.9) / 5.0
+        ));
+        // The range of 0.1, 2.2, 5.2, 3.3, 8.1, of −1.4 … 6.2, and from −1.4 to 8.1.
+        assert!(near(found.systematic[0], 8.0) && near(found.systematic[1], 7.6));
+        assert!(near(found.systematic_both, 9.5));
+        // From (0.1 − 1.4)/2 to (8.1 + 6.2)/2.
+        assert!(near(found.mean_range, 7.15 + 0.65));
+        // The third target has the largest spread ↑ and, with its reversal, both.
+        assert!(near(found.repeatability[0], 4.0 * 0.1_f64.sqrt()));
+        assert!(near(found.repeatability[1], 4.0 * 0.085_f64.sqrt()));
+        let third = 2.0 * 0.1_f64.sqrt() + 2.0 * 0.085_f64.sqrt() + 2.2;
+        assert!(near(found.repeatability_both, third));
+        // From the first to the last target.
+        let [first, last, top] = [0.06_f64, 0.07, 0.085].map(f64::sqrt);
+        assert!(near(
+            found.accuracy[0],
+            8.1 + 2.0 * top - (0.1 - 2.0 * first)
+        ));
+        assert!(near(
+            found.accuracy[1],
+            6.2 + 2.0 * top - (-1.4 - 2.0 * last)
+        ));
+        assert!(near(
+            found.accuracy_both,
+            8.1 + 2.0 * top - (-1.4 - 2.0 * last)
+        ));
+        // The same figures from another program.
+        assert!(
+            found
+                .accuracy_both
+                .is_some_and(|a| (a - 10.612_245_452).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn a_repeatability_of_one_direction_counts_if_it_is_larger() {
+        let still: &[f64] = &[0.0; 5];
+        let found = analysis(&line(&UP, &[still; 5]));
+        // The first target: 2·√0.06 + 0 + 0.1 is less than 4·√0.06.
+        assert!(near(found.targets[0].both, 4.0 * 0.06_f64.sqrt()));
+    }
+
+    #[test]
+    fn what_one_run_or_one_direction_does_not_tell_is_not_there() {
+        let one: Vec<&[f64]> = UP.iter().map(|row| &row[..1]).collect();
+        let found = analysis(&line(&one, &[]));
+        assert_eq!(found.runs, [1, 0]);
+        assert!(near(found.systematic[0], 7.9));
+        for missing in [
+            found.systematic[1],
+            found.systematic_both,
+            found.mean_range,
+            found.reversal,
+            found.mean_reversal,
+            found.accuracy[0],
+            found.accuracy_both,
+            found.repeatability[0],
+            found.repeatability_both,
+        ] {
+            assert_eq!(missing, None);
+        }
+    }
+}

@@ -126,9 +126,9 @@ pub struct Found {
 
 /// Rounds; each gains the size of the errors, or the square of the largest by-effect.
 const ROUNDS: usize = 60;
-/// A change of this size (mm, or rad over 100 mm) is rounding.
-const DONE: f64 = 1e-10;
-const OVER: f64 = 100.0;
+/// A change of this size (mm, or rad over a lever of a metre) is little more than rounding.
+const DONE: f64 = 2e-11;
+const OVER: f64 = 1000.0;
 
 /// Finds what was measured, beside what is known already.
 ///
