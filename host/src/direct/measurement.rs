@@ -1,5 +1,6 @@
 //! What was measured, and how.
 
+use crate::errors::ErrorModel;
 use crate::explain::{Bench, Sense, State};
 use crate::machine::{Machine, PerAxis};
 use nalgebra::Vector3;
@@ -226,11 +227,19 @@ impl Setup {
         matches!(self.sense, Sense::In(axis) | Sense::About(axis) if axis == self.moved)
     }
 
-    /// True if the instrument is held against a straightedge: a line that was laid somehow.
+    /// True if the instrument is held against a straightedge: a line that was laid somehow. An axis that moves
+    /// in nearly the same direction, such as a quill, has none.
     #[must_use]
     pub fn is_straightness(&self, machine: &Machine) -> bool {
+        const ALONG: f64 = 0.5;
+        let Sense::In(axis) = self.sense else {
+            return false;
+        };
+        let perfect = ErrorModel::perfect(machine);
+        let bench = Bench::new(machine, &perfect, Default::default());
         let rotary = machine.axes[self.moved].letter.is_rotary();
-        matches!(self.sense, Sense::In(axis) if axis != self.moved) && !rotary
+        let [own, read] = [self.moved, axis].map(|i| bench.way(&self.at, i));
+        !rotary && own.dot(&read).abs() < ALONG
     }
 
     /// The sense in words: `tool +X`, `tool +Y to +Z`.
