@@ -462,7 +462,7 @@ fn the_lever_of_a_known_angular_motion_is_taken_out_and_of_an_unknown_one_told()
         name: "pitch.csv".to_owned(),
         measured: pitch,
     };
-    let alone = import(&machine, &[run.clone()]);
+    let alone = import(&machine, std::slice::from_ref(&run));
     assert!((alone.motions[0].positive[1] - 12e-3).abs() < 1e-9);
     let said: Vec<String> = alone.doubts.iter().map(ToString::to_string).collect();
     assert_eq!(
@@ -549,4 +549,90 @@ fn one_number_is_half_of_the_mean_reversal_value() {
     for (value, um) in motion.positive.iter().zip([0.0, 3.0, 6.0]) {
         assert!((value - um * 1e-3).abs() < 1e-9, "{motion:?}");
     }
+}
+
+/// Readings of the C of a machine with an endless table.
+fn calibrator(machine: &Machine, readings: &str) -> Found {
+    let text = format!(
+        "# axis = \"C\"\n# reads = \"tool +C\"\n# unit = \"urad\"\n# at = {{ A = 0 }}\ntarget,+1\n{readings}"
+    );
+    let measured = runs::read(&text, machine).unwrap();
+    let name = "c.csv".to_owned();
+    import(machine, &[Measurement { name, measured }])
+}
+
+#[test]
+fn runs_of_an_endless_axis_are_closed_and_a_large_gap_is_told() {
+    let machine = machine("examples/five-axis-30/machine.toml");
+    let c = &machine.axes[machine.index('C').unwrap()];
+    let [low, high] = c.travel;
+    assert!(c.modulo && high - low == 360.0);
+    let sign = if c.reversed { -1.0 } else { 1.0 };
+    let whole: String = (0..=12)
+        .map(|k| {
+            format!(
+                "{},{}\n",
+                low + 30.0 * f64::from(k),
+                [0.0, 5.0, 3.0][k as usize % 3]
+            )
+        })
+        .collect();
+    let found = calibrator(&machine, &whole);
+    assert!(found.doubts.is_empty(), "{:?}", found.doubts);
+    let text = trueaxis_host::direct::error_file(
+        &machine,
+        &[],
+        &Found {
+            motions: Vec::new(),
+            ..found.clone()
+        },
+    );
+    // What does not close is refused there.
+    let read = ErrorModel::from_toml(&text, &machine).unwrap();
+    let table = read.motions[machine.index('C').unwrap()][5]
+        .table
+        .clone()
+        .unwrap();
+    assert_eq!(table.at.len(), 13);
+    // Too far in the direction of the command is + on a table that is not reversed (measurement.md).
+    let step = table.positive[1] - table.positive[0];
+    assert!(
+        (step.abs() - 5e-6).abs() < 1e-11 && step * sign > 0.0,
+        "{table:?}"
+    );
+    let part = format!("{low},0\n{},1\n{},2\n", low + 45.0, low + 90.0);
+    let said: Vec<String> = (calibrator(&machine, &part).doubts.iter())
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(
+        said,
+        ["ECC was not measured over 270° of the turn: a straight line is assumed there"]
+    );
+}
+
+#[test]
+fn readings_of_no_small_errors_make_no_error_file() {
+    let machine = machine("examples/router/machine.toml");
+    // A tenth of a radian and more in one step, and levers of a metre.
+    let text = "# axis = \"X\"\n# reads = \"tool +Z to +X\"\n# unit = \"rad\"\ntarget,+1\n0,0.1\n1,-0.1\n800,0.1\n";
+    let measured = runs::read(text, &machine).unwrap();
+    let name = "x.csv".to_owned();
+    let perfect = ErrorModel::perfect(&machine);
+    let solved = solve(
+        &machine,
+        &[Measurement { name, measured }],
+        &perfect,
+        Options::default(),
+    );
+    // Exact rotations are found even then; the error file refuses what is beyond 0.1 rad.
+    let found = solved.unwrap();
+    let text = trueaxis_host::direct::error_file(
+        &machine,
+        &[],
+        &Found {
+            motions: Vec::new(),
+            ..found
+        },
+    );
+    assert!(ErrorModel::from_toml(&text, &machine).is_err());
 }

@@ -10,7 +10,7 @@ use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_host::direct::{
-    DirectError, Found, Measured, Measurement, Options, error_file, solve,
+    DirectError, Found, Line, Measured, Measurement, Options, error_file, solve,
 };
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::formats::runs;
@@ -104,8 +104,8 @@ impl Files {
         };
         let found = solve(&machine, &measurements, &known, options)
             .map_err(|error| refused(&error, &measurements))?;
-        for doubt in &found.doubts {
-            eprintln!("warning: {doubt}");
+        for said in warnings(&found, &measurements) {
+            eprintln!("warning: {said}");
         }
         if let Some(output) = &self.output {
             let text = error_file(&machine, &measurements, &found);
@@ -140,6 +140,15 @@ fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
         ));
     }
     Ok(errors)
+}
+
+/// What to look at, with the file that it is about.
+fn warnings(found: &Found, measurements: &[Measurement]) -> Vec<String> {
+    let said = found.doubts.iter().map(|doubt| match doubt.file() {
+        Some(file) => format!("{}: {doubt}", measurements[file].name),
+        None => doubt.to_string(),
+    });
+    said.collect()
 }
 
 fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
@@ -238,9 +247,7 @@ fn screen(imported: &Imported) -> String {
 }
 
 /// Runs of the axis itself, with their files.
-pub fn positioning(
-    measurements: &[Measurement],
-) -> Result<Vec<(&str, &trueaxis_host::direct::Line)>, BadInput> {
+pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &Line)>, BadInput> {
     let of = |m: &'_ Measurement| match &m.measured {
         Measured::Line(line) if line.setup.is_positioning() => Ok(()),
         _ => Err(BadInput::new(

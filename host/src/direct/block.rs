@@ -140,19 +140,20 @@ impl Block {
                 files: [files[0], files[k]],
             });
         }
-        for target in 0..own[0].targets.len() {
+        let inverse = (0..own[0].targets.len()).map(|target| {
             let gain = DMatrix::from_fn(size, size, |row, column| {
                 let first = components(own[row]).start;
                 gains[self.lines[row]][self.components[column] - first][target]
             });
             // Of three directions in a plane the determinant is 0; of such that can be told well, near 1.
-            let inverse = gain.clone().try_inverse();
-            let inverse = inverse.filter(|_| gain.determinant().abs() > SHOWS * SHOWS * SHOWS);
-            self.inverse.push(inverse.ok_or_else(|| DirectError::Mixed {
+            let can_be_told = gain.determinant().abs() > SHOWS * SHOWS * SHOWS;
+            let inverse = gain.try_inverse().filter(|_| can_be_told);
+            inverse.ok_or_else(|| DirectError::Mixed {
                 files: files.clone(),
                 motions: motions(),
-            })?);
-        }
+            })
+        });
+        self.inverse = inverse.collect::<Result<_, _>>()?;
         Ok(())
     }
 }

@@ -35,6 +35,18 @@ pub enum Doubt {
         /// The part that shows.
         part: f64,
     },
+    /// An endless axis was measured on a part of its turn.
+    #[error(
+        "{motion} was not measured over {gap:.0}° of the turn: a straight line is assumed there"
+    )]
+    Gap {
+        /// The measurement (by index).
+        file: usize,
+        /// The motion.
+        motion: String,
+        /// What is missing (deg).
+        gap: f64,
+    },
     /// A straightness leans, and there is a squareness of the same two axes.
     #[error("{motion} leans by {:.1} µrad and {location} is {:.1} µrad: both are the squareness of the same axes, which may be counted twice", slope * 1e6, value * 1e6)]
     Slope {
@@ -49,6 +61,21 @@ pub enum Doubt {
     },
 }
 
+impl Doubt {
+    /// The measurement (by index) that it is about.
+    #[must_use]
+    pub fn file(&self) -> Option<usize> {
+        match self {
+            Self::Abbe { file, .. } | Self::Oblique { file, .. } | Self::Gap { file, .. } => {
+                Some(*file)
+            }
+            Self::Slope { .. } => None,
+        }
+    }
+}
+
+/// A gap of a turn that is so many times the largest step between targets is one.
+const GAP: f64 = 2.0;
 /// Levers (mm) and parts below these are how exactly a line is set up.
 const LEVER: f64 = 1.0;
 const PART: f64 = 0.01;
@@ -61,7 +88,7 @@ pub fn doubts(machine: &Machine, lines: &[(usize, &Line)], found: &Found) -> Vec
     for (file, line) in lines.iter().filter(|(_, line)| !line.setup.is_angular()) {
         let axis = line.setup.moved;
         let from = found.motions.iter().find(|m| m.from == *file);
-        let shown = from.map_or_else(String::new, |m| m.name(machine));
+        let shown = from.map_or_else(|| line.setup.words(machine), |m| m.name(machine));
         let unknown = (0..6).filter(|c| found.errors.motions[axis][*c].is_zero());
         for component in unknown {
             let gains = gains(machine, line, component).unwrap_or_default();
@@ -85,6 +112,20 @@ pub fn doubts(machine: &Machine, lines: &[(usize, &Line)], found: &Found) -> Vec
                     part: most,
                 });
             }
+        }
+    }
+    for motion in &found.motions {
+        let axis = &machine.axes[motion.axis];
+        let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+        let steps = motion.at.windows(2).map(|w| w[1] - w[0]);
+        let step = steps.fold(0.0, f64::max);
+        let gap = (high - low) - (motion.at[motion.at.len() - 1] - motion.at[0]);
+        if axis.modulo && gap > GAP * step {
+            doubts.push(Doubt::Gap {
+                file: motion.from,
+                motion: motion.name(machine),
+                gap: gap.to_degrees(),
+            });
         }
     }
     doubts.extend(twice(machine, &found.errors));

@@ -157,3 +157,37 @@ pub fn without(
     }
     model
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_is_closed_with_what_was_measured_at_its_ends_or_next_to_them() {
+        let turn = [0.0, 4.0];
+        for (at, values, seam) in [
+            // Both ends: their mean. One: that.
+            (vec![0.0, 1.0, 4.0], vec![1.0, 5.0, 3.0], 2.0),
+            (vec![0.0, 1.0, 3.0], vec![1.0, 5.0, 3.0], 1.0),
+            (vec![1.0, 3.0, 4.0], vec![5.0, 1.0, 3.0], 3.0),
+            // None: on the line from 3 at 3 to 6 at 4 + 0.5.
+            (vec![0.5, 1.0, 3.0], vec![6.0, 5.0, 3.0], 5.0),
+        ] {
+            let (all, closed) = closed(&at, &values, turn);
+            assert_eq!((all[0], all[all.len() - 1]), (0.0, 4.0));
+            assert_eq!(
+                (closed[0], closed[closed.len() - 1]),
+                (seam, seam),
+                "{at:?}"
+            );
+            for (q, v) in at
+                .iter()
+                .zip(&values)
+                .filter(|(q, _)| **q > 0.0 && **q < 4.0)
+            {
+                let k = all.iter().position(|a| a == q).unwrap();
+                assert_eq!(closed[k], *v);
+            }
+        }
+    }
+}

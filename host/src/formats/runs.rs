@@ -97,7 +97,9 @@ fn common(setup: &Setup, machine: &Machine, without: &[usize]) -> String {
     let mut text = format!("# unit = \"{unit}\"\n");
     let at = machine.to_command(&setup.at);
     let others = (0..machine.axes.len()).filter(|i| !without.contains(i));
-    let others = others.map(|i| format!("{} = {:?}", machine.axes[i].letter, at[i]));
+    // Degrees without the rounding of radians.
+    let place = |i: usize| (at[i] * 1e9).round() / 1e9 + 0.0;
+    let others = others.map(|i| format!("{} = {:?}", machine.axes[i].letter, place(i)));
     let others: Vec<String> = others.collect();
     let _ = writeln!(text, "# at = {{ {} }}", others.join(", "));
     if setup.offset.norm() > 0.0 {

@@ -85,7 +85,7 @@ impl<'a> Answer<'a> {
                     slope_urad: slope * 1e6,
                 })
                 .collect(),
-            warnings: found.doubts.iter().map(ToString::to_string).collect(),
+            warnings: super::warnings(found, measurements),
         }
     }
 }

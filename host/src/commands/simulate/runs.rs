@@ -117,6 +117,9 @@ impl Laser {
         self.how.prepare(&self.files)?;
         let (machine, errors) = self.files.read()?;
         let bench = Bench::new(&machine, &errors, Default::default());
+        let Some(index) = machine.index(self.axis) else {
+            return Err(no_axis(&machine, "--axis", &self.axis.to_string()));
+        };
         let own = format!("tool +{}", self.axis);
         let reads = self.reads.as_ref().unwrap_or(&own);
         let (sense, _) = runs::sense(reads, &machine).map_err(|message| {
@@ -131,7 +134,7 @@ impl Laser {
         };
         let mut text = format!(
             "# axis = \"{}\"\n# reads = \"{}\"\n# unit = \"{unit}\"\n",
-            self.axis.escape_default(),
+            self.axis,
             reads.escape_default()
         );
         text += &self.how.at(&bench, Some(self.axis))?;
@@ -139,7 +142,7 @@ impl Laser {
             text += "# slope = \"keep\"\n";
         }
         let _ = writeln!(text, "target,{}", self.how.header());
-        let travel = (machine.index(self.axis)).map_or([0.0; 2], |i| machine.axes[i].travel);
+        let travel = machine.axes[index].travel;
         let [from, to] = [self.from.unwrap_or(travel[0]), self.to.unwrap_or(travel[1])];
         self.how.rows(&mut text, "", [from, to]);
         self.how.write(&bench, &text)
@@ -162,7 +165,10 @@ impl Square {
         text += &self.how.at(&bench, None)?;
         let _ = writeln!(text, "line,target,{}", self.how.header());
         for letter in [a, b] {
-            let travel = (machine.index(letter)).map_or([0.0; 2], |i| machine.axes[i].travel);
+            let Some(index) = machine.index(letter) else {
+                return Err(no_axis(&machine, "--lines", &letter.to_string()));
+            };
+            let travel = machine.axes[index].travel;
             self.how.rows(&mut text, &format!("{letter},"), travel);
         }
         self.how.write(&bench, &text)
@@ -251,6 +257,14 @@ impl How {
     }
 }
 
+fn no_axis(machine: &Machine, option: &str, name: &str) -> BadInput {
+    let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
+    BadInput::new(
+        format!("{option}: the machine has no axis `{name}`"),
+        format!("{} has the axes {}", machine.name, letters.join(" ")),
+    )
+}
+
 /// A number that can be.
 pub fn finite(value: f64) -> Result<f64, BadInput> {
     match value.is_finite() {
@@ -281,21 +295,16 @@ pub fn position(bench: &Bench<'_>, text: Option<&str>) -> Result<Vec<f64>, BadIn
     let mut position = machine.to_command(&bench.home())[..machine.axes.len()].to_vec();
     for part in text.into_iter().flat_map(|text| text.split(',')) {
         let wrong = || {
-            let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
             BadInput::new(
                 format!("--at: `{part}` is no position of an axis"),
-                format!(
-                    "write --at Y=150,Z=-40 in mm and degrees; the machine has the axes {}",
-                    letters.join(" ")
-                ),
+                "write --at Y=150,Z=-40 in mm and degrees",
             )
         };
         let (name, value) = part.split_once('=').ok_or_else(wrong)?;
         let mut letters = name.trim().chars();
         let index = letters.next().and_then(|letter| machine.index(letter));
-        let index = index
-            .filter(|_| letters.next().is_none())
-            .ok_or_else(wrong)?;
+        let index = index.filter(|_| letters.next().is_none());
+        let index = index.ok_or_else(|| no_axis(machine, "--at", name))?;
         let value: f64 = value.trim().parse().map_err(|_| wrong())?;
         position[index] = Some(value).filter(|v| v.is_finite()).ok_or_else(wrong)?;
     }
