@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod compile;
+pub mod direct;
 pub mod errors;
 pub mod explain;
 pub mod formats;

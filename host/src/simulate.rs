@@ -1,5 +1,8 @@
 //! Measurements as a machine with known errors would give them.
 
+pub mod ballbar;
+pub mod runs;
+
 use crate::errors::Situation;
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};

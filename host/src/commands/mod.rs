@@ -12,7 +12,9 @@ mod files;
 mod flash;
 mod identify;
 mod inspect;
+mod iso230_2;
 mod linuxcnc;
+mod measured;
 mod monitor;
 mod plan;
 mod planned;
@@ -57,6 +59,9 @@ enum Command {
     Identify(identify::Arguments),
     Plan(plan::Arguments),
     Probings(probings::Arguments),
+    Measured(measured::Arguments),
+    #[command(name = "iso230-2")]
+    Iso2302(iso230_2::Arguments),
     Simulate(simulate::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
@@ -86,6 +91,8 @@ pub fn run() -> ExitCode {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Probings(arguments) => probings::run(&arguments),
+        Command::Measured(arguments) => measured::run(&arguments),
+        Command::Iso2302(arguments) => iso230_2::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),

@@ -1,5 +1,6 @@
 //! What an instrument sees: two machines side by side, one without errors and the real one.
 
+use super::instrument::Sense;
 use crate::errors::{ErrorModel, MAX_SENSORS, Situation, Switches};
 use crate::kinematics::{Htm, Kinematics};
 use crate::machine::{Machine, PerAxis};
@@ -80,14 +81,37 @@ impl<'a> Bench<'a> {
     /// What an instrument reads at `to` that was set to zero at `from`.
     #[must_use]
     pub fn deviation(&self, from: &State, to: &State) -> Deviation {
+        self.deviation_of(&Vector3::zeros(), from, to)
+    }
+
+    /// The same of a point that the tool carries (mm from the tip, in the frame of the tool's pose).
+    #[must_use]
+    pub fn deviation_of(&self, point: &Vector3<f64>, from: &State, to: &State) -> Deviation {
         let off = |state: &State| {
             let (nominal, actual) = (self.nominal(&state.q), self.actual(state));
-            (actual.t - nominal.t, actual.r * nominal.r.transpose())
+            let turned = (actual.r - nominal.r) * point;
+            (
+                actual.t - nominal.t + turned,
+                actual.r * nominal.r.transpose(),
+            )
         };
         let ((t0, r0), (t1, r1)) = (off(from), off(to));
         Deviation {
             tip: t1 - t0,
             turn: rotation(r1 * r0.transpose()),
+        }
+    }
+
+    /// What of a deviation an instrument shows that reads in one direction, the machine being at `q`.
+    #[must_use]
+    pub fn reads(&self, sense: Sense, deviation: &Deviation, q: &PerAxis) -> f64 {
+        match sense {
+            Sense::In(axis) => deviation.tip.dot(&self.way(q, axis)),
+            Sense::About(axis) => deviation.turn.dot(&self.about(q, axis)),
+            Sense::From(a, b) => {
+                let normal = self.way(q, a).cross(&self.way(q, b));
+                deviation.turn.dot(&normal.normalize())
+            }
         }
     }
 

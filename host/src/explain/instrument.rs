@@ -106,14 +106,14 @@ impl Bench<'_> {
         from: State,
         to: State,
     ) -> impl Iterator<Item = Reading> + '_ {
-        let tip = self.deviation(&from, &to).tip;
-        self.linear().map(move |axis| Reading {
+        let deviation = self.deviation(&from, &to);
+        self.linear().map(Sense::In).map(move |sense| Reading {
             instrument,
             moved,
-            sense: Sense::In(axis),
+            sense,
             from,
             to,
-            value: tip.dot(&self.way(&to.q, axis)),
+            value: self.reads(sense, &deviation, &to.q),
         })
     }
 
@@ -130,28 +130,24 @@ impl Bench<'_> {
     /// How the tool turns against the workpiece, from each linear axis towards the next; and about a
     /// rotary axis, if that moves.
     pub fn angle(&self, moved: Option<usize>, from: State, to: State) -> Vec<Reading> {
-        let turn = self.deviation(&from, &to).turn;
+        let deviation = self.deviation(&from, &to);
         let component = |axis: usize| self.machine.axes[axis].letter.component();
-        let reading = |instrument, sense, value| Reading {
+        let reading = |instrument, sense| Reading {
             instrument,
             moved,
             sense,
             from,
             to,
-            value,
+            value: self.reads(sense, &deviation, &to.q),
         };
         let about = moved.filter(|axis| self.machine.axes[*axis].letter.is_rotary());
-        let about = about.map(|axis| {
-            let value = turn.dot(&self.about(&to.q, axis));
-            reading(Instrument::Calibrator, Sense::About(axis), value)
-        });
+        let about = about.map(|axis| reading(Instrument::Calibrator, Sense::About(axis)));
         let mut readings: Vec<Reading> = about.into_iter().collect();
         for a in self.linear() {
             for b in self.linear() {
                 let normal = self.way(&to.q, a).cross(&self.way(&to.q, b));
                 if (component(a) + 1) % 3 == component(b) && normal.norm() > 0.5 {
-                    let value = turn.dot(&normal.normalize());
-                    readings.push(reading(Instrument::Angle, Sense::From(a, b), value));
+                    readings.push(reading(Instrument::Angle, Sense::From(a, b)));
                 }
             }
         }

@@ -7,3 +7,5 @@ pub mod ini;
 pub mod measured;
 pub mod positions;
 pub mod probings;
+pub mod runs;
+pub(crate) mod units;

@@ -8,6 +8,7 @@ mod endless;
 mod hints;
 mod identify;
 mod linuxcnc;
+mod measured;
 mod outside;
 mod plan;
 mod pose;

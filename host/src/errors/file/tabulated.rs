@@ -2,7 +2,7 @@
 
 use super::{ErrorsFile, MAX_POSITION, TabulatedEntry, limit, no_such_axis, unphysical};
 use crate::errors::{ErrorModel, Parameter, Table};
-use crate::formats::measured;
+use crate::formats::{measured, units};
 use crate::machine::Machine;
 use crate::source::{FileError, right_case};
 use std::ops::Range;
@@ -71,27 +71,9 @@ impl TabulatedEntry {
         let Some(unit) = &self.unit else {
             return Ok(1.0);
         };
-        let angular = component >= 3;
-        let factor = match (unit.get_ref().as_str(), angular) {
-            ("mm", false) | ("rad", true) => 1.0,
-            ("um" | "µm" | "μm", false) => 1e-3,
-            ("mrad", true) => 1e-3,
-            ("urad" | "µrad" | "μrad", true) => 1e-6,
-            ("arcsec", true) => (1.0_f64 / 3600.0).to_radians(),
-            (other, _) => {
-                let (what, units) = match angular {
-                    true => ("an angle", "rad, mrad, urad or arcsec"),
-                    false => ("a length", "mm or um"),
-                };
-                return Err(FileError::at(
-                    unit.span(),
-                    format!("`{other}` is no unit of {what}"),
-                    "the unit of the values",
-                    format!("write {units}"),
-                ));
-            }
-        };
-        Ok(factor)
+        units::factor(unit.get_ref(), component >= 3).map_err(|(message, remedy)| {
+            FileError::at(unit.span(), message, "the unit of the values", remedy)
+        })
     }
 }
 

@@ -1,0 +1,438 @@
+//! From runs of instruments to error files, and what is no such run.
+
+use crate::program::{Folder, answer, example, plain, refused, trueaxis};
+
+/// A run of a laser along X of the mill, as it is simulated.
+fn laser(folder: &Folder, name: &str, more: &[&str]) -> String {
+    let out = folder.at(name);
+    let (machine, errors) = (
+        example("mill-21/machine.toml"),
+        example("mill-21/errors-21.toml"),
+    );
+    let mut arguments = vec![
+        "simulate", "laser", &machine, &errors, "-o", &out, "--noise", "0.1",
+    ];
+    arguments.extend(more);
+    answer(0, &arguments);
+    out
+}
+
+const AT: [&str; 2] = ["--at", "Y=150,Z=-100"];
+
+#[test]
+fn what_was_measured_can_be_compiled() {
+    let folder = Folder::new();
+    let machine = example("mill-21/machine.toml");
+    let x = laser(&folder, "x.csv", &["--axis", "X", AT[0], AT[1]]);
+    let pitch = laser(
+        &folder,
+        "pitch.csv",
+        &["--axis", "X", "--reads", "tool +Z to +X"],
+    );
+    let yaw = laser(
+        &folder,
+        "yaw.csv",
+        &["--axis", "X", "--reads", "tool +X to +Y"],
+    );
+    let (errors, blob) = (folder.at("errors.toml"), folder.at("mill.trax"));
+    let said = answer(0, &["measured", &machine, &x, &pitch, &yaw, "-o", &errors]);
+    for part in [
+        "3 error motions and 0 squarenesses from 3 files",
+        "EXX",
+        "EBX",
+        "ECX",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+    answer(
+        0,
+        &[
+            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
+        ],
+    );
+    // A second import keeps what the first one found.
+    let straight = laser(
+        &folder,
+        "straight.csv",
+        &["--axis", "X", "--reads", "tool +Y", AT[0], AT[1]],
+    );
+    let both = folder.at("both.toml");
+    answer(
+        0,
+        &[
+            "measured", &machine, &straight, "--update", &errors, "-o", &both,
+        ],
+    );
+    let all = answer(
+        0,
+        &["measured", &machine, &x, &pitch, &yaw, &straight, "--json"],
+    );
+    let all: serde_json::Value = serde_json::from_str(&all).unwrap();
+    let motions = all["motions"].as_array().unwrap();
+    let motion = motions.iter().find(|m| m["motion"] == "EYX").unwrap();
+    let expected = motion["positive"][3].as_f64().unwrap();
+    let written = std::fs::read_to_string(&both).unwrap();
+    for name in ["EXX", "EYX", "EBX", "ECX"] {
+        assert!(
+            written.contains(&format!("[tabulated.{name}]")),
+            "{written}"
+        );
+    }
+    let table = written.split("[tabulated.EYX]").nth(1).unwrap();
+    let table = table.split("positive = [").nth(1).unwrap();
+    let value: f64 = table.split(',').nth(3).unwrap().trim().parse().unwrap();
+    // EYX is the same whether the yaw was known before or is measured with it; an error file has 1e-6 µm
+    // and µrad, the latter with a lever of 0.5 m.
+    assert!((value - expected).abs() < 2e-6, "{value} is not {expected}");
+}
+
+#[test]
+fn levers_that_are_not_known_are_told() {
+    let folder = Folder::new();
+    let machine = example("mill-21/machine.toml");
+    let x = laser(&folder, "x.csv", &["--axis", "X", AT[0], AT[1]]);
+    let output = trueaxis(&["measured", &machine, &x]);
+    assert_eq!(output.status.code(), Some(0));
+    let said = plain(&output.stderr);
+    for part in [
+        "EBX is not known",
+        "in EXX, with a lever of 200 mm",
+        "ECX is not known",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
+fn iso_230_2_is_printed_and_imported() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let head = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\n# at = { Y = 0, Z = 0 }\n";
+    let x = folder.file(
+        "x.csv",
+        format!("{head}target,+1,-1,+2,-2\n0,0,-2,0,-2\n100,3,1,5,1\n"),
+    );
+    let errors = folder.at("errors.toml");
+    let said = answer(
+        0,
+        &["iso230-2", &machine, &x, "-o", &errors, "--one-number"],
+    );
+    for part in ["accuracy A", "repeatability R", "mean reversal value"] {
+        assert!(said.contains(part), "{said}");
+    }
+    let json = answer(0, &["iso230-2", &machine, &x, "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json[0]["reversal"], 3.0);
+    assert_eq!(json[0]["mean_reversal"], 2.5);
+    let written = std::fs::read_to_string(&errors).unwrap();
+    assert!(written.contains("EXXb = 1.25"), "{written}");
+    assert!(written.contains("value = ["), "{written}");
+    let straight = folder.file(
+        "y.csv",
+        head.replace("tool +X", "tool +Y") + "target,+1\n0,0\n1,1\n",
+    );
+    refused(
+        &["iso230-2", &machine, &straight],
+        &["not the position of the axis", "trueaxis measured"],
+    );
+}
+
+#[test]
+fn simulated_runs_and_circles_are_written() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let errors = folder.file(
+        "errors.toml",
+        "machine = \"Router\"\n[parameters]\nEXX1 = 100e-6\nEXXb = 2e-3\n",
+    );
+    let circle = answer(
+        0,
+        &[
+            "simulate",
+            "ballbar",
+            &machine,
+            &errors,
+            "--plane",
+            "XY",
+            "--at",
+            "X=400,Y=600",
+            "--readings",
+            "8",
+            "--radius",
+            "200",
+        ],
+    );
+    // R·EXX1·cos²φ; and backlash of ±2 µm, seen in X: after negative travel at φ = 45° counter-clockwise.
+    let rows: Vec<&str> = circle
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .collect();
+    assert_eq!(rows[0], "angle,ccw,cw");
+    assert_eq!(rows[3], "90,0.0000,0.0000");
+    let at_45: Vec<f64> = rows[2].split(',').map(|v| v.parse().unwrap()).collect();
+    let half = 0.5_f64.sqrt();
+    assert!((at_45[1] - (10.0 - 2.0 * half)).abs() < 1e-3, "{circle}");
+    assert!((at_45[2] - (10.0 + 2.0 * half)).abs() < 1e-3, "{circle}");
+    // The same seed, the same noise.
+    let run = |seed: &str| {
+        answer(
+            0,
+            &[
+                "simulate", "laser", &machine, &errors, "--axis", "X", "--noise", "1", "--seed",
+                seed,
+            ],
+        )
+    };
+    assert_eq!(run("1"), run("1"));
+    assert_ne!(run("1"), run("2"));
+    let square = answer(
+        0,
+        &[
+            "simulate",
+            "square",
+            &machine,
+            &errors,
+            "--lines",
+            "X,Y",
+            "--targets",
+            "3",
+        ],
+    );
+    assert!(square.contains("line,target,+1,-1"), "{square}");
+    for (arguments, parts) in [
+        (
+            &["ballbar", "--plane", "XQ"][..],
+            ["no two linear axes", "--plane XY"],
+        ),
+        (
+            &["ballbar", "--plane", "XY"],
+            ["the circle needs", "another centre"],
+        ),
+        (&["laser", "--axis", "Q"], ["no axis `Q`", "axes Y X Z"]),
+        (
+            &["laser", "--axis", "X", "--reads", "+X"],
+            ["does not begin with tool or workpiece", "tool +X"],
+        ),
+        (
+            &["laser", "--axis", "X", "--at", "Y"],
+            ["`Y` is no position", "--at Y=150"],
+        ),
+        (
+            &["laser", "--axis", "X", "--to", "900"],
+            ["X = 900 is outside the travel", "targets in mm"],
+        ),
+        (&["square", "--lines", "X"], ["two axes", "--lines X,Y"]),
+    ] {
+        let mut all = vec!["simulate", arguments[0], &machine, &errors];
+        all.extend(&arguments[1..]);
+        refused(&all, &parts);
+    }
+}
+
+#[test]
+fn files_that_do_not_say_how_it_was_measured_are_refused() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let out = folder.at("errors.toml");
+    let head = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\n# at = { Y = 0, Z = 0 }\n";
+    let rows = "target,+1,-1\n0,0,0\n100,1,1\n";
+    let with = |from: &str, to: &str| {
+        assert!(head.contains(from));
+        head.replace(from, to) + rows
+    };
+    let square = "# reads_along = { X = \"tool +Y\", Y = \"tool +X\" }\n# unit = \"um\"\n# at = { X = 0, Y = 0, Z = 0 }\n\
+                  line,target,+1\nX,0,0\nX,100,3\nY,0,0\nY,100,0\n";
+    for (text, parts) in [
+        (String::new(), ["does not say `axis`", "begin it with"]),
+        (rows.to_owned(), ["does not say `axis`", "# axis"]),
+        (
+            with("# axis = \"X\"\n", ""),
+            ["does not say `axis`", "# axis"],
+        ),
+        (
+            with("# reads = \"tool +X\"\n", ""),
+            ["does not say `reads`", "# reads"],
+        ),
+        (
+            with("# unit = \"um\"\n", ""),
+            ["does not say `unit`", "# unit"],
+        ),
+        (
+            with("\"X\"", "\"Q\""),
+            ["line 1: the machine has no axis `Q`", "axes Y X Z"],
+        ),
+        (
+            with("\"tool +X\"", "\"+X\""),
+            [
+                "line 2: `+X` does not begin with tool or workpiece",
+                "tool or workpiece",
+            ],
+        ),
+        (
+            with("\"tool +X\"", "\"tool X\""),
+            ["`X` has no sign", "tool +C"],
+        ),
+        (
+            with("\"tool +X\"", "\"tool +C\""),
+            ["no axis `C`", "tool +C"],
+        ),
+        (
+            with("\"tool +X\"", "\"tool é\""),
+            ["has no sign", "tool +C"],
+        ),
+        (
+            with("\"tool +X\"", "\"tool +X to +X\""),
+            ["does not turn from one linear axis", "tool +Y to +Z"],
+        ),
+        (
+            with("\"um\"", "\"urad\""),
+            ["line 3: `urad` is no unit of a length", "mm or um"],
+        ),
+        (with("Y = 0, Z = 0", "Y = 0"), ["where Z stood", "add Z"]),
+        (
+            with("Y = 0, Z = 0", "X = 0, Y = 0, Z = 0"),
+            ["X is the axis that moves", "other axes"],
+        ),
+        (
+            with("Z = 0", "Z = 50"),
+            [
+                "Z = 50 is outside the travel of -150 to 0",
+                "correct the position",
+            ],
+        ),
+        (
+            with("# axis", "# axes"),
+            ["line 1: unknown field `axes`", "how it was measured"],
+        ),
+        (
+            with("# axis = \"X\"", "# axis = \"X\"\n# machine = \"Mill\""),
+            ["measured on `Mill`", "machine file"],
+        ),
+        (
+            with("# unit", "# slope = \"keep\"\n# unit"),
+            ["only a straightness has a slope", "leave out"],
+        ),
+        (
+            with("# unit", "# square_urad = 3\n# unit"),
+            ["only a square", "leave out"],
+        ),
+        (
+            with("# unit", "# offset_mm = [0, 0]\n# unit"),
+            ["2 numbers, where 3 are expected", "how it was"],
+        ),
+        (head.to_owned(), ["there are no readings", "target,+1"]),
+        (
+            format!("{head}target\n0\n"),
+            ["does not begin with target and a run", "target,+1"],
+        ),
+        (
+            format!("{head}target,run1\n0,1\n"),
+            ["`run1` is no run with a direction", "direction of travel"],
+        ),
+        (
+            format!("{head}target;+1\n0;1\n"),
+            ["separated by semicolons", "commas"],
+        ),
+        (
+            format!("{head}target,+1\n0,1\n"),
+            ["1 targets, not at least two", "each target"],
+        ),
+        (
+            format!("{head}target,+1\n0,1\n10,1,2\n"),
+            [
+                "line 7: the row has 3 columns, the header has 2",
+                "every run",
+            ],
+        ),
+        (
+            format!("{head}target,+1\n0,1\n10,\n"),
+            ["line 7: `` is no finite number", "every run"],
+        ),
+        (
+            format!("{head}target,+1\n0,1\n10,inf\n"),
+            ["`inf` is no finite number", "every run"],
+        ),
+        (
+            format!("{head}target,+1\n10,1\n0,1\n"),
+            ["line 7: the targets do not increase at 0", "sort"],
+        ),
+        (
+            format!("{head}target,+1\n0,1\n1000,1\n"),
+            ["X = 1000 is outside the travel of 0 to 800", "machine file"],
+        ),
+        (
+            format!("{head}target,+1\n0,0\n700,700000\n"),
+            ["no error of a machine", "check unit"],
+        ),
+        (
+            square.replace("\nX,0", "\nZ,0"),
+            ["`Z` is no line of this square", "reads_along"],
+        ),
+        (
+            square.replace("Y,100,0\n", ""),
+            ["Y has 1 targets", "each target"],
+        ),
+        (
+            square.replace("Y = \"tool +X\"", "Y = \"tool +Z\""),
+            ["the direction of the other", "tool +Y"],
+        ),
+        (
+            square.replace(", Y = \"tool +X\"", ""),
+            ["two lines, not 1", "reads_along"],
+        ),
+        (
+            square.replace("# unit", "# axis = \"X\"\n# unit"),
+            ["no other axis", "keep reads_along"],
+        ),
+    ] {
+        let file = folder.file("runs.csv", &text);
+        refused(&["measured", &machine, &file, "-o", &out], &parts);
+    }
+    assert!(!folder.names().contains(&"errors.toml".to_owned()));
+    let file = folder.file("runs.csv", head.to_owned() + rows);
+    refused(
+        &["measured", &machine, &file, &file],
+        &["EXX was measured more than once", "--update"],
+    );
+    refused(
+        &["measured", &machine, &file, "-o", &file],
+        &["is the input", "another name"],
+    );
+    let thermal = folder.file(
+        "old.toml",
+        "machine = \"Router\"\n[thermal]\nEXX1 = { per_kelvin = 1e-5, sensor = \"bed\", reference_celsius = 20.0 }\n",
+    );
+    refused(
+        &["measured", &machine, &file, "--update", &thermal],
+        &["thermal changes cannot be kept", "without --update"],
+    );
+}
+
+/// A radial error of a table shows as two motions that turn with it.
+#[test]
+fn what_one_reading_mixes_is_refused() {
+    let folder = Folder::new();
+    let machine = example("linuxcnc-xyzac-trt/machine.toml");
+    let radial = |reads: &str| {
+        format!(
+            "# axis = \"C\"\n# reads = \"tool {reads}\"\n# unit = \"um\"\n# at = {{ X = 0, Y = 0, Z = 0, A = 0 }}\n\
+             target,+1\n0,0\n90,1\n180,2\n"
+        )
+    };
+    let x = folder.file("x.csv", radial("+X"));
+    let y = folder.file("y.csv", radial("+Y"));
+    refused(
+        &["measured", &machine, &x],
+        &["EXC, EYC cannot be told apart", "in other directions"],
+    );
+    let said = answer(0, &["measured", &machine, &x, &y]);
+    assert!(said.contains("EXC") && said.contains("EYC"), "{said}");
+    let other = folder.file("other.csv", radial("+Y").replace("90,1", "45,1"));
+    refused(
+        &["measured", &machine, &x, &other],
+        &[
+            "targets or directions of travel are not the same",
+            "at the same targets",
+        ],
+    );
+}
