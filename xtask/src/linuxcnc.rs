@@ -2,13 +2,16 @@
 //! controller, with machines that are simulated, and as a package.
 
 mod bench;
+mod events;
 mod faults;
 mod halrun;
 mod motion;
 mod oracle;
 mod package;
+mod probing;
 mod rows;
 mod simulated;
+mod times;
 
 use bench::Bench;
 
@@ -16,12 +19,13 @@ use bench::Bench;
 type Check = fn(&Bench) -> Result<(), String>;
 
 /// What is tried, by name.
-const PARTS: [(&str, Check); 6] = [
+const PARTS: [(&str, Check); 7] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),
-    ("events", motion::events),
+    ("events", events::check),
     ("simulated", simulated::check),
+    ("times", times::check),
     ("package", package::check),
 ];
 
