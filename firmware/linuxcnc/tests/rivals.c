@@ -308,9 +308,9 @@ int rtapi_app_main(void)
             hal_float_t **pin;
         } FLOATS[] = {
             {"position", HAL_IN, &pins->position[k]}, {"pose", HAL_IN, &pins->pose[k]},
-            {"correction", HAL_OUT, &pins->correction[k]}, {"joint", HAL_OUT, &pins->joint[k]}, {"command", HAL_IN, &pins->command[k]},
-            {"drive", HAL_OUT, &pins->drive[k]}, {"feedback", HAL_IN, &pins->feedback[k]},
-            {"back", HAL_OUT, &pins->back[k]},
+            {"correction", HAL_OUT, &pins->correction[k]}, {"joint", HAL_OUT, &pins->joint[k]},
+            {"command", HAL_IN, &pins->command[k]}, {"drive", HAL_OUT, &pins->drive[k]},
+            {"feedback", HAL_IN, &pins->feedback[k]}, {"back", HAL_OUT, &pins->back[k]},
         };
         for (size_t n = 0; n < sizeof FLOATS / sizeof *FLOATS && !error; n++)
             error = hal_pin_float_newf(FLOATS[n].direction, FLOATS[n].pin, component, NAME ".%s-%c", FLOATS[n].name,
