@@ -701,7 +701,7 @@ trueaxis_result trueaxis_servo_set_travel(struct trueaxis_servo *servo, size_t a
  those before back. To those in use: only their stored weights are faded in.
 
  Tables that had retired before and were not taken back come back here in `retired` (null: none), whatever
- the result; `retired` itself may be null.
+ the result; `retired` itself may be null. If it is not aligned nothing happens at all.
 
  # Safety
  No other thread uses the servo; `retired` has room if it is not null.

@@ -34,6 +34,8 @@ static coord_data_t *within; /* where the kinematics within have its targets */
 static uint32_t pieces, piece;
 static float feed;
 static bool ours;    /* there were tables when it began */
+static volatile bool on_its_way; /* a piece was given out, and the planner may not have it yet */
+static float behind[N_AXIS];     /* where the motors go before it */
 static bool by_time; /* its feed was turned into a time */
 static volatile bool cancelled;
 
@@ -92,7 +94,10 @@ static coord_data_t *position_of(coord_data_t *position, mpos_t *steps)
     for (size_t i = 0; i < N_AXIS; i++)
         at[i] = (float)steps->values[i] / settings.axis[i].steps_per_mm;
     bool now = memcmp(steps->values, sys.position, sizeof sys.position) == 0;
-    if (now && txa_motion_at_rest() && !(known && !positions_set && same(at, motors)))
+    /* While a piece is on its way to the planner nothing may be planned, and the motors stand at its begin: to align
+     * there would begin the motion anew behind it, with corrections that have had no time. */
+    bool begins = on_its_way && known && !positions_set && same(at, behind);
+    if (now && !begins && txa_motion_at_rest() && !(known && !positions_set && same(at, motors)))
         align(at);
     if (!txa_trace_find(at, correction, NULL)) {
         /* A place of earlier, as that of the last probing. */
@@ -149,6 +154,7 @@ static coord_data_t *begin_line(coord_data_t *out, coord_data_t *target, const c
         align(position->values);
     memcpy(start.values, command, sizeof start.values);
     pieces = piece = 0;
+    on_its_way = false;
     within = inner.segment_line(target, &start, data, true);
     /* This is what is checked against the soft limits: not corrected. */
     memcpy(out, within, sizeof *out);
@@ -170,9 +176,11 @@ static coord_data_t *segment_line(coord_data_t *target, coord_data_t *position, 
     if (by_time)
         data->condition.inverse_time = Off;
     by_time = false;
-    if (cancelled || (piece == pieces && !next(data)))
+    on_its_way = !cancelled && (piece < pieces || next(data));
+    if (!on_its_way)
         return NULL;
     piece++;
+    memcpy(behind, motors, sizeof behind);
     float begin[N_AXIS];
     double degrees;
     memcpy(begin, command, sizeof begin);
@@ -225,6 +233,7 @@ void txa_motion_watch(void)
 void txa_motion_cancel(void)
 {
     cancelled = true;
+    on_its_way = false;
 }
 
 bool txa_motion_at_rest(void)

@@ -31,6 +31,8 @@ static trueaxis_servo *servo;
 static struct place *current;
 static enum trouble refused;
 static double weight_set[TRUEAXIS_ADJUSTABLE];
+static bool told_on, told_dry;
+static bool retiring; /* tables before the current ones are, or were not taken back */
 
 /* Nothing is corrected, and nothing is wanted to be. */
 static bool idle(const struct cycle *c)
@@ -55,6 +57,7 @@ static trueaxis_result begin_with(struct place *next)
     result = trueaxis_servo_new(&servo_memory, sizeof servo_memory, next->tables, &servo);
     if (result != TRUEAXIS_RESULT_OK)
         servo = NULL;
+    told_on = told_dry = false;
     return result;
 }
 
@@ -71,6 +74,7 @@ static void take_offered(struct cycle *c)
         return;
     if (result == TRUEAXIS_RESULT_OK) {
         refused = TROUBLE_NONE;
+        retiring = fade;
         current = next;
         c->taken++;
         for (int w = 0; w < TRUEAXIS_ADJUSTABLE; w++)
@@ -86,8 +90,10 @@ static void take_offered(struct cycle *c)
 static void give_back(void)
 {
     trueaxis_tables *retired;
-    if (servo != NULL && trueaxis_servo_take_retired(servo, &retired) == TRUEAXIS_RESULT_OK && retired != NULL)
-        loading_free_all_but(current);
+    if (!retiring || trueaxis_servo_take_retired(servo, &retired) != TRUEAXIS_RESULT_OK || retired == NULL)
+        return;
+    retiring = false;
+    loading_free_all_but(current);
 }
 
 /* Inputs besides positions; the first that is not as it should be. */
@@ -122,6 +128,15 @@ static void show(struct cycle *c, const double *computed)
     c->share = k < 0 ? 0 : fabs(computed[k]) * current->per_bound[k];
 }
 
+/* Switches of the servo, which change seldom. */
+static void set_switches(const struct cycle *c)
+{
+    if (told_on != c->on)
+        trueaxis_servo_enable(servo, told_on = c->on);
+    if (told_dry != c->dry)
+        trueaxis_servo_dry_run(servo, told_dry = c->dry);
+}
+
 /* New corrections from the positions; what is not as it should be. */
 static enum trouble update(struct cycle *c, double period)
 {
@@ -143,8 +158,7 @@ static enum trouble update(struct cycle *c, double period)
         if (!isfinite(commands[k]))
             found = TROUBLE_POSITION;
     }
-    trueaxis_servo_enable(servo, c->on);
-    trueaxis_servo_dry_run(servo, c->dry);
+    set_switches(c);
     result = trueaxis_servo_update(servo, commands, axes, referenced, period, corrections);
     if (result == TRUEAXIS_RESULT_OK)
         result = trueaxis_servo_computed(servo, computed, axes);

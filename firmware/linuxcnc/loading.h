@@ -12,23 +12,20 @@
 #ifndef LOADING_H
 #define LOADING_H
 
+#include "file.h"
+#include "joints.h"
 #include "trueaxis.h"
 
-#include <ctype.h>
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
 #include <stdbool.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-#define MOST_JOINTS 16
-#define MOST_BYTES (64 * 1024 * 1024)
-#define INCH 25.4
 #define STACK (256 * 1024)
 
 /* Values of the pin `fault-code`. */
@@ -128,28 +125,6 @@ static inline void loading_free_all_but(const struct place *kept)
 
 /* The other side. */
 
-/* Reads a file into memory of its own; NULL after a message. */
-static void *read_file(const char *path, size_t *length)
-{
-    FILE *from = fopen(path, "rb");
-    long size = -1;
-    void *bytes = NULL;
-    if (from != NULL && fseek(from, 0, SEEK_END) == 0)
-        size = ftell(from);
-    if (size < 0 || size > MOST_BYTES || fseek(from, 0, SEEK_SET) != 0) {
-        SAY(RTAPI_MSG_ERR, "%s: %s\n", path, size > MOST_BYTES ? "more than 64 MB" : strerror(errno));
-    } else if ((bytes = malloc(size > 0 ? (size_t)size : 1)) == NULL ||
-               fread(bytes, 1, (size_t)size, from) != (size_t)size) {
-        SAY(RTAPI_MSG_ERR, "%s: %s\n", path, bytes == NULL ? "no memory" : "cannot be read");
-        free(bytes);
-        bytes = NULL;
-    }
-    if (from != NULL)
-        fclose(from);
-    *length = bytes != NULL ? (size_t)size : 0;
-    return bytes;
-}
-
 /* Which joint has which axis, in which unit. */
 static enum trouble fit_axes(struct place *p)
 {
@@ -214,6 +189,7 @@ static enum trouble load_into(struct place *p)
 {
     trueaxis_facts facts;
     trueaxis_result result;
+    const char *why;
     char text[160];
     size_t length;
     enum trouble trouble;
@@ -222,9 +198,11 @@ static enum trouble load_into(struct place *p)
         SAY(RTAPI_MSG_ERR, "no file: write file=PATH.trax\n");
         return TROUBLE_FILE;
     }
-    blob = read_file(configured.path, &length);
-    if (blob == NULL)
+    blob = read_file(configured.path, &length, &why);
+    if (blob == NULL) {
+        SAY(RTAPI_MSG_ERR, "%s: %s\n", configured.path, why);
         return TROUBLE_FILE;
+    }
     result = trueaxis_tables_load(p->tables, blob, length);
     if (result == TRUEAXIS_RESULT_IN_USE) {
         free(blob);
@@ -293,28 +271,16 @@ static void *loader_main(void *nothing)
     return nothing;
 }
 
-static double mm_of(const char *unit)
-{
-    static const char *const METRIC[] = {"mm", "metric"}, *const INCHES[] = {"inch", "in", "imperial"};
-    for (size_t k = 0; k < sizeof METRIC / sizeof *METRIC; k++)
-        if (strcasecmp(unit, METRIC[k]) == 0)
-            return 1.0;
-    for (size_t k = 0; k < sizeof INCHES / sizeof *INCHES; k++)
-        if (strcasecmp(unit, INCHES[k]) == 0)
-            return INCH;
-    return 0.0;
-}
-
 /* Takes the parameters; the number of joints, or a negative error. */
 static int loading_configure(const char *path, const char *letters, const char *unit, int temperatures, int weights)
 {
     configured.path = path;
     configured.letters = letters;
-    configured.joints = (int)strlen(letters);
+    configured.joints = joints_of(letters);
     configured.temperatures = temperatures;
     configured.weights = weights;
     configured.mm = mm_of(unit);
-    if (configured.joints < 1 || configured.joints > MOST_JOINTS || strspn(letters, "XYZABCUVW-") != strlen(letters))
+    if (configured.joints == 0)
         SAY(RTAPI_MSG_ERR, "axes=%s: write the letter of the axis of each joint, from joint 0, such as axes=XYZAC; - for a joint that is not corrected\n", letters);
     else if (configured.mm == 0.0)
         SAY(RTAPI_MSG_ERR, "units=%s: write units=mm or units=inch, what [TRAJ]LINEAR_UNITS says\n", unit);

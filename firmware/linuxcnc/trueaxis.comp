@@ -107,8 +107,8 @@ modparam dummy units "Linear units of the machine: mm, metric, inch, in or imper
 modparam dummy temperatures "Number of temperature pins (0)";
 modparam dummy weights "Number of weight pins (0)";
 
-function read_ fp "Takes the correction of the last period out of the feedback: before motion\\-controller";
-function write_ fp "Adds the new correction to the commands: after motion\\-controller";
+function read_ "Takes the correction of the last period out of the feedback: before motion\\-controller";
+function write_ "Adds the new correction to the commands: after motion\\-controller";
 
 option singleton yes;
 option extra_setup yes;
@@ -130,6 +130,21 @@ RTAPI_MP_INT(weights, "number of weight pins");
 
 static struct cycle now;
 static bool reload_before;
+
+/* What is written only when it changes, for it lies in memory of its own that the processor would have to fetch in
+ * every period; and one after the other all the same, for a pin that is connected while HAL runs. */
+static struct {
+    float in;
+    unsigned taken, sum, code;
+    bool acting, cut_off, busy;
+    unsigned turn;
+} shown;
+#define TURNS 8
+#define SHOW(number, pin, last, value) \
+    do { \
+        if ((last) != (value) || shown.turn == (number)) \
+            (pin) = (last) = (value); \
+    } while (0)
 
 EXTRA_SETUP()
 {
@@ -183,13 +198,16 @@ FUNCTION(write_)
     }
     joint_computed(now.shown) = now.would_be;
     joint_bound_used(now.shown) = now.share;
-    factor = now.in;
-    active = now.in > 0;
-    saturated = now.cut_off;
-    loading = loading_busy();
-    loads = now.taken;
-    checksum = current != NULL ? current->sum : 0;
-    fault = found != TROUBLE_NONE;
-    fault_code = found;
-    loading_report(found);
+    shown.turn = (shown.turn + 1) % TURNS;
+    SHOW(0, factor, shown.in, now.in);
+    SHOW(1, active, shown.acting, now.in > 0);
+    SHOW(2, saturated, shown.cut_off, now.cut_off);
+    SHOW(3, loading, shown.busy, loading_busy());
+    SHOW(4, loads, shown.taken, now.taken);
+    SHOW(5, checksum, shown.sum, current != NULL ? current->sum : 0);
+    if (shown.code != found || shown.turn == 6) {
+        fault = found != TROUBLE_NONE;
+        fault_code = shown.code = found;
+        loading_report(found);
+    }
 }

@@ -2,6 +2,7 @@
 //! controller, with machines that are simulated, with a probing program, and as a package.
 
 mod bench;
+mod events;
 mod faults;
 mod halrun;
 mod motion;
@@ -10,6 +11,8 @@ mod package;
 mod probing;
 mod rows;
 mod simulated;
+mod times;
+mod touches;
 
 use bench::Bench;
 
@@ -17,13 +20,14 @@ use bench::Bench;
 type Check = fn(&Bench) -> Result<(), String>;
 
 /// What is tried, by name.
-const PARTS: [(&str, Check); 7] = [
+const PARTS: [(&str, Check); 9] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),
-    ("events", motion::events),
+    ("events", events::check),
     ("simulated", simulated::check),
-    ("probing", probing::check),
+    ("touches", touches::check),
+    ("times", times::check),
     ("package", package::check),
 ];
 

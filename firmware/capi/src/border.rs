@@ -18,6 +18,7 @@ pub use tables::*;
 
 use crate::code::Code;
 use crate::facts::TRUEAXIS_ALIGNMENT;
+use crate::guarded::guarded;
 use crate::{Servo, Tables};
 use core::sync::atomic::Ordering;
 
@@ -139,6 +140,36 @@ unsafe fn give_text(
     let mut text = crate::text::Text::new(room);
     write(&mut text);
     text.end()
+}
+
+/// As [`give_text`], for what may fail: then nothing is written.
+///
+/// # Safety
+/// Null, or room for `size` bytes.
+unsafe fn give_text_of<T>(
+    buffer: *mut core::ffi::c_char,
+    size: usize,
+    of: Result<T, Code>,
+    write: impl FnOnce(T, &mut crate::text::Text<'_>),
+) -> usize {
+    // SAFETY: as the caller promises.
+    unsafe {
+        give_text(buffer, size, |text| {
+            if let Ok(of) = of {
+                write(of, text);
+            }
+        })
+    }
+}
+
+/// Runs what gives a length out; 0 if it does not come to its end.
+fn guarded_length(run: impl FnOnce() -> usize) -> usize {
+    let mut length = 0;
+    guarded(|| {
+        length = run();
+        Ok(())
+    });
+    length
 }
 
 /// Whether `size` bytes at `memory` hold a `T`.

@@ -279,3 +279,30 @@ fn what_is_not_there_is_refused() {
         assert_eq!(new(size, &mut made), Code::Ok);
     }
 }
+
+#[test]
+fn tables_that_have_retired_are_not_lost_to_a_pointer_that_is_not_aligned() {
+    let blob = blob("huron-13");
+    let (behind, second) = (Behind::new(&blob), Behind::new(&blob));
+    let first = behind.tables;
+    let mut place = [null_mut(); 2];
+    let retired = place.as_mut_ptr();
+    // SAFETY: all memory is there.
+    unsafe {
+        assert_eq!(trueaxis_servo_release(second.servo), Code::Ok);
+        let swap = |to, retired| trueaxis_servo_swap(behind.servo, to, retired);
+        assert_eq!(swap(second.tables, retired), Code::Ok);
+        for _ in 0..1000 {
+            behind.update(&[0.0; 5], 0xFFFF);
+        }
+        // Nothing happens: what has retired is still to be taken, and the others stay in use.
+        assert_eq!(swap(first, retired.byte_add(1)), Code::Memory);
+        assert_eq!(trueaxis_servo_take_retired(behind.servo, retired), Code::Ok);
+        assert_eq!(place[0], first);
+        let bytes = blob.as_ptr().cast();
+        let load = |to| trueaxis_tables_load(to, bytes, blob.len());
+        assert_eq!(load(second.tables), Code::InUse);
+        assert_eq!(load(first), Code::Ok);
+        assert_eq!(trueaxis_servo_release(behind.servo), Code::Ok);
+    }
+}

@@ -42,8 +42,90 @@ static void one_factor(const float *from, const float *to, size_t first)
     }
 }
 
+/* Asks where the machine is before the planner has taken the segment: at first it still stands, with nothing planned. */
+static float asked_at[N_AXIS];
+
+static void ask(size_t block)
+{
+    float at[N_AXIS];
+    shown(block == 0 ? asked_at : at);
+}
+
+static void a_report_changes_nothing_in_the_midst_of_a_motion(void)
+{
+    start_corrected(blob("huron-13"));
+    float from[N_AXIS], to[N_AXIS], motors[N_AXIS], before[N_AXIS];
+    memcpy(from, started_at, sizeof from);
+    for (size_t i = 0; i < N_AXIS; i++)
+        motors[i] = motor(i);
+    planned = executed = 0;
+    meanwhile = ask;
+    for (int moves = 0; moves < 60; moves++) {
+        size_t first = planned;
+        float feed = moves % 4 == 0 ? 0.0f : (float)between(100, 20000);
+        /* From rest, with what the ramp then brings. */
+        CHECK(command(moves % 2 == 0 ? "$TRUEAXIS=OFF" : "$TRUEAXIS=ON") == Status_OK, "a command");
+        random_place(to);
+        shown(before);
+        CHECK(line_to(to, feed), "a line");
+        for (size_t i = 0; i < N_AXIS; i++)
+            CHECK(fabsf(asked_at[i] - before[i]) <= 1.0f / settings.axis[i].steps_per_mm + 1e-4f,
+                  "axis %zu stands at %g, and is shown at %g", i, (double)before[i], (double)asked_at[i]);
+        /* The motors stand where they were sent, to half a step. */
+        within_rate_bound("asked", motors, from, to, feed, first, moves == 0 ? 0.6 : 0.0);
+        memcpy(motors, blocks[planned - 1].plan.target_mm, sizeof motors);
+        memcpy(from, to, sizeof from);
+        execute();
+        planned = executed = 0;
+    }
+    meanwhile = NULL;
+}
+
+static size_t abort_at;
+
+static void abort_line(size_t block)
+{
+    float at[N_AXIS];
+    shown(at);
+    aborted = block == abort_at;
+}
+
+/* A reset while a piece is on its way to the planner: nobody asks for the next one. */
+static void a_motion_that_is_aborted_leaves_nothing_behind(void)
+{
+    start_corrected(blob("huron-13"));
+    for (int moves = 0; moves < 40; moves++) {
+        float from[N_AXIS], to[N_AXIS], motors[N_AXIS], before[N_AXIS], after[N_AXIS];
+        random_place(to);
+        planned = executed = 0;
+        abort_at = (size_t)between(0, 20);
+        meanwhile = abort_line;
+        CHECK(!line_to(to, 1000) && planned == abort_at, "the line goes on");
+        meanwhile = NULL;
+        if (planned > 0)
+            execute_to(random_block(0), between(0, 1));
+        set_state(STATE_IDLE);
+        shown(before);
+        reset();
+        shown(after);
+        for (size_t i = 0; i < N_AXIS; i++)
+            CHECK(fabsf(after[i] - before[i]) <= 1.0f / settings.axis[i].steps_per_mm + 1e-4f,
+                  "axis %zu is shown at %g, and after a reset at %g", i, (double)before[i], (double)after[i]);
+        memcpy(from, after, sizeof from);
+        for (size_t i = 0; i < N_AXIS; i++)
+            motors[i] = motor(i);
+        size_t first = planned;
+        random_place(to);
+        CHECK(line_to(to, 1000), "a line");
+        within_rate_bound("after an abort", motors, from, to, 1000, first, 1.2);
+        execute();
+    }
+}
+
 void transitions(void)
 {
+    a_motion_that_is_aborted_leaves_nothing_behind();
+    a_report_changes_nothing_in_the_midst_of_a_motion();
     start_corrected(blob("huron-13"));
     float from[N_AXIS], to[N_AXIS], motors[N_AXIS];
     memcpy(from, started_at, sizeof from);

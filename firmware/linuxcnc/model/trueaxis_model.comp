@@ -55,23 +55,19 @@ pin out bit   fault "There is no model, or a position is not a number: the other
 
 modparam dummy file "Path of the model";
 modparam dummy axes "Letter of the axis of each joint, from joint 0: XYZAC; of two joints with one letter the first counts; \\- is a joint that is no axis of the model";
-modparam dummy units "Linear units of the machine: mm or inch, as [TRAJ]LINEAR_UNITS. There is no default";
+modparam dummy units "Linear units of the machine: mm, metric, inch, in or imperial, as [TRAJ]LINEAR_UNITS. There is no default";
 
-function _ fp;
+function _;
 
 option singleton yes;
 option extra_setup yes;
 option extra_cleanup yes;
-include <errno.h>;
 include <math.h>;
-include <stdio.h>;
-include <stdlib.h>;
-include <string.h>;
+include "file.h";
+include "joints.h";
 include "trueaxis.h";
 ;;
 
-#define MOST_JOINTS 16
-#define MOST_BYTES (64 * 1024 * 1024)
 #define SAY(...) rtapi_print_msg(RTAPI_MSG_ERR, "trueaxis_model: " __VA_ARGS__)
 
 static char *file = "";
@@ -94,18 +90,13 @@ static int load(void)
 {
     char letters[TRUEAXIS_AXES + 1];
     trueaxis_result result;
-    FILE *from = fopen(file, "rb");
-    long size = -1;
-    if (from != NULL && fseek(from, 0, SEEK_END) == 0)
-        size = ftell(from);
-    if (size < 1 || size > MOST_BYTES || fseek(from, 0, SEEK_SET) != 0 || (bytes = malloc(size)) == NULL ||
-        fread(bytes, 1, size, from) != (size_t)size) {
-        SAY("file=%s cannot be read\n", file);
-        if (from != NULL)
-            fclose(from);
+    const char *why;
+    size_t size;
+    bytes = read_file(file, &size, &why);
+    if (bytes == NULL) {
+        SAY("file=%s: %s\n", file, why);
         return 0;
     }
-    fclose(from);
     result = trueaxis_model_load(model, bytes, size);
     if (result != TRUEAXIS_RESULT_OK) {
         SAY("file=%s: %s\n", file, trueaxis_result_text(result));
@@ -126,14 +117,14 @@ static int load(void)
 
 EXTRA_SETUP()
 {
-    size_t joints = strlen(axes);
+    int joints = joints_of(axes);
     (void)prefix;
     (void)extra_arg;
-    if (joints < 1 || joints > MOST_JOINTS) {
+    if (joints == 0) {
         SAY("axes=%s: write the letter of the axis of each joint, from joint 0, such as axes=XYZAC\n", axes);
         return -EINVAL;
     }
-    mm = strcmp(units, "mm") == 0 ? 1.0 : strcmp(units, "inch") == 0 ? 25.4 : 0.0;
+    mm = mm_of(units);
     if (mm == 0.0) {
         SAY("units=%s: write units=mm or units=inch, as [TRAJ]LINEAR_UNITS\n", units);
         return -EINVAL;

@@ -37,7 +37,7 @@ def set_pin(name, value):
     halcmd("setp", name, str(value))
 
 
-def messages():
+def messages_with_kinds():
     """What was said to the operator. While nobody fetches it, LinuxCNC waits."""
     said = []
     while True:
@@ -46,7 +46,11 @@ def messages():
             return said
         if "following error" in message[1]:
             raise RuntimeError(message[1])
-        said.append(message[1])
+        said.append(message)
+
+
+def messages():
+    return [text for _, text in messages_with_kinds()]
 
 
 def wait(what, holds, seconds=30):
@@ -94,8 +98,47 @@ def in_force():
     wait("compensation", lambda: pin("trueaxis.factor") == "1")
 
 
-def program():
-    """The demonstration that comes with LinuxCNC, and what the motion controller sees of it."""
+# Those that come with LinuxCNC for this machine, with the most seconds that each is driven; but xyzac_switchkins,
+# which drives in machine coordinates where this machine has no travel. The second test goes to C360, the end of the
+# travel, where corrections are held and are no longer those of `eval`: up to the line before.
+PROGRAMS = (
+    ("boat-xyzac", 20, None),
+    ("impeller-7bl-xyzac", 20, None),
+    ("xyzac_switchkins_test_1", 20, None),
+    ("xyzac_switchkins_test_2", 20, 35),
+    ("xyzac_switchkins_test_3", 20, None),
+)
+
+
+def drive(name, seconds, last):
+    """As far as it comes: the longest take minutes."""
+    # What an earlier one has left on.
+    mdi("G94 G90 G21 G17")
+    settled(linuxcnc.MODE_AUTO)
+    command.program_open("%s/%s.ngc" % (DEMOS, name))
+    kept = int(pin("tape.kept"))
+    began = time.monotonic()
+    command.auto(linuxcnc.AUTO_RUN, 0)
+    time.sleep(0.2)
+    furthest = 0
+    while True:
+        status.poll()
+        said = [text for kind, text in messages_with_kinds() if kind in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)]
+        if said:
+            raise RuntimeError("%s: %r" % (name, said))
+        furthest = max(furthest, status.motion_line)
+        ended = status.interp_state == linuxcnc.INTERP_IDLE
+        if ended or time.monotonic() > began + seconds or (last and furthest >= last):
+            break
+        time.sleep(0.02)
+    command.abort()
+    command.wait_complete()
+    tell("program " + name, furthest, int(ended), int(pin("tape.kept")) - kept)
+    mdi("M429")
+
+
+def programs():
+    """The demonstrations that come with LinuxCNC, and what the motion controller sees of them."""
     start()
     set_pin("trueaxis.enable", 1)
     # Homed with the compensation configured and wanted: it comes in by itself.
@@ -104,38 +147,28 @@ def program():
     tell("offsets", *(float(pin("joint.%d.motor-offset" % j)) for j in range(5)))
     mdi("G10 L2 P1 X200 Y150 Z-180 A0 C0")
     command.feedrate(50.0)
-    settled(linuxcnc.MODE_AUTO)
-    command.program_open(DEMOS + "/boat-xyzac.ngc")
+    command.set_optional_stop(False)
+    # In one piece: each row is compared with the one before.
     set_pin("tape.keep", 1)
-    began = time.monotonic()
-    command.auto(linuxcnc.AUTO_RUN, 0)
-    time.sleep(0.2)
-    # The whole takes minutes: as far as it comes.
-    while time.monotonic() < began + 35:
-        status.poll()
-        if status.interp_state == linuxcnc.INTERP_IDLE:
-            break
-        time.sleep(0.05)
-    tell("line", status.motion_line)
+    for name, seconds, last in PROGRAMS:
+        drive(name, seconds, last)
     set_pin("tape.keep", 0)
-    command.abort()
-    command.wait_complete()
-    for name in ("trueaxis.read", "trueaxis.write", "rivals.matrix", "rivals.kins", "motion-controller"):
+    for name in ("trueaxis.read", "trueaxis.write", "rivals.matrix", "rivals.kins", "rivals.nothing"):
         tell("tmax " + name, int(pin(name + ".tmax")))
-    mdi("M429")
 
 
 def probe():
-    """A surface that does not move: it trips where the drive of X stands, not where the command does."""
+    """A surface on the workpiece that does not move: it trips where the tip of the tool really is beyond it."""
     command.feedrate(1.0)
     mdi("G94 G90 G21")
-    mdi("G53 G0 X150 Y100 Z-60 A20 C70")
-    set_pin("surface.in0", float(pin("joint.0.motor-offset")) + 180.0)
+    mdi("G53 G0 X150 Y250 Z-60 A20 C10")
+    surface = float(pin("trueaxis-model.tip-x")) + 10.0
+    set_pin("surface.in0", surface)
     mdi("G54 G10 L2 P1 X0 Y0 Z0 A0 C0")
     mdi("G38.2 X190 F60")
     status.poll()
     tell("probed", int(status.probe_tripped), *(status.probed_position[k] for k in (0, 1, 2, 3, 5)))
-    tell("surface", 180.0)
+    tell("surface", surface)
     mdi("G53 G0 X150")
 
 

@@ -3,8 +3,13 @@
  * For tests only: what takes the place of the tables, to be timed in the same thread and run.
  *
  * rivals.matrix: the correction of the machine in examples/linuxcnc-xyzac-trt, computed from the matrices of all
- * axes and errors in every period, one step of least squares, as tests/benches/speed/direct.rs does it.
+ * axes and errors in every period, one step of least squares, as tests/benches/speed/direct.rs does it. Its errors
+ * are constants, whose matrices are made once. It is compiled as LinuxCNC compiles its components; in rivals_fast.c,
+ * as `rivals_fast.matrix`, with the options of ours.
  * rivals.kins: the inverse kinematics of the module that the motion controller uses, at the commanded position.
+ * rivals.nothing: a function that does nothing: what the thread takes to call it and to look at the clock.
+ * rivals.pins-in, rivals.pins-out: no more than what the component reads from pins and writes to them.
+ * rivals.work: where there is no motion controller, a few µs of computing in other memory in its place.
  */
 #include "rtapi.h"
 #include "rtapi_app.h"
@@ -12,14 +17,22 @@
 #include "kinematics.h"
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 MODULE_LICENSE("Dual MIT/GPL");
+
+#ifndef NAME
+#define NAME "rivals"
+#endif
 
 enum { X, Y, Z, A, C, AXES };
 
 static struct pins {
     hal_float_t *position[AXES], *pose[AXES], *correction[AXES], *joint[AXES];
+    hal_float_t *command[AXES], *drive[AXES], *feedback[AXES], *back[AXES];
+    hal_bit_t *homed[AXES], *homing[AXES];
 } *pins;
 static int component;
 
@@ -155,11 +168,11 @@ static void solve(double a[6][AXES], double b[6], double x[AXES])
     }
 }
 
-static void direct(const double q[AXES], double correction[AXES])
+static void direct(const double q[AXES], double dq[AXES])
 {
     matrix nominal[2] = {IDENTITY, IDENTITY}, actual[2] = {IDENTITY, IDENTITY}, frames[AXES];
     matrix tool, from_tool, e, back;
-    double jacobian[6][AXES] = {{0}}, twist[6], dq[AXES];
+    double jacobian[6][AXES] = {{0}}, twist[6];
     for (int n = 0; n < AXES; n++) {
         const struct joint *joint = &joints[n];
         int branch = joint->index == Z;
@@ -205,7 +218,7 @@ static void direct(const double q[AXES], double correction[AXES])
     }
     solve(jacobian, twist, dq);
     for (int k = 0; k < AXES; k++)
-        correction[k] = k == A || k == C ? dq[k] / DEGREE : dq[k];
+        dq[k] = k == A || k == C ? dq[k] / DEGREE : dq[k];
 }
 
 static void matrix_row(void *nothing, long period)
@@ -239,23 +252,77 @@ static void kins_row(void *nothing, long period)
         *pins->joint[k] = found[k];
 }
 
+static void nothing_row(void *nothing, long period)
+{
+    (void)nothing;
+    (void)period;
+}
+
+static void pins_in_row(void *nothing, long period)
+{
+    (void)nothing;
+    (void)period;
+    for (int k = 0; k < AXES; k++)
+        *pins->back[k] = *pins->feedback[k];
+}
+
+static void pins_out_row(void *nothing, long period)
+{
+    (void)nothing;
+    (void)period;
+    for (int k = 0; k < AXES; k++) {
+        bool referenced = *pins->homed[k] && !*pins->homing[k];
+        *pins->drive[k] = *pins->command[k];
+        *pins->correction[k] = referenced ? *pins->position[k] : 0;
+    }
+}
+
+static void work_row(void *nothing, long period)
+{
+    static double state[512];
+    (void)nothing;
+    (void)period;
+    for (int round = 0; round < 4; round++)
+        for (int k = 0; k < 512; k++)
+            state[k] = state[k] * 0.5 + state[(k * 7 + 1) & 511];
+}
+
 int rtapi_app_main(void)
 {
     static const char LETTERS[] = "xyzac";
-    int error = component = hal_init("rivals");
+    static const struct {
+        const char *name;
+        void (*row)(void *, long);
+    } ROWS[] = {{"matrix", matrix_row}, {"kins", kins_row}, {"nothing", nothing_row},
+                {"pins-in", pins_in_row}, {"pins-out", pins_out_row}, {"work", work_row}};
+    int error = component = hal_init(NAME);
     if (error < 0)
         return error;
     make_machine();
     pins = hal_malloc(sizeof *pins);
     error = pins == NULL ? -1 : 0;
     for (int k = 0; k < AXES && !error; k++) {
-        error = hal_pin_float_newf(HAL_IN, &pins->position[k], component, "rivals.position-%c", LETTERS[k]);
-        if (!error) error = hal_pin_float_newf(HAL_IN, &pins->pose[k], component, "rivals.pose-%c", LETTERS[k]);
-        if (!error) error = hal_pin_float_newf(HAL_OUT, &pins->correction[k], component, "rivals.correction-%c", LETTERS[k]);
-        if (!error) error = hal_pin_float_newf(HAL_OUT, &pins->joint[k], component, "rivals.joint-%c", LETTERS[k]);
+        const struct {
+            const char *name;
+            hal_pin_dir_t direction;
+            hal_float_t **pin;
+        } FLOATS[] = {
+            {"position", HAL_IN, &pins->position[k]}, {"pose", HAL_IN, &pins->pose[k]},
+            {"correction", HAL_OUT, &pins->correction[k]}, {"joint", HAL_OUT, &pins->joint[k]},
+            {"command", HAL_IN, &pins->command[k]}, {"drive", HAL_OUT, &pins->drive[k]},
+            {"feedback", HAL_IN, &pins->feedback[k]}, {"back", HAL_OUT, &pins->back[k]},
+        };
+        for (size_t n = 0; n < sizeof FLOATS / sizeof *FLOATS && !error; n++)
+            error = hal_pin_float_newf(FLOATS[n].direction, FLOATS[n].pin, component, NAME ".%s-%c", FLOATS[n].name,
+                                       LETTERS[k]);
+        if (!error) error = hal_pin_bit_newf(HAL_IN, &pins->homed[k], component, NAME ".homed-%c", LETTERS[k]);
+        if (!error) error = hal_pin_bit_newf(HAL_IN, &pins->homing[k], component, NAME ".homing-%c", LETTERS[k]);
     }
-    if (!error) error = hal_export_funct("rivals.matrix", matrix_row, NULL, 1, 0, component);
-    if (!error) error = hal_export_funct("rivals.kins", kins_row, NULL, 1, 0, component);
+    for (size_t n = 0; n < sizeof ROWS / sizeof *ROWS && !error; n++) {
+        char name[HAL_NAME_LEN + 1];
+        snprintf(name, sizeof name, NAME ".%s", ROWS[n].name);
+        error = hal_export_funct(name, ROWS[n].row, NULL, 1, 0, component);
+    }
     if (error) {
         hal_exit(component);
         return error;

@@ -105,25 +105,31 @@ impl Hal {
             }
             ["net", signal, ref pins @ ..] => {
                 for pin in pins.iter().filter(|p| !is_arrow(p)) {
-                    let to = (signal.to_owned(), command.clone());
-                    self.signals.insert((*pin).to_owned(), to);
+                    self.link(pin, signal, &command);
                 }
             }
-            ["linkps" | "linkpp", pin, ref rest @ ..] => {
+            ["linkps", pin, ref rest @ ..] => {
                 if let Some(signal) = rest.iter().find(|w| !is_arrow(w)) {
-                    let to = ((*signal).to_owned(), command.clone());
-                    self.signals.insert(pin.to_owned(), to);
+                    self.link(pin, signal, &command);
                 }
             }
             ["linksp", signal, ref rest @ ..] => {
                 if let Some(pin) = rest.iter().find(|w| !is_arrow(w)) {
-                    let to = (signal.to_owned(), command.clone());
-                    self.signals.insert((*pin).to_owned(), to);
+                    self.link(pin, signal, &command);
+                }
+            }
+            // Both pins are on a signal with the name of the first one.
+            ["linkpp", first, ref rest @ ..] => {
+                if let Some(second) = rest.iter().find(|w| !is_arrow(w)) {
+                    self.link(first, first, &command);
+                    self.link(second, first, &command);
                 }
             }
             ["unlinkp", pin] => {
                 self.signals.remove(pin);
             }
+            ["delsig", "all"] => self.signals.clear(),
+            ["delsig", signal] => self.signals.retain(|_, (of, _)| of != signal),
             ["setp" | "sets", pin, value] => {
                 let value = (value.to_owned(), command.clone());
                 self.values.insert(pin.to_owned(), value);
@@ -131,6 +137,11 @@ impl Hal {
             _ => {}
         }
         Ok(())
+    }
+
+    fn link(&mut self, pin: &str, signal: &str, command: &Command) {
+        let to = (signal.to_owned(), command.clone());
+        self.signals.insert(pin.to_owned(), to);
     }
 
     /// Adds a function to a thread: from the front, 1 is the first place, or from the end, −1 is the last.
@@ -304,6 +315,26 @@ mod tests {
         assert_eq!(hal.values["a"].0, "100");
         assert_eq!(hal.values["b"].0, "1005");
         assert_eq!(hal.values["b"].1.place.source.name, "more.hal");
+    }
+
+    #[test]
+    fn both_pins_of_a_link_are_on_its_signal_whatever_its_form() {
+        for text in [
+            "net s a.out => b.in",
+            "net s a.out\nnet s b.in",
+            "linkpp a.out => b.in",
+            "linkpp a.out b.in",
+            "linkps a.out => s\nlinksp s => b.in",
+            "newsig s float\nlinkps b.in <= s\nlinksp s <= a.out",
+        ] {
+            let hal = take(text).unwrap();
+            let signal = hal.signal("a.out").unwrap();
+            let pins: Vec<&str> = hal.pins(signal).collect();
+            assert_eq!(pins, ["a.out", "b.in"], "{text}");
+        }
+        for text in ["linkpp a.out b.in\ndelsig a.out", "net s a b\ndelsig all"] {
+            assert!(take(text).unwrap().signals.is_empty(), "{text}");
+        }
     }
 
     #[test]

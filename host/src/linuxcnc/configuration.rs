@@ -59,8 +59,6 @@ impl Configuration {
                 .error(message, "here", "write JOINTS = 1 to 16")
         })?;
         let module = need(&ini, &start, "KINS", "KINEMATICS", "trivkins")?;
-        let coordinates = ini.get("TRAJ", "COORDINATES");
-        let module = Module::read(module, coordinates, count);
         need(&ini, &start, "HAL", "HALFILE", "machine.hal")?;
         let mut hal = Hal::default();
         for key in ["HALFILE", "HALCMD", "POSTGUI_HALFILE"] {
@@ -77,6 +75,7 @@ impl Configuration {
                 }
             }
         }
+        let module = Module::read(module, ini.get("TRAJ", "COORDINATES"), &hal, count);
         let units = ini.get("TRAJ", "LINEAR_UNITS");
         Ok(Self {
             mm: units.and_then(|entry| millimetres(&entry.value)),

@@ -1,9 +1,10 @@
 //! Kinematics modules of LinuxCNC: which joint has which axis, and what machine they are for.
 
+use crate::formats::hal::{Command, Hal};
 use crate::formats::ini::{Entry, Place};
 use crate::machine::{Branch, Machine};
 
-/// The module of `[KINS]KINEMATICS`.
+/// The module that HAL loads, and `[KINS]KINEMATICS` where that cannot be seen.
 #[derive(Clone, Debug)]
 pub struct Module {
     /// Its name.
@@ -28,24 +29,50 @@ pub struct Shape {
 }
 
 impl Module {
-    pub(super) fn read(entry: &Entry, coordinates: Option<&Entry>, joints: usize) -> Self {
+    pub(super) fn read(
+        entry: &Entry,
+        coordinates: Option<&Entry>,
+        hal: &Hal,
+        joints: usize,
+    ) -> Self {
         let mut words = entry.value.split_whitespace();
-        let name = words.next().unwrap_or("").to_owned();
+        let named = words.next().unwrap_or("");
         let given = words.find_map(|word| word.strip_prefix("coordinates="));
-        let usual = match (name.as_str(), Shape::of(&name)) {
+        // What counts is what HAL loads; the INI file is only where that usually comes from.
+        let loaded = hal.load(named).or_else(|| Self::loaded(hal));
+        let name = loaded.map_or(named, |command| &command.words[1]);
+        let of_hal = loaded.and_then(|command| command.parameter("coordinates"));
+        let letters = if loaded.is_some() { of_hal } else { given };
+        let place = match loaded {
+            Some(command) if name != named || of_hal != given => &command.place,
+            _ => &entry.place,
+        };
+        let usual = match (name, Shape::of(name)) {
             (_, Some(shape)) => shape.letters,
-            ("trivkins", None) => "XYZABCUVW",
+            (TRIVIAL, None) => "XYZABCUVW",
             _ => coordinates.map_or("", |entry| entry.value.as_str()),
         };
-        let letters = given.unwrap_or(usual).chars();
+        let letters = letters.unwrap_or(usual).chars();
         let letters = letters.filter(|c| !c.is_whitespace()).take(joints);
         Self {
-            name,
+            name: name.to_owned(),
             letters: letters.map(|c| c.to_ascii_uppercase()).collect(),
-            place: entry.place.clone(),
+            place: place.clone(),
         }
     }
+
+    /// The command that loads a module that is known here.
+    fn loaded(hal: &Hal) -> Option<&Command> {
+        let mut loaded = hal.loaded.iter().filter(|c| c.words[0] == "loadrt");
+        loaded.find(|c| {
+            let is_known = |name: &String| name == TRIVIAL || Shape::of(name).is_some();
+            c.words.get(1).is_some_and(is_known)
+        })
+    }
 }
+
+/// The module in which each joint is an axis.
+const TRIVIAL: &str = "trivkins";
 
 impl Shape {
     /// Of a module with rotary axes that is known here.

@@ -439,6 +439,80 @@ fn joints_and_axes_that_do_not_match_are_found() {
 }
 
 #[test]
+fn letters_of_joints_are_those_that_hal_loads() {
+    let machine = simulated("mill-21");
+    let load = "loadrt [KINS]KINEMATICS";
+    machine.change("machine.hal", load, "loadrt trivkins coordinates=xyz");
+    assert_eq!(machine.findings(&[]), [] as [Value; 0]);
+    // A gantry, of which the component is told one joint.
+    machine.change("machine.hal", "coordinates=xyz", "coordinates=XYYZ");
+    machine.change("machine.ini", "JOINTS = 3", "JOINTS = 4");
+    let expected = "joint 2 has the axis Z in axes=XYZ, but Y in trivkins";
+    machine.finds(&[], ["refused", "loadrt", expected, "axes=XYYZ"]);
+    // Another module than the INI file names.
+    machine.change("machine.hal", "trivkins coordinates=XYYZ", "xyzac-trt-kins");
+    let expected = "xyzac-trt-kins is for rotary axes AC";
+    machine.finds(&[], ["refused", "xyzac-trt-kins", expected, "KINEMATICS ="]);
+}
+
+#[test]
+fn pins_that_are_linked_one_to_one_are_connected() {
+    let machine = simulated("mill-21");
+    for (pin, of) in [
+        ("homed", "homed"),
+        ("homing", "homing"),
+        ("pos-in", "pos-cmd"),
+    ] {
+        let net = format!("net trueaxis-0-{of} joint.0.{of} => trueaxis.joint.0.{pin}\n");
+        let link = format!("linkpp joint.0.{of} trueaxis.joint.0.{pin}\n");
+        machine.change("trueaxis.hal", &net, &link);
+    }
+    // The model reads the position, too.
+    machine.change("model.hal", "net trueaxis-0-pos-cmd", "net joint.0.pos-cmd");
+    assert_eq!(machine.findings(&[]), [] as [Value; 0]);
+}
+
+#[test]
+fn weights_without_pins_and_pins_without_weights_are_found() {
+    let load = "axes=XYZ units=[TRAJ]LINEAR_UNITS";
+    spoilt(
+        "mill-21",
+        ["trueaxis.hal", load, &format!("{load} weights=2")],
+        [
+            "warning",
+            "loadrt",
+            "weights=2 makes pins without effect: the compensation has 0 adjustable terms",
+            "weights=0",
+        ],
+    );
+    // One with two adjustable terms, of another machine: what else is found does not matter here.
+    let machine = simulated("mill-21");
+    let golden = format!(
+        "{}/../tests/golden/v1/everything.trax",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    std::fs::copy(golden, machine.at("mill-21.trax")).unwrap();
+    let loaded = |reason| ["warning", "loadrt", reason, "weights=2"];
+    machine.finds(
+        &[],
+        loaded(
+            "has 2 adjustable terms, and weights= is not given: they keep the weights of the file",
+        ),
+    );
+    machine.change("trueaxis.hal", load, &format!("{load} weights=1"));
+    machine.finds(&[], loaded("2 adjustable terms, the component 1 pins"));
+    machine.change("trueaxis.hal", "weights=1", "weights=few");
+    machine.finds(
+        &[],
+        ["refused", "loadrt", "weights= is no number", "weights=2"],
+    );
+    machine.change("trueaxis.hal", "weights=few", "weights=2");
+    let found = machine.findings(&[]);
+    let of_weights = |f: &&Value| f["reason"].as_str().unwrap().contains("weights");
+    assert_eq!(found.iter().find(of_weights), None);
+}
+
+#[test]
 fn a_machine_without_the_component_is_told_how_to_load_it() {
     let machine = simulated("mill-21");
     machine.change("machine.ini", "HALFILE = trueaxis.hal\n", "");

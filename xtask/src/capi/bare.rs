@@ -42,7 +42,9 @@ pub fn check() -> Result<(), String> {
     let functions = functions()?;
     let linked = target("capi-bare.elf");
     let mut link = linker()?;
-    link.args(["--gc-sections", "-e", "trueaxis_servo_update", "-o"])
+    // Older linkers do not look into an archive for what they link.
+    link.args(["-m", "armelf", "--gc-sections"])
+        .args(["-e", "trueaxis_servo_update", "-o"])
         .arg(&linked);
     for function in &functions {
         link.args(["-u", function]);

@@ -56,7 +56,10 @@ impl Bench {
         for (folder, built) in [
             ("firmware/linuxcnc", &["trueaxis.so"][..]),
             ("firmware/linuxcnc/model", &["trueaxis_model.so"]),
-            ("firmware/linuxcnc/tests", &["tape.so", "rivals.so"]),
+            (
+                "firmware/linuxcnc/tests",
+                &["tape.so", "rivals.so", "rivals_fast.so"],
+            ),
         ] {
             run(Command::new("make")
                 .args(["-s", "-f"])

@@ -147,6 +147,25 @@ fn parameters(bench: &Bench) -> Result<usize, String> {
         let lines = format!("loadrt trueaxis file=/tmp/huron.trax {parameters}\nshow funct\n");
         run(bench, &lines, &[text, "insmod for trueaxis failed"])?;
     }
+    // What plays the real machine takes the same words, and starts without a file.
+    for (units, texts) in [
+        (
+            "imperial",
+            ["file=/tmp/none.model: No such file", "trueaxis-model"],
+        ),
+        (
+            "furlong",
+            [
+                "units=furlong: write units=mm or units=inch",
+                "insmod for trueaxis_model failed",
+            ],
+        ),
+    ] {
+        let lines = format!(
+            "loadrt trueaxis_model file=/tmp/none.model axes=XYZ units={units}\nshow funct\n"
+        );
+        run(bench, &lines, &texts)?;
+    }
     Ok(cases.len())
 }
 

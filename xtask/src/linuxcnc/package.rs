@@ -32,12 +32,25 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     let files = around.join("files");
     run(Command::new("dpkg-deb").arg("-x").arg(&package).arg(&files))?;
     for name in [
+        "lib/linuxcnc/modules/trueaxis_model.so",
         "share/man/man9/trueaxis.9.gz",
+        "share/man/man9/trueaxis_model.9.gz",
         "share/doc/linuxcnc-trueaxis/copyright",
     ] {
         if !files.join("usr").join(name).exists() {
             return Err(format!("{name} is not in the package"));
         }
+    }
+    // It is for the series of LinuxCNC that it was built with, and for no other.
+    let depends = Command::new("dpkg-deb")
+        .args(["-f"])
+        .arg(&package)
+        .arg("Depends")
+        .output()
+        .map_err(|e| e.to_string())?;
+    let depends = String::from_utf8_lossy(&depends.stdout).into_owned();
+    if !depends.contains("linuxcnc-uspace (>= ") || !depends.contains("linuxcnc-uspace (<< ") {
+        return Err(format!("the package depends on {depends}"));
     }
     // Everything that it depends on is there.
     run(Command::new("apt-get")

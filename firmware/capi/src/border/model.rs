@@ -1,6 +1,6 @@
 //! A simulated machine: `trueaxis_model_…`.
 
-use super::{check, check_memory, give, give_text, values};
+use super::{check, check_memory, give, give_text_of, guarded_length, values};
 use crate::Model;
 use crate::code::Code;
 use crate::guarded::guarded;
@@ -75,21 +75,12 @@ pub unsafe extern "C" fn trueaxis_model_axes(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    let mut length = 0;
-    guarded(|| {
+    guarded_length(|| {
         // SAFETY: as the caller promises.
-        let model = unsafe { self::model(model) };
+        let of = unsafe { self::model(model) };
         // SAFETY: as the caller promises.
-        length = unsafe {
-            give_text(text, size, |text| {
-                if let Ok(model) = model {
-                    model.axes(text);
-                }
-            })
-        };
-        Ok(())
-    });
-    length
+        unsafe { give_text_of(text, size, of, |model, text| model.axes(text)) }
+    })
 }
 
 /// Where the tool is, seen from the workpiece: as it is, with all errors at `positions`, and as it should be,

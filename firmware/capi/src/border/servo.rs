@@ -1,6 +1,8 @@
 //! The servo: `trueaxis_servo_…`.
 
-use super::{Held, check_memory, give, give_text, give_values, servo_to_read, tables, values};
+use super::{
+    Held, check_memory, give, give_text, give_values, guarded_length, servo_to_read, tables, values,
+};
 use crate::code::Code;
 use crate::facts::StatusFacts;
 use crate::guarded::guarded;
@@ -196,7 +198,7 @@ pub unsafe extern "C" fn trueaxis_servo_set_travel(
 /// those before back. To those in use: only their stored weights are faded in.
 ///
 /// Tables that had retired before and were not taken back come back here in `retired` (null: none), whatever
-/// the result; `retired` itself may be null.
+/// the result; `retired` itself may be null. If it is not aligned nothing happens at all.
 ///
 /// # Safety
 /// No other thread uses the servo; `retired` has room if it is not null.
@@ -208,6 +210,10 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
 ) -> Code {
     let mut back = null_mut();
     let code = guarded(|| {
+        // Before anything is taken back: what cannot be given to the caller would be lost to it.
+        if !retired.is_null() {
+            super::check(retired)?;
+        }
         // SAFETY: as the caller promises.
         let servo = unsafe { super::servo(servo) }?;
         // SAFETY: as the caller promises.
@@ -235,9 +241,9 @@ pub unsafe extern "C" fn trueaxis_servo_swap(
         // What is refused is let go of; what had retired was taken back above.
         servo.swap(held).map(drop).map_err(|(code, _)| code)
     });
-    if !retired.is_null() {
-        // SAFETY: as the caller promises.
-        let _ = unsafe { give(retired, back) };
+    if super::check(retired).is_ok() {
+        // SAFETY: not null and aligned, and the caller has room there.
+        unsafe { retired.write(back) };
     }
     code
 }
@@ -364,20 +370,15 @@ pub unsafe extern "C" fn trueaxis_conditions_text(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    let mut length = 0;
-    guarded(|| {
-        // SAFETY: as the caller promises.
-        length = unsafe {
-            give_text(text, size, |text| {
-                for (place, name) in Conditions(conditions).names().enumerate() {
-                    if place > 0 {
-                        text.push(", ");
-                    }
-                    text.push(name);
+    // SAFETY: as the caller promises.
+    guarded_length(|| unsafe {
+        give_text(text, size, |text| {
+            for (place, name) in Conditions(conditions).names().enumerate() {
+                if place > 0 {
+                    text.push(", ");
                 }
-            })
-        };
-        Ok(())
-    });
-    length
+                text.push(name);
+            }
+        })
+    })
 }

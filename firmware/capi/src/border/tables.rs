@@ -1,6 +1,6 @@
 //! Tables: `trueaxis_tables_…`.
 
-use super::{bytes, check_memory, give, give_text, tables};
+use super::{bytes, check_memory, give, give_text_of, guarded_length, tables};
 use crate::Tables;
 use crate::code::Code;
 use crate::facts::{
@@ -150,21 +150,12 @@ pub unsafe extern "C" fn trueaxis_tables_reason(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    let mut length = 0;
-    guarded(|| {
+    guarded_length(|| {
         // SAFETY: as the caller promises.
-        let tables = unsafe { super::tables(tables) };
+        let of = unsafe { super::tables(tables) };
         // SAFETY: as the caller promises.
-        length = unsafe {
-            give_text(text, size, |text| {
-                if let Ok(tables) = tables {
-                    tables.reason(text);
-                }
-            })
-        };
-        Ok(())
-    });
-    length
+        unsafe { give_text_of(text, size, of, Tables::reason) }
+    })
 }
 
 /// Writes the name of the machine, as `trueaxis_tables_reason` does.
@@ -177,21 +168,12 @@ pub unsafe extern "C" fn trueaxis_tables_machine(
     text: *mut c_char,
     size: usize,
 ) -> usize {
-    let mut length = 0;
-    guarded(|| {
+    guarded_length(|| {
         // SAFETY: as the caller promises.
-        let tables = unsafe { super::tables(tables) };
+        let of = unsafe { super::tables(tables) }.and_then(Tables::loaded);
         // SAFETY: as the caller promises.
-        length = unsafe {
-            give_text(text, size, |text| {
-                if let Ok(c) = tables.and_then(|tables| tables.loaded()) {
-                    text.push(c.machine());
-                }
-            })
-        };
-        Ok(())
-    });
-    length
+        unsafe { give_text_of(text, size, of, |c, text| text.push(c.machine())) }
+    })
 }
 
 /// What was loaded.

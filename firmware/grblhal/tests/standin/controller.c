@@ -29,6 +29,7 @@ char const *const axis_letter[N_AXIS] = {
 struct block blocks[MOST_BLOCKS];
 size_t planned, executed;
 void (*meanwhile)(size_t block);
+bool aborted;
 plan_line_data_t last_data;
 float home_at[N_AXIS];
 float soft_lower[N_AXIS], soft_upper[N_AXIS];
@@ -197,8 +198,11 @@ bool line(const float *target, plan_line_data_t data)
     if (state == STATE_CHECK_MODE)
         return true;
     while (kinematics.segment_line((coord_data_t *)(void *)segment, NULL, &data, false) != NULL) {
+        aborted = false;
         if (meanwhile != NULL)
             meanwhile(planned);
+        if (aborted)
+            return false;
         plan(segment, &data);
         data.feed_rate = feed;
     }

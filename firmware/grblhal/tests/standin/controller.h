@@ -21,6 +21,8 @@ extern struct block blocks[];
 extern size_t planned, executed;
 /* What is called before the planner takes a segment: null, or what a user does meanwhile. */
 extern void (*meanwhile)(size_t block);
+/* Set by that: the line ends there, and no later call says so; a reset follows. */
+extern bool aborted;
 /* The data of the last line, as they were left. */
 extern plan_line_data_t last_data;
 /* Where axes are after homing. */

@@ -1,6 +1,7 @@
 //! Pins of the component: what they must be connected to.
 
 use super::{Checked, Joint};
+use crate::formats::hal::Command;
 use trueaxis::AuxiliaryKind;
 
 impl Checked<'_> {
@@ -143,12 +144,40 @@ impl Checked<'_> {
                 format!("temperatures={temperatures}"),
             );
         }
+        self.weights(loaded);
         if !is_there("trueaxis.enable") {
             self.warn(
                 &loaded.place.clone(),
                 "nothing ever enables the corrections".to_owned(),
                 "setp trueaxis.enable 1".to_owned(),
             );
+        }
+    }
+
+    /// Pins for the weights of adjustable terms.
+    fn weights(&mut self, loaded: &Command) {
+        let terms = self.against.compensation.weights().iter().count();
+        let given = loaded
+            .parameter("weights")
+            .map_or(Some(0), |w| w.parse::<usize>().ok());
+        let reason = match given {
+            Some(given) if given == terms => return,
+            Some(0) => format!(
+                "the compensation has {terms} adjustable terms, and weights= is not given: they keep the weights of the file"
+            ),
+            Some(given) if given < terms => format!(
+                "the compensation has {terms} adjustable terms, the component {given} pins: those behind keep the weights of the file"
+            ),
+            Some(given) => format!(
+                "weights={given} makes pins without effect: the compensation has {terms} adjustable terms"
+            ),
+            None => "weights= is no number".to_owned(),
+        };
+        let place = loaded.place.clone();
+        let write = format!("weights={terms}");
+        match given {
+            Some(_) => self.warn(&place, reason, write),
+            None => self.refuse(&place, reason, write),
         }
     }
 }

@@ -1,0 +1,60 @@
+//! Whatever an operator can do, at any moment: no correction steps, and there is no following error.
+
+use super::bench::Bench;
+use super::motion::{JOINTS, PERIOD, Run, compile};
+use super::oracle::rate_bound;
+use std::fs;
+
+/// # Errors
+/// What did not hold.
+pub fn check(bench: &Bench) -> Result<(), String> {
+    compile(bench, "EXX1 = -45e-6", "first.trax")?;
+    compile(bench, "EXX1 = 60e-6", "second.trax")?;
+    bench.write("third.trax", "no compensation at all")?;
+    bench.copy("tests/golden/v1/router-10.trax", "fourth.trax")?;
+    fs::copy(bench.file("first.trax"), bench.file("machine.trax")).map_err(|e| e.to_string())?;
+    let run = Run::of(bench, "events")?;
+    let largest = run.adds_up()?;
+    let mut fastest = 0.0_f64;
+    for (j, letter) in JOINTS.iter().enumerate() {
+        let mut most = 0.0_f64;
+        for name in ["first.trax", "second.trax"] {
+            most = most.max(rate_bound(bench, name, letter)?);
+        }
+        let correction = run.of_joint(j, "correction");
+        for (row, pair) in correction.windows(2).enumerate() {
+            let rate = (pair[1] - pair[0]).abs() / PERIOD;
+            // Corrections are floats below 0.25: each is rounded by 2⁻²⁷ at most.
+            if rate > most + 2.0_f64.powi(-26) / PERIOD {
+                return Err(format!(
+                    "row {row}: the correction of {letter} changes by {rate} per s, more than {most}"
+                ));
+            }
+            fastest = fastest.max(rate / most);
+        }
+    }
+    let happened: Vec<String> = run
+        .told
+        .iter()
+        .filter(|words| words[0].starts_with("count "))
+        .map(|words| words.join(" ").replace("count ", ""))
+        .collect();
+    let of = |name: &str| run.rows.of(name);
+    let partly = of("factor")
+        .iter()
+        .filter(|f| **f > 0.0 && **f < 1.0)
+        .count();
+    let off = of("enabled").iter().filter(|f| **f == 0.0).count();
+    let loads = of("loads").last().copied().unwrap_or_default();
+    println!(
+        "events: {} in {} periods ({}); {partly} periods in ramps, {off} with the machine off, {loads} files taken; \
+         fastest correction {fastest:.2} of its rate bound, largest following error {largest:.1e}",
+        run.told("events")?[0],
+        run.rows.len(),
+        happened.join(", ")
+    );
+    if partly < 1000 || off < 100 || loads < 20.0 {
+        return Err("too little has happened".to_owned());
+    }
+    Ok(())
+}

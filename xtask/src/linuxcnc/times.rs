@@ -1,0 +1,185 @@
+//! What the component takes beside the same correction from matrices, in one thread, and what of it is memory that
+//! has left the caches between two periods.
+
+use super::bench::Bench;
+use super::motion;
+use super::rows::{Rows, play};
+use std::f64::consts::TAU;
+use std::fmt::{self, Write};
+
+/// The most that our time may be of that of matrices.
+pub const SHARE: f64 = 0.15;
+/// Periods of the thread, ns, and how many are recorded. At the first nearly everything stays in the caches.
+const PERIODS: [(u32, usize); 2] = [(25_000, 200_000), (1_000_000, 5_000)];
+/// What stands in the thread, in its order, with what is recorded of it.
+const COMPONENT: [&str; 6] = [
+    "rivals.nothing",
+    "trueaxis.read",
+    "rivals.work",
+    "trueaxis.write",
+    "rivals.matrix",
+    "rivals_fast.matrix",
+];
+/// The same with no more than the pins in the place of the component.
+const PINS: [&str; 6] = [
+    "rivals.nothing",
+    "rivals.pins-in",
+    "rivals.work",
+    "rivals.pins-out",
+    "rivals.matrix",
+    "rivals_fast.matrix",
+];
+/// Middle and half the way of each joint, mm or degrees, on the machine of the example.
+const WAYS: [[f64; 2]; 5] = [
+    [200.0, 150.0],
+    [150.0, 100.0],
+    [-120.0, 100.0],
+    [0.0, 60.0],
+    [0.0, 200.0],
+];
+const LETTERS: [&str; 5] = ["x", "y", "z", "a", "c"];
+
+/// Times of one function, in counts of the processor's clock.
+struct Times(Vec<f64>);
+
+impl Times {
+    fn mean(&self) -> f64 {
+        self.0.iter().sum::<f64>() / self.0.len() as f64
+    }
+
+    fn least(&self) -> f64 {
+        self.0.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    fn most(&self) -> f64 {
+        self.0.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The mean without the hundredth that took longest: what was interrupted.
+    fn usual(&self) -> f64 {
+        let mut sorted = self.0.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted.truncate(sorted.len() - sorted.len() / 100);
+        Self(sorted).mean()
+    }
+}
+
+impl fmt::Display for Times {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [mean, usual, least, most] = [self.mean(), self.usual(), self.least(), self.most()];
+        write!(f, "{mean:8.0} {usual:8.0} {least:8.0} {most:8.0}")
+    }
+}
+
+/// # Errors
+/// What did not hold.
+pub fn check(bench: &Bench) -> Result<(), String> {
+    bench.write(
+        "until",
+        include_str!("../../../firmware/linuxcnc/tests/until"),
+    )?;
+    motion::compile(bench, "EXX1 = -45e-6", "machine.trax")?;
+    let mut found = Vec::new();
+    for (period, rows) in PERIODS {
+        let all = run(bench, period, rows, &COMPONENT)?;
+        let pins = run(bench, period, rows, &PINS)?;
+        println!(
+            "{:18}     mean    usual    least     most  (counts of the processor's clock)",
+            format!("every {} µs", period / 1000)
+        );
+        let rows = COMPONENT.iter().zip(&all);
+        for (name, times) in rows.chain([1, 3].map(|k| (&PINS[k], &pins[k]))) {
+            println!("{name:18} {times}");
+        }
+        let ours = |of: &dyn Fn(&Times) -> f64| of(&all[1]) + of(&all[3]);
+        let share = |of: &dyn Fn(&Times) -> f64| [4, 5].map(|rival| ours(of) / of(&all[rival]));
+        let (mean, least) = (share(&Times::mean), share(&Times::least));
+        println!(
+            "component / matrices: {:.3} of the mean, {:.3} of the least; / those with -O2: {:.3}, {:.3}\n\
+             in the mean: two functions that do nothing {:.0}, two with the pins {:.0}, the component {:.0}",
+            mean[0],
+            least[0],
+            mean[1],
+            least[1],
+            2.0 * all[0].mean(),
+            pins[1].mean() + pins[3].mean(),
+            ours(&Times::mean)
+        );
+        found.push((share(&Times::usual)[0], least[0]));
+    }
+    // At 1 kHz the mean is that of memory which has left the caches, for functions that do nothing, too: it is shown.
+    // Interruptions count for none.
+    let (near, least) = (found[0].0, found[0].1.max(found[1].1));
+    if near > SHARE || least > SHARE {
+        return Err(format!(
+            "the component takes more than {SHARE} of the time of matrices: {near:.3} of the mean, {least:.3} of the least"
+        ));
+    }
+    Ok(())
+}
+
+/// Times of the functions while all joints move.
+fn run(
+    bench: &Bench,
+    period: u32,
+    rows: usize,
+    functions: &[&str; 6],
+) -> Result<Vec<Times>, String> {
+    let seconds = |row: usize| row as f64 * f64::from(period) * 1e-9;
+    let positions: Vec<Vec<f64>> = (0..rows)
+        .map(|row| {
+            let way = |(k, [middle, half]): (usize, &[f64; 2])| {
+                let turns = 0.05 + 0.01 * k as f64;
+                middle + half * (TAU * turns * seconds(row)).sin()
+            };
+            WAYS.iter().enumerate().map(way).collect()
+        })
+        .collect();
+    play(bench, "play", &positions)?;
+    let said = bench.halrun(&lines(period, rows, functions))?;
+    let names: Vec<String> = functions.iter().map(|f| (*f).to_owned()).collect();
+    let recorded = Rows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
+    if recorded.len() < rows / 2 {
+        return Err(format!("{} rows were recorded\n{said}", recorded.len()));
+    }
+    Ok(names.iter().map(|n| Times(recorded.of(n))).collect())
+}
+
+fn lines(period: u32, rows: usize, functions: &[&str; 6]) -> String {
+    let mut hal = format!(
+        "loadrt threads name1=t period1={period}\nloadrt xyzac-trt-kins\nloadrt rivals\nloadrt rivals_fast\n\
+         loadrt trueaxis file=/tmp/machine.trax axes=XYZAC units=mm\n\
+         loadrt tape play=/tmp/play out=fffff record=/tmp/record in=ssssss rows={rows}\naddf tape.play t\n"
+    );
+    for function in functions {
+        let _ = writeln!(hal, "addf {function} t");
+    }
+    hal += "addf tape.record t\n";
+    // The pins that the component would have are those of whichever stands in the thread.
+    let is_ours = functions.contains(&"trueaxis.write");
+    for (j, letter) in LETTERS.iter().enumerate() {
+        let pin = |ours: &str, theirs: &str| match is_ours {
+            true => format!("trueaxis.joint.{j}.{ours}"),
+            false => format!("rivals.{theirs}-{letter}"),
+        };
+        let _ = writeln!(
+            hal,
+            "net {j}-pos tape.out-0{j} rivals.position-{letter} rivals_fast.position-{letter} trueaxis.joint.{j}.pos-in {}\n\
+             net {j}-drive {} {}\nnet {j}-fb {}\nnet {j}-homed {}\nsets {j}-homed 1\nnet {j}-homing {}",
+            pin("motor-cmd-in", "command"),
+            pin("motor-cmd-out", "drive"),
+            pin("motor-fb-in", "feedback"),
+            pin("motor-fb-out", "back"),
+            pin("homed", "homed"),
+            pin("homing", "homing"),
+        );
+    }
+    for (k, function) in functions.iter().enumerate() {
+        let _ = writeln!(hal, "net {k}-time {function}.time tape.in-0{k}");
+    }
+    hal += "start\nsetp trueaxis.enable 1\n";
+    if is_ours {
+        hal += "loadusr -w sh /tmp/until trueaxis.factor 1\n";
+    }
+    hal + "setp tape.keep 1\nsetp tape.run 1\nloadusr -w sh /tmp/until tape.done TRUE\n"
+}

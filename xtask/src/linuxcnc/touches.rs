@@ -1,0 +1,227 @@
+//! A probing program of `trueaxis plan` in LinuxCNC: its interpreter takes it, and under its motion controller, with
+//! balls that are simulated, its log leads to where the axes are with the stylus on the balls.
+
+use super::bench::Bench;
+use crate::process::root;
+use std::fs;
+use std::process::{Command, Stdio};
+
+const ARTEFACT: &str = "\
+[[ball]]
+name = \"low\"
+nominal_mm = [250.0, 160.0, -250.0]
+[[ball]]
+name = \"high\"
+nominal_mm = [160.0, 190.0, -235.0]
+";
+/// From the centre of a ball to that of the stylus (mm): half of 20 and 6.
+const RADIUS: f64 = 13.0;
+const PROBINGS: usize = 8;
+const TOUCHES: usize = 5 * PROBINGS;
+/// Feed of the touches (mm/min): 2 µm in a servo period.
+const FEED: &str = "120";
+/// How far a centre may be off (mm): each touch stops in the second period behind the surface, sooner or later by
+/// one; half of it in the mean of two.
+const OFF: f64 = 2e-3;
+
+/// The machine of `firmware/linuxcnc/tests/xyzac.ini` without a compensation, and a probe that trips less than
+/// [`RADIUS`] from a place that the program tells on its way.
+fn hal() -> String {
+    let mut hal = String::from(
+        "loadrt [KINS]KINEMATICS\n\
+         loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS num_aio=4\n\
+         loadrt sum2 count=3\nloadrt hypot\nloadrt comp names=probe,switch\n\
+         addf motion-command-handler servo-thread\naddf motion-controller servo-thread\n",
+    );
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        hal += &format!(
+            "addf sum2.{axis} servo-thread\nsetp sum2.{axis}.gain1 -1\n\
+             net {name}-pos joint.{axis}.pos-fb => sum2.{axis}.in0\n\
+             net {name}-ball motion.analog-out-0{axis} => sum2.{axis}.in1\n\
+             net {name}-apart sum2.{axis}.out => hypot.0.in{axis}\n"
+        );
+    }
+    for joint in 0..5 {
+        hal += &format!(
+            "net {joint}-drive joint.{joint}.motor-pos-cmd => joint.{joint}.motor-pos-fb\n"
+        );
+    }
+    hal + &format!(
+        "addf hypot.0 servo-thread\naddf probe servo-thread\naddf switch servo-thread\n\
+         setp probe.in1 {RADIUS}\nnet apart hypot.0.out => probe.in0\n\
+         net tripped probe.out => motion.probe-input\n\
+         setp switch.in0 5\nnet 0-drive => switch.in1\nnet at-switch switch.out => joint.0.home-sw-in\n\
+         net estop-loop iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in\n\
+         net tool-prepare-loop iocontrol.0.tool-prepare => iocontrol.0.tool-prepared\n\
+         net tool-change-loop iocontrol.0.tool-change => iocontrol.0.tool-changed\n"
+    )
+}
+
+/// # Errors
+/// What did not hold.
+pub fn check(bench: &Bench) -> Result<(), String> {
+    let of = |name: &str| {
+        root()
+            .join("examples/linuxcnc-xyzac-trt")
+            .join(name)
+            .display()
+            .to_string()
+    };
+    let (machine, errors) = (of("machine.toml"), of("errors-11.toml"));
+    bench.write("artefact.toml", ARTEFACT)?;
+    bench.trueaxis(&[
+        "plan",
+        &machine,
+        "--artefact",
+        "artefact.toml",
+        "--model",
+        "EA0C,EB0C,EY0C",
+        "--probings",
+        &PROBINGS.to_string(),
+        "--indexings",
+        "A=-40:40:20,C=-90:90:45",
+        "-o",
+        "strategy.csv",
+        "--program",
+        "probe.ngc",
+        "--log",
+        "/tmp/touches.log",
+        "--ball-diameter",
+        "20",
+        "--stylus-diameter",
+        "6",
+        "--clearance",
+        "2",
+        "--search",
+        "1.5",
+        "--feed",
+        FEED,
+    ])?;
+    interpret(bench)?;
+    // Where the axes of a machine with errors are when its stylus is on the balls.
+    bench.trueaxis(&[
+        "simulate",
+        "probings",
+        &machine,
+        &errors,
+        "--artefact",
+        "artefact.toml",
+        "--strategy",
+        "strategy.csv",
+        "-o",
+        "real.csv",
+    ])?;
+    let real = places(bench, "real.csv")?;
+    bench.write("probe.ngc", with_balls(bench, &real)?)?;
+    let folder = "firmware/linuxcnc/tests";
+    for name in ["drive.py", "tool.tbl"] {
+        bench.copy(&format!("{folder}/{name}"), name)?;
+    }
+    let ini = root().join(folder).join("xyzac.ini");
+    let ini = fs::read_to_string(&ini).map_err(|e| format!("{}: {e}", ini.display()))?;
+    bench.write(
+        "touches.ini",
+        ini.replace("/tmp/xyzac.hal", "/tmp/touches.hal"),
+    )?;
+    bench.write("touches.hal", hal())?;
+    bench.write("scenario", "touches")?;
+    for name in ["touches.log", "result"] {
+        let _ = fs::remove_file(bench.file(name));
+    }
+    let mut said = bench.inside(&["linuxcnc", "/tmp/touches.ini"])?;
+    said += &fs::read_to_string(bench.file("result")).unwrap_or_default();
+    let log = fs::read_to_string(bench.file("touches.log")).map_err(|e| format!("{e}\n{said}"))?;
+    if log.lines().count() != TOUCHES {
+        return Err(format!(
+            "{} touches, not {TOUCHES}:\n{log}\n{said}",
+            log.lines().count()
+        ));
+    }
+    bench.trueaxis(&[
+        "probings",
+        &machine,
+        "touches.log",
+        "--strategy",
+        "strategy.csv",
+        "-o",
+        "found.csv",
+    ])?;
+    let found = places(bench, "found.csv")?;
+    let mut largest = 0.0_f64;
+    for (row, (found, real)) in found.iter().zip(&real).enumerate() {
+        for (found, real) in found.iter().zip(real) {
+            let off = (found - real).abs();
+            largest = largest.max(off);
+            if off > OFF {
+                return Err(format!("row {row}: {found} in the place of {real}\n{log}"));
+            }
+        }
+    }
+    println!(
+        "touches: {TOUCHES} touches, centres of balls within {:.2} µm",
+        largest * 1e3
+    );
+    Ok(())
+}
+
+/// LinuxCNC's interpreter takes the program as it was written, and sees its touches.
+fn interpret(bench: &Bench) -> Result<(), String> {
+    let done = Command::new("rs274")
+        .arg("-g")
+        .arg(bench.file("probe.ngc"))
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| format!("rs274 does not start: {e}"))?;
+    let said = String::from_utf8_lossy(&done.stdout);
+    let probed = said
+        .lines()
+        .filter(|l| l.contains("STRAIGHT_PROBE"))
+        .count();
+    if !done.status.success() || probed != TOUCHES {
+        let errors = String::from_utf8_lossy(&done.stderr);
+        return Err(format!(
+            "rs274: {}, {probed} touches\n{errors}",
+            done.status
+        ));
+    }
+    Ok(())
+}
+
+/// X, Y and Z of each row of probings.
+fn places(bench: &Bench, name: &str) -> Result<Vec<[f64; 3]>, String> {
+    let text = fs::read_to_string(bench.file(name)).map_err(|e| format!("{name}: {e}"))?;
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let row = |line: &str| -> Option<[f64; 3]> {
+        let cells: Vec<&str> = line.split(',').collect();
+        let of = |letter| {
+            cells
+                .get(header.iter().position(|h| *h == letter)?)?
+                .parse()
+                .ok()
+        };
+        Some([of("X")?, of("Y")?, of("Z")?])
+    };
+    let rows: Option<Vec<[f64; 3]>> = lines.map(row).collect();
+    rows.filter(|r| r.len() == PROBINGS)
+        .ok_or_else(|| format!("{name}:\n{text}"))
+}
+
+/// The program, which puts the balls to these places, row by row.
+fn with_balls(bench: &Bench, places: &[[f64; 3]]) -> Result<String, String> {
+    let text =
+        fs::read_to_string(bench.file("probe.ngc")).map_err(|e| format!("probe.ngc: {e}"))?;
+    let mut program = String::new();
+    let mut places = places.iter();
+    for line in text.lines() {
+        program += &format!("{line}\n");
+        if line.starts_with("(row ") {
+            let place = places.next().ok_or("more rows than places")?;
+            for (output, value) in place.iter().enumerate() {
+                // With the next movement.
+                program += &format!("M67 E{output} Q{value}\n");
+            }
+        }
+    }
+    Ok(program)
+}
