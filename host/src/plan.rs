@@ -19,6 +19,6 @@ pub use candidates::{Allowed, AllowedError, Setup, Unreachable};
 pub use compare::{Ratios, as_good_as};
 pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
 pub use judge::{JudgeError, Judgement, Remedy, judge, placed};
-pub use program::{Feeds, linuxcnc, table};
+pub use program::{Feeds, NotTouched, linuxcnc, table};
 pub use simulated::{simulated_touches, touch_log};
 pub use touches::{PER_BALL, Probe, Touch, Touching, touching};

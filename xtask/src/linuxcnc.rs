@@ -20,7 +20,7 @@ use bench::Bench;
 type Check = fn(&Bench) -> Result<(), String>;
 
 /// What is tried, by name.
-const PARTS: [(&str, Check); 9] = [
+const PARTS: [(&str, Check); 8] = [
     ("halrun", halrun::check),
     ("faults", faults::check),
     ("motion", motion::check),

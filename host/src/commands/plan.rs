@@ -14,7 +14,7 @@ use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{Assumed, Model};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
-    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, Setup, Unreachable, Wanted,
+    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Setup, Wanted,
     as_good_as, design, judge, linuxcnc, needs_spindle, table,
 };
 
@@ -364,7 +364,8 @@ impl Arguments {
     fn write(&self, setup: &Setup<'_>, judgement: &Judgement) -> Result<(), BadInput> {
         let strategy = &judgement.strategy;
         // All that can go wrong first, so that no file is written without the others.
-        let not_reached = |(row, reason): (probings::Probing, Unreachable)| {
+        let not_reached = |why: NotTouched| {
+            let (row, reason) = *why;
             BadInput::new(
                 format!(
                     "line {} of the strategy: ball {} cannot be touched: {reason}",

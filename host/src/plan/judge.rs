@@ -205,8 +205,9 @@ fn remedies(
     let problem = Problem::new(machine, &candidates, setup.artefact, parameters, &perfect);
     let (equations, _) = problem.equations_at(assumed.errors);
     let shown = |i: usize, hidden: &DVector<f64>| (&equations[i] * hidden).norm();
-    let remedy = |unknown: Unknown, hidden: &DVector<f64>| {
-        let most = (0..equations.len()).max_by(|a, b| {
+    let remedy = |unknown: Unknown, hidden: &DVector<f64>, indexed: bool| {
+        let rows = (0..equations.len()).filter(|i| indexed || candidates.rows[*i].spindle == 0.0);
+        let most = rows.max_by(|a, b| {
             let [a, b] = [a, b].map(|i| shown(*i, hidden));
             a.total_cmp(&b)
         })?;
@@ -220,7 +221,8 @@ fn remedies(
     };
     let each = unseen.into_iter().map(|(unseen, hidden)| Remedy {
         unseen: unseen.unknown,
-        add: remedy(unseen.unknown, hidden),
+        // Not every spindle can be indexed.
+        add: remedy(unseen.unknown, hidden, false).or_else(|| remedy(unseen.unknown, hidden, true)),
     });
     each.collect()
 }

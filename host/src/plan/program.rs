@@ -15,17 +15,17 @@ pub struct Feeds {
     pub near: f64,
 }
 
+/// A row that cannot be touched, and why.
+pub type NotTouched = Box<(Probing, Unreachable)>;
+
 /// All touches of a strategy, row by row.
-fn touchings(
-    setup: &Setup<'_>,
-    strategy: &Probings,
-) -> Result<Vec<Touching>, (Probing, Unreachable)> {
+fn touchings(setup: &Setup<'_>, strategy: &Probings) -> Result<Vec<Touching>, NotTouched> {
     let setup = Setup {
         balls: strategy.balls.clone(),
         ..setup.clone()
     };
     let rows = strategy.rows.iter();
-    rows.map(|row| setup.touching(row).map_err(|e| (row.clone(), e)))
+    rows.map(|row| setup.touching(row).map_err(|e| Box::new((row.clone(), e))))
         .collect()
 }
 
@@ -60,7 +60,7 @@ pub fn linuxcnc(
     strategy: &Probings,
     feeds: Feeds,
     log: &str,
-) -> Result<String, (Probing, Unreachable)> {
+) -> Result<String, NotTouched> {
     let machine = setup.machine;
     let touchings = touchings(setup, strategy)?;
     let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
@@ -175,7 +175,7 @@ fn plural(balls: usize) -> String {
 ///
 /// # Errors
 /// The first row that cannot be touched.
-pub fn table(setup: &Setup<'_>, strategy: &Probings) -> Result<String, (Probing, Unreachable)> {
+pub fn table(setup: &Setup<'_>, strategy: &Probings) -> Result<String, NotTouched> {
     let axes = &setup.machine.axes;
     let letters = |rotary: bool| {
         let of = axes.iter().enumerate();
