@@ -6,6 +6,7 @@
 //! written down, and the lever of the measured line (Abbe) is in it, as is everything that is known already.
 
 mod block;
+mod direct_error;
 mod doubts;
 mod error_file;
 pub mod iso230_2;
@@ -14,8 +15,9 @@ mod motion;
 mod solve;
 mod square;
 
+pub use direct_error::DirectError;
 pub use doubts::Doubt;
 pub use error_file::error_file;
 pub use measurement::{Column, Line, Means, Measured, Measurement, Setup, Square};
 pub use motion::FoundMotion;
-pub use solve::{DirectError, Found, FoundLocation, Options, solve};
+pub use solve::{Found, FoundLocation, Options, solve};

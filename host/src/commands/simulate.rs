@@ -1,6 +1,7 @@
 //! `trueaxis simulate`
 
 mod ballbar;
+mod disturbed;
 mod runs;
 mod touches;
 

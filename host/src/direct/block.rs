@@ -1,8 +1,8 @@
 //! Runs of one axis and the error motions that show in them.
 
+use super::direct_error::DirectError;
 use super::measurement::Line;
 use super::motion::name;
-use super::solve::DirectError;
 use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::explain::Bench;
 use crate::machine::Machine;

@@ -1,10 +1,9 @@
 //! Circular tests (ISO 230-4) with a ball-bar.
 
-use super::normal;
 use super::runs::OfReadings;
 use crate::explain::{Bench, State};
 use crate::machine::{Machine, PerAxis};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
 
@@ -58,20 +57,12 @@ pub fn circle(bench: &Bench<'_>, circle: &Circle, disturbed: &OfReadings) -> Vec
             .map(|step| {
                 let step = f64::from(step);
                 let angle = std::f64::consts::TAU * step / f64::from(count);
-                let noise = disturbed.noise * normal(&mut random);
-                let (chance, up) = (random.random::<f64>(), random.random::<bool>());
-                let outlier = match (chance < disturbed.outliers, up) {
-                    (false, _) => 0.0,
-                    (true, true) => disturbed.outlier,
-                    (true, false) => -disturbed.outlier,
-                };
                 // Back from 360° if it turns clockwise.
                 let time = match way > 0.0 {
                     true => step,
                     false => f64::from(count) - step,
                 } + f64::from(turn * count);
-                let drift = disturbed.drift * time / f64::from(2 * count);
-                radial(angle, way) + noise + outlier + drift
+                radial(angle, way) + disturbed.draw(&mut random, time / f64::from(2 * count))
             })
             .collect()
     };

@@ -22,6 +22,21 @@ pub struct OfReadings {
     pub seed: u64,
 }
 
+impl OfReadings {
+    /// What is added to a reading at a part of the time, 0 to 1.
+    pub(super) fn draw(&self, random: &mut Pcg64Mcg, time: f64) -> f64 {
+        let noise = self.noise * normal(random);
+        // Drawn in any case, so that the noise of a seed is the same with outliers and without.
+        let (chance, up) = (random.random::<f64>(), random.random::<bool>());
+        let outlier = match (chance < self.outliers, up) {
+            (false, _) => 0.0,
+            (true, true) => self.outlier,
+            (true, false) => -self.outlier,
+        };
+        noise + outlier + self.drift * time
+    }
+}
+
 /// The readings of a line: its setup, targets and runs are kept. A straightedge is aligned at both ends,
 /// unless its slope is to be kept. `None` if linear axes cannot follow a ball.
 #[must_use]
@@ -88,16 +103,7 @@ fn read(line: &Line, shown: &Means, disturbed: &OfReadings, random: &mut Pcg64Mc
                 true => step,
                 false => count - 1 - step,
             };
-            let noise = disturbed.noise * normal(random);
-            // Drawn in any case, so that the noise of a seed is the same with outliers and without.
-            let (chance, up) = (random.random::<f64>(), random.random::<bool>());
-            let outlier = match (chance < disturbed.outliers, up) {
-                (false, _) => 0.0,
-                (true, true) => disturbed.outlier,
-                (true, false) => -disturbed.outlier,
-            };
-            let drift = disturbed.drift * f64::from(number) / last;
-            column.readings[k] = values[k] + noise + outlier + drift;
+            column.readings[k] = values[k] + disturbed.draw(random, f64::from(number) / last);
             number += 1;
         }
     }

@@ -219,7 +219,7 @@ fn simulated_runs_and_circles_are_written() {
         ),
         (
             &["laser", "--axis", "X", "--to", "900"],
-            ["X = 900 is outside the travel", "targets in mm"],
+            ["X = 810 is outside the travel", "targets in mm"],
         ),
         (&["square", "--lines", "X"], ["two axes", "--lines X,Y"]),
     ] {

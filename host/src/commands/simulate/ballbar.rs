@@ -3,13 +3,12 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
-use super::runs::{finite, output, position};
-use super::{percent, size};
+use super::disturbed::Disturbed;
+use super::runs::{output, position};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_host::explain::Bench;
 use trueaxis_host::simulate::ballbar::{Circle, circle, write};
-use trueaxis_host::simulate::runs::OfReadings;
 
 /// A circular test (ISO 230-4) with a ball-bar, in both directions
 #[derive(Args)]
@@ -33,26 +32,8 @@ pub struct Ballbar {
     /// Readings in each direction
     #[arg(long, default_value_t = 360, value_parser = clap::value_parser!(u32).range(4..=100_000))]
     readings: u32,
-    /// Standard deviation of a reading
-    #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
-    noise: f64,
-    /// What the reading drifts by from the first to the last
-    #[arg(
-        long,
-        value_name = "µm",
-        default_value_t = 0.0,
-        allow_hyphen_values = true
-    )]
-    drift: f64,
-    /// How many of a hundred readings are wrong
-    #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
-    outliers: f64,
-    /// By how much these are wrong
-    #[arg(long, value_name = "µm", default_value_t = 100.0, value_parser = size)]
-    outlier: f64,
-    /// Another seed gives other noise
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    disturbed: Disturbed,
     /// Where to write the readings (CSV; default: standard output)
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
@@ -116,13 +97,7 @@ impl Ballbar {
             radius: self.radius,
             count: self.readings,
         };
-        let disturbed = OfReadings {
-            noise: self.noise * 1e-3,
-            drift: finite(self.drift)? * 1e-3,
-            outliers: self.outliers * 1e-2,
-            outlier: self.outlier * 1e-3,
-            seed: self.seed,
-        };
+        let disturbed = self.disturbed.of_readings(1e-3)?;
         let all = circle(&bench, &test, &disturbed);
         output(self.output.as_deref(), &write(&machine, &test, &all))
     }

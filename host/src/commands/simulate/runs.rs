@@ -3,7 +3,7 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
-use super::{percent, size};
+use super::disturbed::Disturbed;
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use trueaxis_host::direct::Measured;
 use trueaxis_host::explain::Bench;
 use trueaxis_host::formats::runs;
 use trueaxis_host::machine::Machine;
-use trueaxis_host::simulate::runs::{self as simulated, OfReadings};
+use trueaxis_host::simulate::runs as simulated;
 
 /// Runs of a laser, straightedge, level or calibrator along an axis
 #[derive(Args)]
@@ -86,26 +86,8 @@ struct How {
     /// How many runs in each direction
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=400))]
     runs: u32,
-    /// Standard deviation of a reading
-    #[arg(long, value_name = "µm|µrad", default_value_t = 0.0, value_parser = size)]
-    noise: f64,
-    /// What the reading drifts by from the first to the last
-    #[arg(
-        long,
-        value_name = "µm|µrad",
-        default_value_t = 0.0,
-        allow_hyphen_values = true
-    )]
-    drift: f64,
-    /// How many of a hundred readings are wrong
-    #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
-    outliers: f64,
-    /// By how much these are wrong
-    #[arg(long, value_name = "µm|µrad", default_value_t = 100.0, value_parser = size)]
-    outlier: f64,
-    /// Another seed gives other noise
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    disturbed: Disturbed,
     /// Where to write the readings (CSV; default: standard output)
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
@@ -234,13 +216,7 @@ impl How {
             Measured::Square(_) => false,
         };
         let unit = if is_angular { 1e-6 } else { 1e-3 };
-        let disturbed = OfReadings {
-            noise: self.noise * unit,
-            drift: finite(self.drift)? * unit,
-            outliers: self.outliers * 1e-2,
-            outlier: self.outlier * unit,
-            seed: self.seed,
-        };
+        let disturbed = self.disturbed.of_readings(unit)?;
         let measured = match &plan {
             Measured::Line(line) => simulated::line(bench, line, &disturbed).map(Measured::Line),
             Measured::Square(square) => {
@@ -263,17 +239,6 @@ fn no_axis(machine: &Machine, option: &str, name: &str) -> BadInput {
         format!("{option}: the machine has no axis `{name}`"),
         format!("{} has the axes {}", machine.name, letters.join(" ")),
     )
-}
-
-/// A number that can be.
-pub fn finite(value: f64) -> Result<f64, BadInput> {
-    match value.is_finite() {
-        true => Ok(value),
-        false => Err(BadInput::new(
-            "--drift is no finite number",
-            "write --drift 5",
-        )),
-    }
 }
 
 /// Writes a file, and says so; or prints it.

@@ -1,121 +1,20 @@
 //! Direct measurements: instruments are simulated on machines whose errors are known, and what is imported
 //! from them is compared with these.
 
+mod instruments;
+
+use instruments::{everything, simulate};
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueaxis_host::compile::{Options as CompileOptions, build};
-use trueaxis_host::direct::{
-    Column, Found, Line, Measured, Measurement, Options, Setup, Square, solve,
-};
+use trueaxis_host::direct::{Found, Line, Measured, Measurement, Options, error_file, solve};
 use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches, Table};
-use trueaxis_host::explain::{Bench, Sense};
+use trueaxis_host::explain::Bench;
 use trueaxis_host::formats::runs;
 use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::machine::{Axis, Branch, Machine, PerAxis};
-use trueaxis_host::simulate::runs::{self as simulated, OfReadings};
+use trueaxis_host::machine::{Branch, Machine};
 use trueaxis_host::validate::{Command, Runtime};
 use trueaxis_tests::random_machines::cases;
 use trueaxis_tests::{Fixed, errors, machine};
-
-/// Indices of X, Y and Z.
-fn linear(machine: &Machine) -> [usize; 3] {
-    ['X', 'Y', 'Z'].map(|letter| machine.index(letter).unwrap())
-}
-
-/// An instrument that is set up, with a run in each direction.
-fn line(machine: &Machine, moved: usize, sense: Sense, at: &PerAxis, targets: &[f64]) -> Line {
-    let perfect = ErrorModel::perfect(machine);
-    let home = Bench::new(machine, &perfect, Default::default()).home();
-    let mut at = *at;
-    at[moved] = home[moved];
-    let column = |direction| Column {
-        direction,
-        readings: vec![0.0; targets.len()],
-    };
-    Line {
-        setup: Setup {
-            moved,
-            sense,
-            counts: 1.0,
-            at,
-            offset: Vector3::zeros(),
-            keeps_slope: false,
-        },
-        targets: targets.to_vec(),
-        columns: vec![column(1.0), column(-1.0)],
-    }
-}
-
-/// Everything that can be measured: each axis in six senses, the three squares.
-fn everything(
-    machine: &Machine,
-    count: usize,
-    mut place: impl FnMut() -> PerAxis,
-) -> Vec<Measurement> {
-    let [x, y, z] = linear(machine);
-    let senses = [x, y, z].map(Sense::In);
-    let turns = [(y, z), (z, x), (x, y)].map(|(a, b)| Sense::From(a, b));
-    let mut all = Vec::new();
-    let mut add = |name: String, measured| all.push(Measurement { name, measured });
-    let targets = |axis: &Axis| -> Vec<f64> {
-        let [low, high] = axis.travel;
-        let step = (high - low) / (count - 1) as f64;
-        (0..count).map(|k| low + step * k as f64).collect()
-    };
-    for (moved, axis) in machine.axes.iter().enumerate() {
-        for sense in senses.into_iter().chain(turns) {
-            let mut line = line(machine, moved, sense, &place(), &targets(axis));
-            line.setup.offset = Vector3::new(11.0, -7.0, 23.0);
-            add(format!("{}-{sense:?}", axis.letter), Measured::Line(line));
-        }
-    }
-    for [a, b] in [[x, y], [z, x], [y, z]] {
-        let at = place();
-        let lines = [[a, b], [b, a]].map(|[moved, read]| {
-            let targets = targets(&machine.axes[moved]);
-            let mut line = line(machine, moved, Sense::In(read), &at, &targets);
-            line.setup.at = at;
-            line
-        });
-        add(
-            format!("square {a} {b}"),
-            Measured::Square(Square { lines, over: 12e-6 }),
-        );
-    }
-    all
-}
-
-/// The same with what instruments show.
-fn simulate(
-    machine: &Machine,
-    errors: &ErrorModel,
-    plan: &[Measurement],
-    noise: [f64; 2],
-    seed: u64,
-) -> Vec<Measurement> {
-    let bench = Bench::new(machine, errors, Default::default());
-    let number = plan.iter().enumerate();
-    let all = number.map(|(k, one)| {
-        let disturbed = |is_angular: bool| OfReadings {
-            noise: noise[usize::from(is_angular)],
-            seed: seed * 1000 + k as u64,
-            ..OfReadings::default()
-        };
-        let measured = match &one.measured {
-            Measured::Line(line) => {
-                let disturbed = disturbed(line.setup.is_angular());
-                Measured::Line(simulated::line(&bench, line, &disturbed).unwrap())
-            }
-            Measured::Square(square) => {
-                Measured::Square(simulated::square(&bench, square, &disturbed(false)).unwrap())
-            }
-        };
-        Measurement {
-            name: one.name.clone(),
-            measured,
-        }
-    });
-    all.collect()
-}
 
 fn import(machine: &Machine, measured: &[Measurement]) -> Found {
     let perfect = ErrorModel::perfect(machine);
@@ -404,7 +303,7 @@ fn the_mill_is_as_exact_as_its_laser_once_its_runs_are_compiled() {
         let measured = simulate(&machine, &truth, &plan, [noise * 1e-3, noise * 1e-6], 3);
         let found = import(&machine, &measured);
         // As a file, which is what a user has.
-        let text = trueaxis_host::direct::error_file(&machine, &measured, &found);
+        let text = error_file(&machine, &measured, &found);
         let found = ErrorModel::from_toml(&text, &machine).unwrap();
         let compiled = build(&machine, &found, &CompileOptions::default(), &()).unwrap();
         let runtime = Runtime::load(&compiled.blob).unwrap();
@@ -428,12 +327,47 @@ fn the_mill_is_as_exact_as_its_laser_once_its_runs_are_compiled() {
     let [(before, exact), (_, noisy)] = shown[..] else {
         unreachable!();
     };
+    println!("{shown:?}");
     assert!(before[0] > 10.0, "{shown:?}");
     // The tolerance of the tables is 0.05 µm of the tip; values in a file have 1e-6 µm.
     assert!(exact[1] < 0.06, "{shown:?}");
     // 0.2 µm in five runs of each direction: 0.06 µm (µrad) each, in three displacements of three axes and
     // nine angles over up to 0.5 m, two of which act on each displacement: 0.06·√3·√(3 + 6·0.25²) = 0.2.
     assert!(noisy[0] < 0.25 && noisy[1] < 0.7, "{shown:?}");
+}
+
+#[test]
+fn files_are_read_as_they_were_written() {
+    let machine = machine("examples/five-axis-30/machine.toml");
+    let truth = errors("examples/five-axis-30/errors-30.toml", &machine);
+    let mut random = Fixed::new(11);
+    let mut plan = everything(&machine, 5, || random.position(&machine));
+    for one in plan.iter_mut().step_by(2) {
+        if let Measured::Line(line) = &mut one.measured {
+            // An instrument that counts the other way.
+            line.setup.counts = -1.0;
+            line.setup.keeps_slope = line.setup.is_straightness(&machine);
+        }
+    }
+    for one in simulate(&machine, &truth, &plan, [1e-3, 1e-6], 1) {
+        let text = runs::write(&one.measured, &machine);
+        let read =
+            runs::read(&text, &machine).unwrap_or_else(|e| panic!("{}: {e:?}\n{text}", one.name));
+        assert_eq!(runs::write(&read, &machine), text);
+        let (Measured::Line(a), Measured::Line(b)) = (&one.measured, &read) else {
+            continue;
+        };
+        assert_eq!(
+            (a.setup.moved, a.setup.keeps_slope),
+            (b.setup.moved, b.setup.keeps_slope)
+        );
+        for (a, b) in a.columns.iter().zip(&b.columns) {
+            for (a, b) in a.readings.iter().zip(&b.readings) {
+                // Four decimals of µm or µrad.
+                assert!((a - b).abs() < 0.6e-7, "{}: {a} {b}", one.name);
+            }
+        }
+    }
 }
 
 /// Readings of one axis along itself (mm).
@@ -579,7 +513,7 @@ fn runs_of_an_endless_axis_are_closed_and_a_large_gap_is_told() {
         .collect();
     let found = calibrator(&machine, &whole);
     assert!(found.doubts.is_empty(), "{:?}", found.doubts);
-    let text = trueaxis_host::direct::error_file(
+    let text = error_file(
         &machine,
         &[],
         &Found {
@@ -626,7 +560,7 @@ fn readings_of_no_small_errors_make_no_error_file() {
     );
     // Exact rotations are found even then; the error file refuses what is beyond 0.1 rad.
     let found = solved.unwrap();
-    let text = trueaxis_host::direct::error_file(
+    let text = error_file(
         &machine,
         &[],
         &Found {
