@@ -37,7 +37,10 @@ where
         let mut axes = heapless::String::new();
         for axis in compensation.axes() {
             let kept = axes.push(char::from(axis.name)).is_ok();
-            debug_assert!(kept, "a name is one byte of ASCII, and there is room for each");
+            debug_assert!(
+                kept,
+                "a name is one byte of ASCII, and there is room for each"
+            );
         }
         Hello {
             session,

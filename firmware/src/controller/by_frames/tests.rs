@@ -37,9 +37,7 @@ impl Slave for Rc<Bus> {
     }
 
     fn arm(&mut self, answer: &[u8; MOST]) -> bool {
-        self.answers
-            .borrow_mut()
-            .push(answer[..length(8)].to_vec());
+        self.answers.borrow_mut().push(answer[..length(8)].to_vec());
         self.armed.set(!self.hurry.get());
         self.armed.get()
     }
