@@ -53,7 +53,6 @@ impl Motion {
             armed: false,
         }
     }
-
 }
 
 impl Slave for Motion {

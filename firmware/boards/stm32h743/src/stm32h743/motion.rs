@@ -68,9 +68,7 @@ impl Motion {
             connected(Flex::new(into), AfType::input(Pull::None)),
         ];
         // Port A.
-        SYSCFG
-            .exticr(LINE / 4)
-            .modify(|w| w.set_exti(LINE % 4, 0));
+        SYSCFG.exticr(LINE / 4).modify(|w| w.set_exti(LINE % 4, 0));
         EXTI.rtsr(0).modify(|w| w.set_line(LINE, true));
         EXTI.imr(0).modify(|w| w.set_line(LINE, true));
         Self {

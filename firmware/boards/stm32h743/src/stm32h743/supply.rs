@@ -21,9 +21,9 @@ pub fn flags() -> Flags {
     }
 }
 
-/// Sees to it that the chip is held in reset below 2.7 V (brown-out level 3): below that, flash and
-/// clock are beyond what they are set up for. True if it has just been set, which happens once in the
-/// life of a chip: the option bytes keep it.
+/// Sees to it that the chip is held in reset below 2.7 V (brown-out level 3): of 3.3 V that is a supply
+/// which fails, and flash must not be programmed while it does. True if it has just been set, which
+/// happens once in the life of a chip: the option bytes keep it.
 ///
 /// RM0433, 4.4.3. Of the option bytes nothing but this level changes; of a chip that is read-protected
 /// they stay as they are. Before the servo interrupt: the program waits meanwhile.
