@@ -107,16 +107,22 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
     /// Replaces bytes in memory, those of them that are in a slot.
     fn put(&mut self, from: u32, bytes: &[u8]) {
         for (cell, start) in self.memory.0.iter().zip(self.starts) {
-            let Some(at) = from.checked_sub(start) else {
-                continue;
-            };
-            let at = at as usize;
-            if at >= SLOT || bytes.len() > SLOT - at {
+            let (first, end) = (from.max(start), start + SLOT as u32);
+            let end = from.saturating_add(bytes.len() as u32).min(end);
+            if first >= end {
                 continue;
             }
-            // SAFETY: the bytes are all within the cell, which `bytes` does not overlap: it is of the
-            // caller. `self` alone has this memory, and is borrowed mutably; for those
-            // that `in_place` has given away see `open`. There is no reference to the others.
+            let (at, count) = ((first - start) as usize, (end - first) as usize);
+            let Some(bytes) = bytes
+                .get((first - from) as usize..)
+                .and_then(|b| b.get(..count))
+            else {
+                continue;
+            };
+            // SAFETY: `at` and the `count` bytes behind it are within the cell: `end` is at most that of the
+            // slot. `bytes`, as many, do not overlap it: they are of the caller. `self` alone has this memory,
+            // and is borrowed mutably; for those that `in_place` has given away see `open`. There is no
+            // reference to the others.
             unsafe {
                 let place = cell.get().cast::<u8>().add(at);
                 place.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());

@@ -20,7 +20,7 @@ const JUMPS: usize = 1_000;
 /// A servo period, s.
 const PERIOD: f32 = 0.00025;
 
-pub fn run(setup: &Setup) -> Seen {
+pub fn run(setup: &Setup<'_>) -> Seen {
     let mut seen = 0;
     for (number, (name, ..)) in CASES.iter().enumerate() {
         let case = cases::compile(setup, name)?;
@@ -34,7 +34,7 @@ pub fn run(setup: &Setup) -> Seen {
 }
 
 /// Compares what the program gives with what this computer gives; the number of corrections.
-fn example(setup: &Setup, case: &Case, seed: u64) -> Result<usize, Failure> {
+fn example(setup: &Setup<'_>, case: &Case, seed: u64) -> Result<usize, Failure> {
     let c = case.load()?;
     let (axes, auxiliaries) = (c.axes().len(), c.auxiliaries().len());
     let mut random = Fixed::new(seed);
@@ -106,7 +106,7 @@ fn example(setup: &Setup, case: &Case, seed: u64) -> Result<usize, Failure> {
 }
 
 /// Runs the program; what it has written.
-fn execute(setup: &Setup, case: &Case, work: &[u8]) -> Result<Vec<u8>, Failure> {
+fn execute(setup: &Setup<'_>, case: &Case, work: &[u8]) -> Result<Vec<u8>, Failure> {
     let folder = setup.folder.join(format!("alone-{}", case.name));
     // What an earlier run has left.
     let _ = fs::remove_dir_all(&folder);

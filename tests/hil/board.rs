@@ -1,6 +1,7 @@
 //! One emulated board: QEMU with a flash in a file.
 
 use crate::Failure;
+use crate::cases::Compiled;
 use serde_json::Value;
 use std::fs::{self, File};
 use std::net::TcpListener;
@@ -10,18 +11,20 @@ use std::time::{Duration, Instant};
 use trueaxis_host::link::{Client, Controller, Tcp};
 
 /// Where the programs are, and where files may be made.
-pub struct Setup {
+pub struct Setup<'c> {
     /// Which board of QEMU runs it.
     pub machine: String,
     /// The firmware for QEMU.
     pub firmware: PathBuf,
     /// The command `trueaxis`.
     pub command: PathBuf,
-    /// For flash contents, blobs and logs.
+    /// For flash contents and logs.
     pub folder: PathBuf,
+    /// What is flashed.
+    pub compiled: &'c Compiled,
 }
 
-impl Setup {
+impl Setup<'_> {
     /// Runs `trueaxis WORDS`.
     pub fn trueaxis(&self, words: &[&str]) -> Result<Output, Failure> {
         Ok(Command::new(&self.command).args(words).output()?)
@@ -59,7 +62,7 @@ impl Setup {
 
 /// A board that can be switched on and off.
 pub struct Board<'s> {
-    pub setup: &'s Setup,
+    pub setup: &'s Setup<'s>,
     folder: PathBuf,
     running: Option<Child>,
     port: u16,

@@ -1,8 +1,10 @@
 //! The compensations that are flashed: one of every example, by the real command.
 
 use crate::Failure;
-use crate::board::{Setup, text};
+use crate::board::Setup;
 use std::path::PathBuf;
+use std::process::Command;
+use std::sync::OnceLock;
 use trueaxis::link::{EvaluateRow, MOST_AXES};
 use trueaxis::{AUXILIARIES, AlignedBlob, AuxiliaryKind, Compensation, Inputs, Travel, Travelling};
 use trueaxis_tests::Fixed;
@@ -58,31 +60,64 @@ pub struct Case {
     pub blob: AlignedBlob,
 }
 
-/// Compiles an example.
-pub fn compile(setup: &Setup, name: &str) -> Result<Case, Failure> {
-    let (name, machine, errors, further) = CASES
-        .into_iter()
-        .find(|case| case.0 == name)
-        .ok_or("no such case")?;
-    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
-    let path = setup.folder.join(format!("{name}.trax"));
-    let (machine, errors) = (
-        format!("{examples}/{machine}.toml"),
-        format!("{examples}/{errors}.toml"),
-    );
-    let mut words = vec!["compile", &machine, &errors, "-o", text(&path)?];
-    words.extend(further);
-    // The published coefficients of some do not allow the tolerance.
-    words.push("--best-effort");
-    // What an earlier run has left must not stand in.
-    let _ = std::fs::remove_file(&path);
-    let output = setup.trueaxis(&words)?;
-    // 1: written, but the tolerance is not met.
-    if !matches!(output.status.code(), Some(0 | 1)) {
-        return Err(String::from_utf8_lossy(&output.stderr).into());
+/// The examples, each compiled when it is wanted first, for all boards.
+pub struct Compiled {
+    /// The command `trueaxis`.
+    command: PathBuf,
+    /// Where the blobs are written.
+    pub folder: PathBuf,
+    done: [OnceLock<Result<PathBuf, String>>; CASES.len()],
+}
+
+impl Compiled {
+    /// None yet.
+    pub fn new(command: PathBuf, folder: PathBuf) -> Self {
+        Self {
+            command,
+            folder,
+            done: [const { OnceLock::new() }; CASES.len()],
+        }
     }
+
+    /// Compiles an example with the real command; the file.
+    fn compile(&self, number: usize) -> Result<PathBuf, String> {
+        let (name, machine, errors, further) = CASES[number];
+        let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
+        let path = self.folder.join(format!("{name}.trax"));
+        // What an earlier run has left must not stand in.
+        let _ = std::fs::remove_file(&path);
+        let output = Command::new(&self.command)
+            .arg("compile")
+            .arg(format!("{examples}/{machine}.toml"))
+            .arg(format!("{examples}/{errors}.toml"))
+            .arg("-o")
+            .arg(&path)
+            .args(further)
+            // The published coefficients of some do not allow the tolerance.
+            .arg("--best-effort")
+            .output()
+            .map_err(|e| e.to_string())?;
+        // 1: written, but the tolerance is not met.
+        if !matches!(output.status.code(), Some(0 | 1)) {
+            return Err(String::from_utf8_lossy(&output.stderr).into());
+        }
+        Ok(path)
+    }
+}
+
+/// An example, compiled.
+pub fn compile(setup: &Setup<'_>, name: &str) -> Result<Case, Failure> {
+    let number = CASES.iter().position(|case| case.0 == name);
+    let number = number.ok_or("no such case")?;
+    let compiled = setup.compiled;
+    let path = compiled.done[number].get_or_init(|| compiled.compile(number));
+    let path = path.clone()?;
     let blob = AlignedBlob::from_bytes(&std::fs::read(&path)?);
-    Ok(Case { name, path, blob })
+    Ok(Case {
+        name: CASES[number].0,
+        path,
+        blob,
+    })
 }
 
 impl Case {

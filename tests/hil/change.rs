@@ -17,7 +17,7 @@ const STRETCHES: usize = 80;
 /// Rounding of a difference of two corrections of up to 1.
 const ROUNDING: f32 = 1.2e-7;
 
-pub fn run(setup: &Setup) -> Seen {
+pub fn run(setup: &Setup<'_>) -> Seen {
     let (old, new) = (
         cases::compile(setup, "kolibri-10")?,
         cases::compile(setup, "kolibri-12")?,

@@ -16,7 +16,7 @@ const NOISE: usize = 64 * 1024;
 /// Damaged frames of each kind.
 const FRAMES: usize = 300;
 
-pub fn run(setup: &Setup) -> Seen {
+pub fn run(setup: &Setup<'_>) -> Seen {
     let case = cases::compile(setup, "huron-13")?;
     let c = case.load()?;
     let mut board = setup.board("line")?;

@@ -15,7 +15,11 @@ mod stop;
 mod widths;
 
 use board::Setup;
+use cases::Compiled;
+use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
 use std::time::Instant;
 
 /// What went wrong.
@@ -24,56 +28,92 @@ type Failure = Box<dyn std::error::Error>;
 type Seen = Result<String, Failure>;
 
 /// A part: its name, and what runs it.
-type Part = (&'static str, fn(&Setup) -> Seen);
+type Part = (&'static str, fn(&Setup<'_>) -> Seen);
 
+/// The longest first, so that none of them is left alone at the end.
 const PARTS: [Part; 7] = [
     ("bit identity", same::run),
-    ("change under way", change::run),
     ("power cuts", power::run),
+    ("runtime alone", alone::run),
     ("bad slots", power::run_bad_slots),
+    ("change under way", change::run),
     ("bad lines", line::run),
     ("restarts", stop::run),
-    ("runtime alone", alone::run),
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    let [machine, firmware, command, folder, chosen @ ..] = &arguments[..] else {
-        eprintln!("usage: hil MACHINE FIRMWARE COMMAND FOLDER PART…");
+    let mut groups = arguments.split(|word| word == "--");
+    let Some([command, folder]) = groups.next() else {
+        eprintln!("usage: hil COMMAND FOLDER [-- MACHINE FIRMWARE PART…]…");
         return ExitCode::from(2);
     };
-    let setup = Setup {
-        machine: machine.to_string_lossy().into_owned(),
-        firmware: firmware.into(),
-        command: command.into(),
-        folder: folder.into(),
-    };
-    if let Err(error) = std::fs::create_dir_all(&setup.folder) {
-        eprintln!("{}: {error}", setup.folder.display());
-        return ExitCode::from(2);
-    }
-    let mut failed = false;
-    for (name, run) in PARTS {
-        if chosen.iter().all(|chosen| chosen != name) {
-            continue;
-        }
-        let start = Instant::now();
-        let verdict = match run(&setup) {
-            Ok(seen) => format!("ok      {seen}"),
-            Err(failure) => {
-                failed = true;
-                format!("FAILED  {failure}")
-            }
+    let folder = Path::new(folder);
+    let compiled = Compiled::new(command.into(), folder.join("blobs"));
+    let mut boards = Vec::new();
+    for group in groups {
+        let [machine, firmware, chosen @ ..] = group else {
+            eprintln!("a board needs its machine and its firmware");
+            return ExitCode::from(2);
         };
-        println!(
-            "{:<11} {name:<17} {:>4.0} s  {verdict}",
-            setup.machine,
-            start.elapsed().as_secs_f32()
-        );
+        let setup = Setup {
+            machine: machine.to_string_lossy().into_owned(),
+            firmware: firmware.into(),
+            command: command.into(),
+            folder: folder.join(machine),
+            compiled: &compiled,
+        };
+        boards.push((setup, chosen));
     }
-    if failed {
-        ExitCode::FAILURE
-    } else {
+    let folders = boards.iter().map(|(setup, _)| &setup.folder);
+    for folder in folders.chain([&compiled.folder]) {
+        if let Err(error) = std::fs::create_dir_all(folder) {
+            eprintln!("{}: {error}", folder.display());
+            return ExitCode::from(2);
+        }
+    }
+    let mut jobs = Vec::new();
+    for part in &PARTS {
+        for (setup, chosen) in &boards {
+            if chosen.iter().any(|chosen| chosen == part.0) {
+                jobs.push((setup, part));
+            }
+        }
+    }
+    if run_all(&jobs) {
         ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
     }
+}
+
+/// Runs parts side by side, also after one has failed; whether all of them hold. As many at a time as
+/// there are processors: each has two boards, of which one may wait for the other end of its line.
+fn run_all(jobs: &[(&Setup<'_>, &Part)]) -> bool {
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let work = || {
+        while let Some((setup, (name, run))) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let start = Instant::now();
+            let verdict = match run(setup) {
+                Ok(seen) => format!("ok      {seen}"),
+                Err(failure) => {
+                    failed.store(true, Ordering::Relaxed);
+                    format!("FAILED  {failure}")
+                }
+            };
+            println!(
+                "{:<11} {name:<17} {:>4.0} s  {verdict}",
+                setup.machine,
+                start.elapsed().as_secs_f32()
+            );
+        }
+    };
+    let others = thread::available_parallelism().map_or(1, |all| all.get() - 1);
+    thread::scope(|scope| {
+        for _ in 0..others.max(1) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    !failed.into_inner()
 }

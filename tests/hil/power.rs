@@ -5,6 +5,7 @@ use crate::board::{Board, Setup};
 use crate::cases::{self, Case};
 use crate::{Failure, Seen};
 use std::fs;
+use std::thread;
 use std::time::{Duration, Instant};
 use trueaxis::link::{Fault, Slot, SlotState};
 use trueaxis_host::link::Controller;
@@ -17,14 +18,37 @@ const LOOKS: usize = 40;
 /// Bytes of a slot.
 const SLOT: usize = 256 * 1024;
 
-pub fn run(setup: &Setup) -> Seen {
+pub fn run(setup: &Setup<'_>) -> Seen {
+    // Two boards at a time, with every other cut: each waits for its line and its file now and then.
+    let [even, odd] = thread::scope(|scope| {
+        let other = scope.spawn(|| cuts(setup, "power-odd", 1).map_err(|e| e.to_string()));
+        let own = cuts(setup, "power-even", 0).map_err(|e| e.to_string());
+        [
+            own,
+            other.join().unwrap_or_else(|_| Err("a panic".to_owned())),
+        ]
+    });
+    let (even, odd) = (even?, odd?);
+    let (unfinished, finished) = (even.0 + odd.0, even.1 + odd.1);
+    // Otherwise nothing was tried.
+    if unfinished < CUTS / 5 {
+        return Err(format!("only {unfinished} of {CUTS} cuts hit an upload").into());
+    }
+    Ok(format!(
+        "{CUTS} cuts, {unfinished} within an upload, {finished} behind it; all were completed \
+         afterwards"
+    ))
+}
+
+/// Every other cut from the `first`; how many were within an upload, and how many behind it.
+fn cuts(setup: &Setup<'_>, name: &str, first: u32) -> Result<(u32, u32), Failure> {
     let old = cases::compile(setup, "kolibri-10")?;
     let new = cases::compile(setup, "kolibri-12")?;
-    let mut board = setup.board("power")?;
+    let mut board = setup.board(name)?;
     board.start()?;
     board.flash(&old.path, &["--activate"])?;
     board.stop();
-    let first = fs::read(board.flash_file())?;
+    let before = fs::read(board.flash_file())?;
 
     // How long an upload takes, to spread the cuts over it.
     board.start()?;
@@ -34,9 +58,9 @@ pub fn run(setup: &Setup) -> Seen {
     board.stop();
 
     let (mut unfinished, mut finished) = (0, 0);
-    for cut in 0..CUTS {
+    for cut in (first..CUTS).step_by(2) {
         let moment = whole * cut / (CUTS - 4);
-        let found = cut_once(&mut board, &first, [&old, &new], moment)
+        let found = cut_once(&mut board, &before, [&old, &new], moment)
             .map_err(|e| format!("cut {cut} after {moment:?}: {e}"))?;
         match found.slots[Slot::B.index()].state {
             SlotState::Valid { .. } => finished += 1,
@@ -44,14 +68,7 @@ pub fn run(setup: &Setup) -> Seen {
             _ => {}
         }
     }
-    // Otherwise nothing was tried.
-    if unfinished < CUTS / 5 {
-        return Err(format!("only {unfinished} of {CUTS} cuts hit an upload").into());
-    }
-    Ok(format!(
-        "{CUTS} cuts, {unfinished} within an upload, {finished} behind it; all were completed \
-         afterwards"
-    ))
+    Ok((unfinished, finished))
 }
 
 /// One upload that is cut, the restart, and the upload again; what the controller said between.
@@ -103,7 +120,7 @@ fn active_is(board: &Board<'_>, cases: &[&Case]) -> Result<Controller, Failure> 
 }
 
 /// Flipped bits and random flash at start.
-pub fn run_bad_slots(setup: &Setup) -> Seen {
+pub fn run_bad_slots(setup: &Setup<'_>) -> Seen {
     const FLIPS: usize = 24;
     let old = cases::compile(setup, "kolibri-10")?;
     let new = cases::compile(setup, "kolibri-12")?;

@@ -16,7 +16,7 @@ const PERIODS: usize = 5_000;
 /// Servo periods at places without any connection.
 const JUMPS: usize = 1_000;
 
-pub fn run(setup: &Setup) -> Seen {
+pub fn run(setup: &Setup<'_>) -> Seen {
     // Two boards at a time: each waits for the other end of its line now and then.
     let (next, positions) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let work = || -> Result<(), String> {
@@ -45,7 +45,7 @@ pub fn run(setup: &Setup) -> Seen {
     ))
 }
 
-fn example(setup: &Setup, case: Case, seed: u64) -> Result<usize, Failure> {
+fn example(setup: &Setup<'_>, case: Case, seed: u64) -> Result<usize, Failure> {
     let mut board = setup.board(case.name)?;
     board.start()?;
     one(&board, &case, seed)

@@ -5,7 +5,7 @@ use crate::cases;
 use crate::{Failure, Seen};
 use trueaxis::link::Restart;
 
-pub fn run(setup: &Setup) -> Seen {
+pub fn run(setup: &Setup<'_>) -> Seen {
     let case = cases::compile(setup, "huron-13")?;
     let mut shown = Vec::new();
     for wanted in ["panic", "exception"] {
@@ -46,7 +46,7 @@ pub fn run(setup: &Setup) -> Seen {
 }
 
 /// What the command shows of it.
-fn monitor(setup: &Setup, port: &str, restart: &Restart) -> Result<String, Failure> {
+fn monitor(setup: &Setup<'_>, port: &str, restart: &Restart) -> Result<String, Failure> {
     let output = setup.trueaxis(&["monitor", "--port", port, "--count", "1"])?;
     let text = String::from_utf8(output.stdout)?;
     let line = text.lines().find(|line| line.starts_with("started"));

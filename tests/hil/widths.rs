@@ -12,7 +12,7 @@ const WIDTHS: [usize; 11] = [1, 2, 3, 4, 5, 6, 7, 8, 13, 14, 20];
 const TRAVEL: f32 = 300.0;
 
 /// Writes its blob.
-pub fn case(setup: &Setup) -> Result<Case, Failure> {
+pub fn case(setup: &Setup<'_>) -> Result<Case, Failure> {
     let mut random = Fixed::new(7);
     let mut bank = |(k, tables): (usize, usize), points: usize| DraftBank {
         input: (k % 5) as u8,

@@ -8,13 +8,14 @@ mod trace;
 
 use crate::cross::{CORTEX_M, Cross};
 use crate::elf::Program;
-use crate::process::{cargo, root, run, target};
+use crate::process::{root, run, target, trueaxis};
 use crate::qemu;
 use cycles::Cost;
 use figures::Figures;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Most that a figure may grow against the committed one, per cent.
 const GROWTH: u64 = 5;
@@ -86,8 +87,7 @@ const STACK: u64 = 1024;
 const CODE: u64 = 16 * 1024;
 /// Most bytes of flash with loading.
 const FLASH: u64 = 32 * 1024;
-/// Most bytes of flash of the whole firmware for the STM32F405, without tables: code and first values. Among
-/// these are the paths of some sources, as long as where they lie on the machine that builds it.
+/// Most bytes of flash of the whole firmware for the STM32F405, without tables: code and first values.
 const IMAGE: u64 = 72 * 1024;
 
 /// # Errors
@@ -145,13 +145,15 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
 fn build(cross: &Cross) -> Result<PathBuf, String> {
     let blobs = target("bench-blobs");
     fs::create_dir_all(&blobs).map_err(|e| format!("{}: {e}", blobs.display()))?;
+    let trueaxis = trueaxis()?;
     for (machine, errors, policy, blob) in [
         ("huron-k2x8", "errors-13", "orientation", "huron13"),
         ("huron-k2x8", "errors-13", "direction", "huron13-direction"),
         ("kolibri", "errors-10", "direction", "kolibri10-direction"),
     ] {
-        run(cargo()
-            .args(["run", "-q", "-p", "trueaxis-host", "--", "compile"])
+        run(Command::new(&trueaxis)
+            .current_dir(root())
+            .arg("compile")
             .arg(format!("examples/{machine}/machine.toml"))
             .arg(format!("examples/{machine}/{errors}.toml"))
             .args(["--policy", policy, "-o"])
@@ -159,10 +161,11 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
             .stdout(std::process::Stdio::null())
             .stderr(std::process::Stdio::null()))?;
     }
-    run(cargo()
-        .args(["run", "-q", "-p", "trueaxis-tests", "--no-default-features"])
-        .args(["--example", "bench-blobs", "--"])
-        .arg(&blobs))?;
+    run(
+        Command::new(trueaxis.with_file_name("examples/bench-blobs"))
+            .current_dir(root())
+            .arg(&blobs),
+    )?;
     let build = |profile| {
         let words = [
             "build",

@@ -1,8 +1,9 @@
 //! `cargo xtask boards`: the runtime under RTIC and under embassy, built and linked.
 
 use crate::cross::{CORTEX_M, Cross};
-use crate::process::{cargo, run, target};
+use crate::process::{root, run, target, trueaxis};
 use std::fs;
+use std::process::Command;
 
 /// Folders below `firmware/boards`.
 const BOARDS: [&str; 2] = ["rtic", "embassy"];
@@ -13,9 +14,11 @@ pub fn execute() -> Result<(), String> {
     let cross = Cross::provide(CORTEX_M)?;
     let blobs = target("board-blobs");
     fs::create_dir_all(&blobs).map_err(|e| format!("{}: {e}", blobs.display()))?;
+    let trueaxis = trueaxis()?;
     for policy in ["orientation", "direction"] {
-        run(cargo()
-            .args(["run", "-q", "-p", "trueaxis-host", "--", "compile"])
+        run(Command::new(&trueaxis)
+            .current_dir(root())
+            .arg("compile")
             .arg("examples/huron-k2x8/machine-tool-length.toml")
             .arg("examples/huron-k2x8/errors-13.toml")
             .args(["--policy", policy, "-o"])

@@ -97,6 +97,9 @@ impl Cross {
         if self.from_source {
             command.arg("-Zbuild-std=core");
         }
+        // Beside the flags of the board's own configuration.
+        let flags = format!("target.{}.rustflags={:?}", self.target, short_paths());
+        command.args(["--config", &flags]);
         (command, folder.join(self.target))
     }
 
@@ -104,6 +107,19 @@ impl Cross {
     fn variable(&self) -> String {
         self.target.replace('-', "_").to_uppercase()
     }
+}
+
+/// Flags by which panics name their file as seen from this project, or from where cargo keeps what it has
+/// downloaded: otherwise a program is the longer, the longer the path of either is.
+fn short_paths() -> Vec<String> {
+    let home = std::env::var_os("HOME").map(|home| Path::new(&home).join(".cargo"));
+    let downloaded = std::env::var_os("CARGO_HOME").map(PathBuf::from).or(home);
+    let folders = [
+        Some(root()),
+        downloaded.map(|home| home.join("registry/src")),
+    ];
+    let shortened = |folder: PathBuf| format!("--remap-path-prefix={}=", folder.display());
+    folders.into_iter().flatten().map(shortened).collect()
 }
 
 /// Whether the usual compiler has a library for a target.

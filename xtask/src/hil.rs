@@ -2,11 +2,11 @@
 //! the runtime alone on RISC-V.
 
 use crate::cross::{CORTEX_M, Cross, RISC_V};
-use crate::process::{cargo, run, target};
+use crate::process::{run, target, trueaxis};
 use crate::qemu;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 
 /// Boards: folder, the machine of QEMU that stands in for it, and what is tried there. What does not
 /// depend on the processor or its flash is tried once.
@@ -48,66 +48,48 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
         let wanted = |part: &&&str| chosen.is_empty() || chosen.contains(part);
         parts.iter().filter(wanted).copied().collect()
     };
-    run(cargo()
-        .args(["build", "-q", "-p", "trueaxis-host", "-p", "trueaxis-tests"])
-        .args(["--bin", "trueaxis", "--bin", "hil"]))?;
-    let cross = Cross::provide(CORTEX_M)?;
+    let cortex_m = Cross::provide(CORTEX_M)?;
+    let risc_v = Cross::provide(RISC_V)?;
     qemu::provide()?;
-    let mut programs = Vec::new();
-    for (board, machine, parts) in BOARDS {
-        // The one for the real part is linked, if not run: it is what is built by default.
-        let (mut build, _) = cross.cargo(board, &["build", "-q", "--release"]);
-        run(&mut build)?;
-        let words = "build -q --release --no-default-features --features qemu --bin qemu";
-        let words: Vec<&str> = words.split(' ').collect();
-        let (mut build, folder) = cross.cargo(board, &words);
-        run(&mut build)?;
-        programs.push((machine, folder.join("release/qemu"), wanted(parts)));
-    }
-    let (board, machine, parts) = ALONE;
-    let cross = Cross::provide(RISC_V)?;
     qemu::provide_risc_v()?;
-    let (mut build, folder) = cross.cargo(board, &["build", "-q", "--release"]);
-    run(&mut build)?;
-    let program = folder.join("release/trueaxis-riscv");
-    programs.push((machine, program, wanted(parts)));
-    // QEMU runs on one core: the first board beside the others. One that has failed does not keep the
-    // others from being tried.
-    let tried = |programs: &[(&str, PathBuf, Vec<&str>)]| -> Vec<String> {
-        let tried = programs.iter();
-        tried
-            .filter_map(|(machine, program, parts)| try_on(machine, program, parts).err())
-            .collect()
-    };
-    let (first, others) = programs.split_at(1);
-    let failed = thread::scope(|scope| {
-        let first = scope.spawn(|| tried(first));
-        let mut failed = tried(others);
-        match first.join() {
-            Ok(of_first) => failed.extend(of_first),
-            Err(_) => failed.push("what tries the first board has panicked".to_owned()),
-        }
-        failed
+    // The end of each of these builds is one processor's work: side by side they leave none idle.
+    let (host, boards, alone) = thread::scope(|scope| {
+        let boards = BOARDS.map(|(board, ..)| scope.spawn(|| build_board(&cortex_m, board)));
+        let alone = scope.spawn(|| build(&risc_v, ALONE.0, "build -q --release"));
+        (trueaxis(), boards.map(joined), joined(alone))
     });
-    if failed.is_empty() {
-        Ok(())
-    } else {
-        Err(failed.join("; "))
+    let trueaxis = host?;
+    let mut hil = Command::new(trueaxis.with_file_name("hil"));
+    hil.arg(trueaxis).arg(target("hil"));
+    let mut add = |machine: &str, program: PathBuf, parts: &[&'static str]| {
+        let parts = wanted(parts);
+        if !parts.is_empty() {
+            hil.args(["--", machine]).arg(program).args(parts);
+        }
+    };
+    for ((_, machine, parts), folder) in BOARDS.into_iter().zip(boards) {
+        add(machine, folder?.join("release/qemu"), parts);
     }
+    add(ALONE.1, alone?.join("release/trueaxis-riscv"), ALONE.2);
+    run(&mut hil)
 }
 
-/// Runs these parts on a machine of QEMU.
-fn try_on(machine: &str, program: &Path, parts: &[&str]) -> Result<(), String> {
-    if parts.is_empty() {
-        return Ok(());
-    }
-    // Of the usual profile, whatever this was built with.
-    let programs = target("debug");
-    let mut hil = Command::new(programs.join("hil"));
-    hil.arg(machine)
-        .arg(program)
-        .arg(programs.join("trueaxis"))
-        .arg(target("hil").join(machine))
-        .args(parts);
-    run(&mut hil)
+/// Builds the programs of a board; their folder.
+fn build_board(cross: &Cross, board: &str) -> Result<PathBuf, String> {
+    // The one for the real part is linked, if not run: it is what is built by default.
+    build(cross, board, "build -q --release")?;
+    let words = "build -q --release --no-default-features --features qemu --bin qemu";
+    build(cross, board, words)
+}
+
+fn build(cross: &Cross, board: &str, words: &str) -> Result<PathBuf, String> {
+    let words: Vec<&str> = words.split(' ').collect();
+    let (mut build, folder) = cross.cargo(board, &words);
+    run(&mut build)?;
+    Ok(folder)
+}
+
+fn joined<T>(thread: ScopedJoinHandle<'_, Result<T, String>>) -> Result<T, String> {
+    let done = thread.join();
+    done.unwrap_or_else(|_| Err("a build has panicked".to_owned()))
 }

@@ -23,6 +23,22 @@ pub fn cargo() -> Command {
     command
 }
 
+/// Builds the command `trueaxis`, of the usual profile: its place.
+///
+/// # Errors
+/// It does not build.
+pub fn trueaxis() -> Result<PathBuf, String> {
+    // All that the commands need from the workspace, in one: cargo chooses the features of dependencies by what
+    // is built, and with an example among it they are those of `cargo test --workspace`. Otherwise half of them
+    // would be built once more.
+    let programs = ["--bin", "trueaxis", "--bin", "hil", "--example", BLOBS];
+    run(cargo().args(["build", "-q", "--workspace"]).args(programs))?;
+    Ok(target("debug").join("trueaxis"))
+}
+
+/// The example that makes blobs for `bench-target`.
+const BLOBS: &str = "bench-blobs";
+
 /// True if a program starts and succeeds, silently.
 pub fn works(command: &mut Command) -> bool {
     let status = command

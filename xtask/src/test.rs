@@ -49,11 +49,8 @@ fn steps() -> Vec<Step> {
             "kinematics with the sine of libm",
             "test -q -p trueaxis-kinematics",
         ),
-        step(
-            "kinematics with the sine of the platform",
-            "test -q -p trueaxis-kinematics --features std,stored",
-        ),
         step("kinematics on the target", "xtask bare"),
+        // Among them those of the kinematics with the sine of the platform.
         step("all tests", "test -q --workspace --no-fail-fast"),
         // Every tenth of three hundred, so that all kinds are among them.
         step("random machines", "xtask random-machines 30 --quick"),

@@ -6,8 +6,12 @@
 //! | `standstill` | whether the machine stands still with its drives off |
 //! | `signals` | the lamp |
 //! | `liveness` | whether both live: watchdog and fault pin |
-//! | `serial` | the receiving end of a serial line |
+//! | `by_frames` | the servo period of a board whose frames give the clock |
+//! | `line` | a serial line whose bytes are moved by DMA |
+//! | `serial` | the receiving end of one whose bytes come in an interrupt |
 
+mod by_frames;
+mod line;
 mod liveness;
 mod serial;
 mod servo;
@@ -16,6 +20,8 @@ mod standstill;
 #[cfg(test)]
 mod tests;
 
+pub use by_frames::{ByFrames, Silence, Slave};
+pub use line::{Line, LineDma, LineMemory};
 pub use liveness::{Beat, Heart, Liveness, Watchdog};
 pub use serial::received;
 pub use servo::{Access, Shell};

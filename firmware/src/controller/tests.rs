@@ -474,6 +474,47 @@ fn sensors_are_read_once_per_second_and_their_inputs_moved_every_20_ms() {
 }
 
 #[test]
+fn filters_are_told_the_time_between_two_readings() {
+    let mut bench = Bench::start(Some(&warm("bed")));
+    bench.celsius.set(Some(20.0));
+    bench.run(3020);
+    assert_eq!(bench.auxiliary(), (0.0, 0));
+    bench.celsius.set(Some(30.0));
+    // The second of three outvotes the others: one second of a time constant of five is a sixth of the way.
+    bench.run(2000);
+    let (value, _) = bench.auxiliary();
+    assert!((value - 10.0 / 6.0).abs() < 1e-5, "{value}");
+}
+
+#[test]
+fn it_waits_only_when_nothing_is_left_to_do_and_goes_on_afterwards() {
+    let bench = Bench::start(None);
+    let (mut scratch, mut out) = ([0; MOST_BODY], [0; MOST_WIRE]);
+    let header = Header {
+        session: 7,
+        sequence: 0,
+    };
+    let frame = encode(header, &Request::Hello, &mut scratch, &mut out).unwrap();
+    // Of more than a turn.
+    let say = |line: &RefCell<Line>| line.borrow_mut().incoming.extend(frame.repeat(30));
+    say(&bench.line);
+    let (line, mut waits) = (bench.line, 0);
+    let main = bench.main;
+    // It never ends by itself.
+    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        main.run(|| {
+            assert!(line.borrow().incoming.is_empty(), "bytes are waiting");
+            waits += 1;
+            if waits == 3 {
+                std::panic::resume_unwind(Box::new("at last"));
+            }
+            say(&line);
+        })
+    }));
+    assert_eq!(ended.unwrap_err().downcast_ref(), Some(&"at last"));
+}
+
+#[test]
 fn an_input_without_its_sensor_is_reported_as_lost() {
     let mut bench = Bench::start(Some(&warm("spindle")));
     bench.celsius.set(Some(23.0));

@@ -27,7 +27,8 @@ impl Budget {
         if self.times.is_full() {
             self.times.pop_front();
         }
-        let _ = self.times.push_back(now);
+        let kept = self.times.push_back(now);
+        debug_assert!(kept.is_ok(), "there is room: the oldest has gone");
     }
 }
 

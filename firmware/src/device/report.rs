@@ -15,7 +15,8 @@ pub(super) fn told<T: TryFrom<usize>>(number: usize, largest: T) -> T {
 pub(super) fn held<T, const N: usize>(values: impl Iterator<Item = T>) -> heapless::Vec<T, N> {
     let mut held = heapless::Vec::new();
     for value in values {
-        let _ = held.push(value);
+        let kept = held.push(value).is_ok();
+        debug_assert!(kept, "a reply has room for all that there can be");
     }
     held
 }
@@ -35,7 +36,11 @@ where
         let compensation = self.loader.current();
         let mut axes = heapless::String::new();
         for axis in compensation.axes() {
-            let _ = axes.push(char::from(axis.name));
+            let kept = axes.push(char::from(axis.name)).is_ok();
+            debug_assert!(
+                kept,
+                "a name is one byte of ASCII, and there is room for each"
+            );
         }
         Hello {
             session,

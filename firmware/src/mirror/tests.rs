@@ -148,6 +148,56 @@ fn what_is_erased_and_written_is_copied_and_nothing_else_changes() {
 }
 
 #[test]
+fn what_is_written_across_the_border_of_the_slots_is_copied_into_both() {
+    let (chip, mut mirrored) = mirrored();
+    let b = START + SLOT as u32;
+    mirrored.erase(b - BLOCK as u32, b + BLOCK as u32).unwrap();
+    assert!(agrees(&chip, &mirrored));
+    mirrored.write(b - 64, &[7; 160]).unwrap();
+    assert!(agrees(&chip, &mirrored));
+    assert_eq!(
+        mirrored.in_place(Slot::A, SLOT as u32)[SLOT - 64..],
+        [7; 64]
+    );
+    assert_eq!(mirrored.in_place(Slot::B, 96), [7; 96]);
+}
+
+#[test]
+fn slots_that_lie_apart_in_any_order_get_what_is_theirs() {
+    let (chip, _) = mirrored();
+    let memory = Box::leak(Box::new(Memory::new()));
+    // B before A, with a gap: the last and the first half of the chip's first and last kilobytes.
+    let starts = [START + 3072, START];
+    chip.bytes.borrow_mut().resize(3072 + SLOT, 0);
+    // SAFETY: no bytes in place are kept across a change of theirs.
+    let mut mirrored =
+        unsafe { Mirrored::<_, SLOT>::open(chip.clone(), starts, WhileBusy::DualBank, memory) };
+    let agree = |mirrored: &Mirrored<Chip, SLOT>| {
+        let bytes = chip.bytes.borrow();
+        let [a, b] = Slot::BOTH.map(|slot| mirrored.in_place(slot, SLOT as u32));
+        a == &bytes[3072..] && b == &bytes[..SLOT]
+    };
+    assert!(agree(&mirrored));
+    // The end of B, the gap, and the beginning of A; then what is in neither.
+    mirrored.write(START + 1984, &[7; 1184]).unwrap();
+    assert!(agree(&mirrored));
+    mirrored.write(START + SLOT as u32, &[9; 1024]).unwrap();
+    assert!(agree(&mirrored));
+}
+
+#[test]
+fn no_more_is_read_than_what_has_changed() {
+    let (chip, mut mirrored) = mirrored();
+    // To the end of the chip, behind which nothing can be read.
+    let from = START + 2 * SLOT as u32 - (PIECE + WORD) as u32;
+    mirrored
+        .erase(START + SLOT as u32, START + 2 * SLOT as u32)
+        .unwrap();
+    mirrored.write(from, &[7; PIECE + WORD]).unwrap();
+    assert!(agrees(&chip, &mirrored));
+}
+
+#[test]
 fn a_torn_word_is_zeros_in_memory_and_an_error_of_a_read() {
     let (chip, _) = mirrored();
     // The first word, the last of a piece, the last of all.

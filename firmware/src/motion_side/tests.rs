@@ -53,6 +53,15 @@ fn following(dq: [f32; 2]) -> Two {
 }
 
 #[test]
+fn within_a_step_what_is_added_is_exactly_what_is_wanted() {
+    // The difference of these two is rounded: added up, it would miss.
+    let mut side = following([1e-3, 0.0]);
+    let wanted = [1e-11, 0.0];
+    assert_ne!(side.dq[0] + (wanted[0] - side.dq[0]), wanted[0]);
+    assert_eq!(period(&mut side, 0, wanted).dq, wanted);
+}
+
+#[test]
 fn every_command_has_the_next_count() {
     let mut side = Two::new(BOUNDS);
     for count in 1..=600_u32 {

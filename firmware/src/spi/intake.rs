@@ -121,7 +121,7 @@ impl<const AXES: usize> Intake<[f32; AXES]> {
         // At most this much: however long it lasts, it is paid off as soon as the limit would be.
         let most = limit + Tolerance::COST;
         let debt = self.debt + times * Tolerance::COST;
-        self.debt = if debt > most { most } else { debt };
+        self.debt = debt.min(most);
         if self.debt > limit && !self.seen.fault {
             self.seen.fault = true;
             self.seen.faults = self.seen.faults.wrapping_add(1);

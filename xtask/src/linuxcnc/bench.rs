@@ -1,7 +1,7 @@
 //! LinuxCNC with the component, apart from any other on this computer: with modules, shared memory, processes and
 //! `/tmp` of its own.
 
-use crate::process::{cargo, root, run, target, works};
+use crate::process::{self, root, run, target, works};
 use crate::{capi, packages};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -34,14 +34,13 @@ impl Bench {
                 "the LinuxCNC component",
             )?;
         }
-        run(cargo().args(["build", "-q", "-p", "trueaxis-host", "--bin", "trueaxis"]))?;
         let folder = target("linuxcnc");
         let prefix = folder.join("prefix");
         capi::install(&["--prefix", &prefix.to_string_lossy()])?;
         let bench = Self {
             work: folder.join("tmp"),
             modules: folder.join("modules"),
-            trueaxis: target("debug").join("trueaxis"),
+            trueaxis: process::trueaxis()?,
         };
         let _ = fs::remove_dir_all(&bench.work);
         for folder in [&bench.work, &bench.modules] {

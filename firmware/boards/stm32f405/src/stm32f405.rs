@@ -17,7 +17,7 @@ pub mod supply;
 mod watchdog;
 
 pub use flash::InternalFlash;
-pub use motion::{LENGTH, Motion};
+pub use motion::Motion;
 pub use serial::Uart;
 pub use silence::Silence;
 pub use watchdog::Dog;

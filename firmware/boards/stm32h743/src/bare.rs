@@ -113,12 +113,89 @@ fn read_word(address: usize, bytes: &mut [u8]) -> bool {
     good
 }
 
-/// Lets the servo interrupt come, whose handler is in place, before all others.
-pub fn start_servo(interrupt: Interrupt) {
-    interrupt.set_priority(Priority::P0);
-    // SAFETY: no code of this crate relies on the interrupt being masked by its enable bit: what its
-    // handler shares with the main loop is in a `Mutex` of `critical_section`.
-    unsafe { interrupt.enable() };
+/// Lets interrupts come, whose handlers are in place: of the highest priority, all the same.
+pub fn start_interrupts<const N: usize>(interrupts: [Interrupt; N]) {
+    for interrupt in interrupts {
+        interrupt.set_priority(Priority::P0);
+        // SAFETY: no code of this crate relies on the interrupt being masked by its enable bit: what its
+        // handler shares with the main loop is in a `Mutex` of `critical_section`.
+        unsafe { interrupt.enable() };
+    }
+}
+
+/// Memory that DMA1 and DMA2 reach, unlike that of the other data, and that the data cache leaves alone.
+pub mod shared {
+    use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+
+    use cortex_m::peripheral::MPU;
+    use embassy_stm32::pac::RCC;
+    use trueaxis_firmware::controller::LineMemory;
+
+    use crate::stm32h743::LENGTH;
+
+    /// What the hardware and the program share.
+    pub struct Shared {
+        /// Of the serial line.
+        pub line: LineMemory,
+        /// A frame of the motion side.
+        pub received: [AtomicU8; LENGTH],
+        /// The answer.
+        pub sent: [AtomicU8; LENGTH],
+    }
+
+    #[unsafe(link_section = ".shared")]
+    static SHARED: Shared = Shared {
+        line: LineMemory::new(),
+        received: [const { AtomicU8::new(0) }; LENGTH],
+        sent: [const { AtomicU8::new(0) }; LENGTH],
+    };
+    static TAKEN: AtomicBool = AtomicBool::new(false);
+
+    unsafe extern "C" {
+        safe static __shared_start: u8;
+        safe static __shared_end: u8;
+    }
+
+    /// Region 0: 32 KiB (2¹⁵) of normal memory that no cache keeps, for all to read and to write, with
+    /// no program in it (Arm v7-M reference manual, B3.5.9).
+    const REGION: u32 = NO_PROGRAM | EVERYBODY | NOT_CACHED | SHAREABLE | SIZE | 1;
+    const NO_PROGRAM: u32 = 1 << 28;
+    const EVERYBODY: u32 = 0b011 << 24;
+    const NOT_CACHED: u32 = 0b001 << 19;
+    const SHAREABLE: u32 = 1 << 18;
+    const SIZE: u32 = 14 << 1;
+    /// Everything else stays as the processor has it; and on.
+    const ALL_ELSE: u32 = 1 << 2 | 1;
+
+    /// The memory, the first time this is called.
+    pub fn shared(mpu: &mut MPU) -> Option<&'static Shared> {
+        if TAKEN.swap(true, Ordering::Relaxed) {
+            return None;
+        }
+        RCC.ahb2enr().modify(|w| w.set_sram3en(true));
+        // The clock is there when this has been read.
+        let _ = RCC.ahb2enr().read();
+        let (start, end) = (
+            (&raw const __shared_start).addr(),
+            (&raw const __shared_end).addr(),
+        );
+        // SAFETY: the registers belong to the caller. The region is memory of this program alone that
+        // nobody has reached yet, with the bytes that `SHARED` begins with: zeros. Its start is aligned to
+        // its size and its end to a word: `stm32h743.x`.
+        unsafe {
+            mpu.ctrl.write(0);
+            mpu.rnr.write(0);
+            mpu.rbar.write(start as u32);
+            mpu.rasr.write(REGION);
+            mpu.ctrl.write(ALL_ELSE);
+            cortex_m::asm::dsb();
+            cortex_m::asm::isb();
+            for word in (start..end).step_by(4) {
+                (word as *mut u32).write_volatile(0);
+            }
+        }
+        Some(&SHARED)
+    }
 }
 
 /// Drives the fault pin low, from anywhere: PB0.

@@ -3,15 +3,23 @@
 //! | pin | what |
 //! |---|---|
 //! | PD8, PD9 | USART3: link to the host, 115 200 baud; there the serial line of the probe |
-//! | PA4, PA5, PA6, PD7 | SPI1: select, clock, in, out: the motion side |
+//! | PA4, PA5, PA6, PD7 | SPI1, slave: select, clock, out, in: the motion side |
 //! | PB8, PB9 | I²C: clock, data: TMP117 called `bed`, address pin to ground |
 //! | PB0 | high while there is no fault |
 //! | PB1 | high while the drives are off (pulled down) |
 //! | PE1 | lamp |
 
+pub mod dma;
 mod flash;
+mod motion;
+mod serial;
+mod silence;
+pub mod supply;
 
 pub use flash::SecondBank;
+pub use motion::{LENGTH, Motion};
+pub use serial::Serial;
+pub use silence::Silence;
 
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
@@ -21,7 +29,7 @@ use embassy_stm32::time::Hertz;
 
 /// Baud rate of the link.
 pub const BAUD: u32 = 115_200;
-/// The clock at the pin OSC_IN, Hz: on a NUCLEO-H743ZI2 that of the probe.
+/// The clock at the pin OSC_IN, Hz: on a NUCLEO-H743ZI2 that of the probe's crystal.
 const INPUT: Hertz = Hertz(8_000_000);
 /// Clock of the processor, Hz.
 pub const CORE: u32 = 400_000_000;
@@ -33,8 +41,11 @@ pub fn clocks() -> embassy_stm32::Config {
     let rcc = &mut config.rcc;
     rcc.hse = Some(Hse {
         freq: INPUT,
-        // With a crystal between the two pins `HseMode::Oscillator`.
-        mode: HseMode::Bypass,
+        mode: if cfg!(feature = "crystal") {
+            HseMode::Oscillator
+        } else {
+            HseMode::Bypass
+        },
     });
     rcc.pll1 = Some(Pll {
         source: PllSource::HSE,

@@ -18,24 +18,22 @@ use stm32f4xx_hal::serial::Serial;
 use stm32f4xx_hal::serial::config::{Config as SerialConfig, DmaConfig};
 use trueaxis::link::{Restart, Tail};
 use trueaxis_cortex_m::{Cycling, leave, stop};
-use trueaxis_firmware::controller::{Beat, Board, Heart, MainLoop, Shell, log};
+use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shell, log};
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::places::Places;
-use trueaxis_firmware::spi::{Exchange, MOST, Tolerance};
+use trueaxis_firmware::spi::Tolerance;
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
 use trueaxis_stm32f405::stm32f405::{
-    BAUD, CRYSTAL, Dog, InternalFlash, LENGTH, Motion, Silence, Uart, supply,
+    BAUD, CRYSTAL, Dog, InternalFlash, Motion, Silence, Uart, supply,
 };
 use trueaxis_stm32f405::{AXES, PERIOD, RATE, Tables};
 
 /// What the servo interrupt owns.
 struct Servo {
-    motion: Motion,
-    silence: Silence,
-    exchange: Exchange<AXES>,
+    frames: ByFrames<Motion, Silence, AXES>,
     heart: Heart<PB0<Output>, Dog>,
 }
 
@@ -116,7 +114,7 @@ fn main() -> ! {
     let _ = a.pa7.into_alternate::<5>();
     SPI1::enable(&mut rcc);
     let fast = StreamsTuple::new(chip.DMA2, &mut rcc);
-    let mut motion = Motion::new(chip.SPI1, fast.2, fast.3, select, edges);
+    let motion = Motion::new(chip.SPI1, fast.2, fast.3, select, edges);
 
     // Not the peripheral: its driver waits for ever on a line that is stuck.
     let mut clock = b.pb6.into_open_drain_output_in_state(PinState::High);
@@ -127,15 +125,9 @@ fn main() -> ! {
     let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
-    let exchange = Exchange::new(Tolerance::USUAL);
-    let mut answer = [0; MOST];
-    exchange.answer(&mut answer);
-    // One that has begun is lost; the next is not.
-    let _ = motion.arm(&answer);
+    let silence = Silence::start(chip.TIM2, &mut rcc);
     let own = OWN.write(Servo {
-        motion,
-        silence: Silence::start(chip.TIM2, &mut rcc),
-        exchange,
+        frames: ByFrames::start(motion, silence, Tolerance::USUAL),
         heart: Heart::new(b.pb0.into_push_pull_output(), Dog::start()),
     });
     critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
@@ -165,32 +157,13 @@ fn servo() {
     let Some(own) = critical_section::with(|token| SERVO.borrow(token).take()) else {
         return;
     };
-    if period(own) == Some(Beat::Dead) {
+    if let Some(healthy) = own.frames.period(&SHELL, &Cycles)
+        && own.heart.beat(SHELL.liveness(), healthy) == Beat::Dead
+    {
         // It is not fed any more; this is why.
         leave(&Restart::MainLoopStopped);
     }
     critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
-}
-
-fn period(own: &mut Servo) -> Option<Beat> {
-    let ended = own.motion.has_ended();
-    if ended {
-        own.silence.restart();
-        own.exchange.hear(own.motion.frame(&mut [0; LENGTH]));
-    } else if !own.silence.is_over() {
-        // The other of the two interrupts has done it.
-        return None;
-    }
-    let (mut source, mut sink) = own.exchange.ends();
-    let healthy = SHELL.tick(&mut source, &mut sink, &Cycles);
-    if ended {
-        let mut answer = [0; MOST];
-        own.exchange.answer(&mut answer);
-        if !own.motion.arm(&answer) {
-            SHELL.overrun();
-        }
-    }
-    Some(own.heart.beat(SHELL.liveness(), healthy))
 }
 
 #[interrupt]

@@ -1,8 +1,8 @@
 //! The motion side, which is the master of SPI1: frames by DMA, their end as an interrupt.
 //!
-//! While the select line is low the hardware does everything. At its rising edge [`Motion::frame`]
-//! takes what has come, and [`Motion::arm`] lays out the next answer: from then on the next frame
-//! may begin.
+//! While the select line is low the hardware does everything. At its rising edge
+//! [`frame`](Slave::frame) takes what has come, and [`arm`](Slave::arm) lays out the next answer: from
+//! then on the next frame may begin.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -10,14 +10,15 @@ use stm32f4xx_hal::dma::traits::Stream;
 use stm32f4xx_hal::dma::{DmaChannel, DmaDirection, Stream2, Stream3};
 use stm32f4xx_hal::gpio::{Alternate, PA4};
 use stm32f4xx_hal::pac::{DMA2, EXTI, SPI1};
-use trueaxis_firmware::spi::length;
+use trueaxis_firmware::controller::Slave;
+use trueaxis_firmware::spi::{MOST, length};
 
 use crate::AXES;
 use crate::bare::dma::{self, End};
 use crate::bare::reset_spi1;
 
 /// Bytes of a frame.
-pub const LENGTH: usize = length(AXES);
+const LENGTH: usize = length(AXES);
 
 static RECEIVED: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
 static SENT: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
@@ -52,9 +53,10 @@ impl Motion {
             armed: false,
         }
     }
+}
 
-    /// Whether a frame has ended since this was asked last.
-    pub fn has_ended(&mut self) -> bool {
+impl Slave for Motion {
+    fn has_ended(&mut self) -> bool {
         let ended = self.edges.pr().read().pr4().bit_is_set();
         if ended {
             self.edges.pr().write(|w| w.pr4().clear_bit_by_one());
@@ -62,9 +64,7 @@ impl Motion {
         ended
     }
 
-    /// The bytes of the frame that has ended: fewer than [`LENGTH`] if it was cut off, none if
-    /// nothing was laid out for it.
-    pub fn frame<'b>(&mut self, bytes: &'b mut [u8; LENGTH]) -> &'b [u8] {
+    fn frame<'b>(&mut self, bytes: &'b mut [u8; MOST]) -> &'b [u8] {
         if !self.armed {
             return &[];
         }
@@ -78,8 +78,7 @@ impl Motion {
         bytes.get(..LENGTH - missing.min(LENGTH)).unwrap_or(&[])
     }
 
-    /// Lays out the answer for the next frame. False if that has begun: it is lost.
-    pub fn arm(&mut self, answer: &[u8]) -> bool {
+    fn arm(&mut self, answer: &[u8; MOST]) -> bool {
         if self.select.is_low() {
             return false;
         }

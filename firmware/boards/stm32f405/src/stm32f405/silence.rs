@@ -2,10 +2,11 @@
 
 use stm32f4xx_hal::pac::TIM2;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+use trueaxis_firmware::controller;
 
 use crate::RATE;
 
-/// A timer that calls when a frame is half a period late, and then once per period.
+/// The timer.
 pub struct Silence {
     timer: TIM2,
     /// Ticks of half a period.
@@ -23,15 +24,15 @@ impl Silence {
         timer.cr1().write(|w| w.cen().enabled());
         Self { timer, half }
     }
+}
 
-    /// A frame has come: from now on the next one is waited for.
-    pub fn restart(&mut self) {
+impl controller::Silence for Silence {
+    fn restart(&mut self) {
         self.timer.cnt().write(|w| w.cnt().set(0));
         self.timer.sr().write(|w| w.uif().clear());
     }
 
-    /// Whether none has come in time; the next call follows a period later.
-    pub fn is_over(&mut self) -> bool {
+    fn is_over(&mut self) -> bool {
         let over = self.timer.sr().read().uif().bit_is_set();
         if over {
             // Of the one period and a half that it counts, half a period is over already.

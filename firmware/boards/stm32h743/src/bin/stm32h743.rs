@@ -6,49 +6,35 @@ use core::cell::Cell;
 use core::mem::MaybeUninit;
 
 use cortex_m::peripheral::DWT;
-use cortex_m_rt::entry;
+use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
 use defmt_rtt as _;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AnyPin, Input, Level, Output, OutputOpenDrain, Pull, Speed};
-use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::mode::Blocking;
-use embassy_stm32::pac::RCC;
-use embassy_stm32::peripherals::{IWDG1, TIM2, USART3};
-use embassy_stm32::spi::mode::Master;
-use embassy_stm32::spi::{Config as SpiConfig, Spi};
-use embassy_stm32::time::Hertz;
-use embassy_stm32::timer::low_level::{RoundTo, Timer};
-use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart, Config as SerialConfig};
+use embassy_stm32::interrupt::{self, Interrupt};
+use embassy_stm32::peripherals::IWDG1;
+use embassy_stm32::usart::{Config as SerialConfig, Uart};
 use embassy_stm32::wdg::IndependentWatchdog;
-use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use trueaxis::link::{Restart, Tail};
-use trueaxis_cortex_m::{Cycling, leave};
-use trueaxis_firmware::controller::{Beat, Board, Heart, MainLoop, Shell, Watchdog, log};
+use trueaxis_cortex_m::{Cycling, leave, stop};
+use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shell, Watchdog, log};
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::places::Places;
-use trueaxis_firmware::record::Flags;
-use trueaxis_firmware::spi::{Polled, Tolerance};
+use trueaxis_firmware::spi::Tolerance;
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32h743::bare;
-use trueaxis_stm32h743::stm32h743::{BAUD, CORE, SecondBank, clocks};
+use trueaxis_stm32h743::stm32h743::dma::Stream;
+use trueaxis_stm32h743::stm32h743::{
+    BAUD, CORE, Motion, SecondBank, Serial, Silence, clocks, supply,
+};
 use trueaxis_stm32h743::{AXES, PERIOD, RATE, Tables};
-
-embassy_stm32::bind_interrupts!(struct Lines {
-    USART3 => BufferedInterruptHandler<USART3>;
-});
-
-/// The motion side: an SPI bus with one select line.
-type Motion =
-    Polled<ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, NoDelay>, AXES>;
 
 /// What the servo interrupt owns.
 struct Servo {
-    timer: Timer<'static, TIM2>,
-    motion: Motion,
+    frames: ByFrames<Motion, Silence, AXES>,
     heart: Heart<Output<'static>, Dog>,
 }
 
@@ -69,26 +55,13 @@ static SHELL: Shell<Tables> = Shell::new(RATE);
 
 defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
 
-/// On its way from `main` to the interrupt.
-static SERVO: Mutex<Cell<Option<Servo>>> = Mutex::new(Cell::new(None));
+/// Between two servo interrupts.
+static SERVO: Mutex<Cell<Option<&'static mut Servo>>> = Mutex::new(Cell::new(None));
 
 /// A start that fails is tried again: until then the fault pin is not driven, which is a fault.
 fn fail(line: u32, what: &str) -> ! {
     let file = Tail::of(what);
-    trueaxis_cortex_m::stop(&Restart::Panic { line, file })
-}
-
-/// Why the last reset was, as the hardware says; the next one begins with a clean slate.
-fn flags() -> Flags {
-    let rsr = RCC.rsr().read();
-    RCC.rsr().modify(|w| w.set_rmvf(true));
-    Flags {
-        power_on: rsr.porrstf(),
-        brown_out: rsr.borrstf(),
-        watchdog: rsr.iwdg1rstf(),
-        software: rsr.sftrstf(),
-        pin: rsr.pinrstf(),
-    }
+    stop(&Restart::Panic { line, file })
 }
 
 /// The main loop lives, wherever it is; the time, ms.
@@ -101,10 +74,8 @@ fn alive() -> u32 {
 fn main() -> ! {
     // Their first values would be stored in flash.
     static mut SIDE: MaybeUninit<ServoSide<Tables>> = MaybeUninit::uninit();
+    static mut OWN: MaybeUninit<Servo> = MaybeUninit::uninit();
     static mut LINK: MaybeUninit<Link> = MaybeUninit::uninit();
-    // Two frames of the link each.
-    static mut RECEIVED: [u8; 2048] = [0; 2048];
-    static mut SENDING: [u8; 2048] = [0; 2048];
 
     let Some(mut core) = cortex_m::Peripherals::take() else {
         fail(line!(), "started twice")
@@ -112,41 +83,36 @@ fn main() -> ! {
     let Some((loader, driven)) = PLACES.split() else {
         fail(line!(), "started twice")
     };
-    let restart = trueaxis_cortex_m::start(flags(), bare::fault_pin_low);
+    let restart = trueaxis_cortex_m::start(supply::flags(), bare::fault_pin_low);
     if restart.is_fault() {
         defmt::warn!("started after: {}", restart);
     }
+    // Without its clock it stays here, with the fault pin low.
     let chip = embassy_stm32::init(clocks());
+    supply::watch_clock();
+    supply::wait_for_probe();
+    if supply::watch_over() {
+        defmt::info!("brown-out level set");
+    }
     core.DCB.enable_trace();
     DWT::unlock();
     core.DWT.enable_cycle_counter();
 
+    let Some(memory) = bare::shared::shared(&mut core.MPU) else {
+        fail(line!(), "started twice")
+    };
     let mut rate = SerialConfig::default();
     rate.baudrate = BAUD;
-    let port = BufferedUart::new(
-        chip.USART3,
-        chip.PD9,
-        chip.PD8,
-        SENDING,
-        RECEIVED,
-        Lines,
-        rate,
-    );
-    let Ok(port) = port else {
+    let Ok(line) = Uart::new_blocking(chip.USART3, chip.PD9, chip.PD8, rate) else {
         fail(line!(), "no such baud rate")
     };
-    // The servo comes first.
-    interrupt::USART3.set_priority(Priority::P1);
+    let receive = Stream::usart3_receives(chip.DMA1_CH0);
+    let port = Serial::start(line, receive, Stream::usart3_sends(chip.DMA1_CH1), memory);
 
-    let mut config = SpiConfig::default();
-    config.frequency = Hertz(10_000_000);
-    let bus = Spi::new_blocking(chip.SPI1, chip.PA5, chip.PD7, chip.PA6, config);
-    let select = Output::new(chip.PA4, Level::High, Speed::High);
-    let Ok(device) = ExclusiveDevice::new_no_delay(bus, select);
-    let timer = Timer::new(chip.TIM2);
-    timer.set_frequency(Hertz(RATE), RoundTo::Faster);
-    timer.enable_update_interrupt(true);
-    timer.start();
+    let pins = (chip.PA4, chip.PA5, chip.PA6, chip.PD7);
+    let receive = Stream::spi1_receives(chip.DMA2_CH0);
+    let send = Stream::spi1_sends(chip.DMA2_CH1);
+    let motion = Motion::new(chip.SPI1, pins, receive, send, memory);
 
     let [clock, data] = [chip.PB8.into(), chip.PB9.into()].map(|pin: Peri<'_, AnyPin>| {
         OutputOpenDrain::new_pull(pin, Level::High, Speed::Low, Pull::Up)
@@ -164,13 +130,13 @@ fn main() -> ! {
     let mut watchdog = IndependentWatchdog::new(chip.IWDG1, BITES);
     watchdog.unleash();
     let healthy = Output::new(chip.PB0, Level::Low, Speed::Low);
-    let servo = Servo {
-        timer,
-        motion: Polled::new(device, Tolerance::USUAL),
+    let silence = Silence::start(chip.TIM2);
+    let own = OWN.write(Servo {
+        frames: ByFrames::start(motion, silence, Tolerance::USUAL),
         heart: Heart::new(healthy, Dog(watchdog)),
-    };
-    critical_section::with(|token| SERVO.borrow(token).set(Some(servo)));
-    bare::start_servo(interrupt::TIM2);
+    });
+    critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
+    bare::start_interrupts([Interrupt::EXTI4, Interrupt::TIM2]);
 
     let board = Board {
         flash,
@@ -190,28 +156,36 @@ fn main() -> ! {
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
+/// One servo period: a frame has ended, or none has come in time.
+#[inline(never)] // Once, for both interrupts.
+fn servo() {
+    let Some(own) = critical_section::with(|token| SERVO.borrow(token).take()) else {
+        return;
+    };
+    if let Some(healthy) = own.frames.period(&SHELL, &Cycles)
+        && own.heart.beat(SHELL.liveness(), healthy) == Beat::Dead
+    {
+        // It is not fed any more; this is why.
+        leave(&Restart::MainLoopStopped);
+    }
+    critical_section::with(|token| SERVO.borrow(token).set(Some(own)));
+}
+
+#[embassy_stm32::interrupt]
+fn EXTI4() {
+    servo();
+}
+
 #[embassy_stm32::interrupt]
 fn TIM2() {
-    static mut OWN: Option<Servo> = None;
+    servo();
+}
 
-    if OWN.is_none() {
-        *OWN = critical_section::with(|token| SERVO.borrow(token).take());
-    }
-    if let Some(Servo {
-        timer,
-        motion,
-        heart,
-    }) = OWN
-    {
-        // The flag that has called this.
-        timer.clear_update_interrupt();
-        let (mut source, mut sink) = motion.poll();
-        let healthy = SHELL.tick(&mut source, &mut sink, &Cycles);
-        if heart.beat(SHELL.liveness(), healthy) == Beat::Dead {
-            // It is not fed any more; this is why.
-            leave(&Restart::MainLoopStopped);
-        }
-    }
+/// The external clock has stopped; the processor goes on with its internal oscillator.
+// SAFETY: called by the processor alone, and it does not return.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    stop(&Restart::ClockStopped)
 }
 
 /// Starts again: disabled, with corrections zero, after an interval in which the fault pin is not
