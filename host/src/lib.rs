@@ -18,4 +18,5 @@ pub mod simulate;
 pub mod size;
 pub mod source;
 pub mod target;
+pub mod uncertainty;
 pub mod validate;
