@@ -14,6 +14,7 @@ mod identify;
 mod inspect;
 mod linuxcnc;
 mod monitor;
+mod monte_carlo;
 mod policy;
 mod port;
 mod pose;

@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles, Text};
+use super::monte_carlo;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
 use trueaxis_host::formats::artefact::Artefact;
@@ -22,6 +23,7 @@ pub struct Arguments {
 #[derive(Subcommand)]
 enum What {
     Probings(Probings),
+    Identifications(monte_carlo::Arguments),
 }
 
 /// Axis positions at which the stylus is on the balls of an artefact
@@ -84,6 +86,7 @@ fn percent(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     match &arguments.what {
         What::Probings(probings) => probings.run(),
+        What::Identifications(arguments) => monte_carlo::run(arguments),
     }
 }
 

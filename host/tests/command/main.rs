@@ -14,4 +14,5 @@ mod program;
 mod results;
 mod shown;
 mod targets;
+mod uncertainty;
 mod writing;
