@@ -13,6 +13,7 @@ use trueaxis_host::compile::Progress;
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings;
 use trueaxis_host::identify::{self, Model, Trial, TrialError, monte_carlo};
+use trueaxis_host::validate::is_partly_calibrated;
 
 /// Identify simulated probings again and again, and compare with the truth
 ///
@@ -78,6 +79,11 @@ struct One {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (machine, errors) = arguments.files.read()?;
+    if is_partly_calibrated(&machine, &errors) {
+        eprintln!(
+            "warning: error motions of this machine hold their end values in a part of the travel; those that are looked for do not, and cannot be right there"
+        );
+    }
     let text = Text::read(&arguments.artefact)?;
     let artefact = Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
     let text = Text::read(&arguments.strategy)?;

@@ -179,7 +179,7 @@ mod tests {
         let mut j = jacobian().insert_columns(4, 2, 0.0);
         let sum = j.column(0) * 2.0 + j.column(2);
         j.set_column(4, &sum);
-        let factor = Factor::new(&j, (0..5).collect()).unwrap();
+        let factor = Factor::new(&j, (0..6).collect()).unwrap();
         assert_eq!(factor.hidden(1e-12).ncols(), 2);
         assert!(factor.condition() > 1e12);
         let condition = factor.of(&[0, 1, 2, 3]).condition();

@@ -92,7 +92,11 @@ fn covariances_that_do_not_belong_to_the_errors_are_refused() {
             "name,",
             ["does not begin with `parameter`", "header"],
         ),
-        ("\nEC0A,", "\nEC0A,1", ["EB0A and EC0A", "both rows"]),
+        (
+            "\nEC0A,",
+            "\nEC0A,0,",
+            ["the row has 12 columns, the header has 11", "one row"],
+        ),
     ] {
         std::fs::write(&covariances, text.replace(from, to)).unwrap();
         refused(&["compile", &machine, &errors, "-o", &out], &parts);
