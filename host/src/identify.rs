@@ -6,21 +6,42 @@
 //! is known, and which cannot be told from others with these rows.
 
 mod auto;
+mod bars;
+mod error;
 mod error_file;
 mod factor;
 mod foresee;
+mod held_out;
+mod honesty;
+mod identified;
 mod model;
+mod monte_carlo;
+mod noise;
 mod rows;
 mod solve;
+mod trend;
+mod triangle;
+mod units;
 mod unknown;
 mod unseen;
 
-pub use auto::{AutoError, Level, automatic};
+pub use auto::{AutoError, Fit, Level, automatic};
+pub use bars::BarCheck;
+pub use error::IdentifyError;
 pub use error_file::error_file;
 pub use foresee::{Assumed, Foreseen};
+pub use held_out::{HeldOut, held_out};
+pub use honesty::{Along, Checked, Honesty, honesty};
+pub use identified::{Estimated, Identified, Row};
 pub use model::{Model, ModelError};
+pub use monte_carlo::{Normalised, Outcome, Trial, TrialError, monte_carlo};
 pub use rows::Problem;
-pub(crate) use rows::turned;
-pub use solve::{Estimated, Identified, IdentifyError, Options, Row, identify};
+pub use solve::{Options, identify};
+pub use trend::{OfBall, Repeats, Trend};
 pub use unknown::Unknown;
-pub use unseen::Unseen;
+pub use unseen::{Spindle, Unseen};
+
+fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len();
+    (values.map(|v| v * v).sum::<f64>() / count as f64).sqrt()
+}

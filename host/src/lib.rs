@@ -21,4 +21,5 @@ pub mod size;
 pub mod source;
 pub mod spheres;
 pub mod target;
+pub mod uncertainty;
 pub mod validate;

@@ -6,10 +6,9 @@ pub mod runs;
 use crate::errors::Situation;
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::turned;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -106,6 +105,18 @@ pub fn probings(
     Ok(measured)
 }
 
+/// Probings that were simulated without noise, with the noise and the outliers that [`probings`] would have
+/// given them; drift is not added.
+#[must_use]
+pub fn disturbed(machine: &Machine, clean: &Probings, disturbances: &Disturbances) -> Probings {
+    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
+    let mut measured = clean.clone();
+    for row in &mut measured.rows {
+        disturb(machine, row, disturbances, &mut random);
+    }
+    measured
+}
+
 /// Steps to a ball: each gains the relative size of the errors.
 const STEPS: usize = 20;
 /// The tip is on the ball (mm): rounding of positions of 1 m.
@@ -163,6 +174,11 @@ fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut
     for (i, off) in three_linear(machine).into_iter().flatten().zip(off.iter()) {
         row.position[i] += off;
     }
+}
+
+/// How a spindle that is indexed by so much (deg) turns the stylus in its frame.
+pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
+    *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
 }
 
 /// A number of the standard normal distribution (Box and Muller).

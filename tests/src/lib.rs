@@ -6,6 +6,8 @@ mod examples;
 pub mod golden;
 pub mod measured;
 #[cfg(feature = "desktop")]
+pub mod probed;
+#[cfg(feature = "desktop")]
 pub mod random_machines;
 
 #[cfg(feature = "desktop")]

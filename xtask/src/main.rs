@@ -2,6 +2,7 @@
 
 mod bare;
 mod bench;
+mod bench_identify;
 mod bench_target;
 mod boards;
 mod capi;
@@ -30,6 +31,7 @@ usage: cargo xtask COMMAND
   grblhal                        the plugin for grblHAL against a stand-in of it, under sanitizers
   install --prefix DIR           the C library: static, shared, header, pkg-config
   bench [policies]               run times beside their rivals; instruction counts with valgrind
+  bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (pip installs it)
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
   hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line,
@@ -54,6 +56,7 @@ fn main() -> ExitCode {
         ["install", ref options @ ..] => capi::install(options),
         ["bench"] => bench::run(),
         ["bench", "policies"] => bench::policies::run(),
+        ["bench", "identify"] => bench_identify::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),

@@ -19,6 +19,7 @@ use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{stored, tolerance_urad};
 use trueaxis_host::schemes::{self, exact};
 use trueaxis_host::target::Target;
+use trueaxis_host::uncertainty::over_travel;
 use trueaxis_host::validate::Runtime;
 
 /// Turn a machine and its errors into a compensation, and prove what it does
@@ -188,6 +189,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         &bar,
     )
     .map_err(blame)?;
+    let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), options.seed)
+        .map_err(|error| blame(error.into()))?;
     let refusals = proof.refusals(*tolerance);
     let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
     let written = refusals.iter().all(accepted);
@@ -198,7 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let answer = Answer {
         meets_tolerance: proof.meets(*tolerance),
         written,
-        proven: Some(Proven::new(&built, &proof, *tolerance)),
+        proven: Some(Proven::new(&built, &proof, uncertainty, *tolerance)),
         refusals: &refusals,
         full: Full::of(&built, &proof, &options),
         ..answer

@@ -1,20 +1,22 @@
 //! `trueaxis identify`
 
+mod answer;
+mod screen;
+
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
 use clap::Args;
-use serde::Serialize;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis::Travel;
 use trueaxis_host::compile::belongs;
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::formats::artefact::Artefact;
+use trueaxis_host::formats::covariance;
 use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{
-    AutoError, Identified, IdentifyError, Level, Model, ModelError, Options, Problem, Unknown,
-    automatic, error_file, identify,
+    AutoError, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
+    Problem, automatic, error_file, held_out, honesty, identify,
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::{Command, Runtime};
@@ -72,7 +74,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         arguments.active.as_ref(),
     ];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-    if let Some(output) = &arguments.output {
+    let covariances = arguments.output.as_deref().map(beside);
+    for output in arguments.output.iter().chain(&covariances) {
         files::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
@@ -111,16 +114,85 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             (identified, Vec::new())
         }
     };
-    if let Some(output) = &arguments.output {
-        let errors = error_file(&machine, &measured, &identified);
+    let looked_for = &identified.looked_for;
+    let found = Found {
+        machine: &machine,
+        measured: &measured,
+        identified: &identified,
+        levels: &levels,
+        honesty: honesty(&machine, &measured, &artefact, &base, &identified),
+        held_out: held_out(&machine, &measured, &artefact, looked_for, &base, options),
+    };
+    if let (Some(output), Some(covariances)) = (&arguments.output, &covariances) {
+        let name = covariances
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy();
+        let errors = error_file(&machine, &measured, &identified, &name);
+        // If the second cannot be written, the first is refused beside what was there before.
+        files::write(covariances, covariance::write(&identified.known).as_bytes())?;
         files::write(output, errors.as_bytes())?;
     }
     if arguments.json {
-        files::print_json(&Answer::new(&machine, &measured, &identified, &levels))?;
+        files::print_json(&answer::Answer::new(&found))?;
     } else {
-        files::print(&screen(&machine, &measured, &identified, &levels))?;
+        files::print(&screen::screen(&found))?;
+    }
+    for warning in found.warnings(&artefact) {
+        eprintln!("warning: {warning}");
     }
     Ok(Outcome::Done)
+}
+
+/// All that there is to say.
+struct Found<'a> {
+    machine: &'a Machine,
+    measured: &'a Probings,
+    identified: &'a Identified,
+    levels: &'a [Level],
+    honesty: Honesty,
+    held_out: Result<HeldOut, IdentifyError>,
+}
+
+impl Found<'_> {
+    /// What to look at before the parameters are believed.
+    fn warnings(&self, artefact: &Artefact) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let is_probed = |name: &String| self.measured.balls.contains(name);
+        for bar in &artefact.bars {
+            for ball in bar.balls.iter().filter(|ball| !is_probed(ball)) {
+                warnings.push(format!(
+                    "the bar from {} to {} does not count: ball {ball} was not probed under this name",
+                    bar.balls[0], bar.balls[1]
+                ));
+            }
+        }
+        for bar in self.identified.bars.iter().filter(|bar| bar.is_doubtful()) {
+            let others = bar.others.map_or(0.0, |others| others.length);
+            warnings.push(format!(
+                "the bar from {} to {} is {:.4} mm in the artefact, but the machine and the other bars make it {others:.4} mm: look which is wrong, and leave it out",
+                bar.balls[0], bar.balls[1], bar.length
+            ));
+        }
+        warnings.extend(
+            self.honesty
+                .checks
+                .iter()
+                .filter_map(|check| check.warning()),
+        );
+        if let Some(repeats) = self.honesty.repeats.filter(|repeats| repeats.is_less) {
+            warnings.push(format!(
+                "what is left is {:.1} times what repeats: the machine does something that the model does not have; try --model auto, or a model with more parameters",
+                repeats.ratio
+            ));
+        }
+        warnings
+    }
+}
+
+/// The file of covariances that belongs to an error file.
+fn beside(errors: &Path) -> PathBuf {
+    errors.with_extension("covariance.csv")
 }
 
 /// What an error file says already; one with more than parameters would not be whole afterwards.
@@ -141,21 +213,16 @@ fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     Ok(errors)
 }
 
-pub(super) fn no_model(error: ModelError) -> BadInput {
+pub fn no_model(error: ModelError) -> BadInput {
     BadInput::new(format!("--model: {}", error.reason), error.remedy)
 }
 
 impl Arguments {
     fn not_identified(&self, error: &IdentifyError) -> BadInput {
-        let remedy = match error {
-            IdentifyError::TooFew { .. } => {
-                "probe at more rotary positions, or give a model with fewer parameters"
-            }
-            IdentifyError::NotConverged { .. } | IdentifyError::NothingSeen { .. } => {
-                "look whether the machine file describes this machine (trueaxis pose), whether linear positions are machine coordinates without tool length, and whether balls have the right names"
-            }
-        };
-        BadInput::new(format!("{}: {error}", self.probings.display()), remedy)
+        BadInput::new(
+            format!("{}: {error}", self.probings.display()),
+            error.remedy(),
+        )
     }
 }
 
@@ -183,288 +250,4 @@ fn undo(
         }
     }
     Ok(())
-}
-
-/// Correlations above this are named.
-const CORRELATED: f64 = 0.9;
-
-/// Pairs of parameters whose correlation is above [`CORRELATED`].
-fn correlated(identified: &Identified) -> Vec<(usize, usize, f64)> {
-    let covariance = &identified.covariance;
-    let count = identified.parameters.len();
-    let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-    all.map(|(i, j)| {
-        (
-            i,
-            j,
-            covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt(),
-        )
-    })
-    .filter(|(_, _, r)| r.abs() > CORRELATED)
-    .collect()
-}
-
-/// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
-#[derive(Serialize)]
-struct Answer<'a> {
-    machine: &'a str,
-    probings: usize,
-    balls: Vec<Ball<'a>>,
-    stylus_mm: [f64; 3],
-    parameters: Vec<One>,
-    correlations: Vec<(String, String, f64)>,
-    covariance: Vec<Vec<f64>>,
-    unseen: Vec<NotSeen>,
-    noise_um: f64,
-    noise_of_stated: Option<f64>,
-    degrees_of_freedom: usize,
-    condition: f64,
-    levels: Vec<AtLevel>,
-    rows: Vec<AtRow>,
-}
-
-#[derive(Serialize)]
-struct Ball<'a> {
-    name: &'a str,
-    place_mm: [f64; 3],
-}
-
-#[derive(Serialize)]
-struct One {
-    parameter: String,
-    value: f64,
-    standard_uncertainty: f64,
-    expanded_uncertainty: f64,
-}
-
-#[derive(Serialize)]
-struct NotSeen {
-    unknown: String,
-    sentence: String,
-    /// What others are off by, per unit of this.
-    with: Vec<(String, f64)>,
-}
-
-#[derive(Serialize)]
-struct AtLevel {
-    degree: u8,
-    parameters: usize,
-    left_um: f64,
-    held_out_um: f64,
-}
-
-#[derive(Serialize)]
-struct AtRow {
-    line: usize,
-    before_um: [f64; 3],
-    after_um: [f64; 3],
-    is_trusted: bool,
-}
-
-impl<'a> Answer<'a> {
-    fn new(
-        machine: &'a Machine,
-        measured: &'a Probings,
-        identified: &Identified,
-        levels: &[Level],
-    ) -> Self {
-        let name = |i: usize| identified.parameters[i].parameter.to_string();
-        let um = |v: nalgebra::Vector3<f64>| (v * 1e3).into();
-        Self {
-            machine: &machine.name,
-            probings: measured.rows.len(),
-            balls: (measured.balls.iter().zip(&identified.balls))
-                .map(|(name, place)| Ball {
-                    name,
-                    place_mm: (*place).into(),
-                })
-                .collect(),
-            stylus_mm: identified.stylus.into(),
-            parameters: (identified.parameters.iter())
-                .map(|e| One {
-                    parameter: e.parameter.to_string(),
-                    value: e.value,
-                    standard_uncertainty: e.uncertainty,
-                    expanded_uncertainty: EXPANDED * e.uncertainty,
-                })
-                .collect(),
-            correlations: correlated(identified)
-                .into_iter()
-                .map(|(i, j, r)| (name(i), name(j), r))
-                .collect(),
-            covariance: identified
-                .covariance
-                .row_iter()
-                .map(|row| row.iter().copied().collect())
-                .collect(),
-            unseen: (identified.unseen.iter())
-                .map(|u| NotSeen {
-                    unknown: u.unknown.to_string(),
-                    sentence: u.sentence(),
-                    with: u
-                        .with
-                        .iter()
-                        .map(|(u, part)| (u.to_string(), *part))
-                        .collect(),
-                })
-                .collect(),
-            noise_um: identified.noise * 1e3,
-            noise_of_stated: identified.of_stated,
-            degrees_of_freedom: identified.freedom,
-            condition: identified.condition,
-            levels: (levels.iter())
-                .map(|l| AtLevel {
-                    degree: l.degree,
-                    parameters: l.parameters,
-                    left_um: l.left * 1e3,
-                    held_out_um: l.held_out * 1e3,
-                })
-                .collect(),
-            rows: (measured.rows.iter().zip(&identified.rows))
-                .map(|(row, found)| AtRow {
-                    line: row.line,
-                    before_um: um(found.before),
-                    after_um: um(found.after),
-                    is_trusted: found.is_trusted,
-                })
-                .collect(),
-        }
-    }
-}
-
-/// Coverage factor of expanded uncertainties: 95 %.
-pub(super) const EXPANDED: f64 = 2.0;
-/// Rows that are named, at most.
-const NAMED: usize = 10;
-
-/// What a person reads.
-fn screen(
-    machine: &Machine,
-    measured: &Probings,
-    identified: &Identified,
-    levels: &[Level],
-) -> String {
-    let mut text = format!(
-        "{}: {} parameters from {} probings of {}\n\n",
-        machine.name,
-        identified.parameters.len(),
-        measured.rows.len(),
-        count(measured.balls.len(), "ball")
-    );
-    let _ = writeln!(text, "parameter        value   standard   expanded (k = 2)");
-    for e in &identified.parameters {
-        let p = e.parameter;
-        let (factor, unit) = unit(p);
-        let show = |v: f64| match factor {
-            Some(factor) => format!("{:.2}", v * factor),
-            None => format!("{v:.2e}"),
-        };
-        let _ = writeln!(
-            text,
-            "  {:<8}{:>12}{:>11}{:>11} {unit}",
-            p.to_string(),
-            show(e.value),
-            show(e.uncertainty),
-            show(EXPANDED * e.uncertainty)
-        );
-    }
-    let distances = |of: fn(&trueaxis_host::identify::Row) -> f64| {
-        let all = identified.rows.iter().map(of);
-        let most = all.clone().fold(0.0, f64::max);
-        (
-            all.sum::<f64>() / identified.rows.len() as f64 * 1e3,
-            most * 1e3,
-        )
-    };
-    let (mean, most) = distances(|row| row.before.norm());
-    let (rest, worst) = distances(|row| row.after.norm());
-    let _ = writeln!(text, "\nfrom tip to ball (µm)      mean    maximum");
-    let _ = writeln!(text, "  nominal machine      {mean:>8.2}{most:>11.2}");
-    let _ = writeln!(text, "  unexplained          {rest:>8.2}{worst:>11.2}");
-    let _ = writeln!(
-        text,
-        "noise of a coordinate {:.2} µm, from {} degrees of freedom; condition {:.0}",
-        identified.noise * 1e3,
-        identified.freedom,
-        identified.condition
-    );
-    if let Some(factor) = identified.of_stated {
-        let _ = writeln!(
-            text,
-            "that is {factor:.2} times what the file states, which uncertainties rest on"
-        );
-    }
-    let close = correlated(identified);
-    if !close.is_empty() {
-        text += "\ncorrelations above 0.9\n";
-        for (i, j, r) in close.iter().take(NAMED) {
-            let [a, b] = [i, j].map(|k| identified.parameters[*k].parameter);
-            let _ = writeln!(text, "  {a} and {b}: {r:.3}");
-        }
-        more(&mut text, close.len());
-    }
-    if !identified.unseen.is_empty() {
-        text += "\nnot to be seen in these probings\n";
-        let parameters =
-            |u: &&trueaxis_host::identify::Unseen| matches!(u.unknown, Unknown::Parameter(_));
-        for unseen in identified.unseen.iter().filter(parameters) {
-            let _ = writeln!(text, "  {}", unseen.sentence());
-        }
-    }
-    if !levels.is_empty() {
-        text += "\ndegree   parameters   left (µm)   of balls held out (µm)\n";
-        for l in levels {
-            let _ = writeln!(
-                text,
-                "{:>6}{:>13}{:>12.2}{:>25.2}",
-                l.degree,
-                l.parameters,
-                l.left * 1e3,
-                l.held_out * 1e3
-            );
-        }
-    }
-    let rows = measured.rows.iter().zip(&identified.rows);
-    let mut doubtful: Vec<(usize, f64)> = rows
-        .filter(|(_, r)| !r.is_trusted)
-        .map(|(row, r)| (row.line, r.after.norm()))
-        .collect();
-    doubtful.sort_by(|a, b| b.1.total_cmp(&a.1));
-    if !doubtful.is_empty() {
-        text += "\nrows that fit badly\n";
-        for (line, distance) in doubtful.iter().take(NAMED) {
-            let _ = writeln!(text, "  line {line}: {:.1} µm", distance * 1e3);
-        }
-        more(&mut text, doubtful.len());
-    }
-    text
-}
-
-fn more(text: &mut String, count: usize) {
-    if count > NAMED {
-        let _ = writeln!(text, "  and {} more", count - NAMED);
-    }
-}
-
-pub(super) fn count(number: usize, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
-}
-
-/// In what a parameter is shown.
-pub(super) fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
-    match (parameter.kind, parameter.is_angular()) {
-        (ParameterKind::Degree(1), false) if "XYZUVW".contains(parameter.axis) => {
-            (Some(1e6), "µm/m")
-        }
-        (ParameterKind::Degree(k), angular) if k > 0 => (
-            None,
-            if angular {
-                "rad per mm or rad to the degree"
-            } else {
-                "mm per mm or rad to the degree"
-            },
-        ),
-        (_, true) => (Some(1e6), "µrad"),
-        (_, false) => (Some(1e3), "µm"),
-    }
 }

@@ -1,6 +1,6 @@
 //! What `trueaxis plan` prints.
 
-use super::identify::{EXPANDED, count, unit};
+use super::quantity::{EXPANDED, count, unit};
 use serde::Serialize;
 use std::fmt::Write;
 use trueaxis_host::errors::{Parameter, ParameterKind};

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use trueaxis_host::compile::{AxisBounds, Proof, Size};
 use trueaxis_host::kinematics::Policy;
+use trueaxis_host::uncertainty::OverTravel;
 use trueaxis_host::validate::{Quality, Statistics, Verification};
 
 /// Where tables can follow the correction, and where they cannot.
@@ -105,6 +106,40 @@ pub fn number(value: f64) -> String {
         _ => 1,
     };
     format!("{value:.digits$}")
+}
+
+/// What the uncertainty of the parameters leaves, if it is known.
+pub fn uncertainty(found: Option<&OverTravel>) -> String {
+    let Some(found) = found else {
+        return String::new();
+    };
+    let mut text = format!(
+        "95 % band of what uncertain parameters leave, {} random positions\n",
+        found.positions
+    );
+    let mut region = |name: &str, quality| {
+        let _ = writeln!(text, "{name:22}{}", row(quality));
+    };
+    region("  whole travel", &found.travel);
+    if let Some(inside) = &found.inside {
+        region("  calibrated", inside);
+    }
+    let loose = found.parameters - found.correlated;
+    if loose > 0 {
+        let _ = writeln!(
+            text,
+            "  {loose} of {} parameters are taken as uncorrelated: no file of covariances has them",
+            found.parameters
+        );
+    }
+    if found.exact > 0 {
+        let _ = writeln!(
+            text,
+            "  {} more have no standard uncertainty, and count as exact",
+            found.exact
+        );
+    }
+    text
 }
 
 /// Tables, terms, samples, bytes.

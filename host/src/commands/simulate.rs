@@ -8,6 +8,7 @@ mod touches;
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles, Text};
+use super::monte_carlo;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
 use trueaxis_host::formats::artefact::Artefact;
@@ -31,6 +32,7 @@ enum What {
     Laser(runs::Laser),
     Square(runs::Square),
     Ballbar(ballbar::Ballbar),
+    Identifications(monte_carlo::Arguments),
 }
 
 /// Axis positions at which the stylus is on the balls of an artefact
@@ -116,6 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         What::Laser(laser) => laser.run(),
         What::Square(square) => square.run(),
         What::Ballbar(ballbar) => ballbar.run(),
+        What::Identifications(arguments) => monte_carlo::run(arguments),
     }
 }
 

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_host::compile::{self, Proof, Refusal, Size, Warning};
 use trueaxis_host::policy::{Told, of_blob, tolerance_urad};
 use trueaxis_host::schemes;
+use trueaxis_host::uncertainty::{OverTravel, over_travel};
 use trueaxis_host::validate::Runtime;
 
 /// Compare a compensation with the exact model at random positions
@@ -61,6 +62,8 @@ struct Answer<'a> {
     size: Size,
     #[serde(flatten)]
     proof: &'a Proof,
+    /// 95 % band of what uncertain parameters leave.
+    uncertainty: Option<OverTravel>,
 }
 
 /// Runs the command.
@@ -103,6 +106,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     )
     .map_err(blame)?;
     drop(bar);
+    let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), seed)
+        .map_err(|error| blame(error.into()))?;
     let refusals = proof.refusals(*tolerance);
     let warnings = compile::worse(&proof, *tolerance);
     let size = Size::of(&runtime);
@@ -119,6 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             warnings: &warnings,
             size,
             proof: &proof,
+            uncertainty,
         })?;
     } else {
         let title = format!("{}: {}\n", path.display(), machine.name);
@@ -128,6 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             + &screen::policy(policy)
             + "\n"
             + &screen::quality(&proof, *tolerance)
+            + &screen::uncertainty(uncertainty.as_ref())
             + &screen::tool_length(&proof);
         files::print(&text)?;
     }

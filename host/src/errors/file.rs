@@ -1,6 +1,7 @@
 //! `errors.toml`.
 
 mod calibrated;
+mod covariance;
 mod place;
 mod seam;
 mod size;
@@ -26,10 +27,18 @@ struct ErrorsFile {
     standard_uncertainty: BTreeMap<Spanned<String>, Spanned<f64>>,
     #[serde(default)]
     calibrated: BTreeMap<Spanned<String>, Spanned<Exactly<2>>>,
+    uncertainty: Option<UncertaintyEntry>,
     #[serde(default)]
     thermal: BTreeMap<Spanned<String>, Spanned<ThermalEntry>>,
     #[serde(default)]
     tabulated: BTreeMap<Spanned<String>, Spanned<TabulatedEntry>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UncertaintyEntry {
+    /// The file of covariances.
+    covariance: Spanned<String>,
 }
 
 #[derive(Deserialize)]
@@ -68,7 +77,8 @@ impl ErrorModel {
     /// machine's name, an error of an axis that the machine does not have, a value that cannot
     /// be physical anywhere in the travel at any temperature, a table that does not increase, a
     /// calibrated range with next to nothing of the travel, an error motion of an endless axis that
-    /// does not close over the turn. A file with measured values is not read: see [`Self::with_files`].
+    /// does not close over the turn. Files with measured values or covariances are not read: see
+    /// [`Self::with_files`].
     pub fn from_toml(text: &str, machine: &Machine) -> Result<Self, FileError> {
         Self::with_files(text, machine, &|name| {
             Err(format!(
@@ -77,7 +87,7 @@ impl ErrorModel {
         })
     }
 
-    /// The same with measured values in other files, which `read` gets by the names in the error file,
+    /// The same with measured values and covariances in other files, which `read` gets by the names in the error file,
     /// or says why it cannot.
     ///
     /// # Errors
@@ -106,6 +116,7 @@ impl ErrorModel {
         model.read_thermal(&file, machine)?;
         model.read_tabulated(&file, machine, read)?;
         model.read_calibrated(&file, machine)?;
+        model.read_covariance(&file, read)?;
         model.check_size(&file, machine)?;
         model.check_seams(&file, machine)?;
         Ok(model)

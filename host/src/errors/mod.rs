@@ -1,7 +1,9 @@
 //! Geometric errors of the axes: ISO 230-1 parameters and the file they are written in.
 
+mod covariance;
 mod file;
 mod model;
 
+pub use covariance::Covariance;
 pub use model::{ErrorModel, Motion, Table, Thermal};
 pub use trueaxis_kinematics::{MAX_SENSORS, Parameter, ParameterKind, Situation, Switches};

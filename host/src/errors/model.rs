@@ -1,6 +1,6 @@
 //! The error model with what its file says about it.
 
-use super::{MAX_SENSORS, Parameter};
+use super::{Covariance, MAX_SENSORS, Parameter};
 use crate::machine::Machine;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -30,6 +30,8 @@ pub struct ErrorModel {
     pub parameters: BTreeMap<Parameter, f64>,
     /// Their standard uncertainties, where given.
     pub standard_uncertainty: BTreeMap<Parameter, f64>,
+    /// How they go together, of those that a file of covariances has.
+    pub correlated: Option<Covariance>,
     /// The sensors that thermal coefficients name.
     pub sensors: Vec<Thermal>,
     model: trueaxis_kinematics::ErrorModel<Vec<f64>>,
@@ -42,6 +44,7 @@ impl ErrorModel {
         Self {
             parameters: BTreeMap::new(),
             standard_uncertainty: BTreeMap::new(),
+            correlated: None,
             sensors: Vec::new(),
             model: trueaxis_kinematics::ErrorModel::new(machine),
         }
@@ -57,6 +60,18 @@ impl ErrorModel {
             self.parameters.insert(parameter, value);
         }
         known
+    }
+
+    /// How well all parameters are known: those of the file of covariances as it says, the others that have a
+    /// standard uncertainty without correlation. Parameters without one are taken as exact.
+    #[must_use]
+    pub fn covariance(&self) -> Covariance {
+        let correlated = self.correlated.clone().unwrap_or_default();
+        let is_other = |p: &Parameter| !correlated.parameters.contains(p);
+        let others = self.standard_uncertainty.iter();
+        let others = others.filter(|(p, _)| is_other(p) && self.parameters.contains_key(p));
+        let others: Vec<(Parameter, f64)> = others.map(|(p, u)| (*p, *u)).collect();
+        correlated.with_uncorrelated(others.into_iter())
     }
 }
 

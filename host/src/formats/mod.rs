@@ -2,6 +2,7 @@
 
 pub mod artefact;
 pub(crate) mod cells;
+pub mod covariance;
 pub mod hal;
 pub mod ini;
 pub mod measured;

@@ -9,7 +9,7 @@ use super::cells::{Cell, cells, lines, separated};
 use crate::machine::{MAX_AXES, Machine, PerAxis};
 use crate::source::{FileError, right_case};
 use std::collections::HashMap;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Where a stylus was on the centre of a ball.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +66,8 @@ const NAMES: [(&str, Column); 6] = [
     ("temperature_C", Column::Temperature),
 ];
 
+/// Standard uncertainties (µm) that can be: files have nine digits, and nothing is a metre off.
+const SIGMAS: RangeInclusive<f64> = 1e-6..=1e6;
 /// Beyond this (mm, deg) the travel an axis is somewhere else: travels are not exact.
 const BEYOND: f64 = 1e-3;
 
@@ -318,13 +320,13 @@ fn read_row(
             Column::Run => row.run = Some(value),
             Column::Time => row.time = Some(value),
             Column::Temperature => row.temperature = Some(value),
-            Column::Sigma if value > 0.0 => row.sigma = Some(value * 1e-3),
+            Column::Sigma if SIGMAS.contains(&value) => row.sigma = Some(value * 1e-3),
             Column::Sigma => {
                 return Err(FileError::at(
                     span,
-                    "an uncertainty is more than 0",
+                    format!("{value} µm is no uncertainty of a probing"),
                     "here",
-                    "write the standard uncertainty of one coordinate in µm",
+                    "write the standard uncertainty of one coordinate in µm, more than 0",
                 ));
             }
         }

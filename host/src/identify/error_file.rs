@@ -9,10 +9,15 @@ use std::fmt::Write;
 /// Narrowest range (mm or deg) that an error file may call calibrated.
 const NARROWEST: f64 = 1.0;
 
-/// An error file: parameters in the order of the model, standard uncertainties, the range that was probed.
-/// Parameters that were not looked for are kept.
+/// An error file: parameters in the order of the model, standard uncertainties, the name of the file that has
+/// their covariances, the range that was probed. Parameters that were not looked for are kept.
 #[must_use]
-pub fn error_file(machine: &Machine, probings: &Probings, identified: &Identified) -> String {
+pub fn error_file(
+    machine: &Machine,
+    probings: &Probings,
+    identified: &Identified,
+    covariance: &str,
+) -> String {
     let mut text = format!(
         "machine = {}\n\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n",
         toml::Value::from(machine.name.as_str())
@@ -50,6 +55,11 @@ pub fn error_file(machine: &Machine, probings: &Probings, identified: &Identifie
     for (parameter, uncertainty) in known.filter(|(p, _)| found(**p).is_none()) {
         let _ = writeln!(text, "{parameter} = {uncertainty:e}");
     }
+    let _ = write!(
+        text,
+        "\n[uncertainty]\ncovariance = {}\n",
+        toml::Value::from(covariance)
+    );
     text += "\n[calibrated]  # mm or deg: the range that was probed\n";
     for (i, axis) in machine.axes.iter().enumerate() {
         // Motions that were known before were known there.

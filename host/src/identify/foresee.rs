@@ -4,8 +4,9 @@
 use super::Unknown;
 use super::factor::Factor;
 use super::rows::{Estimate, Problem, Weights};
-use super::solve::{IdentifyError, STIFF, root_mean_square, seen, setup_alone, threshold};
+use super::solve::{STIFF, seen, setup_alone, threshold};
 use super::unseen::{GivenUp, Unseen};
+use super::{IdentifyError, root_mean_square};
 use crate::errors::{ErrorModel, Parameter};
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -77,22 +78,21 @@ impl Problem<'_> {
             rows: stated.iter().map(|s| s.recip()).collect(),
             least,
         };
-        let mut nominal = self.start();
-        let setup: Vec<usize> = (parameters..count).collect();
-        setup_alone(self, &mut nominal, &weights(f64::INFINITY), &setup);
+        let nominal = setup_alone(self, &weights(f64::INFINITY))?;
         let misses = self.misses(&nominal);
         let weights = weights(STIFF * left);
         let known = root_mean_square(weights.rows.iter().copied()).recip();
         let size = root_mean_square(misses.iter().map(Vector3::norm));
         let size = size.max(assumed.size).max(known);
         let jacobian = self.jacobian(&self.assumed(assumed.errors), &weights);
-        let factor = Factor::new(jacobian);
+        let factor = Factor::new(&jacobian, (0..count).collect());
+        let factor = factor.ok_or(IdentifyError::NotFinite)?;
         let idle = self.idle(&factor, &weights);
         let idle: Vec<GivenUp> = (idle.into_iter())
-            .map(|i| GivenUp::idle(i, self.unknowns[i]))
+            .map(|i| GivenUp::idle(i, self.unknowns[i], self.spindle))
             .collect();
         let least = threshold(self, known, size, left);
-        let (factor, given_up) = seen(&self.unknowns, factor, idle, least);
+        let (factor, given_up) = seen(self, factor, idle, least);
         let kept = factor.unknowns().to_vec();
         let parameters: Vec<Parameter> = (kept.iter())
             .filter_map(|i| match self.unknowns[*i] {
@@ -117,7 +117,7 @@ impl Problem<'_> {
             covariance,
             unknowns: count,
             rank: kept.len(),
-            condition: factor.spectrum(0.0).condition,
+            condition: factor.condition(),
             kept,
         })
     }

@@ -1,19 +1,20 @@
 //! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
 
+use super::Row;
 use super::Unknown;
 use super::factor::Factor;
-use super::solve::{IdentifyError, Row};
-use super::unseen::GivenUp;
-use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation};
+use super::unseen::{GivenUp, Spindle};
+use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
+use crate::simulate::turned;
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
 /// What was probed on which machine, and what is looked for.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Problem<'a> {
     /// The machine.
     pub machine: &'a Machine,
@@ -21,16 +22,18 @@ pub struct Problem<'a> {
     pub unknowns: Vec<Unknown>,
     /// The probings, in an order that does not depend on that of the file.
     pub(super) places: Vec<Place>,
-    balls: usize,
-    bars: Vec<Bar>,
+    /// Names of the balls, in the order of the file.
+    pub(super) balls: Vec<String>,
+    pub(super) bars: Vec<Bar>,
     stylus: Stylus,
     /// Where balls are, to start from.
     nominal: Vec<Option<Vector3<f64>>>,
-    base: ErrorModel,
+    pub(super) base: ErrorModel,
+    pub(super) spindle: Spindle,
 }
 
 /// A probing.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Place {
     pub ball: usize,
     /// Its row in the file, and its line.
@@ -44,21 +47,23 @@ pub(super) struct Place {
     pub sigma: Option<f64>,
 }
 
-#[derive(Debug)]
-struct Bar {
-    balls: [usize; 2],
-    length: f64,
-    sigma: f64,
+/// A distance that is known.
+#[derive(Clone, Debug)]
+pub(super) struct Bar {
+    pub balls: [usize; 2],
+    /// Its length and its standard uncertainty (mm).
+    pub length: f64,
+    pub sigma: f64,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Stylus {
     tip: Vector3<f64>,
     sigma: [Option<f64>; 3],
 }
 
 /// How much each equation counts.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Weights {
     /// The inverse standard uncertainty of each probing (mm).
     pub rows: Vec<f64>,
@@ -77,12 +82,13 @@ pub(super) struct Estimate {
 
 /// Larger errors no machine has (rad, mm).
 const LARGEST_ANGLE: f64 = 0.01;
-const LARGEST_LENGTH: f64 = 1.0;
+pub(super) const LARGEST_LENGTH: f64 = 1.0;
 /// Least lever (mm): the size of a ball.
 const LEAST_LEVER: f64 = 1.0;
 
 impl<'a> Problem<'a> {
-    /// Puts it together: `base` is what is known of the machine, or what to start from. Balls of the artefact that were not probed, and bars between them, are left out.
+    /// Puts it together: `base` is what is known of the machine, or what to start from. Balls of the artefact
+    /// that were not probed are left out, and bars to them.
     #[must_use]
     pub fn new(
         machine: &'a Machine,
@@ -92,8 +98,9 @@ impl<'a> Problem<'a> {
         base: &ErrorModel,
     ) -> Self {
         let index = |name: &String| probings.balls.iter().position(|b| b == name);
-        let mut places: Vec<Place> = (probings.rows.iter().enumerate())
-            .map(|(row, probing)| Place {
+        let place = |row: usize| {
+            let probing = &probings.rows[row];
+            Place {
                 ball: probing.ball,
                 row,
                 line: probing.line,
@@ -104,31 +111,20 @@ impl<'a> Problem<'a> {
                 },
                 turned: turned(machine.tool_axis, probing.spindle),
                 sigma: probing.sigma,
-            })
-            .collect();
-        // Sums of floating-point numbers depend on their order a little.
-        places.sort_by(|a, b| {
-            let key = |p: &Place| {
-                (
-                    probings.balls[p.ball].clone(),
-                    p.q.map(ordered),
-                    p.turned[(0, 1)].to_bits(),
-                )
-            };
-            key(a).cmp(&key(b))
-        });
-        let mut unknowns: Vec<Unknown> =
-            parameters.iter().map(|p| Unknown::Parameter(*p)).collect();
-        unknowns.extend((0..3).map(Unknown::Stylus));
-        unknowns.extend(
-            (0..probings.balls.len()).flat_map(|b| (0..3).map(move |i| Unknown::Ball(b, i))),
-        );
+            }
+        };
+        let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
+        balls.sort_by_key(|b| &probings.balls[*b]);
+        let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
+        let parameters = parameters.iter().map(|p| Unknown::Parameter(*p));
+        let setup = (0..3).map(Unknown::Stylus);
+        let setup = setup.chain(balls.into_iter().flat_map(coordinates));
         let nominal = |name: &String| artefact.balls.iter().find(|b| b.name == *name)?.nominal;
         Self {
             machine,
-            unknowns,
-            places,
-            balls: probings.balls.len(),
+            unknowns: parameters.chain(setup).collect(),
+            places: order(probings).into_iter().map(place).collect(),
+            balls: probings.balls.clone(),
             bars: (artefact.bars.iter())
                 .filter_map(|bar| {
                     Some(Bar {
@@ -144,12 +140,16 @@ impl<'a> Problem<'a> {
             },
             nominal: probings.balls.iter().map(nominal).collect(),
             base: base.clone(),
+            spindle: Spindle {
+                tool_axis: machine.tool_axis,
+                is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
+            },
         }
     }
 
     /// The machine as it is known, with balls where the stylus was.
     pub(super) fn start(&self) -> Estimate {
-        let mut sums = vec![(Vector3::zeros(), 0.0); self.balls];
+        let mut sums = vec![(Vector3::zeros(), 0.0); self.balls.len()];
         for (ball, tip) in self.tips(&self.base, &self.stylus.tip) {
             let (sum, count) = &mut sums[ball];
             *sum += tip;
@@ -199,11 +199,10 @@ impl<'a> Problem<'a> {
         stylus: &Vector3<f64>,
     ) -> Vec<(usize, Vector3<f64>)> {
         let kinematics = Kinematics::new(self.machine, errors);
+        let own = Vector3::from(self.machine.tip);
         let tip = |place: &Place| {
-            let tip = place.turned * stylus;
-            kinematics
-                .sensitivity(&place.q, &place.situation, &tip)
-                .point
+            let pose = kinematics.actual(&place.q, &place.situation, &Switches::ALL);
+            pose.r * (place.turned * stylus - own) + pose.t
         };
         self.places
             .par_iter()
@@ -236,7 +235,7 @@ impl<'a> Problem<'a> {
     fn others_by(&self, unknown: Unknown, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
         let bars = self.bars.iter().map(|bar| {
             let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
-            let along = (a - b).normalize() / bar.sigma.max(weights.least);
+            let along = along(a - b) / bar.sigma.max(weights.least);
             match unknown {
                 Unknown::Ball(ball, k) if ball == bar.balls[0] => along[k],
                 Unknown::Ball(ball, k) if ball == bar.balls[1] => -along[k],
@@ -264,8 +263,18 @@ impl<'a> Problem<'a> {
 
     /// The derivatives of [`Self::residuals`]: equations × unknowns.
     pub(super) fn jacobian(&self, estimate: &Estimate, weights: &Weights) -> DMatrix<f64> {
+        self.derivatives(&self.unknowns, estimate, weights)
+    }
+
+    /// The same by any unknowns.
+    pub(super) fn derivatives(
+        &self,
+        unknowns: &[Unknown],
+        estimate: &Estimate,
+        weights: &Weights,
+    ) -> DMatrix<f64> {
         let kinematics = Kinematics::new(self.machine, &estimate.errors);
-        let mut jacobian = DMatrix::zeros(self.equations(), self.unknowns.len());
+        let mut jacobian = DMatrix::zeros(self.equations(), unknowns.len());
         let found: Vec<_> = self
             .places
             .par_iter()
@@ -277,7 +286,7 @@ impl<'a> Problem<'a> {
         let equations = jacobian.nrows();
         // Columns lie behind each other.
         let columns = jacobian.as_mut_slice().par_chunks_mut(equations);
-        columns.zip(&self.unknowns).for_each(|(column, unknown)| {
+        columns.zip(unknowns).for_each(|(column, unknown)| {
             for (i, (place, found)) in self.places.iter().zip(&found).enumerate() {
                 let change = match *unknown {
                     Unknown::Parameter(parameter) => self.by_parameter(parameter, place, found),
@@ -372,15 +381,57 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Which row misses most.
-    pub(super) fn nothing_seen(&self, misses: &[Vector3<f64>]) -> IdentifyError {
-        let squares: f64 = misses.iter().map(Vector3::norm_squared).sum();
-        let rows = self.places.iter().zip(misses);
-        let worst = rows.max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
-        IdentifyError::NothingSeen {
-            rms: (squares / misses.len() as f64).sqrt(),
-            line: worst.map_or(0, |(place, _)| place.line),
-            worst: worst.map_or(0.0, |(_, miss)| miss.norm()),
+    /// The line of the row that misses most, and by how much (mm).
+    pub(super) fn worst(&self, misses: &[Vector3<f64>]) -> (usize, f64) {
+        let rows = self.places.iter().zip(misses.iter().map(Vector3::norm));
+        let worst = rows.max_by(|a, b| a.1.total_cmp(&b.1));
+        worst.map_or((0, 0.0), |(place, miss)| (place.line, miss))
+    }
+
+    /// Lengths (mm) that are known beforehand, each with its name and how long it is in an estimate: of bars, or
+    /// else between nominal places of balls.
+    pub(super) fn lengths(&self, estimate: &Estimate) -> Vec<(String, f64, f64)> {
+        let one = |[a, b]: [usize; 2], known: f64| {
+            let found = (estimate.balls[a] - estimate.balls[b]).norm();
+            let what = format!(
+                "the distance of balls {} and {}",
+                self.balls[a], self.balls[b]
+            );
+            (what, known, found)
+        };
+        if !self.bars.is_empty() {
+            return self
+                .bars
+                .iter()
+                .map(|bar| one(bar.balls, bar.length))
+                .collect();
+        }
+        let all = 0..self.balls.len();
+        let pairs = all.clone().flat_map(|a| (0..a).map(move |b| [a, b]));
+        pairs
+            .filter_map(|[a, b]| {
+                let known = (self.nominal[a]? - self.nominal[b]?).norm();
+                (known > 0.0).then(|| one([a, b], known))
+            })
+            .collect()
+    }
+
+    /// The same problem with other positions of the axes, in the order of the file.
+    pub(super) fn with_positions(&self, probings: &Probings) -> Self {
+        let mut other = self.clone();
+        for place in &mut other.places {
+            place.q = self
+                .machine
+                .to_kinematic(&probings.rows[place.row].position);
+        }
+        other
+    }
+
+    /// The same problem without its bars.
+    pub(super) fn without_bars(&self) -> Self {
+        Self {
+            bars: Vec::new(),
+            ..self.clone()
         }
     }
 
@@ -427,13 +478,29 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// Rows of probings in an order that depends on what they say alone: sums of floating-point numbers depend on
+/// theirs a little.
+pub(super) fn order(probings: &Probings) -> Vec<usize> {
+    let mut rows: Vec<usize> = (0..probings.rows.len()).collect();
+    rows.sort_by_cached_key(|row| {
+        let row = &probings.rows[*row];
+        (
+            probings.balls[row.ball].clone(),
+            row.position.map(ordered),
+            row.direction.map(ordered),
+            [row.spindle, row.sigma.unwrap_or(0.0)].map(ordered),
+        )
+    });
+    rows
+}
+
 /// A number in the order of its value, for sorting.
 fn ordered(value: f64) -> i64 {
     let bits = value.to_bits() as i64;
     bits ^ (((bits >> 63) as u64) >> 1) as i64
 }
 
-/// How a spindle that is indexed by so much (deg) turns the stylus in its frame.
-pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
-    *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
+/// The direction of a bar; none if its balls are in one place.
+fn along(bar: Vector3<f64>) -> Vector3<f64> {
+    bar.try_normalize(0.0).unwrap_or_default()
 }

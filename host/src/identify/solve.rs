@@ -1,10 +1,12 @@
 //! Gauss–Newton with the rank from the noise.
 
-use super::Unknown;
 use super::factor::Factor;
+use super::identified::{Estimated, Identified, Place};
+use super::noise::Noise;
 use super::rows::{Estimate, Problem, Weights};
-use super::unseen::{GivenUp, Unseen, given_up};
-use crate::errors::{ErrorModel, Parameter};
+use super::unseen::{GivenUp, given_up};
+use super::{IdentifyError, Unknown, bars, root_mean_square, units};
+use crate::errors::Parameter;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// How to identify.
@@ -12,90 +14,6 @@ use nalgebra::{DMatrix, DVector, Vector3};
 pub struct Options {
     /// Rows that fit badly count less (Huber).
     pub robust: bool,
-}
-
-/// Why nothing could be identified.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum IdentifyError {
-    /// Too little was probed.
-    #[error(
-        "{equations} equations, three of each probing, for {unknowns} unknowns: {parameters} parameters, stylus and balls"
-    )]
-    TooFew {
-        /// How many equations there are.
-        equations: usize,
-        /// How many unknowns.
-        unknowns: usize,
-        /// How many of these are error parameters.
-        parameters: usize,
-    },
-    /// The iteration does not come to an end.
-    #[error("the probings fit no machine of this model: {rms:.3} mm are left on average")]
-    NotConverged {
-        /// Root of the mean square of the distance from tip to ball (mm).
-        rms: f64,
-    },
-    /// No parameter stands out of what the rows miss.
-    #[error(
-        "no parameter can be told from these probings: they miss by {rms:.3} mm on average, that of line {line} by {worst:.3} mm"
-    )]
-    NothingSeen {
-        /// Root of the mean square of the distance from tip to ball (mm).
-        rms: f64,
-        /// Line of the row that misses most.
-        line: usize,
-        /// By how much (mm).
-        worst: f64,
-    },
-}
-
-/// A parameter with its standard uncertainty (mm, rad, per mmᵏ or radᵏ).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimated {
-    /// Which.
-    pub parameter: Parameter,
-    /// Its value.
-    pub value: f64,
-    /// Its standard uncertainty.
-    pub uncertainty: f64,
-}
-
-/// What a row of probings says in the end: from the ball to the tip (mm, workpiece frame).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// With the nominal machine, and balls and stylus fitted to that.
-    pub before: Vector3<f64>,
-    /// With the machine as identified.
-    pub after: Vector3<f64>,
-    /// False if it fits so badly that it should be looked at.
-    pub is_trusted: bool,
-}
-
-/// What was identified.
-#[derive(Clone, Debug)]
-pub struct Identified {
-    /// The parameters that can be seen, in the order of the model.
-    pub parameters: Vec<Estimated>,
-    /// Their covariance, in this order.
-    pub covariance: DMatrix<f64>,
-    /// What cannot be seen.
-    pub unseen: Vec<Unseen>,
-    /// The machine with these parameters.
-    pub errors: ErrorModel,
-    /// Where the balls are (mm, workpiece frame).
-    pub balls: Vec<Vector3<f64>>,
-    /// Where the stylus tip is (mm, spindle frame).
-    pub stylus: Vector3<f64>,
-    /// Standard deviation of one coordinate of a probing, from what is left (mm).
-    pub noise: f64,
-    /// The same in what the file states for each row, if it states it for all; what is stated counts then.
-    pub of_stated: Option<f64>,
-    /// Equations beyond those that it takes.
-    pub freedom: usize,
-    /// Condition number of the Jacobian, with columns of one length, of what is seen.
-    pub condition: f64,
-    /// Every probing, in the order of the file.
-    pub rows: Vec<Row>,
 }
 
 /// Largest change of any residual (mm) by the last step: three orders below the 0.001 µm that are asked for,
@@ -115,8 +33,10 @@ const STILL: f64 = 1e-6;
 const ROUNDS: usize = 20;
 /// From this round on what was not seen before is not seen: on the limit, the choice could go round in circles.
 const FREE: usize = 4;
-/// Weights and noise that change less than this part from round to round stay.
-const SETTLED: f64 = 1e-3;
+/// A machine that leaves more than this part of what the nominal one does is none.
+const FAR: f64 = 0.5;
+/// If another choice makes what is left of the rows larger by this, the one before it stays.
+const WORSE: f64 = 1.01;
 /// A combination is not seen if its standard uncertainty is more than this many times what all errors
 /// together do at the probings: single coefficients, which make up for each other, are larger than what they
 /// do together, but not by so much.
@@ -130,25 +50,28 @@ const ROUNDING: f64 = 1e-10;
 /// Bars and stylus are known no better than this part of what the rows miss: a hundredth, of which second-order
 /// effects are a part again.
 pub(super) const STIFF: f64 = 0.01;
-/// Where nothing is known of the noise yet (mm): probes repeat to 1 µm.
-const FIRST_NOISE: f64 = 1e-3;
-/// Noise is never less (mm): files have no more digits.
-const LEAST_NOISE: f64 = 1e-6;
-/// Distances, in standard deviations of a coordinate, from which a row counts less: one good row of twenty
-/// has more; and from which it is named: one of 60 000.
-const HUBER: f64 = 2.8;
-/// After so many rounds what is named no longer counts: it would go on to pull a little, and add to the noise.
-const HUBER_ROUNDS: usize = 4;
-const REJECTED: f64 = 1e-6;
-const DISTRUSTED: f64 = 5.0;
-/// Median distance in three dimensions with a standard deviation of 1 in each.
-const MEDIAN: f64 = 1.538;
 
 /// Identifies what a problem looks for.
 ///
 /// # Errors
-/// [`IdentifyError`]: fewer equations than unknowns, or no convergence.
+/// [`IdentifyError`]: fewer equations than unknowns, no convergence, numbers that cannot be.
 pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
+    let found = solve(problem, options);
+    let is_misfit = matches!(
+        found,
+        Err(IdentifyError::NotConverged { .. } | IdentifyError::NothingSeen { .. })
+    );
+    let has_bars = !problem.bars.is_empty();
+    if is_misfit
+        && has_bars
+        && let Ok(without) = solve(&problem.without_bars(), options)
+    {
+        return Err(bars::disagree(problem, &without.balls));
+    }
+    found
+}
+
+fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
     let unknowns = &problem.unknowns;
     let equations = problem.equations();
     let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
@@ -162,88 +85,104 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
         });
     }
     let mut noise = Noise::new(problem);
-    let mut estimate = problem.start();
-    let setup: Vec<usize> = (parameters..unknowns.len()).collect();
-    setup_alone(
-        problem,
-        &mut estimate,
-        &noise.weights(f64::INFINITY),
-        &setup,
-    );
+    bars::have_directions(problem, &problem.start())?;
+    let mut estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
+    units::are_mm(problem, &estimate)?;
     let before = problem.misses(&estimate);
-    let mut left = root_mean_square(before.iter().map(Vector3::norm));
-    let mut last: Vec<GivenUp> = Vec::new();
-    let mut last_numbers: Option<Vec<usize>> = None;
+    let at_start = root_mean_square(before.iter().map(Vector3::norm));
+    let mut left = at_start;
+    let mut last: Option<Round> = None;
+    let mut is_free = true;
     let mut rounds = 0;
     loop {
         let weights = noise.weights(STIFF * left);
         let jacobian = problem.jacobian(&estimate, &weights);
-        let factor = Factor::new(jacobian.clone());
+        let factor = Factor::new(&jacobian, (0..unknowns.len()).collect());
+        let factor = factor.ok_or(IdentifyError::NotFinite)?;
         let idle = problem.idle(&factor, &weights);
         let known = root_mean_square(weights.rows.iter().copied()).recip();
-        let size = root_mean_square(before.iter().map(Vector3::norm)).max(known);
+        let size = at_start.max(known);
         let least = threshold(problem, known, size, left);
-        let mut gone = if rounds < FREE { Vec::new() } else { last };
+        is_free &= rounds < FREE;
+        let before_this = last.as_ref().filter(|_| !is_free);
+        let mut gone = before_this.map_or(Vec::new(), |last| last.given_up.clone());
         let is_new = |i: &usize| gone.iter().all(|g: &GivenUp| g.number != *i);
         let idle: Vec<usize> = idle.into_iter().filter(is_new).collect();
-        gone.extend(idle.into_iter().map(|i| GivenUp::idle(i, unknowns[i])));
-        let (factor, given_up) = seen(unknowns, factor, gone, least);
+        gone.extend(
+            idle.into_iter()
+                .map(|i| GivenUp::idle(i, unknowns[i], problem.spindle)),
+        );
+        let (factor, given_up) = seen(problem, factor, gone, least);
         for one in &given_up {
             problem.give_up(&mut estimate, one);
         }
         let arrived = descend(problem, &mut estimate, &jacobian, &factor, &weights);
         let misses = problem.misses(&estimate);
-        let kept = factor.unknowns();
-        let freedom = equations - kept.len();
-        let settled = noise.learn(&misses, freedom, options.robust, rounds);
-        let trusted = misses.iter().zip(&noise.trust);
-        left = root_mean_square(trusted.map(|(miss, trust)| miss.norm() * trust));
-        let numbers: Vec<usize> = given_up.iter().map(|g| g.number).collect();
-        let same = last_numbers.as_ref() == Some(&numbers);
-        last_numbers = Some(numbers);
+        let trusted = |misses: &[Vector3<f64>], noise: &Noise| {
+            let rows = misses.iter().zip(&noise.trust);
+            root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
+        };
+        let same = (last.as_ref()).is_some_and(|last| last.numbers() == numbers(&given_up));
         rounds += 1;
-        if rounds == ROUNDS && !arrived {
-            return Err(not_converged(&misses));
+        // What is seen only by second-order effects can lead astray: then what was seen before is all.
+        if let Some(round) = &last
+            && is_free
+            && !same
+            && trusted(&misses, &noise) > WORSE * trusted(&round.misses, &noise)
+        {
+            estimate = round.estimate.clone();
+            is_free = false;
+            continue;
         }
-        if (arrived && same && settled) || rounds == ROUNDS {
+        let freedom = equations - factor.unknowns().len();
+        let settled = noise.learn(&misses, freedom, options.robust, rounds - 1);
+        left = trusted(&misses, &noise);
+        if arrived && same && settled {
             // Stiff bars and steps in between can end in another place; that is no result.
-            let most = root_mean_square(before.iter().map(Vector3::norm)) * (1.0 + STILL);
-            if !options.robust && (left.is_nan() || left > most) {
+            if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) {
                 return Err(not_converged(&misses));
             }
-            if parameters > 0 && !kept.iter().any(is_parameter) {
-                return Err(problem.nothing_seen(&misses));
+            if parameters > 0 && !factor.unknowns().iter().any(is_parameter) {
+                let (line, worst) = problem.worst(&misses);
+                return Err(IdentifyError::NothingSeen {
+                    rms: root_mean_square(misses.iter().map(Vector3::norm)),
+                    line,
+                    worst,
+                });
             }
-            let seen: Vec<Parameter> = (kept.iter())
-                .filter_map(|i| match unknowns[*i] {
-                    Unknown::Parameter(parameter) => Some(parameter),
-                    _ => None,
-                })
-                .collect();
-            let covariance = factor.covariance(seen.len());
-            let covariance = covariance.ok_or_else(|| not_converged(&misses))?;
-            let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
-            return Ok(Identified {
-                parameters: (seen.iter().enumerate())
-                    .map(|(i, parameter)| Estimated {
-                        parameter: *parameter,
-                        value: value(parameter),
-                        uncertainty: covariance[(i, i)].sqrt(),
-                    })
-                    .collect(),
-                covariance,
-                unseen: given_up.into_iter().map(|g| g.unseen).collect(),
-                noise: noise.left(&misses, freedom),
-                of_stated: noise.is_stated.then(|| noise.factor(&misses, freedom)),
-                freedom,
-                condition: factor.spectrum(0.0).condition,
-                rows: problem.rows(&before, &misses, &noise.trusted(&misses, freedom)),
-                errors: estimate.errors,
-                balls: estimate.balls,
-                stylus: estimate.stylus,
+            let place = Place {
+                estimate,
+                weights,
+                factor,
+            };
+            let end = End {
+                before,
+                misses,
+                noise,
+                given_up,
+            };
+            return identified(problem, place, end, &jacobian);
+        }
+        if rounds == ROUNDS {
+            return Err(match arrived {
+                false if left > FAR * at_start => not_converged(&misses),
+                _ => IdentifyError::Unsettled {
+                    rounds,
+                    what: match (arrived, same) {
+                        (true, true) => "how much rows count",
+                        (true, false) => "which parameters can be seen",
+                        (false, _) => "what parameters are that can hardly be told from each other",
+                    },
+                    rms: root_mean_square(misses.iter().map(Vector3::norm)),
+                    line: problem.worst(&misses).0,
+                },
             });
         }
-        last = given_up;
+        last = Some(Round {
+            estimate: estimate.clone(),
+            given_up,
+            misses,
+        });
     }
 }
 
@@ -257,21 +196,114 @@ pub(super) fn threshold(problem: &Problem<'_>, known: f64, size: f64, left: f64)
     noisy.max(vague).max(ROUNDING)
 }
 
+/// What a round comes to.
+struct Round {
+    estimate: Estimate,
+    given_up: Vec<GivenUp>,
+    misses: Vec<Vector3<f64>>,
+}
+
+impl Round {
+    fn numbers(&self) -> Vec<usize> {
+        numbers(&self.given_up)
+    }
+}
+
+fn numbers(given_up: &[GivenUp]) -> Vec<usize> {
+    given_up.iter().map(|g| g.number).collect()
+}
+
+/// What the last round leaves, beside the solution.
+struct End {
+    before: Vec<Vector3<f64>>,
+    misses: Vec<Vector3<f64>>,
+    noise: Noise,
+    given_up: Vec<GivenUp>,
+}
+
+/// Puts together what is known in the end.
+fn identified(
+    problem: &Problem<'_>,
+    place: Place,
+    end: End,
+    jacobian: &DMatrix<f64>,
+) -> Result<Identified, IdentifyError> {
+    let End {
+        before,
+        misses,
+        noise,
+        given_up,
+    } = end;
+    let Place {
+        estimate,
+        weights,
+        factor,
+    } = &place;
+    let kept = factor.unknowns();
+    let freedom = problem.equations() - kept.len();
+    let seen: Vec<Parameter> = (kept.iter())
+        .filter_map(|i| match problem.unknowns[*i] {
+            Unknown::Parameter(parameter) => Some(parameter),
+            _ => None,
+        })
+        .collect();
+    let of_rows = factor.covariance(seen.len());
+    let of_rows = of_rows.ok_or_else(|| not_converged(&misses))?;
+    let before_that = problem.base.covariance().without(&seen);
+    let others = before_that.parameters.iter();
+    let others: Vec<Unknown> = others.map(|p| Unknown::Parameter(*p)).collect();
+    let others = problem.derivatives(&others, estimate, weights);
+    // What was known before pulls those that are found with it, as far as they can make up for it.
+    let mut pull = DMatrix::zeros(seen.len(), others.ncols());
+    for (mut pull, column) in pull.column_iter_mut().zip(others.column_iter()) {
+        let step = factor.step(&jacobian.tr_mul(&column));
+        let step = step.ok_or(IdentifyError::NotFinite)?;
+        for (pull, i) in pull.iter_mut().zip(kept) {
+            *pull = step[*i];
+        }
+    }
+    let known = before_that.joined(&seen, &of_rows, &pull);
+    let covariance = known.matrix.view((0, 0), (seen.len(), seen.len()));
+    let value = |p: &Parameter| estimate.errors.parameters.get(p).copied().unwrap_or(0.0);
+    let looked_for = problem.unknowns.iter().filter_map(|unknown| match unknown {
+        Unknown::Parameter(parameter) => Some(*parameter),
+        _ => None,
+    });
+    Ok(Identified {
+        looked_for: looked_for.collect(),
+        parameters: (seen.iter().enumerate())
+            .map(|(i, parameter)| Estimated {
+                parameter: *parameter,
+                value: value(parameter),
+                uncertainty: covariance[(i, i)].sqrt(),
+            })
+            .collect(),
+        covariance: covariance.into_owned(),
+        unseen: given_up.into_iter().map(|g| g.unseen).collect(),
+        noise: noise.left(&misses, freedom),
+        of_stated: noise.is_stated.then(|| noise.factor(&misses, freedom)),
+        freedom,
+        condition: factor.condition(),
+        bars: bars::checked(problem, &place, jacobian),
+        rows: problem.rows(&before, &misses, &noise.trusted(&misses, freedom)),
+        errors: place.estimate.errors.clone(),
+        balls: place.estimate.balls.clone(),
+        stylus: place.estimate.stylus,
+        known,
+        place,
+    })
+}
+
 fn not_converged(misses: &[Vector3<f64>]) -> IdentifyError {
     IdentifyError::NotConverged {
         rms: root_mean_square(misses.iter().map(Vector3::norm)),
     }
 }
 
-pub(super) fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let count = values.len();
-    (values.map(|v| v * v).sum::<f64>() / count as f64).sqrt()
-}
-
 /// Gives up, beside what is `gone`, unknowns until no combination has a singular value that is not above
 /// `least`; the factor of those that are left.
 pub(super) fn seen(
-    unknowns: &[Unknown],
+    problem: &Problem<'_>,
     factor: Factor,
     gone: Vec<GivenUp>,
     least: f64,
@@ -281,13 +313,13 @@ pub(super) fn seen(
     let left: Vec<usize> = factor.unknowns().iter().copied().filter(is_left).collect();
     let mut factor = factor.of(&left);
     loop {
-        let hidden = factor.spectrum(least).hidden;
+        let hidden = factor.hidden(least);
         if hidden.ncols() == 0 {
             return (factor, all);
         }
         let numbers = factor.unknowns();
-        let left: Vec<Unknown> = numbers.iter().map(|i| unknowns[*i]).collect();
-        let more = given_up(&left, &hidden, &factor.units());
+        let left: Vec<Unknown> = numbers.iter().map(|i| problem.unknowns[*i]).collect();
+        let more = given_up(&left, &hidden, &factor.units(), problem.spindle);
         let is_left = |place: &usize| more.iter().all(|g| g.number != *place);
         let kept: Vec<usize> = (0..left.len())
             .filter(is_left)
@@ -311,18 +343,20 @@ pub(super) fn seen(
 /// Fits balls and stylus to the nominal machine: what is left is what its errors do.
 pub(super) fn setup_alone(
     problem: &Problem<'_>,
-    estimate: &mut Estimate,
     weights: &Weights,
-    setup: &[usize],
-) {
-    let jacobian = problem.jacobian(estimate, weights);
-    let factor = Factor::new(jacobian.clone()).of(setup);
-    let factor = seen(&problem.unknowns, factor, Vec::new(), ROUNDING).0;
-    descend(problem, estimate, &jacobian, &factor, weights);
+) -> Result<Estimate, IdentifyError> {
+    let mut estimate = problem.start();
+    let is_setup = |i: &usize| !matches!(problem.unknowns[*i], Unknown::Parameter(_));
+    let setup = (0..problem.unknowns.len()).filter(is_setup).collect();
+    let jacobian = problem.jacobian(&estimate, weights);
+    let factor = Factor::new(&jacobian, setup).ok_or(IdentifyError::NotFinite)?;
+    let factor = seen(problem, factor, Vec::new(), ROUNDING).0;
+    descend(problem, &mut estimate, &jacobian, &factor, weights);
+    Ok(estimate)
 }
 
 /// Steps with one Jacobian until nothing moves any more; false if that takes another one.
-fn descend(
+pub(super) fn descend(
     problem: &Problem<'_>,
     estimate: &mut Estimate,
     jacobian: &DMatrix<f64>,
@@ -349,7 +383,7 @@ fn descend(
         let next = (0..HALVINGS).find_map(|_| {
             let next = problem.moved(estimate, &step);
             let residuals = problem.residuals(&next, weights);
-            let is_no_worse = residuals.norm_squared() <= before * (1.0 + ROUNDING);
+            let is_no_worse = residuals.norm_squared() <= before * (1.0 + STILL);
             step *= 0.5;
             is_no_worse.then_some((next, residuals))
         });
@@ -363,115 +397,4 @@ fn descend(
         last = most;
     }
     is_still(&residuals)
-}
-
-/// What is known of how well rows can be trusted.
-struct Noise {
-    /// Standard uncertainty of a coordinate of each row, as stated (mm), or 1.
-    stated: Vec<f64>,
-    is_stated: bool,
-    /// In these.
-    deviation: f64,
-    /// How much each row counts: 1, or less.
-    trust: Vec<f64>,
-}
-
-impl Noise {
-    fn new(problem: &Problem<'_>) -> Self {
-        let places = &problem.places;
-        let is_stated = places.iter().all(|place| place.sigma.is_some());
-        let stated = places
-            .iter()
-            .map(|p| p.sigma.filter(|_| is_stated).unwrap_or(1.0));
-        Self {
-            stated: stated.collect(),
-            is_stated,
-            deviation: if is_stated { 1.0 } else { FIRST_NOISE },
-            trust: vec![1.0; places.len()],
-        }
-    }
-
-    /// What the residuals of each row (mm) are multiplied by.
-    fn weights(&self, least: f64) -> Weights {
-        let rows = self.trust.iter().zip(&self.stated);
-        let rows = rows.map(|(trust, stated)| trust / (self.deviation * stated));
-        Weights {
-            rows: rows.collect(),
-            least,
-        }
-    }
-
-    /// Distances in what is stated.
-    fn distances(&self, misses: &[Vector3<f64>]) -> Vec<f64> {
-        let rows = misses.iter().zip(&self.stated);
-        rows.map(|(miss, stated)| miss.norm() / stated).collect()
-    }
-
-    /// Standard deviation of a coordinate in what is stated, from the median row: `share` of it is left after
-    /// the fit.
-    fn spread(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
-        let mut distances = self.distances(misses);
-        distances.sort_by(f64::total_cmp);
-        let left = (freedom as f64 / (3 * distances.len()) as f64).sqrt();
-        distances[distances.len() / 2] / MEDIAN / left
-    }
-
-    /// Standard deviation of a coordinate in what is stated.
-    fn factor(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
-        let counted = self.distances(misses).into_iter().zip(&self.trust);
-        let squares: f64 = counted.map(|(d, trust)| (d * trust).powi(2)).sum();
-        let rejected = self.trust.iter().filter(|t| **t <= REJECTED).count();
-        (squares / freedom.saturating_sub(3 * rejected).max(1) as f64).sqrt()
-    }
-
-    /// The same in mm.
-    fn left(&self, misses: &[Vector3<f64>], freedom: usize) -> f64 {
-        let stated = root_mean_square(self.stated.iter().copied());
-        self.factor(misses, freedom) * stated
-    }
-
-    fn trusted(&self, misses: &[Vector3<f64>], freedom: usize) -> Vec<bool> {
-        let most = DISTRUSTED * self.spread(misses, freedom).max(LEAST_NOISE);
-        self.distances(misses).iter().map(|d| *d <= most).collect()
-    }
-
-    /// Takes in what is left; true if that hardly changes anything.
-    fn learn(
-        &mut self,
-        misses: &[Vector3<f64>],
-        freedom: usize,
-        robust: bool,
-        round: usize,
-    ) -> bool {
-        let mut change: f64 = 0.0;
-        let spread = self.spread(misses, freedom);
-        if robust {
-            let most = HUBER * spread;
-            let distances = self.distances(misses);
-            for (trust, distance) in self.trust.iter_mut().zip(distances) {
-                let next = if round >= HUBER_ROUNDS && distance > DISTRUSTED * spread {
-                    REJECTED
-                } else {
-                    (most / distance).sqrt().min(1.0)
-                };
-                change = change.max((next - *trust).abs());
-                *trust = next;
-            }
-        }
-        if !self.is_stated {
-            let found = if robust && round < HUBER_ROUNDS {
-                spread
-            } else {
-                self.factor(misses, freedom)
-            };
-            let next = if freedom == 0 {
-                self.deviation
-            } else {
-                found.max(LEAST_NOISE)
-            };
-            change = change.max((next / self.deviation - 1.0).abs());
-            self.deviation = next;
-        }
-        change < SETTLED && (!robust || round > HUBER_ROUNDS)
-    }
 }

@@ -13,6 +13,17 @@ pub struct Unseen {
     /// What it is confounded with, and by how much of it each of these is off: the value found for it is
     /// the true one plus this times the true one of `unknown`.
     pub with: Vec<(Unknown, f64)>,
+    /// How the spindle was used.
+    pub spindle: Spindle,
+}
+
+/// The spindle in the probings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spindle {
+    /// Along which axis of its frame the stylus points (0, 1, 2).
+    pub tool_axis: usize,
+    /// True if it was at more than one angle.
+    pub is_indexed: bool,
 }
 
 /// Parts of a confounded combination smaller than this are not named (of what the largest does in the
@@ -25,6 +36,7 @@ const NOTHING: f64 = 1e-6;
 
 /// An unknown that is given up, by its number, and by how much the others change per unit of it that they take
 /// over.
+#[derive(Clone, Debug)]
 pub(super) struct GivenUp {
     pub number: usize,
     pub others: Vec<(usize, f64)>,
@@ -33,13 +45,14 @@ pub(super) struct GivenUp {
 
 impl GivenUp {
     /// One that does nothing.
-    pub fn idle(number: usize, unknown: Unknown) -> Self {
+    pub fn idle(number: usize, unknown: Unknown, spindle: Spindle) -> Self {
         Self {
             number,
             others: Vec::new(),
             unseen: Unseen {
                 unknown,
                 with: Vec::new(),
+                spindle,
             },
         }
     }
@@ -47,7 +60,12 @@ impl GivenUp {
 
 /// Picks as many unknowns as there are combinations that cannot be seen: columns of `hidden`, orthonormal,
 /// in units in which each unknown by itself does as much in the probings as any other; `units` are these.
-pub(super) fn given_up(unknowns: &[Unknown], hidden: &DMatrix<f64>, units: &[f64]) -> Vec<GivenUp> {
+pub(super) fn given_up(
+    unknowns: &[Unknown],
+    hidden: &DMatrix<f64>,
+    units: &[f64],
+    spindle: Spindle,
+) -> Vec<GivenUp> {
     let mut rest = hidden.clone();
     let mut chosen: Vec<usize> = Vec::new();
     while rest.ncols() > 0 {
@@ -91,6 +109,7 @@ pub(super) fn given_up(unknowns: &[Unknown], hidden: &DMatrix<f64>, units: &[f64
             unseen: Unseen {
                 unknown: unknowns[chosen[column]],
                 with,
+                spindle,
             },
         }
     };
@@ -112,6 +131,18 @@ fn without(columns: &DMatrix<f64>, row: usize) -> DMatrix<f64> {
 }
 
 impl Unseen {
+    /// What tells it from where the stylus is.
+    fn stylus_remedy(&self) -> &'static str {
+        let is_along = |(u, _): &(Unknown, f64)| *u == Unknown::Stylus(self.spindle.tool_axis);
+        match (self.with.iter().any(is_along), self.spindle.is_indexed) {
+            (true, _) => {
+                "give the length of the stylus with its uncertainty (length_standard_uncertainty_mm in the artefact)"
+            }
+            (false, false) => "index the spindle",
+            (false, true) => "index the spindle by half a turn, at more rotary positions",
+        }
+    }
+
     /// What there is to be said about it.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -147,8 +178,9 @@ impl Unseen {
                 .map(|(u, _)| u.to_string())
                 .collect();
             return format!(
-                "{name} cannot be told from {}: index the spindle, or give the length of the stylus with its uncertainty",
-                [stylus, parameters].concat().join(", ")
+                "{name} cannot be told from {}: {}",
+                [stylus, parameters].concat().join(", "),
+                self.stylus_remedy()
             );
         }
         if parameters.is_empty() {

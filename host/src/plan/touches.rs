@@ -4,9 +4,9 @@ use super::candidates::Unreachable;
 use crate::errors::{ErrorModel, Situation};
 use crate::formats::artefact::{Artefact, Ball};
 use crate::formats::probings::Probing;
-use crate::identify::turned;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
+use crate::simulate::turned;
 use crate::simulate::{reach, three_linear};
 use nalgebra::{Matrix3, Vector3};
 

@@ -4,11 +4,11 @@ use super::fit::{Centre, Fitted, fit};
 use super::log::Touched;
 use crate::errors::{ErrorModel, Situation};
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::turned;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::plan::PER_BALL;
 use crate::simulate::reach;
+use crate::simulate::turned;
 use crate::source::FileError;
 use nalgebra::Vector3;
 

@@ -21,7 +21,8 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
+    /// Of some values; 0 of none.
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
         let (mut n, mut sum, mut squares, mut max) = (0.0, 0.0, 0.0, 0.0_f64);
         for v in values {
             n += 1.0;

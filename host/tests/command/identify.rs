@@ -3,7 +3,7 @@
 use crate::program::{Folder, answer, example, refused};
 
 /// The probings of the Kolibri with ten errors and 1 µm of noise.
-fn probings(folder: &Folder, more: &[&str]) -> String {
+pub fn probings(folder: &Folder, more: &[&str]) -> String {
     let out = folder.at("probings.csv");
     let files = [
         "machine.toml",
@@ -188,7 +188,7 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,Y,A,C,X,Z,sigma_um\n1,2,3,4,5,6,0\n",
-            ["an uncertainty is more than 0", "µm"],
+            ["0 µm is no uncertainty of a probing", "more than 0"],
         ),
         (
             "ball,Y,A,C,X,Z\n,2,3,4,5,6\n",

@@ -16,4 +16,5 @@ mod program;
 mod results;
 mod shown;
 mod targets;
+mod uncertainty;
 mod writing;

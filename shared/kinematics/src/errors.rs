@@ -282,16 +282,8 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
         if carried.there == 0 {
             return None;
         }
-        let [low, high] = self.calibrated[index];
         let by = situation.pieces_by.map(|by| by[index]);
-        let held = match by {
-            None if q < low => low,
-            None if q > high => high,
-            // Points of tables are f32: an end that is meant may come out a little outside.
-            Some(by) if by < low - 1e-6 * (high - low) => low,
-            Some(by) if by > high + 1e-6 * (high - low) => high,
-            _ => q,
-        };
+        let held = self.held(index, q, by);
         let sign = situation.sign[index];
         let mut error = [0.0; 6];
         for (component, (e, motion)) in error.iter_mut().zip(&self.motions[index]).enumerate() {
@@ -311,6 +303,49 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
             };
         }
         Some(error)
+    }
+}
+
+impl<P> ErrorModel<P> {
+    /// Where a motion that holds its end value is evaluated, for an axis at `q` (mm or rad); `by` decides
+    /// instead, if there is one.
+    fn held(&self, index: usize, q: f64, by: Option<f64>) -> f64 {
+        let [low, high] = self.calibrated[index];
+        match by {
+            None if q < low => low,
+            None if q > high => high,
+            // Points of tables are f32: an end that is meant may come out a little outside.
+            Some(by) if by < low - 1e-6 * (high - low) => low,
+            Some(by) if by > high + 1e-6 * (high - low) => high,
+            _ => q,
+        }
+    }
+
+    /// What a parameter adds to its component of the error of its axis, per unit of it, at the commanded `q`
+    /// (mm, rad): 1 for an inter-axis error, the direction of travel for backlash, for a coefficient its power
+    /// or its cosine or sine, held where the motion holds its end value. `None` if the machine has no such
+    /// parameter.
+    #[must_use]
+    pub fn per_unit(
+        &self,
+        machine: &Machine,
+        parameter: Parameter,
+        q: &PerAxis,
+        situation: &Situation,
+    ) -> Option<f64> {
+        let index = place(machine, parameter)?;
+        Some(match parameter.kind {
+            ParameterKind::Inter => 1.0,
+            ParameterKind::Backlash => situation.sign[index],
+            kind => {
+                let by = situation.pieces_by.map(|by| by[index]);
+                let motion = &self.motions[index][parameter.component];
+                kind.basis(match motion.holds() {
+                    true => self.held(index, q[index], by),
+                    false => q[index],
+                })
+            }
+        })
     }
 }
 

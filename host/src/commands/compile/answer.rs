@@ -10,6 +10,7 @@ use trueaxis_host::compile::{
 };
 use trueaxis_host::policy::Told;
 use trueaxis_host::target::{Shortage, Target};
+use trueaxis_host::uncertainty::OverTravel;
 
 /// All that there is to say.
 #[derive(Serialize)]
@@ -48,6 +49,8 @@ pub struct Proven<'a> {
     axes: &'a [AxisBounds],
     #[serde(flatten)]
     proof: &'a Proof,
+    /// 95 % band of what uncertain parameters leave.
+    uncertainty: Option<OverTravel>,
     notes: &'a [String],
     warnings: Vec<Message>,
 }
@@ -60,7 +63,12 @@ struct Message {
 }
 
 impl<'a> Proven<'a> {
-    pub fn new(built: &'a Built, proof: &'a Proof, tolerance_um: f64) -> Self {
+    pub fn new(
+        built: &'a Built,
+        proof: &'a Proof,
+        uncertainty: Option<OverTravel>,
+        tolerance_um: f64,
+    ) -> Self {
         let mut warnings = built.warnings.clone();
         warnings.extend(over_bounds(&built.bounds, &proof.travel.largest));
         warnings.extend(worse(proof, tolerance_um));
@@ -72,6 +80,7 @@ impl<'a> Proven<'a> {
             size: built.size,
             axes: &built.bounds,
             proof,
+            uncertainty,
             notes: &built.notes,
             warnings: warnings.into_iter().map(told).collect(),
         }
@@ -90,6 +99,7 @@ impl Answer<'_> {
             text += &screen::policy(self.stored);
             text.push('\n');
             text += &screen::quality(proven.proof, self.tolerance_um);
+            text += &screen::uncertainty(proven.uncertainty.as_ref());
             text.push('\n');
             text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
             text += &screen::largest(self.stored, proven.axes);

@@ -1,0 +1,57 @@
+//! `[uncertainty]`.
+
+use super::ErrorsFile;
+use crate::errors::ErrorModel;
+use crate::formats::covariance;
+use crate::source::FileError;
+
+/// Standard uncertainties are written with four digits.
+const ROUNDED: f64 = 1e-3;
+
+impl ErrorModel {
+    /// Reads the file of covariances, if one is named.
+    pub(super) fn read_covariance(
+        &mut self,
+        file: &ErrorsFile,
+        read: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<(), FileError> {
+        let Some(entry) = &file.uncertainty else {
+            return Ok(());
+        };
+        let name = &entry.covariance;
+        let text = read(name.get_ref()).map_err(|cause| {
+            FileError::at(
+                name.span(),
+                cause,
+                "this file",
+                "give the path of a CSV file, as seen from the folder of the error file",
+            )
+        })?;
+        let within = |error: FileError| error.within(name.get_ref(), &text);
+        let (found, places) = covariance::read(&text).map_err(within)?;
+        let uncertainties = found.standard_uncertainties();
+        for ((parameter, place), u) in found.parameters.iter().zip(places).zip(uncertainties) {
+            if !self.parameters.contains_key(parameter) {
+                return Err(within(FileError::at(
+                    place,
+                    format!("{parameter} has no value under [parameters]"),
+                    "this parameter",
+                    "give the covariances of the parameters that the error file has: both files are written by one run of identify",
+                )));
+            }
+            let stated = *self.standard_uncertainty.entry(*parameter).or_insert(u);
+            if (stated - u).abs() > ROUNDED * stated.max(u) {
+                return Err(within(FileError::at(
+                    place,
+                    format!(
+                        "the standard uncertainty of {parameter} is {u:.3e} here, and {stated:.3e} under [standard_uncertainty]"
+                    ),
+                    "the root of its variance",
+                    "use the two files that one run of identify has written, or correct one of the two",
+                )));
+            }
+        }
+        self.correlated = Some(found);
+        Ok(())
+    }
+}

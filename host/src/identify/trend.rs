@@ -1,0 +1,169 @@
+//! Whether what is left of the rows goes with something that the model does not know: time, temperature, the
+//! run, the direction from which an axis came.
+
+use super::rows::{LARGEST_LENGTH, Problem};
+use super::{Identified, root_mean_square};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+/// A movement of the tip against the balls (workpiece frame) along something, fitted together with all that
+/// was identified.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trend {
+    /// How far the tip moves (mm) from the least to the most of it.
+    pub change: Vector3<f64>,
+    /// Standard uncertainty of each coordinate of that (mm).
+    pub uncertainty: Vector3<f64>,
+    /// Square of its length in standard deviations: χ² with three degrees of freedom if there is none.
+    pub square: f64,
+}
+
+impl Trend {
+    /// True if chance makes one so large in a thousand.
+    #[must_use]
+    pub fn is_significant(&self) -> bool {
+        self.square > SIGNIFICANT
+    }
+}
+
+/// The 99.9 % quantile of χ² with three degrees of freedom.
+const SIGNIFICANT: f64 = 16.27;
+
+/// The trend along a value of each row (in the order of the file); `None` if all rows have the same, or if
+/// these rows cannot tell it from what was identified: it would have to be larger than any error to show.
+pub(super) fn trend(
+    problem: &Problem<'_>,
+    identified: &Identified,
+    values: &[f64],
+) -> Option<Trend> {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let parts: Vec<f64> = (problem.places.iter())
+        .map(|place| (values[place.row] - mean) / (high - low))
+        .collect();
+    if !parts.iter().all(|part| part.is_finite()) {
+        return None;
+    }
+    let place = &identified.place;
+    let residuals = problem.residuals(&place.estimate, &place.weights);
+    let jacobian = problem.jacobian(&place.estimate, &place.weights);
+    let mut columns = DMatrix::zeros(residuals.len(), 3);
+    for (i, (part, weight)) in parts.iter().zip(&place.weights.rows).enumerate() {
+        for k in 0..3 {
+            columns[(3 * i + k, k)] = part * weight;
+        }
+    }
+    // What of it the unknowns cannot make up for.
+    for mut column in columns.column_iter_mut() {
+        let step: DVector<f64> = place.factor.step(&jacobian.tr_mul(&column))?;
+        column += &jacobian * step;
+    }
+    let normal: Matrix3<f64> = columns.tr_mul(&columns).fixed_view::<3, 3>(0, 0).into();
+    let gradient: Vector3<f64> = columns.tr_mul(&residuals).fixed_rows::<3>(0).into();
+    let inverse = normal.try_inverse()?;
+    let change = inverse * gradient;
+    // Noise is what is left without it, unless it is stated.
+    let square = residuals.norm_squared();
+    let freedom = identified.freedom.saturating_sub(3).max(1) as f64;
+    let noise = match identified.of_stated {
+        Some(_) => 1.0,
+        None => (square - change.dot(&gradient)).max(0.0) / freedom,
+    };
+    let covariance = inverse * noise;
+    let uncertainty = covariance.diagonal().map(f64::sqrt);
+    if !uncertainty.iter().all(|u| *u < LARGEST_LENGTH) {
+        return None;
+    }
+    Some(Trend {
+        change,
+        uncertainty,
+        square: change.dot(&gradient) / noise,
+    })
+}
+
+/// Repeated probings of one ball at the same rotary positions, from the same directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Repeats {
+    /// How many places were probed more than once.
+    pub places: usize,
+    /// Degrees of freedom: coordinates beyond the first of each place.
+    pub freedom: usize,
+    /// Pooled standard deviation of a coordinate (mm).
+    pub deviation: f64,
+    /// How many times as large what is left is.
+    pub ratio: f64,
+    /// True if that is more than chance makes of it once in a thousand: the model lacks something.
+    pub is_less: bool,
+}
+
+/// Rotary positions (deg) that differ less are the same.
+const SAME: f64 = 1e-3;
+/// Standard deviations of the logarithm of a ratio, one-sided: one in a thousand.
+const CHANCE: f64 = 3.1;
+
+/// What repeats, if anything was probed twice.
+pub(super) fn repeats(
+    problem: &Problem<'_>,
+    identified: &Identified,
+    keys: &[Vec<f64>],
+) -> Option<Repeats> {
+    let after: Vec<&super::Row> = identified.rows.iter().collect();
+    let is_same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < SAME);
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for i in (0..keys.len()).filter(|i| after[*i].is_trusted) {
+        match groups.iter_mut().find(|g| is_same(&keys[g[0]], &keys[i])) {
+            Some(group) => group.push(i),
+            None => groups.push(vec![i]),
+        }
+    }
+    groups.retain(|group| group.len() > 1);
+    let freedom: usize = groups.iter().map(|group| 3 * (group.len() - 1)).sum();
+    let squares: f64 = (groups.iter())
+        .map(|group| {
+            let all = group.iter().map(|i| after[*i].after);
+            let mean = all.clone().sum::<Vector3<f64>>() / group.len() as f64;
+            all.map(|miss| (miss - mean).norm_squared()).sum::<f64>()
+        })
+        .sum();
+    if freedom == 0 || squares <= 0.0 {
+        return None;
+    }
+    let deviation = (squares / freedom as f64).sqrt();
+    let ratio = identified.noise / deviation;
+    let chance = (0.5 / freedom as f64 + 0.5 / problem.equations() as f64).sqrt();
+    Some(Repeats {
+        places: groups.len(),
+        freedom,
+        deviation,
+        ratio,
+        is_less: ratio.ln() > CHANCE * chance,
+    })
+}
+
+/// What is left at each ball.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OfBall {
+    /// Its name.
+    pub name: String,
+    /// How often it was probed.
+    pub rows: usize,
+    /// Root of the mean square distance from tip to ball (mm).
+    pub rms: f64,
+    /// The largest (mm).
+    pub max: f64,
+}
+
+/// What is left at each ball, in the order of the file.
+pub(super) fn by_ball(problem: &Problem<'_>, identified: &Identified) -> Vec<OfBall> {
+    let of = |(ball, name): (usize, &String)| {
+        let rows = problem.places.iter().filter(|place| place.ball == ball);
+        let left: Vec<f64> = rows.map(|p| identified.rows[p.row].after.norm()).collect();
+        OfBall {
+            name: name.clone(),
+            rows: left.len(),
+            rms: root_mean_square(left.iter().copied()),
+            max: left.iter().copied().fold(0.0, f64::max),
+        }
+    };
+    problem.balls.iter().enumerate().map(of).collect()
+}

@@ -1,0 +1,32 @@
+//! Positions in metres or inches, told by lengths that are known.
+
+use super::rows::{Estimate, Problem};
+use super::{IdentifyError, bars};
+
+/// mm in each.
+const UNITS: [(&str, f64); 2] = [("metres", 1000.0), ("inches", 25.4)];
+/// So much may nominal lengths be wrong.
+const NEARLY: f64 = 0.1;
+
+/// Refuses positions that are too small by a unit wherever a length is known: bars, distances of balls, the
+/// stylus if it can be seen; and bars that are nowhere near what the probings say. `setup` is what fits the
+/// nominal machine.
+pub(super) fn are_mm(problem: &Problem<'_>, setup: &Estimate) -> Result<(), IdentifyError> {
+    let known = problem.lengths(setup);
+    for (unit, factor) in UNITS {
+        let is_unit = |(_, known, found): &(String, f64, f64)| {
+            (known / (found * factor) - 1.0).abs() < NEARLY
+        };
+        if let Some((what, length, found)) = known.first()
+            && known.iter().all(is_unit)
+        {
+            return Err(IdentifyError::OtherUnit {
+                what: what.clone(),
+                known: *length,
+                found: *found,
+                unit,
+            });
+        }
+    }
+    bars::are_likely(problem, setup)
+}

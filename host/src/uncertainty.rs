@@ -1,0 +1,128 @@
+//! What the uncertainty of the error parameters leaves of the volumetric error.
+//!
+//! Tables undo the errors as they are written. If these are off by δ, normally distributed with a covariance C,
+//! the tip is off by J·δ and the tool's direction by D·δ, with the exact derivatives J and D of the actual
+//! machine. Both are vectors with the covariances J·C·Jᵀ and D·C·Dᵀ. The *95 % band* at a position is the
+//! length that the vector does not exceed with a probability of 95 %: 1.96 times the standard uncertainty if it
+//! can go along one line only, 2.80 times that of a coordinate if all three are alike.
+
+mod length;
+mod travel;
+
+use crate::errors::{Covariance, ErrorModel, Parameter, ParameterKind, Situation};
+use crate::kinematics::Kinematics;
+use crate::machine::{Machine, PerAxis};
+use crate::validate::{Quality, Statistics};
+use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
+use rayon::prelude::*;
+pub use travel::{OverTravel, over_travel};
+
+/// Probability with which an error is inside the band.
+pub const PROBABILITY: f64 = 0.95;
+
+/// What uncertain parameters leave at one position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leaves {
+    /// Covariance of the tip (mm², workpiece frame).
+    pub tip: Matrix3<f64>,
+    /// Covariance of the tool's direction (rad², workpiece frame; none along the tool).
+    pub direction: Matrix3<f64>,
+}
+
+impl Leaves {
+    /// Length (mm) that the error of the tip does not exceed with 95 %.
+    #[must_use]
+    pub fn tip_band(&self) -> f64 {
+        length::quantile(&self.tip)
+    }
+
+    /// Angle (rad) that the error of the tool's direction does not exceed with 95 %.
+    #[must_use]
+    pub fn direction_band(&self) -> f64 {
+        length::quantile(&self.direction)
+    }
+}
+
+/// What the covariance of parameters leaves at each position (mm, rad) with its situation.
+#[must_use]
+pub fn leaves(
+    machine: &Machine,
+    errors: &ErrorModel,
+    covariance: &Covariance,
+    positions: &[(PerAxis, Situation)],
+) -> Vec<Leaves> {
+    let kinematics = Kinematics::new(machine, errors);
+    let root = covariance.root();
+    let at = |(q, situation): &(PerAxis, Situation)| {
+        let [tip, direction] = derivatives(&kinematics, &covariance.parameters, q, situation)
+            .map(|derivatives| of_root(&derivatives, &root));
+        Leaves { tip, direction }
+    };
+    positions.par_iter().map(at).collect()
+}
+
+/// The 95 % bands over many positions: mean, root mean square and maximum of [`Leaves::tip_band`] (µm) and
+/// [`Leaves::direction_band`] (µrad).
+#[must_use]
+pub fn band(
+    machine: &Machine,
+    errors: &ErrorModel,
+    covariance: &Covariance,
+    positions: &[(PerAxis, Situation)],
+) -> Quality {
+    let leaves = leaves(machine, errors, covariance, positions);
+    let bands = leaves
+        .par_iter()
+        .map(|at| [at.tip_band(), at.direction_band()]);
+    let bands: Vec<[f64; 2]> = bands.collect();
+    Quality {
+        translation_um: Statistics::of(bands.iter().map(|[tip, _]| tip * 1e3)),
+        direction_urad: Statistics::of(bands.iter().map(|[_, direction]| direction * 1e6)),
+    }
+}
+
+/// How the tip (mm) and the unit vector of the tool's direction (rad) change with each parameter, in the
+/// workpiece frame.
+#[must_use]
+pub fn derivatives(
+    kinematics: &Kinematics<'_>,
+    parameters: &[Parameter],
+    q: &PerAxis,
+    situation: &Situation,
+) -> [Matrix3xX<f64>; 2] {
+    let machine = kinematics.machine;
+    let tip = situation.length.map_or(machine.tip, |l| machine.tip_at(l));
+    let tip = Vector3::from(tip);
+    let at_tip = kinematics.sensitivity(q, situation, &tip);
+    // A point 1 mm further along the tool.
+    let further = tip + Vector3::ith(machine.tool_axis, 1.0);
+    let at_further = kinematics.sensitivity(q, situation, &further);
+    let spindle = machine.axes.len();
+    let mut found = [(); 2].map(|()| Matrix3xX::zeros(parameters.len()));
+    for (k, parameter) in parameters.iter().enumerate() {
+        let per_unit = kinematics
+            .errors
+            .per_unit(machine, *parameter, q, situation);
+        let axis = machine.index(parameter.axis).unwrap_or(spindle);
+        let of = |sensitivity: &trueaxis_kinematics::Sensitivity| -> Vector3<f64> {
+            let columns = match parameter.kind {
+                ParameterKind::Inter => &sensitivity.by_inter[axis],
+                _ => &sensitivity.by_intra[axis],
+            };
+            columns.column(parameter.component) * per_unit.unwrap_or(0.0)
+        };
+        let tip = of(&at_tip);
+        found[0].set_column(k, &tip);
+        found[1].set_column(k, &(of(&at_further) - tip));
+    }
+    found
+}
+
+/// J·R·(J·R)ᵀ.
+fn of_root(derivatives: &Matrix3xX<f64>, root: &DMatrix<f64>) -> Matrix3<f64> {
+    let spread = derivatives * root;
+    &spread * spread.transpose()
+}
+
+#[cfg(test)]
+mod tests;

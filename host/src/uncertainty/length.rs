@@ -1,0 +1,157 @@
+//! How long a random vector is.
+
+use super::PROBABILITY;
+use nalgebra::Matrix3;
+
+/// Points of the mean over directions: the angle to the largest axis (Gauss–Legendre), and the angle about it.
+const ABOUT: usize = 12;
+const ALONG: usize = 24;
+/// The quantile is found to this part of itself.
+const EXACT: f64 = 1e-9;
+/// Steps of Newton's method, more than it ever takes.
+const STEPS: usize = 30;
+/// Less than it can be, in the largest standard deviation: 1.96 if there is no other.
+const LEAST: f64 = 1.9;
+/// Smaller eigenvalues than this part of the largest are rounding.
+const NOTHING: f64 = 1e-14;
+
+/// The length that a normally distributed vector with mean 0 and this covariance does not exceed with
+/// [`PROBABILITY`].
+///
+/// A vector in the direction u has the length ℓ·χ₃ with ℓ² = uᵀ·Λ·u, where Λ has the eigenvalues of the
+/// covariance and χ₃ is the length of a standard normal vector, independent of u: the probability is the mean
+/// of that of χ₃ over all directions.
+pub fn quantile(covariance: &Matrix3<f64>) -> f64 {
+    let mut variances: [f64; 3] = covariance.symmetric_eigenvalues().into();
+    variances.sort_by(|a, b| b.total_cmp(a));
+    let largest = variances[0];
+    if largest.is_nan() || largest <= 0.0 {
+        return 0.0;
+    }
+    let variances = variances.map(|v| {
+        if v < NOTHING * largest {
+            0.0
+        } else {
+            v / largest
+        }
+    });
+    let squares = directions(variances);
+    // Probability and its derivative. Beyond `LEAST` it grows ever more slowly: steps from below stay below.
+    let within = |length: f64| {
+        let each = squares.iter().map(|(weight, square)| {
+            let size = square.sqrt();
+            let [probability, density] = chi_3(length / size);
+            [weight * probability, weight * density / size]
+        });
+        each.fold([0.0; 2], |[a, b], [p, d]| [a + p, b + d])
+    };
+    let mut length = LEAST;
+    for _ in 0..STEPS {
+        let [probability, density] = within(length);
+        let step = (PROBABILITY - probability) / density;
+        length += step;
+        if step.abs() < EXACT {
+            break;
+        }
+    }
+    length * largest.sqrt()
+}
+
+/// Weights, and uᵀ·Λ·u, of directions that stand for all.
+fn directions([first, second, third]: [f64; 3]) -> Vec<(f64, f64)> {
+    let mut all = Vec::with_capacity(ALONG * ABOUT);
+    for (along, weight) in gauss_legendre() {
+        for k in 0..ABOUT {
+            let about = (k as f64 + 0.5) / ABOUT as f64 * std::f64::consts::FRAC_PI_2;
+            let across = second * about.cos().powi(2) + third * about.sin().powi(2);
+            let square = first * along * along + (1.0 - along * along) * across;
+            all.push((weight / ABOUT as f64, square));
+        }
+    }
+    all
+}
+
+/// Points and weights of the mean over 0 to 1.
+fn gauss_legendre() -> Vec<(f64, f64)> {
+    let n = ALONG as f64;
+    let point = |i: usize| {
+        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 1.0;
+        // Newton on the Legendre polynomial: five steps from this start are exact.
+        for _ in 0..5 {
+            let (mut value, mut last) = (x, 1.0);
+            for k in 2..=ALONG {
+                let k = k as f64;
+                (value, last) = (((2.0 * k - 1.0) * x * value - (k - 1.0) * last) / k, value);
+            }
+            slope = n * (x * value - last) / (x * x - 1.0);
+            x -= value / slope;
+        }
+        (0.5 * (x + 1.0), 1.0 / ((1.0 - x * x) * slope * slope))
+    };
+    (0..ALONG).map(point).collect()
+}
+
+/// Probability that a standard normal vector of three coordinates is no longer than this, and its density.
+fn chi_3(length: f64) -> [f64; 2] {
+    let half = length * std::f64::consts::FRAC_1_SQRT_2;
+    let edge = (2.0 / std::f64::consts::PI).sqrt() * length * (-half * half).exp();
+    [libm::erf(half) - edge, edge * length]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    fn of(variances: [f64; 3]) -> f64 {
+        quantile(&Matrix3::from_diagonal(&Vector3::from(variances)))
+    }
+
+    #[test]
+    fn lengths_along_one_line_in_a_plane_and_in_space_are_those_of_tables() {
+        for (variances, expected) in [
+            // Normal distribution, two-sided.
+            ([4.0, 0.0, 0.0], 2.0 * 1.959_963_985),
+            // Rayleigh: √(−2·ln 0.05).
+            ([1.0, 1.0, 0.0], (-2.0 * 0.05_f64.ln()).sqrt()),
+            // χ² with three degrees of freedom: 7.814728.
+            ([1.0, 1.0, 1.0], 7.814_727_903_f64.sqrt()),
+        ] {
+            let found = of(variances);
+            // The tables have ten digits; the sum over directions is coarser where two eigenvalues are 0.
+            assert!(
+                (found / expected - 1.0).abs() < 1e-6,
+                "{variances:?}: {found} {expected}"
+            );
+        }
+        assert_eq!(of([0.0; 3]), 0.0);
+    }
+
+    #[test]
+    fn other_vectors_are_as_long_as_drawn_ones() {
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        let mut normal = || {
+            let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+            radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
+        };
+        for variances in [
+            [1.0, 0.3, 0.01],
+            [1.0, 0.9, 0.0],
+            [1.0, 1e-4, 1e-6],
+            [1.0, 1.0, 0.2],
+        ] {
+            let most = of(variances);
+            let draws = 100_000;
+            let inside = (0..draws).filter(|_| {
+                let square: f64 = variances.iter().map(|v| v * normal().powi(2)).sum();
+                square <= most * most
+            });
+            let part = inside.count() as f64 / f64::from(draws);
+            // A part of 0.95 of 100 000 has a standard deviation of 0.0007: four times that.
+            assert!((part - 0.95).abs() < 0.0028, "{variances:?}: {part}");
+        }
+    }
+}

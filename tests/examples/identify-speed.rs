@@ -1,0 +1,154 @@
+//! How long an identification takes, and the same problem for a rival: `cargo xtask bench identify`.
+//!
+//! `identify-speed FOLDER` writes each problem into the folder, with the time that it took here.
+
+use nalgebra::Vector3;
+use serde_json::json;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_host::formats::artefact::Artefact;
+use trueaxis_host::formats::probings::{Probing, Probings};
+use trueaxis_host::identify::{Identified, Model, Options, Problem, identify};
+use trueaxis_host::machine::{MAX_AXES, Machine};
+use trueaxis_tests::probed::Case;
+use trueaxis_tests::{Fixed, machine};
+
+/// Unknowns, probings, balls, and the degree up to which parameters are looked for among which to choose.
+const PROBLEMS: [(usize, usize, usize, u8); 2] = [(100, 1000, 8, 4), (300, 3000, 12, 11)];
+/// The mean of so many.
+const TIMES: u32 = 5;
+
+fn main() -> ExitCode {
+    let Some(folder) = std::env::args().nth(1) else {
+        eprintln!("usage: identify-speed FOLDER");
+        return ExitCode::FAILURE;
+    };
+    let machine = machine("examples/kolibri/machine.toml");
+    for (unknowns, rows, balls, degree) in PROBLEMS {
+        let task = Task::new(&machine, unknowns, rows, balls, degree);
+        let (start, before) = (Instant::now(), processor());
+        for _ in 0..TIMES {
+            let identified = task.identified();
+            assert_eq!(identified.parameters.len(), task.parameters.len());
+        }
+        let wall = start.elapsed().as_secs_f64() / f64::from(TIMES);
+        let seconds = match (before, processor()) {
+            (Some(before), Some(after)) => (after - before) / f64::from(TIMES),
+            _ => wall,
+        };
+        let identified = task.identified();
+        println!(
+            "{unknowns} unknowns from {rows} probings: {seconds:.3} s of processor time ({wall:.3} s), condition {:.0}",
+            identified.condition
+        );
+        let path = Path::new(&folder).join(format!("{unknowns}.json"));
+        if let Err(error) = std::fs::write(&path, task.json(seconds, &identified)) {
+            eprintln!("{}: {error}", path.display());
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Processor time of this process (s), where the system tells it: other programs do not count.
+fn processor() -> Option<f64> {
+    /// Ticks in a second, of what Linux shows.
+    const TICKS: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // Behind the name, which may have spaces: utime and stime are the fields 14 and 15.
+    let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
+    let ticks = |field: usize| fields.get(field - 3)?.parse::<f64>().ok();
+    Some((ticks(14)? + ticks(15)?) / TICKS)
+}
+
+/// A machine, probings of it, and parameters all of which they show.
+struct Task<'a> {
+    machine: &'a Machine,
+    measured: Probings,
+    artefact: Artefact,
+    parameters: Vec<Parameter>,
+}
+
+impl<'a> Task<'a> {
+    fn new(machine: &'a Machine, unknowns: usize, rows: usize, balls: usize, degree: u8) -> Self {
+        let wanted = unknowns - 3 - 3 * balls;
+        let mut random = Fixed::new(unknowns as u64);
+        let mut all = Model::Auto
+            .parameters(machine, degree, &[])
+            .expect("any machine has it");
+        loop {
+            let case =
+                Case::spread(machine, &all, balls, rows, &mut random).expect("balls in reach");
+            let mut task = Self {
+                machine,
+                measured: case.noisy(1),
+                artefact: case.artefact,
+                parameters: all,
+            };
+            // Of what is seen, as many as are wanted; then once more with nothing else in the machine.
+            let seen = task.identified().parameters;
+            let seen: Vec<Parameter> = seen.iter().map(|e| e.parameter).take(wanted).collect();
+            if task.parameters.len() == wanted && seen.len() == wanted {
+                return task;
+            }
+            assert!(
+                seen.len() == wanted,
+                "only {} of {wanted} are seen",
+                seen.len()
+            );
+            task.parameters.clear();
+            all = seen;
+        }
+    }
+
+    fn identified(&self) -> Identified {
+        let perfect = ErrorModel::perfect(self.machine);
+        let (measured, artefact) = (&self.measured, &self.artefact);
+        let problem = Problem::new(self.machine, measured, artefact, &self.parameters, &perfect);
+        identify(&problem, Options::default()).expect("a result")
+    }
+
+    /// All that it takes to solve it elsewhere: mm, rad.
+    fn json(&self, seconds: f64, identified: &Identified) -> String {
+        let kinds = |p: &Parameter| match p.kind {
+            ParameterKind::Inter => ("inter", 0),
+            ParameterKind::Degree(k) => ("degree", k),
+            ParameterKind::Cosine(k) => ("cosine", k),
+            ParameterKind::Sine(k) => ("sine", k),
+            ParameterKind::Backlash => ("backlash", 0),
+        };
+        let index = |p: &Parameter| {
+            self.machine
+                .index(p.axis)
+                .unwrap_or(self.machine.axes.len())
+        };
+        let parameters = self.parameters.iter().map(|p| {
+            let (kind, k) = kinds(p);
+            json!({"name": p.to_string(), "axis": index(p), "component": p.component, "kind": kind, "k": k})
+        });
+        let row = |row: &Probing| {
+            let q: [f64; MAX_AXES] = self.machine.to_kinematic(&row.position);
+            json!({"ball": row.ball, "q": q[..self.machine.axes.len()]})
+        };
+        let axes = self.machine.axes.iter().map(|axis| {
+            let component = "XYZABC".find(axis.letter.char()).unwrap_or(0);
+            json!({"branch": format!("{:?}", axis.branch), "component": component})
+        });
+        let three = |v: &Vector3<f64>| [v.x, v.y, v.z];
+        let squares: f64 = identified.rows.iter().map(|r| r.after.norm_squared()).sum();
+        json!({
+            "seconds": seconds,
+            "axes": axes.collect::<Vec<_>>(),
+            "tip": self.machine.tip,
+            "parameters": parameters.collect::<Vec<_>>(),
+            "rows": self.measured.rows.iter().map(row).collect::<Vec<_>>(),
+            "balls": identified.balls.len(),
+            "found": identified.parameters.iter().map(|e| e.value).collect::<Vec<_>>(),
+            "found_balls": identified.balls.iter().map(three).collect::<Vec<_>>(),
+            "squares_mm2": squares,
+        })
+        .to_string()
+    }
+}

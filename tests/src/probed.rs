@@ -1,0 +1,272 @@
+//! Machines whose errors are known, and how they are probed.
+
+use crate::{Fixed, read};
+use nalgebra::Vector3;
+use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_host::formats::artefact::{Artefact, Ball};
+use trueaxis_host::formats::probings::{self, Probing, Probings};
+use trueaxis_host::identify::{Identified, IdentifyError, Model, Options, Problem, identify};
+use trueaxis_host::kinematics::Kinematics;
+use trueaxis_host::machine::{MAX_AXES, Machine};
+use trueaxis_host::simulate::{self, Disturbances};
+
+/// A machine, its errors, and how it is probed.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The machine.
+    pub machine: Machine,
+    /// Its errors.
+    pub errors: ErrorModel,
+    /// Where the balls are.
+    pub artefact: Artefact,
+    /// Which ball at which rotary positions.
+    pub strategy: Probings,
+}
+
+/// Balls of a strategy that was drawn.
+const BALLS: usize = 4;
+/// Rotary positions that are tried for each row that is wanted.
+const TRIES: usize = 10;
+/// Size of drawn angles (rad) and lengths (mm) at the ends of the travel.
+const ANGLE: f64 = 1e-4;
+const LENGTH: f64 = 0.02;
+
+impl Case {
+    /// One of the examples that have a strategy.
+    ///
+    /// # Panics
+    /// There is no such example.
+    #[must_use]
+    pub fn new(folder: &str, errors: &str) -> Self {
+        let file = |name: &str| read(&format!("examples/{folder}/{name}"));
+        let machine = Machine::from_toml(&file("machine.toml")).expect("a machine");
+        let mut errors = ErrorModel::from_toml(&file(errors), &machine).expect("its errors");
+        // Polynomials that go on to the ends, as those that are looked for do.
+        for (range, axis) in errors.calibrated.iter_mut().zip(&machine.axes) {
+            *range = axis.travel.map(|t| axis.to_kinematic(t));
+        }
+        Self {
+            artefact: Artefact::from_toml(&file("artefact.toml"), machine.tool_axis)
+                .expect("an artefact"),
+            strategy: probings::read(&file("strategy.csv"), &machine, false).expect("a strategy"),
+            machine,
+            errors,
+        }
+    }
+
+    /// Any machine with drawn values of these parameters, four balls at drawn places and so many rows at drawn
+    /// rotary positions that can be reached; `None` if too few can.
+    #[must_use]
+    pub fn drawn(
+        machine: &Machine,
+        parameters: &[Parameter],
+        rows: usize,
+        random: &mut Fixed,
+    ) -> Option<Self> {
+        Self::spread(machine, parameters, BALLS, rows, random)
+    }
+
+    /// The same with so many balls.
+    #[must_use]
+    pub fn spread(
+        machine: &Machine,
+        parameters: &[Parameter],
+        balls: usize,
+        rows: usize,
+        random: &mut Fixed,
+    ) -> Option<Self> {
+        let mut errors = ErrorModel::perfect(machine);
+        for parameter in parameters {
+            let value = random.within(-1.0, 1.0) * size(machine, *parameter);
+            errors.set(machine, *parameter, value);
+        }
+        let mut case = Self {
+            machine: machine.clone(),
+            artefact: Artefact::default(),
+            strategy: Probings {
+                balls: (1..=balls).map(|b| b.to_string()).collect(),
+                rows: Vec::new(),
+            },
+            errors,
+        };
+        for name in &case.strategy.balls {
+            // Where the tip is somewhere in the middle half of the travel.
+            let q: Vec<f64> = (machine.axes.iter())
+                .map(|axis| {
+                    let [low, high] = axis.travel;
+                    low + (high - low) * random.within(0.25, 0.75)
+                })
+                .collect();
+            let kinematics = Kinematics::new(machine, &case.errors);
+            let tip = kinematics.nominal(&machine.to_kinematic(&q), None).t;
+            case.artefact.balls.push(Ball {
+                name: name.clone(),
+                nominal: Some(tip),
+            });
+        }
+        for k in 0..rows * TRIES {
+            let row = case.row(k, random);
+            let one = Probings {
+                balls: case.strategy.balls.clone(),
+                rows: vec![row.clone()],
+            };
+            let kinematics = Kinematics::new(machine, &case.errors);
+            let disturbances = Disturbances::default();
+            if simulate::probings(&kinematics, &case.artefact, &one, &disturbances).is_ok() {
+                case.strategy.rows.push(row);
+            }
+            if case.strategy.rows.len() == rows {
+                return Some(case);
+            }
+        }
+        None
+    }
+
+    fn row(&self, number: usize, random: &mut Fixed) -> Probing {
+        let mut row = Probing {
+            ball: number % self.strategy.balls.len(),
+            position: [0.0; MAX_AXES],
+            direction: [0.0; MAX_AXES],
+            spindle: 0.0,
+            run: None,
+            time: None,
+            sigma: None,
+            temperature: None,
+            line: number + 2,
+        };
+        for (i, axis) in self.machine.axes.iter().enumerate() {
+            let [low, high] = axis.travel;
+            if axis.letter.is_rotary() {
+                row.position[i] = random.within(low, high);
+                let is_reversed = random.within(0.0, 1.0) < 0.5;
+                row.direction[i] = if is_reversed { -1.0 } else { 1.0 };
+            }
+        }
+        row
+    }
+
+    /// The probings, with disturbances.
+    ///
+    /// # Panics
+    /// A ball cannot be reached.
+    #[must_use]
+    pub fn measured(&self, disturbances: &Disturbances) -> Probings {
+        let kinematics = Kinematics::new(&self.machine, &self.errors);
+        simulate::probings(&kinematics, &self.artefact, &self.strategy, disturbances)
+            .expect("balls in reach")
+    }
+
+    /// The same with errors of no other parameters than these.
+    #[must_use]
+    pub fn only(&self, parameters: &[Parameter]) -> Self {
+        let mut case = self.clone();
+        case.errors = ErrorModel::perfect(&self.machine);
+        for parameter in parameters {
+            let value = self.truth(*parameter);
+            case.errors.set(&self.machine, *parameter, value);
+        }
+        case
+    }
+
+    /// The probings without disturbances; `None` if a ball cannot be reached.
+    #[must_use]
+    pub fn reached(&self) -> Option<Probings> {
+        let kinematics = Kinematics::new(&self.machine, &self.errors);
+        let disturbances = Disturbances::default();
+        simulate::probings(&kinematics, &self.artefact, &self.strategy, &disturbances).ok()
+    }
+
+    /// The probings with 1 µm of noise.
+    #[must_use]
+    pub fn noisy(&self, seed: u64) -> Probings {
+        self.measured(&Disturbances {
+            noise: 1e-3,
+            seed,
+            ..Disturbances::default()
+        })
+    }
+
+    /// The parameters of a model.
+    ///
+    /// # Panics
+    /// The machine has no such model.
+    #[must_use]
+    pub fn parameters(&self, model: &str) -> Vec<Parameter> {
+        let model: Model = model.parse().expect("a model");
+        model.parameters(&self.machine, 0, &[]).expect("the model")
+    }
+
+    /// What is identified from probings, or why nothing is.
+    ///
+    /// # Errors
+    /// As [`identify`].
+    pub fn tried(
+        &self,
+        model: &str,
+        measured: &Probings,
+        options: Options,
+    ) -> Result<Identified, IdentifyError> {
+        let perfect = ErrorModel::perfect(&self.machine);
+        let parameters = self.parameters(model);
+        let problem = Problem::new(
+            &self.machine,
+            measured,
+            &self.artefact,
+            &parameters,
+            &perfect,
+        );
+        identify(&problem, options)
+    }
+
+    /// What is identified from probings.
+    ///
+    /// # Panics
+    /// Nothing is.
+    #[must_use]
+    pub fn found(&self, model: &str, measured: &Probings, options: Options) -> Identified {
+        self.tried(model, measured, options).expect("a result")
+    }
+
+    /// The true value of a parameter.
+    #[must_use]
+    pub fn truth(&self, parameter: Parameter) -> f64 {
+        self.errors
+            .parameters
+            .get(&parameter)
+            .copied()
+            .unwrap_or(0.0)
+    }
+
+    /// Where a ball is (mm).
+    ///
+    /// # Panics
+    /// There is no such ball.
+    #[must_use]
+    pub fn ball(&self, index: usize) -> Vector3<f64> {
+        self.artefact.balls[index].nominal.expect("a place")
+    }
+}
+
+/// The largest distance from tip to ball that is left (mm).
+#[must_use]
+pub fn worst(identified: &Identified) -> f64 {
+    let left = identified.rows.iter().map(|row| row.after.norm());
+    left.fold(0.0, f64::max)
+}
+
+/// What a parameter may be: by so much that it does about as much as any other.
+fn size(machine: &Machine, parameter: Parameter) -> f64 {
+    let whole = if parameter.is_angular() {
+        ANGLE
+    } else {
+        LENGTH
+    };
+    match (parameter.kind, machine.index(parameter.axis)) {
+        (ParameterKind::Degree(k), Some(index)) => {
+            let axis = &machine.axes[index];
+            let ends = axis.travel.map(|t| axis.to_kinematic(t).abs());
+            whole / ends[0].max(ends[1]).max(1.0).powi(i32::from(k))
+        }
+        _ => whole,
+    }
+}

@@ -1,0 +1,199 @@
+//! Identification on every machine, and again and again.
+
+use trueaxis_host::errors::{ErrorModel, Parameter};
+use trueaxis_host::identify::{
+    Identified, IdentifyError, Model, Options, Problem, Trial, identify, monte_carlo,
+};
+use trueaxis_tests::probed::{Case, worst};
+use trueaxis_tests::{Fixed, errors, machine, random_machines};
+
+/// Machines in examples/, with errors.
+const EXAMPLES: [(&str, &str); 9] = [
+    ("five-axis-30", "errors-30.toml"),
+    ("fork-head", "errors-13.toml"),
+    ("hu40", "errors-84.toml"),
+    ("huron-k2x8", "errors-13.toml"),
+    ("kolibri", "errors-81.toml"),
+    ("linuxcnc-xyzac-trt", "errors-11.toml"),
+    ("mill-21", "errors-21.toml"),
+    ("router", "errors-10.toml"),
+    ("table-head", "errors-13.toml"),
+];
+
+/// Identifies from probings without noise; `None` if a ball cannot be reached.
+fn found(case: &Case, parameters: &[Parameter]) -> Option<Result<Identified, IdentifyError>> {
+    let measured = case.reached()?;
+    let perfect = ErrorModel::perfect(&case.machine);
+    let (machine, artefact) = (&case.machine, &case.artefact);
+    let problem = Problem::new(machine, &measured, artefact, parameters, &perfect);
+    Some(identify(&problem, Options::default()))
+}
+
+/// The same with nothing else in the machine than what these probings can tell: parameters that they cannot are
+/// taken out until none is left.
+fn seen_alone(
+    mut case: Case,
+    mut parameters: Vec<Parameter>,
+) -> Option<Result<Identified, IdentifyError>> {
+    loop {
+        let identified = match found(&case, &parameters)? {
+            Ok(identified) if identified.parameters.len() < parameters.len() => identified,
+            other => return Some(other),
+        };
+        parameters = identified.parameters.iter().map(|e| e.parameter).collect();
+        case = case.only(&parameters);
+    }
+}
+
+/// So many rows.
+const ROWS: usize = 120;
+
+#[test]
+fn without_noise_every_model_comes_back_on_every_example() {
+    let (mut tried, mut blind) = (Vec::new(), Vec::new());
+    let mut random = Fixed::new(7);
+    for (folder, own) in EXAMPLES {
+        let machine = machine(&format!("examples/{folder}/machine.toml"));
+        let own = errors(&format!("examples/{folder}/{own}"), &machine);
+        let own: Vec<Parameter> = own.parameters.keys().copied().collect();
+        let models = [
+            Model::Ten,
+            Model::Twelve,
+            Model::Thirteen,
+            Model::EightyOne,
+            Model::EightyFour,
+        ];
+        let lists = models.map(|model| {
+            let parameters = model.parameters(&machine, 0, &[]).ok()?;
+            Some((model.to_string(), parameters))
+        });
+        // The thirty motions of one example are tabulated.
+        let own = Some(("own".to_owned(), own)).filter(|(_, own)| !own.is_empty());
+        for (model, parameters) in lists.into_iter().chain([own]).flatten() {
+            let case = Case::drawn(&machine, &parameters, ROWS, &mut random);
+            match case.and_then(|case| found(&case, &parameters)) {
+                Some(Ok(identified)) => {
+                    let left = worst(&identified);
+                    // 0.001 µm.
+                    assert!(left < 1e-6, "{folder} {model}: {left}");
+                    let seen = identified.parameters.len();
+                    tried.push(format!("{folder} {model}: {seen} of {}", parameters.len()));
+                }
+                Some(Err(IdentifyError::NothingSeen { .. })) => blind.push(folder),
+                other => panic!("{folder} {model}: {other:?}"),
+            }
+        }
+    }
+    println!("{tried:#?}");
+    // Balls tell nothing of a machine without rotary axes: each is in one place.
+    assert_eq!(blind, ["mill-21", "router"]);
+    assert_eq!(tried.len(), 25);
+}
+
+#[test]
+fn without_noise_errors_come_back_on_a_hundred_random_machines() {
+    let (mut seen, mut not_reached, mut blind) = (0, 0, Vec::new());
+    for seed in 0.. {
+        let Some(case) = random_machines::case(seed) else {
+            continue;
+        };
+        let rotary = case.machine.axes.iter().filter(|a| a.letter.is_rotary());
+        if rotary.count() == 0 {
+            continue;
+        }
+        let mut random = Fixed::new(seed);
+        let all = Model::Auto.parameters(&case.machine, 1, &[]).unwrap();
+        let Some(case) = Case::drawn(&case.machine, &all, ROWS, &mut random) else {
+            not_reached += 1;
+            continue;
+        };
+        match seen_alone(case, all) {
+            None => not_reached += 1,
+            Some(Ok(identified)) => {
+                let left = worst(&identified);
+                assert!(left < 1e-6, "seed {seed}: {left}");
+                seen += 1;
+            }
+            Some(Err(error)) => blind.push(format!("{seed}: {error}")),
+        }
+        if seen == 100 {
+            break;
+        }
+    }
+    println!("{not_reached} out of reach, blind: {blind:#?}");
+    // No balls in the middle of the travel can be reached in enough positions; or parameters can be told from each
+    // other by next to nothing, so that steps do not come to an end.
+    assert!(
+        not_reached <= 15 && blind.len() <= 3,
+        "{not_reached} {blind:#?}"
+    );
+}
+
+#[test]
+fn uncertainties_and_bands_are_what_noise_does() {
+    for (folder, errors, model, count) in [
+        ("kolibri", "errors-10.toml", "10", 10),
+        ("kolibri", "errors-81.toml", "81", 79),
+    ] {
+        let case = Case::new(folder, errors);
+        let model: Model = model.parse().unwrap();
+        let trial = Trial {
+            machine: &case.machine,
+            errors: &case.errors,
+            artefact: &case.artefact,
+            strategy: &case.strategy,
+            model: &model,
+            noise: 1e-3,
+        };
+        let seeds = 200;
+        let found = monte_carlo(&trial, seeds, &|| {}).unwrap();
+        assert_eq!(found.parameters.len(), count);
+        assert_eq!(found.positions, 100 * seeds);
+        for p in &found.parameters {
+            // A standard deviation of 200 draws is known to 5 %, a mean to 7 %: four and a half times that, which
+            // chance exceeds once in 150 000.
+            assert!((0.775..1.225).contains(&p.deviation), "{p:?}");
+            assert!(p.mean.abs() < 0.32, "{p:?}");
+        }
+        // Errors of one identification at 100 positions are alike: as if 200 to 2000 positions were drawn,
+        // with a standard deviation of the part of at most 1.5 %.
+        for inside in [found.tips_inside, found.directions_inside] {
+            let part = inside as f64 / found.positions as f64;
+            assert!((0.91..0.99).contains(&part), "{part}");
+        }
+        // 90 000 coordinates: 0.3 %.
+        assert!((found.noise - 1e-3).abs() < 1e-5, "{}", found.noise);
+    }
+}
+
+#[test]
+fn one_factorisation_serves_as_well_as_one_for_each() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    let mut squares = [0.0; 10];
+    let seeds = 40;
+    for seed in 1..=seeds {
+        let identified = case.found("10", &case.noisy(seed), Options::default());
+        for (square, e) in squares.iter_mut().zip(&identified.parameters) {
+            *square += ((e.value - case.truth(e.parameter)) / e.uncertainty).powi(2);
+        }
+    }
+    let trial = Trial {
+        machine: &case.machine,
+        errors: &case.errors,
+        artefact: &case.artefact,
+        strategy: &case.strategy,
+        model: &Model::Ten,
+        noise: 1e-3,
+    };
+    let found = monte_carlo(&trial, seeds as usize, &|| {}).unwrap();
+    for (square, p) in squares.iter().zip(&found.parameters) {
+        let count = seeds as f64;
+        let own = p.deviation.powi(2) * (count - 1.0) + count * p.mean.powi(2);
+        // The same noise: derivatives change by no more than the errors are large, 1e-3.
+        assert!(
+            (own / square - 1.0).abs() < 5e-3,
+            "{}: {own} {square}",
+            p.parameter
+        );
+    }
+}
