@@ -1,5 +1,6 @@
 //! What an identification says of probings that are not as they should be.
 
+use nalgebra::Vector3;
 use trueaxis_host::errors::{Covariance, ErrorModel, Parameter};
 use trueaxis_host::formats::artefact::Bar;
 use trueaxis_host::formats::probings::Probings;
@@ -175,9 +176,8 @@ fn drift_is_estimated_with_its_uncertainty_where_balls_repeat() {
         assert_eq!(found.along, Along::Time(60.0 * 167.0));
         let trend = found.trend.unwrap();
         assert!(found.warning().unwrap().contains("drifts"), "{trend:?}");
-        for k in 0..3 {
-            squares += ((trend.change[k] - drift[k]) / trend.uncertainty[k]).powi(2) / 60.0;
-        }
+        let off = trend.change - Vector3::from(drift);
+        squares += off.component_div(&trend.uncertainty).norm_squared() / 60.0;
     }
     // 60 squares, each 1 with a standard deviation of √2: 0.18 for their mean, four times that.
     assert!((0.27..1.73).contains(&squares), "{squares}");

@@ -157,8 +157,8 @@ fn is_covariance(
 ) -> Result<(), FileError> {
     let n = rows.len();
     let name = |i: usize| covariance.parameters[i];
-    for i in 0..n {
-        let (variance, span) = &rows[i][i];
+    for (i, row) in rows.iter().enumerate() {
+        let (variance, span) = &row[i];
         if *variance < 0.0 {
             return Err(FileError::at(
                 span.clone(),
@@ -168,10 +168,10 @@ fn is_covariance(
             ));
         }
     }
-    for i in 0..n {
-        for j in 0..i {
-            let ((a, span), (b, _)) = (&rows[i][j], &rows[j][i]);
-            let largest = (rows[i][i].0.sqrt()) * rows[j][j].0.sqrt();
+    for (i, row) in rows.iter().enumerate() {
+        for (j, other) in rows.iter().enumerate().take(i) {
+            let ((a, span), (b, _)) = (&row[j], &other[i]);
+            let largest = row[i].0.sqrt() * other[j].0.sqrt();
             if (a - b).abs() > SAME * largest {
                 return Err(FileError::at(
                     span.clone(),
