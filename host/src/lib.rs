@@ -5,6 +5,7 @@ pub mod compile;
 pub mod errors;
 pub mod explain;
 pub mod formats;
+pub mod gcode;
 pub mod identify;
 pub mod kinematics;
 pub mod link;

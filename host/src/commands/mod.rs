@@ -10,6 +10,7 @@ mod eval;
 mod explain;
 mod files;
 mod flash;
+mod gcode;
 mod identify;
 mod inspect;
 mod linuxcnc;
@@ -52,6 +53,7 @@ enum Command {
     Explain(explain::Arguments),
     Identify(identify::Arguments),
     Simulate(simulate::Arguments),
+    Gcode(gcode::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
@@ -79,6 +81,7 @@ pub fn run() -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Gcode(arguments) => gcode::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Control(arguments) => control::run(&arguments),
