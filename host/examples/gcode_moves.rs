@@ -48,7 +48,9 @@ fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
     let open = || std::fs::File::open(name).map(BufReader::new);
     let failed = |e: std::io::Error| format!("other {e}");
     let refused = |e: trueaxis_host::gcode::stream::StreamError| match e {
-        trueaxis_host::gcode::stream::StreamError::Refused(r) => format!("{:?} {} {r}", r.kind, r.word),
+        trueaxis_host::gcode::stream::StreamError::Refused(r) => {
+            format!("{:?} {} {r}", r.kind, r.word)
+        }
         other => format!("other {other}"),
     };
     look_for_computing(open().map_err(failed)?, Dialect::LinuxCnc).map_err(refused)?;
@@ -62,7 +64,9 @@ fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
         if state.ended {
             break;
         }
-        let step = block.scan(line, Dialect::LinuxCnc).and_then(|()| state.step(&block, &rules));
+        let step = block
+            .scan(line, Dialect::LinuxCnc)
+            .and_then(|()| state.step(&block, &rules));
         let step = step.map_err(|f| {
             let r = Refusal::at(f, number, line);
             format!("{:?} {} {r}", r.kind, r.word)
@@ -74,7 +78,13 @@ fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
             Rate::Inverse(f) => {
                 let unit = state.units.map_or(1.0, Units::mm);
                 let by = path.by();
-                let by = std::array::from_fn(|i| if (3..6).contains(&i) { by[i] } else { by[i] / unit });
+                let by = std::array::from_fn(|i| {
+                    if (3..6).contains(&i) {
+                        by[i]
+                    } else {
+                        by[i] / unit
+                    }
+                });
                 let length = match path {
                     Path::Line(..) => Dialect::LinuxCnc.length(&by),
                     Path::Arc(arc) => arc.length() / unit,
@@ -120,7 +130,10 @@ fn main() {
     for argument in std::env::args().skip(1) {
         if let Some(tool) = argument.strip_prefix("--tool=") {
             let (number, length) = tool.split_once('=').unwrap_or((tool, "0"));
-            tools.push((number.parse().unwrap_or_default(), length.parse().unwrap_or_default()));
+            tools.push((
+                number.parse().unwrap_or_default(),
+                length.parse().unwrap_or_default(),
+            ));
             continue;
         }
         println!("file {argument}");

@@ -11,9 +11,9 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use trueaxis::Header;
 use trueaxis_host::compile::Progress;
-use trueaxis_host::gcode::stream::{self, StreamError};
 use trueaxis_host::gcode::check::{self, Exact, Found};
 use trueaxis_host::gcode::modal::Units;
+use trueaxis_host::gcode::stream::{self, StreamError};
 use trueaxis_host::gcode::{self, Corrector, Dialect, Report, Rules, Setup, Tables, Tip};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::Runtime;
@@ -58,7 +58,12 @@ pub struct Arguments {
     #[arg(long, value_name = "machine.toml")]
     machine: Option<PathBuf>,
     /// Error parameters: with --machine and --check, what the tool really does before and after
-    #[arg(long, value_name = "errors.toml", requires = "machine", requires = "check")]
+    #[arg(
+        long,
+        value_name = "errors.toml",
+        requires = "machine",
+        requires = "check"
+    )]
     errors: Option<PathBuf>,
     /// Read both programs anew and compare: distance from the corrected path, times, errors of the tool
     #[arg(long, conflicts_with = "undo")]
@@ -179,7 +184,9 @@ impl Arguments {
         if let Some(path) = &self.tools {
             let units = units_of(&setup, "--tools")?;
             let text = Text::read(path)?;
-            setup.add_tools(&text.text, units).map_err(|e| text.bad(e))?;
+            setup
+                .add_tools(&text.text, units)
+                .map_err(|e| text.bad(e))?;
         }
         Ok(setup)
     }
@@ -199,7 +206,13 @@ impl Arguments {
 
     /// The files that are read.
     fn inputs(&self) -> Vec<&Path> {
-        let optional = [&self.setup, &self.var, &self.tools, &self.machine, &self.errors];
+        let optional = [
+            &self.setup,
+            &self.var,
+            &self.tools,
+            &self.machine,
+            &self.errors,
+        ];
         let mut inputs = vec![self.program.as_path(), self.compensation.as_path()];
         inputs.extend(optional.into_iter().flatten().map(PathBuf::as_path));
         inputs
@@ -210,7 +223,11 @@ impl Arguments {
         let header = Header::read(blob).map_err(|e| BadInput::in_blob(e, &self.compensation))?;
         let setup = [&self.setup, &self.var, &self.tools].into_iter().flatten();
         let setup: Vec<String> = setup.map(|path| name_of(path)).collect();
-        let setup = if setup.is_empty() { "none".to_owned() } else { setup.join(" ") };
+        let setup = if setup.is_empty() {
+            "none".to_owned()
+        } else {
+            setup.join(" ")
+        };
         let machine = plain(compensation.machine());
         let name = name_of(&self.compensation);
         Ok(format!(
@@ -232,7 +249,10 @@ fn units_of(setup: &Setup, option: &str) -> Result<Units, BadInput> {
 /// A name that may stand in a comment of any controller.
 fn plain(text: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || " .-_".contains(c);
-    text.chars().map(|c| if allowed(c) { c } else { '-' }).take(40).collect()
+    text.chars()
+        .map(|c| if allowed(c) { c } else { '-' })
+        .take(40)
+        .collect()
 }
 
 fn name_of(path: &Path) -> String {
@@ -306,8 +326,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         true => None,
         false => Some(arguments.mark(&blob, compensation)?),
     };
-    let mut corrector = Corrector::new(&rules, &tables, tip.as_ref(), options, mark)
-        .map_err(|cause| BadInput::new(cause, "see [start] in the example of trueaxis gcode --help"))?;
+    let mut corrector =
+        Corrector::new(&rules, &tables, tip.as_ref(), options, mark).map_err(|cause| {
+            BadInput::new(cause, "see [start] in the example of trueaxis gcode --help")
+        })?;
     bar.stage("MB corrected", (bytes >> 20) as usize);
     let reader = open(&arguments.program)?;
     let mut failed = None;
@@ -336,10 +358,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     })?;
     let report: &Report = &corrector.report;
     let found = match arguments.check {
-        true => Some(checked(arguments, &rules, &tables, tip.as_ref(), machine.as_ref(), options)?),
+        true => Some(checked(
+            arguments,
+            &rules,
+            &tables,
+            tip.as_ref(),
+            machine.as_ref(),
+            options,
+        )?),
         false => None,
     };
-    let holds = found.as_ref().is_none_or(|found| screen::holds(found, &options));
+    let holds = found
+        .as_ref()
+        .is_none_or(|found| screen::holds(found, &options));
     if arguments.json {
         let answer = screen::Answer::new(&arguments.output, report, compensation, found.as_ref());
         files::print_json(&answer)?;
@@ -371,7 +402,15 @@ fn checked(
     let exact = machine.zip(errors.as_ref());
     let exact = exact.map(|(machine, errors)| Exact { machine, errors });
     let [program, corrected] = [&arguments.program, &arguments.output].map(|path| open(path));
-    let found = check::check(program?, corrected?, rules, tables, tip, exact.as_ref(), options);
+    let found = check::check(
+        program?,
+        corrected?,
+        rules,
+        tables,
+        tip,
+        exact.as_ref(),
+        options,
+    );
     found.map_err(|error| {
         BadInput::new(
             format!("{}: {error}", arguments.output.display()),
@@ -381,7 +420,11 @@ fn checked(
 }
 
 /// The machine must be the one of the compensation.
-fn fits(machine: &Machine, compensation: &trueaxis::Largest<'_>, path: &Path) -> Result<(), BadInput> {
+fn fits(
+    machine: &Machine,
+    compensation: &trueaxis::Largest<'_>,
+    path: &Path,
+) -> Result<(), BadInput> {
     let same = machine.axes.len() == compensation.axes().len()
         && machine
             .axes

@@ -7,8 +7,8 @@
 //! writes there, or was about to, removes it.
 
 use std::ffi::{OsStr, OsString};
-use std::hash::{DefaultHasher, Hasher};
 use std::fs::{File, OpenOptions};
+use std::hash::{DefaultHasher, Hasher};
 use std::io::{Error, ErrorKind, Read, Result, Seek, Write};
 use std::path::{Path, PathBuf};
 
@@ -107,7 +107,9 @@ impl Write for Sink<'_> {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {
         let written = self.file.write(bytes)?;
         // Byte by byte: how they come in pieces must not matter.
-        bytes[..written].iter().for_each(|byte| self.sum.write_u8(*byte));
+        bytes[..written]
+            .iter()
+            .for_each(|byte| self.sum.write_u8(*byte));
         Ok(written)
     }
 

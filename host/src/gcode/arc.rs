@@ -126,7 +126,9 @@ pub fn centre_by_radius(
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
     let chord = dx.hypot(dy);
     if chord < 1e-9 {
-        return Err("an arc by its radius whose ends are the same: its centre is not known".to_owned());
+        return Err(
+            "an arc by its radius whose ends are the same: its centre is not known".to_owned(),
+        );
     }
     let half = 0.5 * chord;
     let r = radius.abs();
@@ -138,7 +140,11 @@ pub fn centre_by_radius(
     }
     let height = (r * r - half * half).max(0.0).sqrt();
     // To the left of the way for the smaller arc that turns counterclockwise.
-    let side = if clockwise == (radius > 0.0) { -1.0 } else { 1.0 };
+    let side = if clockwise == (radius > 0.0) {
+        -1.0
+    } else {
+        1.0
+    };
     let middle = [from[0] + 0.5 * dx, from[1] + 0.5 * dy];
     Ok([
         middle[0] - side * height * dy / chord,
@@ -158,7 +164,14 @@ mod tests {
 
     #[test]
     fn a_helix_passes_its_quarters_and_ends_where_it_should() {
-        let arc = Arc::new(point(10.0, 0.0, 0.0), point(10.0, 0.0, 8.0), [0, 1, 2], [0.0, 0.0], false, 2);
+        let arc = Arc::new(
+            point(10.0, 0.0, 0.0),
+            point(10.0, 0.0, 8.0),
+            [0, 1, 2],
+            [0.0, 0.0],
+            false,
+            2,
+        );
         assert!((arc.sweep - 2.0 * TAU).abs() < 1e-15);
         let quarter = arc.at(0.125);
         for (at, expected) in quarter.iter().zip([0.0, 10.0, 1.0]) {
@@ -184,7 +197,14 @@ mod tests {
             for (at, expected) in centre.iter().zip(expected) {
                 assert!((at - expected).abs() < 1e-12, "{radius} {clockwise}");
             }
-            let arc = Arc::new(point(0.0, 0.0, 0.0), point(10.0, 10.0, 0.0), [0, 1, 2], centre, clockwise, 1);
+            let arc = Arc::new(
+                point(0.0, 0.0, 0.0),
+                point(10.0, 10.0, 0.0),
+                [0, 1, 2],
+                centre,
+                clockwise,
+                1,
+            );
             assert_eq!(arc.sweep.abs() < 3.2, radius > 0.0);
         }
         assert!(centre_by_radius(from, to, 7.0, true).is_err());

@@ -77,7 +77,9 @@ pub enum CheckError {
     #[error("the corrected program: {0}")]
     Corrected(StreamError),
     /// A motion is missing.
-    #[error("line {line} of the program: the corrected program does not arrive at the corrected end ({axis} is off by {off:.5})")]
+    #[error(
+        "line {line} of the program: the corrected program does not arrive at the corrected end ({axis} is off by {off:.5})"
+    )]
     Lost {
         /// Line of the program.
         line: u64,
@@ -96,8 +98,9 @@ pub enum CheckError {
 
 /// How near it must arrive: half of the last digit that is written, of all axes together (mm, degrees).
 const NEAR: [f64; 2] = [1.5e-4, 2e-5];
-/// How far behind a reversal its axes have surely turned round (mm, degrees).
-const BEYOND: f64 = 0.02;
+/// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): under tool-centre-point
+/// control they may follow slowly.
+const BEYOND: [f64; 5] = [0.02, 0.1, 0.5, 2.0, 5.0];
 /// Samples of a segment, at most.
 const SAMPLES: usize = 200;
 
@@ -116,6 +119,10 @@ struct Check<'a> {
     at: PerLetter,
     /// False until it has arrived at a corrected position.
     joined: bool,
+    /// The part of the way up to which directions are known from a step at a reversal.
+    turned_until: f64,
+    /// True behind a cycle, whose end has the correction of its bottom.
+    over_hole: bool,
 }
 
 /// Compares a program with its correction.
@@ -150,6 +157,8 @@ pub fn check(
         spreads: std::array::from_fn(|_| Spread::default()),
         at: start.at,
         joined: false,
+        turned_until: -1.0,
+        over_hole: false,
     };
     while let Some(event) = before.next().map_err(CheckError::Program)? {
         match event {
@@ -176,6 +185,7 @@ pub fn check(
             Event::Moved(segment) => check.segment(&segment, &mut after)?,
         }
     }
+    check.pass_tiny(&mut after)?;
     if let Some(Event::Moved(more)) = after.next().map_err(CheckError::Corrected)? {
         return Err(CheckError::More(more.line));
     }
@@ -192,7 +202,11 @@ pub fn check(
 }
 
 impl Check<'_> {
-    fn segment<R: BufRead>(&mut self, segment: &Segment, after: &mut Program<'_, R>) -> Result<(), CheckError> {
+    fn segment<R: BufRead>(
+        &mut self,
+        segment: &Segment,
+        after: &mut Program<'_, R>,
+    ) -> Result<(), CheckError> {
         self.found.motions[0] += 1;
         let field = Field {
             tables: self.tables,
@@ -210,7 +224,9 @@ impl Check<'_> {
             && (0..COUNT).all(|i| by[i].abs() < NEAR[usize::from(is_rotary(i))]);
         let mut minutes = 0.0;
         let mut travel = ways;
+        self.turned_until = -1.0;
         let mut last_t = 0.0;
+        let mut in_cycle = false;
         let mut is_there = stands && near(&self.at, &end).is_none();
         while !is_there {
             let event = after.next().map_err(CheckError::Corrected)?;
@@ -223,15 +239,20 @@ impl Check<'_> {
                 });
             };
             self.found.motions[1] += 1;
-            let is_take_up = self.samples(&field, segment, &written, &mut travel, &mut last_t).map_err(lost)?;
+            let is_take_up = self
+                .samples(&field, segment, &written, &mut travel, &mut last_t)
+                .map_err(lost)?;
             let took = written.minutes(self.rules.dialect);
             self.found.minutes[1] += took;
             if !is_take_up {
                 minutes += took;
             }
             self.at = written.to();
-            is_there = near(&self.at, &end).is_none();
+            in_cycle = written.in_cycle;
+            is_there = arrives(segment, &written, &self.at, &end, &self.options);
         }
+        self.over_hole = in_cycle;
+        self.pass_tiny(after)?;
         self.joined = true;
         if segment.rate != Rate::Rapid {
             let planned = segment.minutes(self.rules.dialect);
@@ -243,6 +264,22 @@ impl Check<'_> {
                 }
                 self.found.times_differ += 1;
             }
+        }
+        Ok(())
+    }
+
+    /// Passes what is written only because words are rounded: it goes no farther than their last digits.
+    fn pass_tiny<R: BufRead>(&mut self, after: &mut Program<'_, R>) -> Result<(), CheckError> {
+        while let Some(Event::Moved(next)) = after.peek().map_err(CheckError::Corrected)? {
+            let tiny = matches!(next.path, Path::Line(..))
+                && near(&next.path.at(0.0), &next.to()).is_none();
+            if !tiny {
+                break;
+            }
+            after.next().map_err(CheckError::Corrected)?;
+            self.found.motions[1] += 1;
+            self.found.minutes[1] += next.minutes(self.rules.dialect);
+            self.at = next.to();
         }
         Ok(())
     }
@@ -279,7 +316,7 @@ impl Check<'_> {
             Path::Arc(arc) => arc.length(),
             Path::Line(..) => 0.0,
         };
-        if !segment.whole || !self.joined {
+        if !segment.whole || !self.joined || (self.over_hole && !written.in_cycle) {
             return Ok(false);
         }
         let count = ((length + arc).ceil() as usize * 2).clamp(4, SAMPLES);
@@ -293,11 +330,18 @@ impl Check<'_> {
             // A step at a reversal goes nowhere on the path, if the axes go the other way from there on.
             let from = self.part(field, segment, &written.path.at(0.0), travel, *last_t)?;
             let mut turned = travel.clone();
-            let ahead = (from + BEYOND / whole.max(BEYOND)).min(1.0);
-            turned.come_to(self.tables, &field.axes(&segment.path.at(ahead))?);
+            let mut ahead = from;
+            for beyond in BEYOND {
+                ahead = (from + beyond / whole.max(beyond)).min(1.0);
+                turned.come_to(self.tables, &field.axes(&segment.path.at(ahead))?);
+                if turned.travel != travel.travel {
+                    break;
+                }
+            }
             let to = self.part(field, segment, &written.path.at(1.0), &turned, *last_t)?;
             if turned.travel != travel.travel && (to - from).abs() * whole <= 0.5 * length {
                 *travel = turned;
+                self.turned_until = ahead;
                 return Ok(true);
             }
         }
@@ -306,7 +350,7 @@ impl Check<'_> {
             let t = self.part(field, segment, &at, travel, *last_t)?;
             *last_t = t.max(*last_t);
             let command = segment.path.at(t);
-            if !leave {
+            if !leave && t > self.turned_until {
                 let q = field.axes(&command)?;
                 travel.come_to(self.tables, &q);
             }
@@ -319,6 +363,9 @@ impl Check<'_> {
                 } else {
                     linear += off * off;
                 }
+            }
+            if written.in_cycle && segment.rate == Rate::Rapid {
+                continue;
             }
             let um = linear.sqrt() * 1e3;
             let blended = self.options.backlash == Backlash::Blend && self.tables.directional != 0;
@@ -338,8 +385,17 @@ impl Check<'_> {
     }
 
     /// Which way every axis goes at a part of the way.
-    fn head(&mut self, field: &Field<'_>, segment: &Segment, t: f64) -> Result<(), super::trace::Lost> {
-        let (from, to) = if t < 0.999 { (t, t + 0.001) } else { (t - 0.001, t) };
+    fn head(
+        &mut self,
+        field: &Field<'_>,
+        segment: &Segment,
+        t: f64,
+    ) -> Result<(), super::trace::Lost> {
+        let (from, to) = if t < 0.999 {
+            (t, t + 0.001)
+        } else {
+            (t - 0.001, t)
+        };
         let [from, to] = [from, to].map(|t| field.axes(&segment.path.at(t)));
         let (from, to) = (from?, to?);
         for i in 0..COUNT {
@@ -362,7 +418,10 @@ impl Check<'_> {
         ways: &Ways,
         last_t: f64,
     ) -> Result<f64, super::trace::Lost> {
-        let back = Field { undo: true, ..*field };
+        let back = Field {
+            undo: true,
+            ..*field
+        };
         let q = back.node(0.0, at, ways)?.to;
         let t = match &segment.path {
             Path::Line(from, to) => {
@@ -386,11 +445,36 @@ impl Check<'_> {
                 t
             }
         };
-        Ok(t.clamp(0.0, 1.0))
+        // From there to the nearest point of the path: across a steep helix the angle tells little.
+        let mut t = t.clamp(0.0, 1.0);
+        if let Path::Arc(_) = segment.path {
+            for _ in 0..4 {
+                let (low, high) = ((t - 1e-6).max(0.0), (t + 1e-6).min(1.0));
+                let (a, b, here) = (
+                    segment.path.at(low),
+                    segment.path.at(high),
+                    segment.path.at(t),
+                );
+                let (mut dot, mut square) = (0.0, 0.0);
+                for i in 0..COUNT {
+                    let way = (b[i] - a[i]) / (high - low);
+                    dot += (q[i] - here[i]) * way;
+                    square += way * way;
+                }
+                t = (t + dot / square).clamp(0.0, 1.0);
+            }
+        }
+        Ok(t)
     }
 
     /// Errors of the tool where it should be at `q`, uncorrected and at what is written.
-    fn tool(&mut self, field: &Field<'_>, line: u64, q: &PerLetter, at: &PerLetter) -> Result<(), super::trace::Lost> {
+    fn tool(
+        &mut self,
+        field: &Field<'_>,
+        line: u64,
+        q: &PerLetter,
+        at: &PerLetter,
+    ) -> Result<(), super::trace::Lost> {
         let Some((exact, kinematics)) = &self.exact else {
             return Ok(());
         };
@@ -427,12 +511,39 @@ impl Check<'_> {
         if after.0 > self.spreads[1].largest() {
             path.worst_line = line;
         }
-        for (spread, value) in self.spreads.iter_mut().zip([before.0, after.0, before.1, after.1]) {
+        for (spread, value) in self
+            .spreads
+            .iter_mut()
+            .zip([before.0, after.0, before.1, after.1])
+        {
             spread.add(value);
         }
         Ok(())
     }
 }
+
+/// Whether a written motion ends where one of the program does. A cycle that stays one has the correction of its
+/// bottom everywhere: within the tolerance while it feeds, and over the hole as it comes.
+fn arrives(
+    segment: &Segment,
+    written: &Segment,
+    at: &PerLetter,
+    end: &PerLetter,
+    options: &Options,
+) -> bool {
+    if !(segment.in_cycle && written.in_cycle) {
+        return near(at, end).is_none();
+    }
+    let allowed = match segment.rate {
+        Rate::Rapid => OVER_HOLE,
+        _ => options.tolerance + 2.0 * NEAR[0],
+    };
+    (segment.rate == Rate::Rapid) == (written.rate == Rate::Rapid)
+        && (0..COUNT).all(|i| (at[i] - end[i]).abs() <= allowed)
+}
+
+/// How far a rapid within a cycle may end from its own correction (mm): what corrections may differ over a hole.
+const OVER_HOLE: f64 = 0.5;
 
 /// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.
 fn near(at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {

@@ -5,6 +5,7 @@ mod piece;
 mod write;
 
 use super::axes::{PerLetter, Position, is_rotary};
+use super::codes::{self, Code, Group};
 use super::cut::{self, Limits};
 use super::dialect::Dialect;
 use super::edit::Edits;
@@ -83,6 +84,8 @@ pub struct Corrector<'a> {
     text: Vec<u8>,
     check: Block,
     eol: &'static [u8],
+    /// What the corrected program says before this line, while the modes of the line itself are in `written`.
+    before_modes: Option<State>,
     /// The cycle (tenths) of a series that is being written out.
     written_out: Option<u16>,
     /// The first comment, until it is written.
@@ -108,7 +111,9 @@ impl<'a> Corrector<'a> {
                     super::axes::name(axis)
                 ));
             }
-            let length = nominal.tool_length(&rules.setup).filter(|_| tables.takes_length);
+            let length = nominal
+                .tool_length(&rules.setup)
+                .filter(|_| tables.takes_length);
             if let Some(tip) = tip {
                 nominal.position.at = tip.world(&nominal.position.at, length);
             }
@@ -132,6 +137,7 @@ impl<'a> Corrector<'a> {
             text: Vec::new(),
             check: Block::default(),
             eol: b"\n",
+            before_modes: None,
             written_out: None,
             mark,
         })
@@ -155,7 +161,11 @@ impl<'a> Corrector<'a> {
         if self.line > 0 {
             return Ok(());
         }
-        let fault = Fault::new(0..0, "the program is empty", "give a program with at least one line");
+        let fault = Fault::new(
+            0..0,
+            "the program is empty",
+            "give a program with at least one line",
+        );
         Err(Refusal::at(fault, 1, b""))
     }
 
@@ -208,7 +218,13 @@ impl<'a> Corrector<'a> {
         }
     }
 
-    fn correct_block(&mut self, block: &Block, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Fault> {
+    fn correct_block(
+        &mut self,
+        block: &Block,
+        line: &[u8],
+        eol: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
         let before = self.nominal.position;
         let step = self.nominal.step(block, self.rules)?;
         if self.nominal.cycle.is_none() {
@@ -251,7 +267,9 @@ impl<'a> Corrector<'a> {
                     self.ways.forget(axis);
                 }
             }
-            if self.nominal.position != *before && self.nominal.position.missing(self.tables.axes).is_none() {
+            if self.nominal.position != *before
+                && self.nominal.position.missing(self.tables.axes).is_none()
+            {
                 let at = self.nominal.position.at;
                 self.ways.come_to(self.tables, &at);
             }
@@ -265,7 +283,11 @@ impl<'a> Corrector<'a> {
     fn switch_tip(&mut self, block: &Block, step: &Step, on: bool) -> Result<(), Fault> {
         let span = block.words.first().map_or(0..block.end, Word::span);
         let Some(tip) = self.tip else {
-            return Err(Fault::new(span, "tool-centre-point control", "give --machine machine.toml"));
+            return Err(Fault::new(
+                span,
+                "tool-centre-point control",
+                "give --machine machine.toml",
+            ));
         };
         if step.motion.is_some() {
             return Err(Fault::new(
@@ -285,7 +307,11 @@ impl<'a> Corrector<'a> {
                 tip.world(at, length)
             } else {
                 tip.axes(at, length).ok_or_else(|| {
-                    Fault::new(span.clone(), "no axis positions put the tip there", "check the machine")
+                    Fault::new(
+                        span.clone(),
+                        "no axis positions put the tip there",
+                        "check the machine",
+                    )
                 })?
             };
             state.tip = on;
@@ -320,6 +346,7 @@ impl<'a> Corrector<'a> {
         if let Some(length) = length {
             self.report.lengths.insert((length * 1e3).round() as i64);
         }
+        self.modes_first(block)?;
         let mut pieces = Vec::new();
         match motion {
             Move::Straight(straight, rate) => {
@@ -334,6 +361,38 @@ impl<'a> Corrector<'a> {
         }
     }
 
+    /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
+    fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
+        let dialect = self.rules.dialect;
+        let is_motion = |word: &Word| {
+            let code = word.tenths().and_then(|t| codes::g(t, dialect));
+            code.is_some_and(|c| c.group() == Group::Motion || c == Code::MachineCoordinates)
+        };
+        let changes = |word: &&Word| match word.letter {
+            b'G' => !is_motion(word),
+            b'M' | b'T' => true,
+            _ => false,
+        };
+        if !block.words.iter().any(|w| changes(&w)) {
+            return Ok(());
+        }
+        let mut modes = Block::default();
+        let stays = |word: &&Word| {
+            let moves = super::axes::index(word.letter).is_some() || b"IJKR".contains(&word.letter);
+            !moves && !(word.letter == b'G' && is_motion(word))
+        };
+        block
+            .words
+            .iter()
+            .filter(stays)
+            .for_each(|word| modes.push(*word));
+        let mut state = self.written.clone();
+        state.step(&modes, self.rules)?;
+        state.ended = false;
+        self.before_modes = Some(std::mem::replace(&mut self.written, state));
+        Ok(())
+    }
+
     fn field(&self, length: Option<f64>) -> Field<'a> {
         Field {
             tables: self.tables,
@@ -346,11 +405,22 @@ impl<'a> Corrector<'a> {
     /// How far from the corrected path it may be.
     fn limits(&self) -> Limits {
         let rotary = bits(self.tables.axes).any(is_rotary);
-        Limits::new(self.options.tolerance, self.options.direction, rotary, !self.nominal.tip)
+        Limits::new(
+            self.options.tolerance,
+            self.options.direction,
+            rotary,
+            !self.nominal.tip,
+        )
     }
 
     /// The nodes of a path, and the direction of each axis at its end.
-    fn traced(&mut self, path: &Path, finer: usize, span: &std::ops::Range<usize>, length: Option<f64>) -> Result<(), Fault> {
+    fn traced(
+        &mut self,
+        path: &Path,
+        finer: usize,
+        span: &std::ops::Range<usize>,
+        length: Option<f64>,
+    ) -> Result<(), Fault> {
         let field = self.field(length);
         let leave = self.options.backlash == Backlash::Leave;
         let before = self.ways.clone();
@@ -387,23 +457,37 @@ impl<'a> Corrector<'a> {
         if straight.from.missing(self.tables.axes).is_some() || self.options.undo {
             // Where it comes from is not known, only where it ends.
             let field = self.field(length);
-            let q = field.axes(&to).map_err(|lost| lost_at(span.clone(), lost))?;
+            let q = field
+                .axes(&to)
+                .map_err(|lost| lost_at(span.clone(), lost))?;
             self.ways.come_to(self.tables, &q);
             if let Some(axis) = self.ways.missing(self.tables) {
                 return Err(direction_unknown(span.clone(), axis));
             }
-            let node = field.node(1.0, &to, &self.ways).map_err(|lost| lost_at(span.clone(), lost))?;
-            field.reaches(&node).map_err(|lost| lost_at(span.clone(), lost))?;
+            let node = field
+                .node(1.0, &to, &self.ways)
+                .map_err(|lost| lost_at(span.clone(), lost))?;
+            field
+                .reaches(&node)
+                .map_err(|lost| lost_at(span.clone(), lost))?;
             self.corrected(&node);
-            pieces.push(Piece::whole(shape, node.to, self.timing(rate, &Path::Line(straight.from.at, to))));
+            pieces.push(Piece::whole(
+                shape,
+                node.to,
+                self.timing(rate, &Path::Line(straight.from.at, to)),
+            ));
             return Ok(());
         }
         let path = Path::Line(straight.from.at, to);
         if straight.from.at == to {
             // Nothing moves, and no axis turns.
             let field = self.field(length);
-            let node = field.node(1.0, &to, &self.ways).map_err(|lost| lost_at(span.clone(), lost))?;
-            field.reaches(&node).map_err(|lost| lost_at(span.clone(), lost))?;
+            let node = field
+                .node(1.0, &to, &self.ways)
+                .map_err(|lost| lost_at(span.clone(), lost))?;
+            field
+                .reaches(&node)
+                .map_err(|lost| lost_at(span.clone(), lost))?;
             self.corrected(&node);
             pieces.push(Piece::whole(shape, node.to, Timing::None));
             return Ok(());
@@ -412,7 +496,9 @@ impl<'a> Corrector<'a> {
         let last = self.nodes[self.nodes.len() - 1];
         self.corrected(&last);
         let field = self.field(length);
-        field.reaches(&last).map_err(|lost| lost_at(span.clone(), lost))?;
+        field
+            .reaches(&last)
+            .map_err(|lost| lost_at(span.clone(), lost))?;
         let timing = self.timing(rate, &path);
         let limits = self.limits();
         if straight.with_spindle {
@@ -432,8 +518,10 @@ impl<'a> Corrector<'a> {
             return Ok(());
         }
         let field = self.field(length);
-        self.runs(&field, shape, &limits, timing, pieces).map_err(|lost| lost_at(span.clone(), lost))?;
-        self.report.cut += u64::from(pieces.iter().filter(|p| p.timing != Timing::TakeUp).count() > 1);
+        self.runs(&field, shape, &limits, timing, pieces)
+            .map_err(|lost| lost_at(span.clone(), lost))?;
+        self.report.cut +=
+            u64::from(pieces.iter().filter(|p| p.timing != Timing::TakeUp).count() > 1);
         Ok(())
     }
 
@@ -446,7 +534,10 @@ impl<'a> Corrector<'a> {
         let mut off = 0.0_f64;
         for node in &self.nodes {
             let part: PerLetter = std::array::from_fn(|i| {
-                node.to[i] - node.q[i] - (1.0 - node.t) * (first.to[i] - first.q[i]) - node.t * (last.to[i] - last.q[i])
+                node.to[i]
+                    - node.q[i]
+                    - (1.0 - node.t) * (first.to[i] - first.q[i])
+                    - node.t * (last.to[i] - last.q[i])
             });
             off = off.max(limits.of(&part) * limits.linear);
         }
@@ -466,7 +557,9 @@ impl<'a> Corrector<'a> {
         let last = self.nodes[self.nodes.len() - 1];
         self.corrected(&last);
         let field = self.field(length);
-        let reaches = self.nodes[1..].iter().try_for_each(|node| field.reaches(node));
+        let reaches = self.nodes[1..]
+            .iter()
+            .try_for_each(|node| field.reaches(node));
         reaches.map_err(|lost| lost_at(span.clone(), lost))?;
         let timing = self.timing(rate, &path);
         let mut limits = self.limits();
@@ -517,7 +610,8 @@ impl<'a> Corrector<'a> {
         self.traced(&path, finer, span, length)?;
         let limits = limits.plus(self.options.chord);
         let field = self.field(length);
-        self.runs(&field, Shape::Feed, &limits, timing, pieces).map_err(|lost| lost_at(span.clone(), lost))?;
+        self.runs(&field, Shape::Feed, &limits, timing, pieces)
+            .map_err(|lost| lost_at(span.clone(), lost))?;
         self.report.arcs[1] += 1;
         Ok(())
     }

@@ -25,7 +25,11 @@ impl Limits {
     #[must_use]
     pub fn new(tolerance: f64, direction: f64, rotary: bool, lever: bool) -> Self {
         let half = if rotary && lever { 0.5 } else { 1.0 };
-        let turn = if lever { direction.min(half * tolerance / LEVER) } else { direction };
+        let turn = if lever {
+            direction.min(half * tolerance / LEVER)
+        } else {
+            direction
+        };
         Self {
             linear: RESERVE * half * tolerance,
             rotary: RESERVE * turn.to_degrees(),
@@ -59,7 +63,11 @@ impl Limits {
 /// The difference of a node to the straight line between two others.
 fn off_line(first: &Node, last: &Node, node: &Node) -> PerLetter {
     let whole = last.t - first.t;
-    let part = if whole > 0.0 { (node.t - first.t) / whole } else { 0.0 };
+    let part = if whole > 0.0 {
+        (node.t - first.t) / whole
+    } else {
+        0.0
+    };
     std::array::from_fn(|i| node.to[i] - first.to[i] - part * (last.to[i] - first.to[i]))
 }
 
@@ -144,7 +152,8 @@ pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Opti
     let keeps = nodes.iter().all(|node| {
         let at = shifted.at((node.t - first.t) / span);
         let mut off: PerLetter = std::array::from_fn::<f64, COUNT, _>(|k| node.to[k] - at[k]);
-        if !arc.turns_axes() {
+        let flat = (0..COUNT).all(|k| k == i || k == j || arc.from[k] == arc.to[k]);
+        if flat {
             // Where along the arc it is does not matter, but how far from it.
             let way = [at[i] - centre[0], at[j] - centre[1]];
             let radius = way[0].hypot(way[1]);

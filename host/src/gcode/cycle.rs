@@ -75,8 +75,7 @@ impl Cycle {
 
     /// Where the holes are, at the height of `from`.
     pub fn holes(&self) -> impl Iterator<Item = PerLetter> + '_ {
-        (0..self.repeat)
-            .map(|n| std::array::from_fn(|i| self.first[i] + f64::from(n) * self.by[i]))
+        (0..self.repeat).map(|n| std::array::from_fn(|i| self.first[i] + f64::from(n) * self.by[i]))
     }
 
     /// Where the axes end.
@@ -96,7 +95,11 @@ impl Cycle {
         let go = |parts: &mut Vec<Part>, at: &mut PerLetter, to: PerLetter, feed: bool| {
             if (0..COUNT).any(|i| at[i] != to[i]) {
                 *at = to;
-                parts.push(if feed { Part::Feed(to) } else { Part::Rapid(to) });
+                parts.push(if feed {
+                    Part::Feed(to)
+                } else {
+                    Part::Rapid(to)
+                });
             }
         };
         let with = |mut at: PerLetter, value: f64| {
@@ -120,10 +123,20 @@ impl Cycle {
                         go(&mut parts, &mut at, with(hole, next), true);
                         if next > self.bottom {
                             if self.code == 730 {
-                                go(&mut parts, &mut at, with(hole, next + PECK_CLEARANCE), false);
+                                go(
+                                    &mut parts,
+                                    &mut at,
+                                    with(hole, next + PECK_CLEARANCE),
+                                    false,
+                                );
                             } else {
                                 go(&mut parts, &mut at, with(hole, self.r), false);
-                                go(&mut parts, &mut at, with(hole, next + PECK_CLEARANCE), false);
+                                go(
+                                    &mut parts,
+                                    &mut at,
+                                    with(hole, next + PECK_CLEARANCE),
+                                    false,
+                                );
                             }
                         }
                         depth = next;

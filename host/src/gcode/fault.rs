@@ -36,11 +36,7 @@ parameters, expressions, loops or subprograms";
 
 impl Fault {
     /// Of the kind [`Kind::Other`].
-    pub fn new(
-        span: Range<usize>,
-        cause: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
+    pub fn new(span: Range<usize>, cause: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             span,
             kind: Kind::Other,

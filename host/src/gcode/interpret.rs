@@ -1,7 +1,7 @@
 //! From a line to what it does: LinuxCNC's order of execution, which is that of RS274/NGC.
 
-mod tool;
 mod motion;
+mod tool;
 
 use super::axes::{self, COUNT};
 use super::codes::{self, Code, Group, Machine};
@@ -82,7 +82,8 @@ impl State {
             asked.once,
             Some((Code::Data | Code::Home(_) | Code::Shift(_), _))
         ) || asked_for_offset(block, rules);
-        if axes_taken && let Some((Code::Motion(_) | Code::Probe | Code::Threading(_), place)) = asked.motion
+        if axes_taken
+            && let Some((Code::Motion(_) | Code::Probe | Code::Threading(_), place)) = asked.motion
             && axis_words != 0
         {
             return Err(Fault::new(
@@ -99,7 +100,10 @@ impl State {
     }
 
     fn ends(&self, block: &Block, rules: &Rules) -> bool {
-        let machine = |w: &Word| w.letter == b'M' && w.tenths().and_then(|t| codes::m(t, rules.dialect)) == Some(Machine::End);
+        let machine = |w: &Word| {
+            w.letter == b'M'
+                && w.tenths().and_then(|t| codes::m(t, rules.dialect)) == Some(Machine::End)
+        };
         block.words.iter().any(machine)
     }
 
@@ -153,8 +157,8 @@ impl State {
     fn look_at_letters(&self, block: &Block, rules: &Rules) -> Result<(), Fault> {
         for word in &block.words {
             match word.letter {
-                b'G' | b'M' | b'N' | b'F' | b'S' | b'T' | b'H' | b'D' | b'P' | b'Q' | b'R' | b'L'
-                | b'I' | b'J' | b'K' | b'E' => {}
+                b'G' | b'M' | b'N' | b'F' | b'S' | b'T' | b'H' | b'D' | b'P' | b'Q' | b'R'
+                | b'L' | b'I' | b'J' | b'K' | b'E' => {}
                 b'O' => {}
                 letter => {
                     if axes::index(letter).is_none() {
@@ -184,10 +188,16 @@ impl State {
     }
 
     /// What stands before modes in the order of execution: F's mode, F, T, M.
-    fn feed_and_tool(&mut self, block: &Block, rules: &Rules, step: &mut Step) -> Result<(), Fault> {
+    fn feed_and_tool(
+        &mut self,
+        block: &Block,
+        rules: &Rules,
+        step: &mut Step,
+    ) -> Result<(), Fault> {
         for word in &block.words {
             if word.letter == b'G'
-                && let Some(Code::Feed(mode)) = word.tenths().and_then(|t| codes::g(t, rules.dialect))
+                && let Some(Code::Feed(mode)) =
+                    word.tenths().and_then(|t| codes::g(t, rules.dialect))
                 && mode != self.feed_mode
             {
                 self.feed_mode = mode;
@@ -200,7 +210,11 @@ impl State {
         }
         if let Some(word) = block.word(b'F') {
             if word.value < 0.0 {
-                return Err(Fault::new(word.span(), "a negative feed", "write F with a positive number"));
+                return Err(Fault::new(
+                    word.span(),
+                    "a negative feed",
+                    "write F with a positive number",
+                ));
             }
             self.feed = Some(word.value);
         }
@@ -217,11 +231,18 @@ impl State {
                 return Err(unknown(
                     word,
                     "no M word that is known: it may move the machine",
-                    &format!("pass it as it is with --pass M{}, if it moves nothing", word.value),
+                    &format!(
+                        "pass it as it is with --pass M{}, if it moves nothing",
+                        word.value
+                    ),
                 ));
             };
             if machine_words > 4 {
-                return Err(Fault::new(word.span(), "more than four M words in a line", "write two lines"));
+                return Err(Fault::new(
+                    word.span(),
+                    "more than four M words in a line",
+                    "write two lines",
+                ));
             }
             match machine {
                 Machine::Pause | Machine::End | Machine::After => step.after = true,
@@ -292,7 +313,11 @@ impl State {
                 Code::System(100) => {
                     let p = block.word(b'P').map(whole).transpose()?;
                     let p = p.filter(|p| (1..=300).contains(p)).ok_or_else(|| {
-                        Fault::new(word.span(), "G54.1 without P1 to P300", "write the P of the system")
+                        Fault::new(
+                            word.span(),
+                            "G54.1 without P1 to P300",
+                            "write the P of the system",
+                        )
                     })?;
                     self.offsets.select(100 + p as u16);
                 }
@@ -302,7 +327,10 @@ impl State {
                 Code::Retract(retract) => self.retract = retract,
                 _ => {}
             }
-            if rules.dialect == Dialect::Fanuc && code == Code::ToolLength(codes::Length::Off) && self.tip {
+            if rules.dialect == Dialect::Fanuc
+                && code == Code::ToolLength(codes::Length::Off)
+                && self.tip
+            {
                 step.tip = Some(false);
             }
         }
@@ -324,7 +352,11 @@ impl State {
             Code::Data => self.set_data(block, rules, word, axis_words, step),
             Code::Home(home) => {
                 self.not_with_tip(word)?;
-                let moved = if axis_words == 0 { rules.axes } else { axis_words & rules.axes };
+                let moved = if axis_words == 0 {
+                    rules.axes
+                } else {
+                    axis_words & rules.axes
+                };
                 let to = self.homes[home];
                 for axis in bits(moved) {
                     match to.filter(|to| to.knows(axis)) {
@@ -342,7 +374,11 @@ impl State {
             }
             Code::Shift(0) => {
                 if axis_words == 0 {
-                    return Err(Fault::new(word.span(), "G92 without axes", "write the axes"));
+                    return Err(Fault::new(
+                        word.span(),
+                        "G92 without axes",
+                        "write the axes",
+                    ));
                 }
                 let at = self.offsets.program(&self.position.at);
                 self.needs_system(word)?;
@@ -443,7 +479,11 @@ impl State {
             trial.select(number);
             let turned = trial.is_turned() && axis_words & 0b11 != 0;
             if turned && axis_words & 0b11 != 0b11 {
-                return Err(unknown(word, "G10 L20 of X or Y alone under a rotation", "write both"));
+                return Err(unknown(
+                    word,
+                    "G10 L20 of X or Y alone under a rotation",
+                    "write both",
+                ));
             }
             if let Some(axis) = self.position.missing(axis_words) {
                 return Err(not_known(word, axis));
@@ -519,12 +559,19 @@ pub(super) fn whole(word: &Word) -> Result<u32, Fault> {
     if word.value >= 0.0 && word.value.fract() == 0.0 && word.value < 1e6 {
         return Ok(word.value as u32);
     }
-    Err(Fault::new(word.span(), "no whole number", "write one that is not negative"))
+    Err(Fault::new(
+        word.span(),
+        "no whole number",
+        "write one that is not negative",
+    ))
 }
 
 fn is_passed(word: &Word, rules: &Rules) -> bool {
     let name = format!("{}{}", char::from(word.letter), word.value);
-    rules.pass.iter().any(|passed| passed.eq_ignore_ascii_case(&name))
+    rules
+        .pass
+        .iter()
+        .any(|passed| passed.eq_ignore_ascii_case(&name))
 }
 
 /// True if nothing in the line moves anything or changes a mode.
@@ -550,7 +597,8 @@ fn unknown_g(word: &Word) -> String {
 fn remedy_g(word: &Word) -> String {
     match word.tenths() {
         Some(50..=59 | 680..=689 | 870 | 880 | 760) => {
-            "write the program out with G0 to G3, or use the compensation in the controller".to_owned()
+            "write the program out with G0 to G3, or use the compensation in the controller"
+                .to_owned()
         }
         _ => format!(
             "check --dialect; if it moves nothing and changes no coordinates, pass it with --pass G{}",

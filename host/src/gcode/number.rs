@@ -76,7 +76,11 @@ mod tests {
             let mut text = Vec::new();
             let rounded = write(&mut text, value, most, least, point);
             let text = String::from_utf8(text).unwrap();
-            assert_eq!(text.trim_end_matches('.').parse::<f64>().unwrap(), rounded, "{text}");
+            assert_eq!(
+                text.trim_end_matches('.').parse::<f64>().unwrap(),
+                rounded,
+                "{text}"
+            );
             text
         };
         assert_eq!(written(10.01234, 4, 0, false), "10.0123");

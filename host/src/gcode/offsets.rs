@@ -66,7 +66,11 @@ impl Offsets {
         self.active = self.systems.get(&number).copied();
         let degrees = self.active.map_or(0.0, |s| s.rotation);
         let (sine, cosine) = degrees.to_radians().sin_cos();
-        self.turn = if degrees == 0.0 { [1.0, 0.0] } else { [cosine, sine] };
+        self.turn = if degrees == 0.0 {
+            [1.0, 0.0]
+        } else {
+            [cosine, sine]
+        };
     }
 
     /// Gives a system other values.
@@ -114,8 +118,7 @@ impl Offsets {
     /// Program coordinates (mm, degrees) of a position of the machine.
     #[must_use]
     pub fn program(&self, machine: &PerLetter) -> PerLetter {
-        let mut at: PerLetter =
-            std::array::from_fn(|i| machine[i] - self.tool[i] - self.origin(i));
+        let mut at: PerLetter = std::array::from_fn(|i| machine[i] - self.tool[i] - self.origin(i));
         if self.is_turned() {
             [at[0], at[1]] = self.turned_back([at[0], at[1]]);
         }

@@ -33,6 +33,8 @@ pub struct Segment {
     pub length: Option<f64>,
     /// True under G41 or G42.
     pub cutter: bool,
+    /// True if it is a part of a cycle.
+    pub in_cycle: bool,
 }
 
 /// Where a program goes.
@@ -57,10 +59,17 @@ pub struct Program<'a, R> {
 
 impl<'a, R: BufRead> Program<'a, R> {
     /// From its beginning.
-    pub fn new(reader: R, rules: &'a Rules, tables: &'a Tables<'a>, tip: Option<&'a Tip<'a>>) -> Self {
+    pub fn new(
+        reader: R,
+        rules: &'a Rules,
+        tables: &'a Tables<'a>,
+        tip: Option<&'a Tip<'a>>,
+    ) -> Self {
         let mut state = State::new(rules);
         if let Some(tip) = tip.filter(|_| rules.tip) {
-            let length = state.tool_length(&rules.setup).filter(|_| tables.takes_length);
+            let length = state
+                .tool_length(&rules.setup)
+                .filter(|_| tables.takes_length);
             state.position.at = tip.world(&state.position.at, length);
         }
         Self {
@@ -77,6 +86,18 @@ impl<'a, R: BufRead> Program<'a, R> {
     /// Lines read.
     pub fn lines(&self) -> u64 {
         self.lines.number()
+    }
+
+    /// The next motion, which stays the next one.
+    ///
+    /// # Errors
+    /// What is refused in the program.
+    pub fn peek(&mut self) -> Result<Option<Event>, StreamError> {
+        let next = self.next()?;
+        if let Some(event) = next {
+            self.waiting.push_front(event);
+        }
+        Ok(next)
     }
 
     /// The next motion.
@@ -130,11 +151,13 @@ impl<'a, R: BufRead> Program<'a, R> {
                 tip: state.tip,
                 length: state.tool_length(&self.rules.setup),
                 cutter: state.cutter,
+                in_cycle: matches!(motion, Some(Move::Cycle(_))),
             })
         };
-        match motion {
+        match &motion {
             None => {}
             Some(Move::Straight(straight, rate)) => {
+                let (straight, rate) = (*straight, *rate);
                 let whole = straight.from.missing(self.tables.axes).is_none();
                 let path = Path::Line(straight.from.at, straight.to);
                 self.waiting.push_back(segment(path, rate, whole));
@@ -143,7 +166,8 @@ impl<'a, R: BufRead> Program<'a, R> {
                 }
             }
             Some(Move::Arc(arc, rate)) => {
-                self.waiting.push_back(segment(Path::Arc(arc), rate, true));
+                self.waiting
+                    .push_back(segment(Path::Arc(*arc), *rate, true));
             }
             Some(Move::Cycle(cycle)) => {
                 let feed = state.feed.unwrap_or_default();
@@ -171,9 +195,11 @@ impl<'a, R: BufRead> Program<'a, R> {
                     None => {
                         let n = cycle.axes[2];
                         for hole in cycle.holes() {
-                            for (height, rate) in
-                                [(cycle.r, Rate::Rapid), (cycle.bottom, rate), (cycle.clear(), rate)]
-                            {
+                            for (height, rate) in [
+                                (cycle.r, Rate::Rapid),
+                                (cycle.bottom, rate),
+                                (cycle.clear(), rate),
+                            ] {
                                 let mut to = hole;
                                 to[n] = height;
                                 self.waiting.push_back(go(to, rate));
@@ -192,7 +218,11 @@ impl Segment {
     pub fn minutes(&self, dialect: super::Dialect) -> f64 {
         let by = self.path.by();
         let by: PerLetter = std::array::from_fn(|i| {
-            if super::axes::is_rotary(i) { by[i] } else { by[i] / self.unit }
+            if super::axes::is_rotary(i) {
+                by[i]
+            } else {
+                by[i] / self.unit
+            }
         });
         let length = match &self.path {
             Path::Line(..) => dialect.length(&by),

@@ -237,7 +237,10 @@ mod tests {
         assert_eq!(setup.travel[0], Travel::Negative);
         assert_eq!(setup.systems[&1].origin[0], -254.0);
         assert_eq!(setup.systems[&1].rotation, 5.0);
-        assert_eq!(setup.systems.keys().copied().collect::<Vec<_>>(), [1, 7, 107]);
+        assert_eq!(
+            setup.systems.keys().copied().collect::<Vec<_>>(),
+            [1, 7, 107]
+        );
         assert_eq!(setup.tools[&3][2], 50.8);
         assert_eq!(setup.homes[0].unwrap().known, 0b100);
         assert!(setup.homes[1].is_none());
@@ -248,13 +251,19 @@ mod tests {
         for (text, part) in [
             ("[start]\nX = 1\n", "units"),
             ("units = \"m\"", "no unit"),
-            ("units = \"mm\"\n[offset.G53]\nX = 1", "no work coordinate system"),
+            (
+                "units = \"mm\"\n[offset.G53]\nX = 1",
+                "no work coordinate system",
+            ),
             ("units = \"mm\"\n[offset.G54]\nQ = 1", "no axis"),
             ("units = \"mm\"\n[offset.G54]\nX = nan", "finite"),
             ("units = \"mm\"\n[start]\nx = 1", "no axis"),
             ("units = \"mm\"\n[tool.a]\nlength = 1", "number of a tool"),
             ("units = \"mm\"\n[tool.1]\nlenght = 1", "unknown field"),
-            ("units = \"mm\"\n[start]\ntravel = { X = \"up\" }", "direction of travel"),
+            (
+                "units = \"mm\"\n[start]\ntravel = { X = \"up\" }",
+                "direction of travel",
+            ),
         ] {
             let error = Setup::from_toml(text).unwrap_err();
             assert!(error.message.contains(part), "{text}: {error}");

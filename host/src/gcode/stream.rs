@@ -60,10 +60,16 @@ impl<R: BufRead> Lines<R> {
         self.number += 1;
         if read as u64 == LONGEST && self.line.last() != Some(&b'\n') {
             let remedy = match self.line.contains(&b'\r') {
-                true => "end lines with LF or with CR LF: the file has CR alone, as old Macintosh files do",
+                true => {
+                    "end lines with LF or with CR LF: the file has CR alone, as old Macintosh files do"
+                }
                 false => "give a program: text in lines",
             };
-            let fault = Fault::new(0..40, format!("a line of more than {LONGEST} bytes"), remedy);
+            let fault = Fault::new(
+                0..40,
+                format!("a line of more than {LONGEST} bytes"),
+                remedy,
+            );
             return Err(Refusal::at(fault, self.number, &self.line).into());
         }
         let end = match self.line.as_slice() {

@@ -56,13 +56,14 @@ impl<'a> Tables<'a> {
         for (number, axis) in compensation.axes().iter().enumerate() {
             let Some(letter) = axes::index(axis.name) else {
                 let name = char::from(axis.name);
-                return Err(format!("the compensation has an axis {name}, which programs do not"));
+                return Err(format!(
+                    "the compensation has an axis {name}, which programs do not"
+                ));
             };
             tables.letters.push(letter);
             tables.axes |= 1 << letter;
             tables.period[letter] = f64::from(axis.period);
-            tables.travel[letter] =
-                (axis.period == 0.0).then_some(axis.travel.map(f64::from));
+            tables.travel[letter] = (axis.period == 0.0).then_some(axis.travel.map(f64::from));
             tables.hysteresis[letter] = f64::from(axis.hysteresis);
             if let Some(most) = compensation.farthest(number) {
                 tables.farthest[letter] = f64::from(most);
@@ -80,7 +81,9 @@ impl<'a> Tables<'a> {
             tables.spaced(axis.input, axis.step);
         }
         let auxiliaries = compensation.auxiliaries().iter();
-        tables.takes_length = auxiliaries.into_iter().any(|a| a.kind == AuxiliaryKind::ToolLength);
+        tables.takes_length = auxiliaries
+            .into_iter()
+            .any(|a| a.kind == AuxiliaryKind::ToolLength);
         Ok(tables)
     }
 
@@ -106,7 +109,9 @@ impl<'a> Tables<'a> {
                 AuxiliaryKind::Temperature => 0.0,
             };
         }
-        let all = self.compensation.evaluate(&inputs, &travelling, &self.weights);
+        let all = self
+            .compensation
+            .evaluate(&inputs, &travelling, &self.weights);
         let mut dq = [0.0; COUNT];
         for (number, letter) in self.letters.iter().enumerate() {
             dq[*letter] = f64::from(all[number]);
@@ -116,7 +121,12 @@ impl<'a> Tables<'a> {
 
     /// The position whose corrected one is `corrected`.
     #[must_use]
-    pub fn undone(&self, corrected: &PerLetter, travel: &[Travel; COUNT], length: f64) -> PerLetter {
+    pub fn undone(
+        &self,
+        corrected: &PerLetter,
+        travel: &[Travel; COUNT],
+        length: f64,
+    ) -> PerLetter {
         let mut q = *corrected;
         // Each step gains the slope of the corrections, 1e-3 on a bad machine.
         for _ in 0..6 {
@@ -145,7 +155,11 @@ impl<'a> Tables<'a> {
 impl Ways {
     /// Before the first line: where axes stand, and which way they have moved before, if that is known.
     #[must_use]
-    pub fn new(tables: &Tables<'_>, start: &super::axes::Position, travel: &[Travel; COUNT]) -> Self {
+    pub fn new(
+        tables: &Tables<'_>,
+        start: &super::axes::Position,
+        travel: &[Travel; COUNT],
+    ) -> Self {
         let mut ways = Self {
             reversals: [Reversal::new(); COUNT],
             travel: [Travel::Unknown; COUNT],

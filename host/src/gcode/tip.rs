@@ -111,8 +111,16 @@ mod tests {
         let (x, y, z) = (q[0] - 200.0, q[1] - 150.0, q[2] + 320.0);
         let (dy, dz) = (-5.0, 40.0 + 100.0);
         let expected = [
-            c.cos() * x + c.sin() * a.cos() * (y - dy) + c.sin() * a.sin() * (z - dz) + c.sin() * dy + 200.0,
-            -c.sin() * x + c.cos() * a.cos() * (y - dy) + c.cos() * a.sin() * (z - dz) + c.cos() * dy + 150.0,
+            c.cos() * x
+                + c.sin() * a.cos() * (y - dy)
+                + c.sin() * a.sin() * (z - dz)
+                + c.sin() * dy
+                + 200.0,
+            -c.sin() * x
+                + c.cos() * a.cos() * (y - dy)
+                + c.cos() * a.sin() * (z - dz)
+                + c.cos() * dy
+                + 150.0,
             -a.sin() * (y - dy) + a.cos() * (z - dz) + dz - 320.0,
         ];
         for (at, expected) in world.iter().zip(expected) {

@@ -133,8 +133,17 @@ impl Field<'_> {
             }
             if self.tip.is_some() {
                 // The axes follow in curves: a part for every degree of the rotary ones, at least.
-                way = if is_rotary(i) { way.max(way / 1.0 * spacing[i].min(1.0)) } else { way };
-                parts += way / if is_rotary(i) { spacing[i].min(1.0) } else { spacing[i].min(50.0) };
+                way = if is_rotary(i) {
+                    way.max(way / 1.0 * spacing[i].min(1.0))
+                } else {
+                    way
+                };
+                parts += way
+                    / if is_rotary(i) {
+                        spacing[i].min(1.0)
+                    } else {
+                        spacing[i].min(50.0)
+                    };
             } else {
                 parts = parts.max(way / spacing[i]);
             }

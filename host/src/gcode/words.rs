@@ -72,6 +72,15 @@ impl Block {
         }
     }
 
+    /// Adds a word.
+    pub(super) fn push(&mut self, word: Word) {
+        self.words.push(word);
+        self.end = word.end;
+        if word.letter != b'G' && word.letter != b'M' {
+            self.by[usize::from(word.letter - b'A')] = self.words.len() as u8;
+        }
+    }
+
     /// Reads a line without its end. The vector is used again.
     ///
     /// # Errors
@@ -185,7 +194,9 @@ fn strange(line: &[u8], at: usize) -> Fault {
     let span = at..line.len();
     match line[at] {
         b'#' => Fault::new(span, "a parameter: the program computes", FLAT).kind(Kind::Parameter),
-        b'[' => Fault::new(span, "an expression: the program computes", FLAT).kind(Kind::Expression),
+        b'[' => {
+            Fault::new(span, "an expression: the program computes", FLAT).kind(Kind::Expression)
+        }
         b'@' | b'^' => match line.get(at + 1) {
             Some(b'#' | b'[') => strange(line, at + 1),
             _ => Fault::new(
@@ -205,11 +216,13 @@ fn strange(line: &[u8], at: usize) -> Fault {
             "the file begins with a byte order mark",
             "save it as ASCII, or as UTF-8 without a byte order mark",
         ),
-        byte if byte.is_ascii_digit() || byte == b'.' || byte == b'-' || byte == b'+' => Fault::new(
-            span,
-            "a number without a letter",
-            "write a letter before it; spaces within a number are not read",
-        ),
+        byte if byte.is_ascii_digit() || byte == b'.' || byte == b'-' || byte == b'+' => {
+            Fault::new(
+                span,
+                "a number without a letter",
+                "write a letter before it; spaces within a number are not read",
+            )
+        }
         _ => Fault::new(
             span,
             "this begins no word",
@@ -220,8 +233,8 @@ fn strange(line: &[u8], at: usize) -> Fault {
 
 /// Powers of ten that f64 holds exactly.
 const POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17,
-    1e18, 1e19, 1e20, 1e21, 1e22,
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
 /// The number at a place: value, where it ends, decimals, whether it has a point.
@@ -243,7 +256,9 @@ fn number_at(line: &[u8], start: usize) -> Option<(f64, usize, usize, bool)> {
     while let Some(&byte) = line.get(at) {
         match byte {
             b'0'..=b'9' => {
-                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+                mantissa = mantissa
+                    .wrapping_mul(10)
+                    .wrapping_add(u64::from(byte - b'0'));
                 count += 1;
                 decimals += usize::from(point);
             }
@@ -280,12 +295,21 @@ mod tests {
 
     fn kind(line: &str) -> Kind {
         let mut block = Block::default();
-        block.scan(line.as_bytes(), Dialect::LinuxCnc).unwrap_err().kind
+        block
+            .scan(line.as_bytes(), Dialect::LinuxCnc)
+            .unwrap_err()
+            .kind
     }
 
     #[test]
     fn words_are_read_with_or_without_spaces_and_between_comments() {
-        let expected = vec![('N', 10.0), ('G', 1.0), ('X', -1.5), ('Y', 0.25), ('F', 100.0)];
+        let expected = vec![
+            ('N', 10.0),
+            ('G', 1.0),
+            ('X', -1.5),
+            ('Y', 0.25),
+            ('F', 100.0),
+        ];
         assert_eq!(words("N10 G1 X-1.5 Y+.25 F100."), expected);
         assert_eq!(words("n10g1(to (the hole)x-1.5\tY .25F100;Z9"), expected);
         assert_eq!(words("; nothing"), []);

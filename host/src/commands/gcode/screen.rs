@@ -3,9 +3,9 @@
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
+use trueaxis_host::gcode::axes;
 use trueaxis_host::gcode::check::{Found, Statistics};
 use trueaxis_host::gcode::{Options, Report};
-use trueaxis_host::gcode::axes;
 
 /// The largest correction of an axis.
 #[derive(Serialize)]
@@ -83,7 +83,10 @@ pub fn report(file: &Path, report: &Report) -> String {
         let _ = writeln!(text, "{take_ups} steps at reversals are moves of their own");
     }
     if *feeds > 0 {
-        let _ = writeln!(text, "{feeds} words F keep the time of a move, or come back to that of the program");
+        let _ = writeln!(
+            text,
+            "{feeds} words F keep the time of a move, or come back to that of the program"
+        );
     }
     if *under_cutter > 0 {
         let _ = writeln!(
@@ -99,7 +102,10 @@ pub fn report(file: &Path, report: &Report) -> String {
             correction,
             line,
         } = largest;
-        let _ = writeln!(text, "{axis}   largest correction {correction:>10.5} {unit} in line {line}");
+        let _ = writeln!(
+            text,
+            "{axis}   largest correction {correction:>10.5} {unit} in line {line}"
+        );
     }
     if decimals[1] > decimals[0] {
         let _ = writeln!(
@@ -137,7 +143,10 @@ pub fn check(found: &Found, options: &Options) -> String {
         }
     );
     let [before, after] = found.minutes;
-    let _ = writeln!(text, "  feed moves take {after:.2} min, before {before:.2} min");
+    let _ = writeln!(
+        text,
+        "  feed moves take {after:.2} min, before {before:.2} min"
+    );
     if found.times_differ > 0 {
         let _ = writeln!(
             text,
@@ -146,7 +155,11 @@ pub fn check(found: &Found, options: &Options) -> String {
         );
     }
     if let Some(path) = &found.tool_path {
-        let _ = writeln!(text, "  tool on feed moves      {:>9} {:>9} {:>9}", "mean", "95 %", "max");
+        let _ = writeln!(
+            text,
+            "  tool on feed moves      {:>9} {:>9} {:>9}",
+            "mean", "95 %", "max"
+        );
         for (name, unit, statistics) in [
             ("before", "µm", &path.before_um),
             ("after", "µm", &path.after_um),

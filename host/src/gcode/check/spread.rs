@@ -88,7 +88,10 @@ mod tests {
         (1..=1000).for_each(|k| spread.add(f64::from(k) * 0.01));
         let statistics = spread.statistics();
         assert!((statistics.mean - 5.005).abs() < 1e-12);
-        assert!(statistics.p95 >= 9.5 && statistics.p95 < 9.5 * 1.021, "{statistics:?}");
+        assert!(
+            statistics.p95 >= 9.5 && statistics.p95 < 9.5 * 1.021,
+            "{statistics:?}"
+        );
         assert_eq!(statistics.max, 10.0);
     }
 }

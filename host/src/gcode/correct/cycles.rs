@@ -1,8 +1,8 @@
 //! Canned cycles: corrected words where that is right, single moves where it is not.
 
+use super::Corrector;
 use super::piece::{Piece, Shape, Timing, lost_at, span_of};
 use super::write::{Change, is_machine};
-use super::Corrector;
 use crate::gcode::axes::{COUNT, PerLetter};
 use crate::gcode::codes::{self, Code};
 use crate::gcode::cycle::{Cycle, Part};
@@ -33,9 +33,12 @@ impl Corrector<'_> {
         let single = cycle.repeat == 1 && self.written_out != Some(cycle.code);
         let straight = self.tables.directional & (1 << cycle.axes[2]) == 0
             && !self.nominal.offsets.is_turned()
-            && self.nominal.distance == Some(Distance::Absolute)
-            && !self.options.undo;
-        let stays = single && straight && self.is_constant(cycle, length).map_err(|l| lost_at(span.clone(), l))?;
+            && self.nominal.distance == Some(Distance::Absolute);
+        let stays = single
+            && straight
+            && self
+                .is_constant(cycle, length)
+                .map_err(|l| lost_at(span.clone(), l))?;
         let in_series = self.written.cycle.is_some() || self.written_out.is_none();
         if stays && in_series {
             self.written_out = None;
@@ -45,7 +48,10 @@ impl Corrector<'_> {
         let Some(parts) = cycle.parts() else {
             return Err(Fault::new(
                 span,
-                format!("the correction changes over this hole, and G{} cannot be written out", cycle.code / 10),
+                format!(
+                    "the correction changes over this hole, and G{} cannot be written out",
+                    cycle.code / 10
+                ),
                 "give a larger --tolerance, or use the compensation in the controller",
             ));
         };
@@ -64,7 +70,8 @@ impl Corrector<'_> {
         for k in 0..HEIGHTS {
             let part = k as f64 / HEIGHTS as f64;
             let node = self.in_hole(&field, cycle, cycle.r + (cycle.bottom - cycle.r) * part)?;
-            let mut off: PerLetter = std::array::from_fn(|i| (node.to[i] - node.q[i]) - (bottom.to[i] - bottom.q[i]));
+            let mut off: PerLetter =
+                std::array::from_fn(|i| (node.to[i] - node.q[i]) - (bottom.to[i] - bottom.q[i]));
             off[n] = node.to[n] - top.to[n] - part * (bottom.to[n] - top.to[n]);
             if limits.of(&off) > 1.0 {
                 return Ok(false);
@@ -103,8 +110,12 @@ impl Corrector<'_> {
         if let Some(axis) = self.ways.missing(self.tables) {
             return Err(super::direction_unknown(span, axis));
         }
-        let node = self.in_hole(&field, cycle, cycle.bottom).map_err(|l| lost_at(span.clone(), l))?;
-        let top = self.in_hole(&field, cycle, cycle.r).map_err(|l| lost_at(span.clone(), l))?;
+        let node = self
+            .in_hole(&field, cycle, cycle.bottom)
+            .map_err(|l| lost_at(span.clone(), l))?;
+        let top = self
+            .in_hole(&field, cycle, cycle.r)
+            .map_err(|l| lost_at(span.clone(), l))?;
         self.corrected(&node);
         // Rotary axes and others outside the plane go there in a line before.
         let outside = bits(self.tables.axes).filter(|axis| !cycle.axes.contains(axis));
@@ -112,7 +123,9 @@ impl Corrector<'_> {
         let mut before = self.written.position.at;
         let mut moves = false;
         for axis in outside {
-            let finest = 0.6 * 10_f64.powi(-(number::decimals(axis, crate::gcode::modal::Units::Millimetre) as i32));
+            let finest = 0.6
+                * 10_f64
+                    .powi(-(number::decimals(axis, crate::gcode::modal::Units::Millimetre) as i32));
             if (node.to[axis] - before[axis]).abs() >= finest {
                 before[axis] = node.to[axis];
                 moves = true;
@@ -133,10 +146,19 @@ impl Corrector<'_> {
         let point = self.rules.dialect == crate::gcode::dialect::Dialect::Fanuc;
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
-        let units = self.nominal.units.unwrap_or(crate::gcode::modal::Units::Millimetre);
+        let units = self
+            .nominal
+            .units
+            .unwrap_or(crate::gcode::modal::Units::Millimetre);
         let letters = cycle.axes.map(|axis| crate::gcode::axes::LETTERS[axis]);
         let needed: Vec<(u8, f64, usize)> = (0..3)
-            .map(|k| (letters[k], program[cycle.axes[k]] / unit, number::decimals(cycle.axes[k], units)))
+            .map(|k| {
+                (
+                    letters[k],
+                    program[cycle.axes[k]] / unit,
+                    number::decimals(cycle.axes[k], units),
+                )
+            })
             .chain([(b'R', r, number::decimals(n, units))])
             .collect();
         let mut place = block.end;
@@ -145,7 +167,8 @@ impl Corrector<'_> {
         let mut has = [false; 3];
         for word in &block.words {
             if word.letter == b'G'
-                && let Some(Code::Motion(Motion::Cycle(_))) = word.tenths().and_then(|t| codes::g(t, self.rules.dialect))
+                && let Some(Code::Motion(Motion::Cycle(_))) =
+                    word.tenths().and_then(|t| codes::g(t, self.rules.dialect))
             {
                 has_motion = true;
             }
@@ -155,7 +178,10 @@ impl Corrector<'_> {
                 b'F' => has[2] = true,
                 _ => {}
             }
-            if let Some(k) = needed.iter().position(|(letter, ..)| *letter == word.letter) {
+            if let Some(k) = needed
+                .iter()
+                .position(|(letter, ..)| *letter == word.letter)
+            {
                 done[k] = true;
                 place = word.end;
                 let (_, value, decimals) = needed[k];
@@ -203,18 +229,34 @@ impl Corrector<'_> {
         self.follow(&out[from..], None)?;
         out.extend_from_slice(eol);
         let mut end = node.to;
-        end[n] = self.written.cycle.map_or(cycle.r + by, |c| match cycle.retract {
-            crate::gcode::modal::Retract::Initial => c.initial.max(cycle.r + by),
-            crate::gcode::modal::Retract::Plane => cycle.r + by,
-        });
-        let leads = cycle.axes.iter().all(|i| (self.written.position.at[*i] - end[*i]).abs() < 1e-3);
+        end[n] = self
+            .written
+            .cycle
+            .map_or(cycle.r + by, |c| match cycle.retract {
+                crate::gcode::modal::Retract::Initial => c.initial.max(cycle.r + by),
+                crate::gcode::modal::Retract::Plane => cycle.r + by,
+            });
+        let leads = cycle
+            .axes
+            .iter()
+            .all(|i| (self.written.position.at[*i] - end[*i]).abs() < 1e-3);
         if !leads {
-            return Err(Fault::new(span, "what would be written is wrong", "this is a mistake of trueaxis: please report the line"));
+            return Err(Fault::new(
+                span,
+                "what would be written is wrong",
+                "this is a mistake of trueaxis: please report the line",
+            ));
         }
         Ok(())
     }
 
-    fn write_rapid(&mut self, block: &Block, piece: &Piece, eol: &[u8], out: &mut Vec<u8>) -> Result<(), Fault> {
+    fn write_rapid(
+        &mut self,
+        block: &Block,
+        piece: &Piece,
+        eol: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
         let motion = self.nominal.motion;
         self.nominal.motion = Some(Motion::Rapid);
         let done = self.write_next(block, piece, false, eol, out);
@@ -239,7 +281,13 @@ impl Corrector<'_> {
         let rate = match (self.nominal.feed, self.nominal.feed_mode) {
             (Some(f), FeedMode::PerRevolution) => Rate::PerRevolution(f),
             (Some(f), _) => Rate::PerMinute(f),
-            (None, _) => return Err(Fault::new(span, "a feed that is not known", "write F before it")),
+            (None, _) => {
+                return Err(Fault::new(
+                    span,
+                    "a feed that is not known",
+                    "write F before it",
+                ));
+            }
         };
         let motion = self.nominal.motion;
         let eol = if eol.is_empty() { self.eol } else { eol };
@@ -272,7 +320,8 @@ impl Corrector<'_> {
                     let timing = self.timing(rate, &path);
                     let limits = self.limits();
                     let field = self.field(length);
-                    self.runs(&field, shape, &limits, timing, &mut pieces).map_err(|l| lost_at(span.clone(), l))?;
+                    self.runs(&field, shape, &limits, timing, &mut pieces)
+                        .map_err(|l| lost_at(span.clone(), l))?;
                     at = *to;
                 }
             }
@@ -288,7 +337,13 @@ impl Corrector<'_> {
                         without: b"RQPL",
                         without_after: step.after,
                     };
-                    let done = self.write_first(block, &change, is_machine(block, self.rules.dialect), line, out);
+                    let done = self.write_first(
+                        block,
+                        &change,
+                        is_machine(block, self.rules.dialect),
+                        line,
+                        out,
+                    );
                     self.nominal.motion = motion;
                     done?;
                     out.extend_from_slice(eol);

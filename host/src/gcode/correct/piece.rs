@@ -98,8 +98,13 @@ impl Timing {
 
 /// The bytes of a line to be pointed at: its words.
 pub(super) fn span_of(block: &Block) -> Range<usize> {
-    let first = block.words.iter().find(|w| crate::gcode::axes::index(w.letter).is_some());
-    first.or(block.words.first()).map_or(0..block.end, |w| w.start..w.end)
+    let first = block
+        .words
+        .iter()
+        .find(|w| crate::gcode::axes::index(w.letter).is_some());
+    first
+        .or(block.words.first())
+        .map_or(0..block.end, |w| w.start..w.end)
 }
 
 /// What to say of a position that cannot be corrected.
@@ -116,7 +121,11 @@ pub(super) fn lost_at(span: Range<usize>, lost: Lost) -> Fault {
                 "check the offsets in the setup and the position of the part",
             )
         }
-        Lost::NoPose => Fault::new(span, "no axis positions put the tip there", "check the machine"),
+        Lost::NoPose => Fault::new(
+            span,
+            "no axis positions put the tip there",
+            "check the machine",
+        ),
     }
 }
 
@@ -125,7 +134,9 @@ pub(super) fn direction_unknown(span: Range<usize>, axis: usize) -> Fault {
     let letter = crate::gcode::axes::name(axis);
     Fault::new(
         span,
-        format!("the compensation depends on the direction in which {letter} moved last, which is not known here"),
+        format!(
+            "the compensation depends on the direction in which {letter} moved last, which is not known here"
+        ),
         format!("give it in the setup: [start] travel = {{ {letter} = \"+\" }}, or \"-\""),
     )
 }
@@ -241,7 +252,13 @@ impl Corrector<'_> {
     }
 
     /// Arcs along the nodes; false if the path is not kept by arcs.
-    pub(super) fn arc_runs(&mut self, arc: &Arc, limits: &Limits, timing: Timing, pieces: &mut Vec<Piece>) -> bool {
+    pub(super) fn arc_runs(
+        &mut self,
+        arc: &Arc,
+        limits: &Limits,
+        timing: Timing,
+        pieces: &mut Vec<Piece>,
+    ) -> bool {
         let before = self.report.take_ups;
         let mut from = self.written.position.at;
         let mut last_t = 0.0;
@@ -263,7 +280,11 @@ impl Corrector<'_> {
             };
             from = shifted.to;
             let t = nodes[nodes.len() - 1].t;
-            pieces.push(Piece::of(Shape::Arc(shifted), shifted.to, timing.shared(t - last_t)));
+            pieces.push(Piece::of(
+                Shape::Arc(shifted),
+                shifted.to,
+                timing.shared(t - last_t),
+            ));
             last_t = t;
         }
         true

@@ -1,7 +1,7 @@
 //! Pieces as lines: the line of the program with its words changed, and further ones.
 
-use super::piece::{Piece, Shape, Timing};
 use super::Corrector;
+use super::piece::{Piece, Shape, Timing};
 use crate::gcode::arc::Arc;
 use crate::gcode::axes::{self, COUNT, PerLetter, is_rotary};
 use crate::gcode::codes::{self, Code, Machine};
@@ -67,7 +67,10 @@ impl Corrector<'_> {
         let (target, here) = if machine {
             (*to, at.at)
         } else {
-            (self.written.offsets.program(to), self.written.offsets.program(&at.at))
+            (
+                self.written.offsets.program(to),
+                self.written.offsets.program(&at.at),
+            )
         };
         let mut words = Words {
             value: [None; COUNT],
@@ -89,7 +92,11 @@ impl Corrector<'_> {
             }
             words.value[axis] = Some(rounded);
             words.decimals[axis] = decimals;
-            program[axis] = if relative { here[axis] + rounded * unit } else { rounded * unit };
+            program[axis] = if relative {
+                here[axis] + rounded * unit
+            } else {
+                rounded * unit
+            };
             words.moves |= !known || by.abs() >= finest;
         }
         words.to = if machine {
@@ -141,7 +148,11 @@ impl Corrector<'_> {
                     let turns = turns || (3..6).any(|i| by[i] != 0.0);
                     let allowed = if turns { 1e-4 } else { 0.01 };
                     let same = (needed / f - 1.0).abs() <= allowed;
-                    Some(if same || !needed.is_finite() || needed <= 0.0 { f } else { needed })
+                    Some(if same || !needed.is_finite() || needed <= 0.0 {
+                        f
+                    } else {
+                        needed
+                    })
                 }
             },
         }
@@ -170,7 +181,10 @@ impl Corrector<'_> {
             Shape::Arc(_) => b"R",
             _ => b"IJKR",
         };
-        let is_arc = matches!(self.nominal.motion, Some(Motion::Clockwise | Motion::Counterclockwise));
+        let is_arc = matches!(
+            self.nominal.motion,
+            Some(Motion::Clockwise | Motion::Counterclockwise)
+        );
         let change = Change {
             piece: &pieces[0],
             wanted,
@@ -187,7 +201,11 @@ impl Corrector<'_> {
             false => change,
         };
         self.write_first(block, &change, machine, line, out)?;
-        let eol = if several && eol.is_empty() { self.eol } else { eol };
+        let eol = if several && eol.is_empty() {
+            self.eol
+        } else {
+            eol
+        };
         out.extend_from_slice(eol);
         for piece in &pieces[1..] {
             self.write_next(block, piece, machine, eol, out)?;
@@ -232,7 +250,9 @@ impl Corrector<'_> {
                 if let Some(motion) = motion {
                     done_motion = true;
                     if was != motion {
-                        edits.replace(word.span(), |to| to.extend_from_slice(motion.word().as_bytes()));
+                        edits.replace(word.span(), |to| {
+                            to.extend_from_slice(motion.word().as_bytes())
+                        });
                     }
                 }
                 continue;
@@ -244,7 +264,14 @@ impl Corrector<'_> {
                     done_axes |= 1 << axis;
                     first_axis = first_axis.or(Some(word.start));
                     last_axis = Some(word.end);
-                    replace_number(&mut edits, word, value, words.decimals[axis], point, self.rules.least_increments);
+                    replace_number(
+                        &mut edits,
+                        word,
+                        value,
+                        words.decimals[axis],
+                        point,
+                        self.rules.least_increments,
+                    );
                 }
                 continue;
             }
@@ -255,7 +282,14 @@ impl Corrector<'_> {
                 last_axis = Some(word.end);
                 let decimals = word.decimals.max(number::decimals(0, self.units()));
                 let value = round(centre[place].1, decimals);
-                replace_number(&mut edits, word, value, decimals, point, self.rules.least_increments);
+                replace_number(
+                    &mut edits,
+                    word,
+                    value,
+                    decimals,
+                    point,
+                    self.rules.least_increments,
+                );
                 continue;
             }
             if word.letter == b'F' {
@@ -263,7 +297,9 @@ impl Corrector<'_> {
                     done_feed = true;
                     if !same_feed(feed, word.value) {
                         self.report.feeds += 1;
-                        edits.replace(word.number..word.end, |to| number::write_feed(to, feed, point));
+                        edits.replace(word.number..word.end, |to| {
+                            number::write_feed(to, feed, point)
+                        });
                     }
                 }
                 continue;
@@ -274,7 +310,8 @@ impl Corrector<'_> {
                 edits.remove(line, word.span());
             }
         }
-        let spaced = block.words.len() < 2 || line[..block.end].iter().any(|b| matches!(b, b' ' | b'\t'));
+        let spaced =
+            block.words.len() < 2 || line[..block.end].iter().any(|b| matches!(b, b' ' | b'\t'));
         let separator: &[u8] = if spaced { b" " } else { b"" };
         let place = last_axis.unwrap_or(block.end);
         if let (false, Some(motion)) = (done_motion, motion)
@@ -368,7 +405,13 @@ impl Corrector<'_> {
         if let Shape::Arc(arc) = piece.shape {
             for (letter, value) in self.centre_words(&arc) {
                 text.push(letter);
-                number::write(&mut text, value, number::decimals(0, self.units()), 0, point);
+                number::write(
+                    &mut text,
+                    value,
+                    number::decimals(0, self.units()),
+                    0,
+                    point,
+                );
                 text.push(b' ');
             }
         }
@@ -393,12 +436,22 @@ impl Corrector<'_> {
     }
 
     /// Words that belong behind the motion, in a line of their own.
-    pub(super) fn write_after(&mut self, block: &Block, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Fault> {
+    pub(super) fn write_after(
+        &mut self,
+        block: &Block,
+        line: &[u8],
+        eol: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
         let mut text = Vec::new();
         if block.deleted {
             text.push(b'/');
         }
-        for word in block.words.iter().filter(|w| is_after(w, self.rules.dialect)) {
+        for word in block
+            .words
+            .iter()
+            .filter(|w| is_after(w, self.rules.dialect))
+        {
             if text.len() > usize::from(block.deleted) {
                 text.push(b' ');
             }
@@ -417,9 +470,14 @@ impl Corrector<'_> {
         if text.len() > longest {
             return Err(Fault::new(
                 0..0,
-                format!("the corrected line has more than {longest} bytes, which controllers cut off"),
+                format!(
+                    "the corrected line has more than {longest} bytes, which controllers cut off"
+                ),
                 "shorten its comment",
             ));
+        }
+        if let Some(before) = self.before_modes.take() {
+            self.written = before;
         }
         let mut block = std::mem::take(&mut self.check);
         block.scan(text, self.rules.dialect)?;
@@ -435,7 +493,10 @@ impl Corrector<'_> {
         }
         Err(Fault::new(
             0..0,
-            format!("what would be written is wrong: `{}`", String::from_utf8_lossy(text)),
+            format!(
+                "what would be written is wrong: `{}`",
+                String::from_utf8_lossy(text)
+            ),
             "this is a mistake of trueaxis: please report the line; nothing is written",
         ))
     }
@@ -489,12 +550,21 @@ impl Corrector<'_> {
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
         for word in &block.words {
-            let Some(axis) = axes::index(word.letter) else { continue };
+            let Some(axis) = axes::index(word.letter) else {
+                continue;
+            };
             let unit = if is_rotary(axis) { 1.0 } else { self.unit() };
             // More decimals: what is lost here is lost everywhere behind it.
             let decimals = word.decimals.max(number::decimals(axis, self.units()) + 1);
             let value = round(meant[axis] / unit, decimals);
-            replace_number(&mut edits, word, value, decimals, point, self.rules.least_increments);
+            replace_number(
+                &mut edits,
+                word,
+                value,
+                decimals,
+                point,
+                self.rules.least_increments,
+            );
         }
         let from = out.len();
         edits.apply(line, out);
@@ -508,7 +578,8 @@ impl Corrector<'_> {
 /// True if a word G53 is in the line.
 pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
     block.words.iter().any(|w| {
-        w.letter == b'G' && w.tenths().and_then(|t| codes::g(t, dialect)) == Some(Code::MachineCoordinates)
+        w.letter == b'G'
+            && w.tenths().and_then(|t| codes::g(t, dialect)) == Some(Code::MachineCoordinates)
     })
 }
 

@@ -63,7 +63,10 @@ impl State {
             self.motion = Some(motion);
         }
         let is_arc = matches!(motion, Some(Motion::Clockwise | Motion::Counterclockwise));
-        let has_centre = is_arc && [b'I', b'J', b'K', b'R'].iter().any(|l| block.word(*l).is_some());
+        let has_centre = is_arc
+            && [b'I', b'J', b'K', b'R']
+                .iter()
+                .any(|l| block.word(*l).is_some());
         if free == 0 && !(has_centre && asked.once.is_none()) {
             return Ok(());
         }
@@ -78,10 +81,18 @@ impl State {
         if let (true, Some(place)) = (machine, asked.machine_coordinates) {
             let word = &block.words[place];
             if !matches!(motion, Motion::Rapid | Motion::Feed) {
-                return Err(Fault::new(word.span(), "G53 without G0 or G1", "write G0 or G1"));
+                return Err(Fault::new(
+                    word.span(),
+                    "G53 without G0 or G1",
+                    "write G0 or G1",
+                ));
             }
             if self.distance != Some(Distance::Absolute) {
-                return Err(Fault::new(word.span(), "G53 under G91", "write G90 before it"));
+                return Err(Fault::new(
+                    word.span(),
+                    "G53 under G91",
+                    "write G90 before it",
+                ));
             }
             self.not_with_tip(word)?;
         }
@@ -134,12 +145,22 @@ impl State {
         let at = block.words.iter().find(|w| w.start == span.start);
         match at {
             Some(word) => not_known(word, axis),
-            None => Fault::new(span, format!("the position of {} is not known here", axes::name(axis)), "give it in the setup"),
+            None => Fault::new(
+                span,
+                format!("the position of {} is not known here", axes::name(axis)),
+                "give it in the setup",
+            ),
         }
     }
 
     /// Where the words lead.
-    fn target(&self, block: &Block, rules: &Rules, words: u16, machine: bool) -> Result<Position, Fault> {
+    fn target(
+        &self,
+        block: &Block,
+        rules: &Rules,
+        words: u16,
+        machine: bool,
+    ) -> Result<Position, Fault> {
         let mut to = self.position;
         let first = block.words.iter().find(|w| axes::index(w.letter).is_some());
         let Some(first) = first else { return Ok(to) };
@@ -161,14 +182,22 @@ impl State {
         let relative = distance == Distance::Incremental;
         if turned {
             // A word of X moves both, so both must be known unless both are given.
-            let needed = if relative || words & 0b11 != 0b11 { 0b11 } else { 0 };
+            let needed = if relative || words & 0b11 != 0b11 {
+                0b11
+            } else {
+                0
+            };
             if let Some(axis) = self.position.missing(needed) {
                 return Err(not_known(first, axis));
             }
             let mut program = self.offsets.program(&self.position.at);
             for axis in bits(words & 0b11) {
                 let value = self.value(block, rules, axis)?;
-                program[axis] = if relative { program[axis] + value } else { value };
+                program[axis] = if relative {
+                    program[axis] + value
+                } else {
+                    value
+                };
             }
             let at = self.offsets.machine(&program);
             to.set(0, at[0]);
@@ -197,7 +226,11 @@ impl State {
                 FeedMode::InverseTime => "a move without F under G93",
                 _ => "a feed that is not known",
             };
-            return Err(Fault::new(self.axis_span(block), cause, "write F in this line or before it"));
+            return Err(Fault::new(
+                self.axis_span(block),
+                cause,
+                "write F in this line or before it",
+            ));
         };
         Ok(match self.feed_mode {
             FeedMode::InverseTime => Rate::Inverse(feed),
@@ -208,7 +241,11 @@ impl State {
 
     fn plane(&self, block: &Block) -> Result<Plane, Fault> {
         let plane = self.plane.ok_or_else(|| {
-            Fault::new(self.axis_span(block), "the plane is not known here", "write G17, G18 or G19 before it")
+            Fault::new(
+                self.axis_span(block),
+                "the plane is not known here",
+                "write G17, G18 or G19 before it",
+            )
         })?;
         if self.offsets.is_turned() && plane != Plane::Xy {
             return Err(Fault::new(
@@ -231,7 +268,11 @@ impl State {
         // The letters I, J, K belong to X, Y, Z.
         let letters = plane.map(|axis| b"IJK"[axis]);
         if let Some(word) = block.word(letters[2]) {
-            return Err(Fault::new(word.span(), "a centre along the normal of the plane", "check the plane: G17, G18 or G19"));
+            return Err(Fault::new(
+                word.span(),
+                "a centre along the normal of the plane",
+                "check the plane: G17, G18 or G19",
+            ));
         }
         let turns = match block.word(b'P') {
             Some(word) => whole(word)?.max(1),
@@ -243,14 +284,23 @@ impl State {
         let centre = match (radius, given) {
             (Some(word), None) => {
                 let r = self.length_of(word, rules)?;
-                centre_by_radius([from[i], from[j]], [to[i], to[j]], r, clockwise)
-                    .map_err(|cause| Fault::new(word.span(), cause, "check the radius and the end"))?
+                centre_by_radius([from[i], from[j]], [to[i], to[j]], r, clockwise).map_err(
+                    |cause| Fault::new(word.span(), cause, "check the radius and the end"),
+                )?
             }
             (Some(word), Some(_)) => {
-                return Err(Fault::new(word.span(), "a radius and a centre", "write one of them"));
+                return Err(Fault::new(
+                    word.span(),
+                    "a radius and a centre",
+                    "write one of them",
+                ));
             }
             (None, None) => {
-                return Err(Fault::new(self.axis_span(block), "an arc without a centre or a radius", "write I, J, K or R"));
+                return Err(Fault::new(
+                    self.axis_span(block),
+                    "an arc without a centre or a radius",
+                    "write I, J, K or R",
+                ));
             }
             (None, Some(_)) => self.centre(rules, &from, [i, j], offsets, given)?,
         };
@@ -260,7 +310,9 @@ impl State {
         if r0 < 1e-9 || r1 < 1e-9 || off > 0.5 || (off > 0.005 && off > 1e-3 * r0.max(r1)) {
             return Err(Fault::new(
                 given.or(radius).map_or(0..block.end, |w| w.span()),
-                format!("the radius does not fit: {r0:.4} mm at the start of the arc, {r1:.4} mm at its end"),
+                format!(
+                    "the radius does not fit: {r0:.4} mm at the start of the arc, {r1:.4} mm at its end"
+                ),
                 "check the centre and the end",
             ));
         }
@@ -290,7 +342,11 @@ impl State {
         }
         let (Some(_), Some(_)) = (words[0], words[1]) else {
             let span = given.map_or(0..0, Word::span);
-            return Err(Fault::new(span, "one half of a centre under G90.1", "write both words of the centre"));
+            return Err(Fault::new(
+                span,
+                "one half of a centre under G90.1",
+                "write both words of the centre",
+            ));
         };
         let mut program: PerLetter = [0.0; COUNT];
         [program[i], program[j]] = by;
@@ -310,7 +366,11 @@ impl State {
     ) -> Result<(), Fault> {
         let word = &block.words[place];
         if block.word(b'K').is_none() {
-            return Err(Fault::new(word.span(), "G33 without K", "write K, the way per revolution"));
+            return Err(Fault::new(
+                word.span(),
+                "G33 without K",
+                "write K, the way per revolution",
+            ));
         }
         let from = self.position;
         if let Some(axis) = from.missing(rules.axes) {
@@ -333,21 +393,41 @@ impl State {
         Ok(())
     }
 
-    fn canned(&mut self, block: &Block, rules: &Rules, code: u16, words: u16) -> Result<Cycle, Fault> {
+    fn canned(
+        &mut self,
+        block: &Block,
+        rules: &Rules,
+        code: u16,
+        words: u16,
+    ) -> Result<Cycle, Fault> {
         let plane = self.plane(block)?.axes();
         let n = plane[2];
         if self.tip {
-            return Err(Fault::new(self.axis_span(block), "a cycle under tool-centre-point control", "write it out"));
+            return Err(Fault::new(
+                self.axis_span(block),
+                "a cycle under tool-centre-point control",
+                "write it out",
+            ));
         }
         if let Some(axis) = self.position.missing(rules.axes) {
             return Err(self.missing(block, axis));
         }
         if let Some(axis) = bits(words).find(|axis| !plane.contains(axis)) {
-            let span = block.word(axes::LETTERS[axis]).map_or(0..block.end, Word::span);
-            return Err(Fault::new(span, "an axis outside the plane in a cycle", "write a line before"));
+            let span = block
+                .word(axes::LETTERS[axis])
+                .map_or(0..block.end, Word::span);
+            return Err(Fault::new(
+                span,
+                "an axis outside the plane in a cycle",
+                "write a line before",
+            ));
         }
         let Some(distance) = self.distance else {
-            return Err(Fault::new(self.axis_span(block), "absolute or incremental: that is not known here", "write G90 or G91 before it"));
+            return Err(Fault::new(
+                self.axis_span(block),
+                "absolute or incremental: that is not known here",
+                "write G90 or G91 before it",
+            ));
         };
         let relative = distance == Distance::Incremental;
         let from = self.position.at;
@@ -355,7 +435,11 @@ impl State {
         let initial = self.cycle.map_or(from[n], |c| c.initial);
         let word = |letter: u8| block.word(letter);
         let lacking = |what: &str| {
-            Fault::new(self.axis_span(block), format!("a cycle without {what}"), format!("write {what}"))
+            Fault::new(
+                self.axis_span(block),
+                format!("a cycle without {what}"),
+                format!("write {what}"),
+            )
         };
         let length = |letter: u8, sticky: Option<f64>| match word(letter) {
             Some(word) => self.length_of(word, rules).map(Some),
@@ -374,7 +458,11 @@ impl State {
             return Err(lacking("P, the time at the bottom"));
         }
         if self.feed.is_none_or(|f| f <= 0.0) || self.feed_mode == FeedMode::InverseTime {
-            return Err(Fault::new(self.axis_span(block), "a cycle without a feed per minute or revolution", "write F before it"));
+            return Err(Fault::new(
+                self.axis_span(block),
+                "a cycle without a feed per minute or revolution",
+                "write F before it",
+            ));
         }
         let repeat = match word(b'L') {
             Some(word) => whole(word)?,
@@ -382,7 +470,12 @@ impl State {
         };
         if repeat == 0 || repeat > 10_000 {
             let span = word(b'L').map_or(0..block.end, Word::span);
-            return Err(unknown(word(b'L').unwrap_or(&block.words[0]), "a cycle that is done never or too often", "write L1 to L10000")).map_err(|f| Fault { span, ..f });
+            return Err(unknown(
+                word(b'L').unwrap_or(&block.words[0]),
+                "a cycle that is done never or too often",
+                "write L1 to L10000",
+            ))
+            .map_err(|f| Fault { span, ..f });
         }
         let first = self.target(block, rules, words & !(1 << n), false)?.at;
         let (r_at, bottom, by);
@@ -396,9 +489,20 @@ impl State {
             bottom = self.offsets.machine_axis(n, depth);
         }
         if bottom > r_at {
-            return Err(Fault::new(self.axis_span(block), "a cycle whose depth is above R", "check R and the depth"));
+            return Err(Fault::new(
+                self.axis_span(block),
+                "a cycle whose depth is above R",
+                "check R and the depth",
+            ));
         }
-        self.cycle = Some(Sticky { code, initial, r, depth, q, p });
+        self.cycle = Some(Sticky {
+            code,
+            initial,
+            r,
+            depth,
+            q,
+            p,
+        });
         let _ = axis_words;
         Ok(Cycle {
             code,

@@ -86,7 +86,11 @@ impl State {
         };
         if axes::is_rotary(axis) {
             let counts = rules.least_increments && !word.point;
-            return Ok(if counts { word.value * 1e-3 } else { word.value });
+            return Ok(if counts {
+                word.value * 1e-3
+            } else {
+                word.value
+            });
         }
         self.length_of(word, rules)
     }

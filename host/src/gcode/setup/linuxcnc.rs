@@ -112,7 +112,8 @@ impl Setup {
                     b'P' | b'D' | b'I' | b'J' | b'Q' => {}
                     letter => {
                         let axis = axes::index(letter);
-                        let axis = axis.ok_or_else(|| bad("a letter that tool tables do not have"))?;
+                        let axis =
+                            axis.ok_or_else(|| bad("a letter that tool tables do not have"))?;
                         offset[axis] = super::in_mm(axis, value, units);
                     }
                 }

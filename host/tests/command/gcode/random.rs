@@ -29,7 +29,8 @@ impl Bench {
     fn new(name: &str, machine: &str, errors: &str) -> Self {
         let read = |path: &str| std::fs::read_to_string(example(path)).unwrap();
         let machine = Machine::from_toml(&read(machine)).unwrap();
-        let errors = ErrorModel::with_files(&read(errors), &machine, &|_| Err(String::new())).unwrap();
+        let errors =
+            ErrorModel::with_files(&read(errors), &machine, &|_| Err(String::new())).unwrap();
         let bytes = std::fs::read(blob(name)).unwrap();
         Self {
             machine,
@@ -58,11 +59,15 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
     let mut text = String::new();
     let mut put = |state: &mut State, line: String| {
         block.scan(line.as_bytes(), rules.dialect).unwrap();
-        state.step(&block, rules).unwrap_or_else(|fault| panic!("{line}: {}", fault.cause));
+        state
+            .step(&block, rules)
+            .unwrap_or_else(|fault| panic!("{line}: {}", fault.cause));
         text += &line;
         text += "\n";
     };
-    let all: Vec<usize> = (0..COUNT).filter(|axis| rules.axes & (1 << axis) != 0).collect();
+    let all: Vec<usize> = (0..COUNT)
+        .filter(|axis| rules.axes & (1 << axis) != 0)
+        .collect();
     put(&mut state, "G21 G90 G17 G94 F1000".to_owned());
     let inside = |random: &mut Pcg64Mcg, axis: usize| {
         let [low, high] = box_of(machine, axis);
@@ -71,16 +76,29 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
     let number = |value: f64, digits: usize| format!("{value:.digits$}");
     for motion in 0..motions {
         if random.random_range(0..4) == 0 {
-            let mode = ["G20", "G21", "G90", "G91", "G17", "G18", "G19", "G54", "G55", "G92.1"][random.random_range(0..10)];
+            let mode = [
+                "G20", "G21", "G90", "G91", "G17", "G18", "G19", "G54", "G55", "G92.1",
+            ][random.random_range(0..10)];
             // Under a rotation arcs stay in XY.
             put(&mut state, mode.to_owned());
             put(&mut state, format!("F{}", random.random_range(100..2000)));
         }
         if random.random_range(0..12) == 0 && motion > 0 {
-            put(&mut state, format!("G92 X{} Y{}", random.random_range(-50..50), random.random_range(-50..50)));
+            put(
+                &mut state,
+                format!(
+                    "G92 X{} Y{}",
+                    random.random_range(-50..50),
+                    random.random_range(-50..50)
+                ),
+            );
         }
         let unit = state.units.map_or(1.0, Units::mm);
-        let digits = if unit > 1.0 { 5 } else { random.random_range(1..5) };
+        let digits = if unit > 1.0 {
+            5
+        } else {
+            random.random_range(1..5)
+        };
         let turned = state.offsets.is_turned();
         let plane = state.plane.unwrap();
         let [i, j, n] = plane.axes();
@@ -88,23 +106,43 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
         let mut to = state.position.at;
         for axis in &all {
             let rotary = axes::is_rotary(*axis);
-            let chance = if motion == 0 { 1.0 } else if rotary { 0.3 } else { 0.7 };
+            let chance = if motion == 0 {
+                1.0
+            } else if rotary {
+                0.3
+            } else {
+                0.7
+            };
             if random.random::<f64>() < chance && !(arc && rotary) {
                 to[*axis] = inside(random, *axis);
                 // Short moves too.
                 if random.random_range(0..3) == 0 && motion > 0 {
-                    to[*axis] = state.position.at[*axis] + 0.01 * (to[*axis] - state.position.at[*axis]);
+                    to[*axis] =
+                        state.position.at[*axis] + 0.01 * (to[*axis] - state.position.at[*axis]);
                 }
             }
         }
-        let incremental = state.distance == Some(trueaxis_host::gcode::modal::Distance::Incremental);
+        let incremental =
+            state.distance == Some(trueaxis_host::gcode::modal::Distance::Incremental);
         let words = |state: &State, to: &[f64; COUNT], only: &[usize]| {
-            let (target, here) = (state.offsets.program(to), state.offsets.program(&state.position.at));
+            let (target, here) = (
+                state.offsets.program(to),
+                state.offsets.program(&state.position.at),
+            );
             let mut words = String::new();
             for axis in only {
                 let unit = if axes::is_rotary(*axis) { 1.0 } else { unit };
-                let value = if incremental { target[*axis] - here[*axis] } else { target[*axis] };
-                let _ = write!(words, " {}{}", axes::name(*axis), number(value / unit, digits));
+                let value = if incremental {
+                    target[*axis] - here[*axis]
+                } else {
+                    target[*axis]
+                };
+                let _ = write!(
+                    words,
+                    " {}{}",
+                    axes::name(*axis),
+                    number(value / unit, digits)
+                );
             }
             words
         };
@@ -123,7 +161,10 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
             };
             // The centre as it will be read.
             let by_words = program_by.map(|v| number(v / unit, 5));
-            let centre = format!(" {}{} {}{}", letters[i], by_words[0], letters[j], by_words[1]);
+            let centre = format!(
+                " {}{} {}{}",
+                letters[i], by_words[0], letters[j], by_words[1]
+            );
             let helix = random.random_range(0..2) == 0;
             let mut end = from;
             if !full {
@@ -146,7 +187,11 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
                 let (target, here) = (state.offsets.program(&end), state.offsets.program(&from));
                 let only = only.iter();
                 only.map(|axis| {
-                    let value = if incremental { target[*axis] - here[*axis] } else { target[*axis] };
+                    let value = if incremental {
+                        target[*axis] - here[*axis]
+                    } else {
+                        target[*axis]
+                    };
                     format!(" {}{}", axes::name(*axis), number(value / unit, 5))
                 })
                 .collect()
@@ -154,7 +199,11 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
             put(&mut state, format!("{word}{}{centre}", text.concat()));
             continue;
         }
-        let moved: Vec<usize> = all.iter().copied().filter(|axis| to[*axis] != state.position.at[*axis]).collect();
+        let moved: Vec<usize> = all
+            .iter()
+            .copied()
+            .filter(|axis| to[*axis] != state.position.at[*axis])
+            .collect();
         if moved.is_empty() {
             continue;
         }
@@ -162,10 +211,19 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
         let inverse = !rapid && random.random_range(0..5) == 0;
         let words = words(&state, &to, &moved);
         if inverse {
-            put(&mut state, format!("G93 G1{words} F{}", random.random_range(1..50)));
-            put(&mut state, format!("G94 F{}", random.random_range(100..2000)));
+            put(
+                &mut state,
+                format!("G93 G1{words} F{}", random.random_range(1..50)),
+            );
+            put(
+                &mut state,
+                format!("G94 F{}", random.random_range(100..2000)),
+            );
         } else {
-            put(&mut state, format!("{}{words}", if rapid { "G0" } else { "G1" }));
+            put(
+                &mut state,
+                format!("{}{words}", if rapid { "G0" } else { "G1" }),
+            );
         }
     }
     text
@@ -217,15 +275,35 @@ fn try_programs(bench: &Bench, count: u64) {
         stream::correct(text.as_bytes(), &mut written, &mut corrector, |_| {})
             .unwrap_or_else(|e| panic!("seed {seed}: {e}\n{text}"));
         let shown = || format!("seed {seed}\n{text}\n{}", String::from_utf8_lossy(&written));
-        let found = check(text.as_bytes(), written.as_slice(), &rules, &tables, None, Some(&exact), options)
-            .unwrap_or_else(|e| panic!("{e}: {}", shown()));
-        let chord = if corrector.report.arcs[1] > 0 { options.chord * 1e3 } else { 0.0 };
+        let found = check(
+            text.as_bytes(),
+            written.as_slice(),
+            &rules,
+            &tables,
+            None,
+            Some(&exact),
+            options,
+        )
+        .unwrap_or_else(|e| panic!("{e}: {}", shown()));
+        let chord = if corrector.report.arcs[1] > 0 {
+            options.chord * 1e3
+        } else {
+            0.0
+        };
         let allowed = options.tolerance * 1e3 + chord;
         assert!(found.off_um <= allowed, "{found:?} {}", shown());
-        assert!(found.off_urad <= options.direction * 1e6, "{found:?} {}", shown());
+        assert!(
+            found.off_urad <= options.direction * 1e6,
+            "{found:?} {}",
+            shown()
+        );
         assert_eq!(found.times_differ, 0, "{found:?} {}", shown());
         if let Some(path) = &found.tool_path {
-            assert!(path.after_um.max <= allowed + bench.own, "{found:?} {}", shown());
+            assert!(
+                path.after_um.max <= allowed + bench.own,
+                "{found:?} {}",
+                shown()
+            );
         }
     }
 }
@@ -237,15 +315,24 @@ fn random_programs_of_three_axes_are_corrected_within_the_tolerance_and_keep_the
 }
 
 #[test]
-fn random_programs_of_five_axes_with_backlash_are_corrected_within_the_tolerance_and_keep_their_times() {
+fn random_programs_of_five_axes_with_backlash_are_corrected_within_the_tolerance_and_keep_their_times()
+ {
     let name = "linuxcnc-xyzac-trt";
-    let bench = Bench::new("xyzac-trt", &format!("{name}/machine.toml"), &format!("{name}/errors-11.toml"));
+    let bench = Bench::new(
+        "xyzac-trt",
+        &format!("{name}/machine.toml"),
+        &format!("{name}/errors-11.toml"),
+    );
     try_programs(&bench, 500);
 }
 
 fn word() -> impl Strategy<Value = String> {
     let letters = "[GMXYZACFIJKRLPQHTSND]";
-    (letters, prop_oneof!["-?[0-9]{1,2}", "-?[0-9]{1,2}\\.[0-9]{1,3}", "[0-4]"]).prop_map(|(l, n)| l + &n)
+    (
+        letters,
+        prop_oneof!["-?[0-9]{1,2}", "-?[0-9]{1,2}\\.[0-9]{1,3}", "[0-4]"],
+    )
+        .prop_map(|(l, n)| l + &n)
 }
 
 proptest! {
