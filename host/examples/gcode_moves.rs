@@ -59,7 +59,7 @@ fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
     let mut block = Block::default();
     let mut lines = Lines::new(open().map_err(failed)?);
     let mut number = 0;
-    while let Some((line, _)) = lines.next().map_err(refused)? {
+    while let Some((line, _)) = lines.next_line().map_err(refused)? {
         number += 1;
         if state.ended {
             break;

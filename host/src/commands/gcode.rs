@@ -302,10 +302,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if let (Some(machine), Some(path)) = (&machine, &arguments.machine) {
         fits(machine, compensation, path)?;
     }
-    let tip = match &machine {
-        Some(machine) => Some(Tip::new(machine)),
-        None => None,
-    };
+    let tip = machine.as_ref().map(Tip::new);
     let tip = match (tip, arguments.tcp) {
         (Some(Err(cause)), true) => {
             return Err(BadInput::new(

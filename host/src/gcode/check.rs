@@ -98,6 +98,8 @@ pub enum CheckError {
 
 /// How near it must arrive: half of the last digit that is written, of all axes together (mm, degrees).
 const NEAR: [f64; 2] = [1.5e-4, 2e-5];
+/// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.
+const NOWHERE: f64 = 2e-3;
 /// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): under tool-centre-point
 /// control they may follow slowly.
 const BEYOND: [f64; 5] = [0.02, 0.1, 0.5, 2.0, 5.0];
@@ -160,7 +162,7 @@ pub fn check(
         turned_until: -1.0,
         over_hole: false,
     };
-    while let Some(event) = before.next().map_err(CheckError::Program)? {
+    while let Some(event) = before.next_event().map_err(CheckError::Program)? {
         match event {
             Event::Jumped(to) => {
                 for axis in super::interpret::bits(tables.axes) {
@@ -168,7 +170,7 @@ pub fn check(
                         check.ways.forget(axis);
                     }
                 }
-                match after.next().map_err(CheckError::Corrected)? {
+                match after.next_event().map_err(CheckError::Corrected)? {
                     Some(Event::Jumped(at)) => {
                         check.at = at.at;
                         check.joined = false;
@@ -186,7 +188,7 @@ pub fn check(
         }
     }
     check.pass_tiny(&mut after)?;
-    if let Some(Event::Moved(more)) = after.next().map_err(CheckError::Corrected)? {
+    if let Some(Event::Moved(more)) = after.next_event().map_err(CheckError::Corrected)? {
         return Err(CheckError::More(more.line));
     }
     let mut found = check.found;
@@ -229,7 +231,7 @@ impl Check<'_> {
         let mut in_cycle = false;
         let mut is_there = stands && near(&self.at, &end).is_none();
         while !is_there {
-            let event = after.next().map_err(CheckError::Corrected)?;
+            let event = after.next_event().map_err(CheckError::Corrected)?;
             let Some(Event::Moved(written)) = event else {
                 let (axis, off) = near(&self.at, &end).unwrap_or((0, 0.0));
                 return Err(CheckError::Lost {
@@ -276,7 +278,7 @@ impl Check<'_> {
             if !tiny {
                 break;
             }
-            after.next().map_err(CheckError::Corrected)?;
+            after.next_event().map_err(CheckError::Corrected)?;
             self.found.motions[1] += 1;
             self.found.minutes[1] += next.minutes(self.rules.dialect);
             self.at = next.to();
@@ -339,7 +341,8 @@ impl Check<'_> {
                 }
             }
             let to = self.part(field, segment, &written.path.at(1.0), &turned, *last_t)?;
-            if turned.travel != travel.travel && (to - from).abs() * whole <= 0.5 * length {
+            if turned.travel != travel.travel && (to - from).abs() * whole <= 0.5 * length + NOWHERE
+            {
                 *travel = turned;
                 self.turned_until = ahead;
                 return Ok(true);
@@ -356,8 +359,8 @@ impl Check<'_> {
             }
             let node = field.node(t, &command, travel)?;
             let (mut linear, mut rotary) = (0.0, 0.0_f64);
-            for i in 0..COUNT {
-                let off = at[i] - node.to[i];
+            for (i, (at, to)) in at.iter().zip(&node.to).enumerate() {
+                let off = at - to;
                 if is_rotary(i) {
                     rotary += off.to_radians().powi(2);
                 } else {
@@ -378,7 +381,7 @@ impl Check<'_> {
             }
             if segment.rate != Rate::Rapid {
                 self.head(field, segment, t)?;
-                self.tool(field, segment.line, &node.q, &at)?;
+                self.tool(field, segment.line, &node.q, &at, travel)?;
             }
         }
         Ok(false)
@@ -474,6 +477,7 @@ impl Check<'_> {
         line: u64,
         q: &PerLetter,
         at: &PerLetter,
+        travel: &Ways,
     ) -> Result<(), super::trace::Lost> {
         let Some((exact, kinematics)) = &self.exact else {
             return Ok(());
@@ -491,7 +495,12 @@ impl Check<'_> {
         let mut situation = Situation::default();
         for (place, axis) in machine.axes.iter().enumerate() {
             let letter = super::axes::index(axis.letter.char() as u8).unwrap_or_default();
-            situation.sign[place] = match self.all[letter] {
+            // Where tables tell directions apart, both have turned when the hysteresis is passed.
+            let way = match self.tables.directional & (1 << letter) {
+                0 => self.all[letter],
+                _ => travel.travel[letter],
+            };
+            situation.sign[place] = match way {
                 trueaxis::Travel::Positive => 1.0,
                 trueaxis::Travel::Negative => -1.0,
                 trueaxis::Travel::Unknown => 0.0,

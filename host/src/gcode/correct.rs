@@ -94,7 +94,6 @@ pub struct Corrector<'a> {
 
 impl<'a> Corrector<'a> {
     /// `mark` is the first comment, without brackets.
-    #[must_use]
     pub fn new(
         rules: &'a Rules,
         tables: &'a Tables<'a>,
@@ -379,7 +378,8 @@ impl<'a> Corrector<'a> {
         let mut modes = Block::default();
         let stays = |word: &&Word| {
             let moves = super::axes::index(word.letter).is_some() || b"IJKR".contains(&word.letter);
-            !moves && !(word.letter == b'G' && is_motion(word))
+            let goes = moves || (word.letter == b'G' && is_motion(word));
+            !goes
         };
         block
             .words

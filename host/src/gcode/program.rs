@@ -93,7 +93,7 @@ impl<'a, R: BufRead> Program<'a, R> {
     /// # Errors
     /// What is refused in the program.
     pub fn peek(&mut self) -> Result<Option<Event>, StreamError> {
-        let next = self.next()?;
+        let next = self.next_event()?;
         if let Some(event) = next {
             self.waiting.push_front(event);
         }
@@ -104,10 +104,10 @@ impl<'a, R: BufRead> Program<'a, R> {
     ///
     /// # Errors
     /// What is refused in the program.
-    pub fn next(&mut self) -> Result<Option<Event>, StreamError> {
+    pub fn next_event(&mut self) -> Result<Option<Event>, StreamError> {
         while self.waiting.is_empty() {
             let number = self.lines.number() + 1;
-            let Some((line, _)) = self.lines.next()? else {
+            let Some((line, _)) = self.lines.next_line()? else {
                 return Ok(None);
             };
             if self.state.ended {

@@ -22,6 +22,9 @@ pub enum StreamError {
     Write(Error),
 }
 
+/// A line, and how it ends.
+pub type Line<'l> = (&'l [u8], &'l [u8]);
+
 /// The lines of a program, one after the other.
 #[derive(Debug)]
 pub struct Lines<R> {
@@ -49,7 +52,7 @@ impl<R: BufRead> Lines<R> {
     ///
     /// # Errors
     /// What cannot be read, and a line of more than 10 000 bytes.
-    pub fn next(&mut self) -> Result<Option<(&[u8], &[u8])>, StreamError> {
+    pub fn next_line(&mut self) -> Result<Option<Line<'_>>, StreamError> {
         self.line.clear();
         let mut limited = self.reader.by_ref().take(LONGEST);
         let read = limited.read_until(b'\n', &mut self.line);
@@ -89,7 +92,7 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
     let mut lines = Lines::new(reader);
     let mut block = Block::default();
     let mut number = 0;
-    while let Some((line, _)) = lines.next()? {
+    while let Some((line, _)) = lines.next_line()? {
         number += 1;
         if !line.iter().any(|b| matches!(b, b'#' | b'[' | b'o' | b'O')) {
             continue;
@@ -115,7 +118,7 @@ pub fn correct(
 ) -> Result<(), StreamError> {
     let mut lines = Lines::new(reader);
     let mut out = Vec::new();
-    while let Some((line, eol)) = lines.next()? {
+    while let Some((line, eol)) = lines.next_line()? {
         let read = (line.len() + eol.len()) as u64;
         corrector.next(line, eol, &mut out)?;
         if out.len() > 1 << 16 {

@@ -164,11 +164,11 @@ impl Ways {
             reversals: [Reversal::new(); COUNT],
             travel: [Travel::Unknown; COUNT],
         };
-        for axis in 0..COUNT {
+        for (axis, way) in travel.iter().enumerate() {
             if !start.knows(axis) {
                 continue;
             }
-            let before = match travel[axis] {
+            let before = match way {
                 Travel::Unknown => 0.0,
                 Travel::Positive => -1.0,
                 Travel::Negative => 1.0,

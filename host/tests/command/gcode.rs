@@ -124,7 +124,7 @@ fn modes_and_offsets_of_a_line_hold_for_its_own_motion() {
         words.map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(ends(apart), ends(together));
-    let one = "G20 G90 G54 G0 X0.5 Y0.5 Z2 (in one line)\nG21 G91 G1 X1 F100\n";
+    let one = "G20 G90 G54 G0 X0.5 Y0.5 Z2 (in one line)\nF10\nG21 G91 G0 X1\n";
     corrected(&folder, one, &["--check"]);
 }
 
@@ -198,7 +198,7 @@ fn g92_says_the_same_of_a_corrected_position() {
         .lines()
         .filter(|l| l.starts_with("G0 X5.") || l.starts_with("G0 X4."))
         .filter_map(|l| word(l, 'X'))
-        .last()
+        .next_back()
         .unwrap();
     assert!(
         (word(last, 'X').unwrap() - previous - 20.0).abs() < 2.1e-4,

@@ -1,6 +1,6 @@
 //! The motion of a line.
 
-use super::{Asked, Step, axis_words, bits, not_known, unknown, whole};
+use super::{Asked, Step, bits, not_known, whole};
 use crate::gcode::arc::{Arc, centre_by_radius};
 use crate::gcode::axes::{self, COUNT, PerLetter, Position};
 use crate::gcode::codes::Code;
@@ -469,13 +469,11 @@ impl State {
             None => 1,
         };
         if repeat == 0 || repeat > 10_000 {
-            let span = word(b'L').map_or(0..block.end, Word::span);
-            return Err(unknown(
-                word(b'L').unwrap_or(&block.words[0]),
+            return Err(Fault::new(
+                word(b'L').map_or(0..block.end, Word::span),
                 "a cycle that is done never or too often",
                 "write L1 to L10000",
-            ))
-            .map_err(|f| Fault { span, ..f });
+            ));
         }
         let first = self.target(block, rules, words & !(1 << n), false)?.at;
         let (r_at, bottom, by);
@@ -503,7 +501,6 @@ impl State {
             q,
             p,
         });
-        let _ = axis_words;
         Ok(Cycle {
             code,
             axes: plane,
