@@ -6,6 +6,7 @@ pub mod direct;
 pub mod errors;
 pub mod explain;
 pub mod formats;
+pub mod gcode;
 pub mod identify;
 pub mod kinematics;
 pub mod link;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-const TARGETS: [&str; 4] = ["decode", "evaluate", "slots", "link"];
+const TARGETS: [&str; 5] = ["decode", "evaluate", "slots", "link", "gcode"];
 /// Longest input, bytes: short ones are many times faster and reach every branch.
 const MAX_LEN: u64 = 2048;
 
@@ -36,7 +36,11 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     };
     for name in TARGETS {
         let corpus = root().join("fuzz/corpus").join(name);
-        seed(name, &corpus)?;
+        if name == "gcode" {
+            seed_gcode(&corpus)?;
+        } else {
+            seed(name, &corpus)?;
+        }
         if name == "link" {
             seed_link(&corpus)?;
         }
@@ -95,6 +99,25 @@ fn seed_link(corpus: &Path) -> Result<(), String> {
         bytes.extend(0..40);
         let name = format!("change-{mode}");
         fs::write(corpus.join(name), bytes).map_err(|e| format!("seeds of link: {e}"))?;
+    }
+    Ok(())
+}
+
+/// Puts programs with words of every kind into the corpus, behind the byte that chooses the dialect.
+fn seed_gcode(corpus: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("seeds of gcode: {error}");
+    fs::create_dir_all(corpus).map_err(failed)?;
+    let programs = [
+        "G21 G90 G17\nG0 X10. Y-20. Z30. A5. C10.\nG1 X20. F600.\nA10. C-20.\nG93 G1 X15. C5. F10.\nG94 F100.\nM30\n",
+        "G20 G91 G18\nG55 G1 X.5 Z.25 F10.\nG2 X.2 Z.2 I.1 K.1\nG3 X.1 R.5 Y.1\nG90 G17 G2 I1.\nG92 X0. Y0.\nX.1\nG92.1\nM2\n",
+        "%\nG21 G90 G98 F200.\nG43 H1\nG81 X10. Y10. Z1. R5.\nX20.\nG83 X30. Z0. R4. Q1.\nG99 G82 X5. Z2. R3. P.1\nG80\nG10 L2 P1 X5.\nG53 G0 Z10.\nG28\n/M8\nM30\n%\n",
+    ];
+    for (number, program) in programs.iter().enumerate() {
+        for mode in 0..3_u8 {
+            let mut bytes = vec![mode];
+            bytes.extend(program.as_bytes());
+            fs::write(corpus.join(format!("program-{number}-{mode}")), bytes).map_err(failed)?;
+        }
     }
     Ok(())
 }

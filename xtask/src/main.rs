@@ -9,6 +9,7 @@ mod capi;
 mod cross;
 mod elf;
 mod fuzz;
+mod gcode;
 mod grblhal;
 mod hil;
 mod linuxcnc;
@@ -40,6 +41,8 @@ usage: cargo xtask COMMAND
   random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
+  gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
+                                 how fast, and how much memory
   fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
   deny                           licences, advisories and sources of the dependencies";
@@ -61,6 +64,7 @@ fn main() -> ExitCode {
         ["hil", ref parts @ ..] => hil::execute(parts),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
+        ["gcode", ref options @ ..] => gcode::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),
         ["mutants", ref names @ ..] => mutants::execute(names),
         ["deny"] => test::deny(),

@@ -94,6 +94,7 @@ fn steps() -> Vec<Step> {
         step("C interface from C and C++", "xtask capi"),
         step("plugin for grblHAL", "xtask grblhal"),
         step("LinuxCNC", "xtask linuxcnc"),
+        step("programs beside another interpreter", "xtask gcode"),
         step("examples for RTIC and embassy", "xtask boards"),
         step(
             "instructions, cycles, code and stack on the target",

@@ -10,6 +10,7 @@ mod eval;
 mod explain;
 mod files;
 mod flash;
+mod gcode;
 mod identify;
 mod inspect;
 mod iso230_2;
@@ -65,6 +66,7 @@ enum Command {
     #[command(name = "iso230-2")]
     Iso2302(iso230_2::Arguments),
     Simulate(simulate::Arguments),
+    Gcode(gcode::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
     Control(control::Arguments),
@@ -96,6 +98,7 @@ pub fn run() -> ExitCode {
         Command::Measured(arguments) => measured::run(&arguments),
         Command::Iso2302(arguments) => iso230_2::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Gcode(arguments) => gcode::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Control(arguments) => control::run(&arguments),

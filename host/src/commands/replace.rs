@@ -8,6 +8,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, OpenOptions};
+use std::hash::{DefaultHasher, Hasher};
 use std::io::{Error, ErrorKind, Read, Result, Seek, Write};
 use std::path::{Path, PathBuf};
 
@@ -20,16 +21,27 @@ const LONGEST: usize = 200;
 /// # Errors
 /// Those of the file system; also if what was written is not what is read back.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    replace_by(path, |file| file.write_all(bytes))
+}
+
+/// The same with what `write` writes, which need not be in memory as a whole.
+///
+/// # Errors
+/// Those of `write`, too.
+pub fn replace_by(path: &Path, write: impl FnOnce(&mut Sink<'_>) -> Result<()>) -> Result<()> {
     match std::fs::metadata(path) {
         Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
         // A device or a pipe cannot be replaced, and has no old content to lose.
-        Ok(found) if !found.is_file() => return std::fs::write(path, bytes),
+        Ok(found) if !found.is_file() => {
+            let file = OpenOptions::new().write(true).open(path)?;
+            return write(&mut Sink::new(&file));
+        }
         _ => {}
     }
     let path = real(path);
     let partial = Partial::begin(&path)?;
     let done = partial
-        .fill(bytes, &path)
+        .fill(write, &path)
         .and_then(|()| std::fs::rename(&partial.path, &path));
     if done.is_err() {
         // Still ours: the lock is held.
@@ -76,6 +88,36 @@ fn partial_path(path: &Path) -> PathBuf {
     folder(path).join(name)
 }
 
+/// Where the new content goes, which remembers what that was.
+pub struct Sink<'a> {
+    file: &'a File,
+    sum: DefaultHasher,
+}
+
+impl<'a> Sink<'a> {
+    fn new(file: &'a File) -> Self {
+        Self {
+            file,
+            sum: DefaultHasher::new(),
+        }
+    }
+}
+
+impl Write for Sink<'_> {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        let written = self.file.write(bytes)?;
+        // Byte by byte: how they come in pieces must not matter.
+        bytes[..written]
+            .iter()
+            .for_each(|byte| self.sum.write_u8(*byte));
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.file.flush()
+    }
+}
+
 /// A partial file that nobody else writes into or removes.
 struct Partial {
     path: PathBuf,
@@ -110,17 +152,25 @@ impl Partial {
 
     /// Writes all of it to the disk, with the permissions of the file it will replace, and reads
     /// it back.
-    fn fill(&self, bytes: &[u8], old: &Path) -> Result<()> {
+    fn fill(&self, write: impl FnOnce(&mut Sink<'_>) -> Result<()>, old: &Path) -> Result<()> {
         let mut file = &self.file;
-        file.write_all(bytes)?;
+        let mut sink = Sink::new(file);
+        write(&mut sink)?;
+        let written = sink.sum.finish();
         if let Ok(old) = std::fs::metadata(old) {
             file.set_permissions(old.permissions())?;
         }
         file.sync_all()?;
         file.rewind()?;
-        let mut read = Vec::with_capacity(bytes.len());
-        file.read_to_end(&mut read)?;
-        if read != bytes {
+        let mut sum = DefaultHasher::new();
+        let mut piece = vec![0; 1 << 16];
+        loop {
+            match file.read(&mut piece)? {
+                0 => break,
+                read => piece[..read].iter().for_each(|byte| sum.write_u8(*byte)),
+            }
+        }
+        if sum.finish() != written {
             return Err(Error::other("what was written is not what is read back"));
         }
         Ok(())

@@ -1,0 +1,144 @@
+//! What the interpreter of `trueaxis gcode` makes of programs, for `cargo xtask gcode`, which compares it with
+//! another interpreter: motions of each file in machine coordinates (mm, degrees), or the word that it is refused for.
+//!
+//! `gcode_moves [--tool N=LENGTH] FILE…`
+
+use std::io::BufReader;
+use trueaxis_host::gcode::cycle::Part;
+use trueaxis_host::gcode::modal::{FeedMode, Units};
+use trueaxis_host::gcode::moves::{Move, Rate};
+use trueaxis_host::gcode::offsets::System;
+use trueaxis_host::gcode::stream::{Lines, look_for_computing};
+use trueaxis_host::gcode::trace::Path;
+use trueaxis_host::gcode::words::Block;
+use trueaxis_host::gcode::{Dialect, Refusal, Rules, Setup, State};
+
+/// The machine of `rs274 -g`: in mm, at zero, offsets zero.
+fn rules(tools: &[(u32, f64)]) -> Rules {
+    let mut setup = Setup {
+        units: Some(Units::Millimetre),
+        ..Setup::default()
+    };
+    (0..9).for_each(|axis| setup.start.set(axis, 0.0));
+    for number in 1..=9 {
+        setup.systems.insert(number, System::default());
+    }
+    for (number, length) in tools {
+        let mut offset = [0.0; 9];
+        offset[2] = *length;
+        setup.tools.insert(*number, offset);
+    }
+    setup.tool = Some(0);
+    setup.homes = [Some(setup.start); 2];
+    Rules {
+        axes: 0x1ff,
+        setup,
+        block_delete: Some(false),
+        has_machine: true,
+        ..Rules::default()
+    }
+}
+
+fn place(at: &[f64; 9]) -> String {
+    let at = at.map(|v| format!("{v:.5}"));
+    at.join(" ")
+}
+
+fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
+    let open = || std::fs::File::open(name).map(BufReader::new);
+    let failed = |e: std::io::Error| format!("other {e}");
+    let refused = |e: trueaxis_host::gcode::stream::StreamError| match e {
+        trueaxis_host::gcode::stream::StreamError::Refused(r) => {
+            format!("{:?} {} {r}", r.kind, r.word)
+        }
+        other => format!("other {other}"),
+    };
+    look_for_computing(open().map_err(failed)?, Dialect::LinuxCnc).map_err(refused)?;
+    let rules = rules(tools);
+    let mut state = State::new(&rules);
+    let mut block = Block::default();
+    let mut lines = Lines::new(open().map_err(failed)?);
+    let mut number = 0;
+    while let Some((line, _)) = lines.next_line().map_err(refused)? {
+        number += 1;
+        if state.ended {
+            break;
+        }
+        let step = block
+            .scan(line, Dialect::LinuxCnc)
+            .and_then(|()| state.step(&block, &rules));
+        let step = step.map_err(|f| {
+            let r = Refusal::at(f, number, line);
+            format!("{:?} {} {r}", r.kind, r.word)
+        })?;
+        let feed = |rate: &Rate, path: Path| match rate {
+            Rate::Rapid => 0.0,
+            Rate::PerMinute(f) | Rate::PerRevolution(f) => *f,
+            // As rs274 shows it: what it makes of the length.
+            Rate::Inverse(f) => {
+                let unit = state.units.map_or(1.0, Units::mm);
+                let by = path.by();
+                let by = std::array::from_fn(|i| {
+                    if (3..6).contains(&i) {
+                        by[i]
+                    } else {
+                        by[i] / unit
+                    }
+                });
+                let length = match path {
+                    Path::Line(..) => Dialect::LinuxCnc.length(&by),
+                    Path::Arc(arc) => arc.length() / unit,
+                };
+                (length * f).max(0.1)
+            }
+        };
+        match step.motion {
+            None => {}
+            Some(Move::Straight(straight, rate)) => {
+                let kind = if rate == Rate::Rapid { "rapid" } else { "feed" };
+                let feed = feed(&rate, Path::Line(straight.from.at, straight.to));
+                println!("{kind} {} {feed:.5}", place(&straight.to));
+            }
+            Some(Move::Arc(arc, rate)) => {
+                let turns = (arc.sweep.abs() / std::f64::consts::TAU - 1e-9).floor() + 1.0;
+                let [i, j] = arc.centre;
+                println!(
+                    "arc {} {:.5} {} {i:.5} {j:.5}",
+                    place(&arc.to),
+                    feed(&rate, Path::Arc(arc)),
+                    turns.copysign(arc.sweep)
+                );
+            }
+            Some(Move::Cycle(cycle)) => {
+                let f = state.feed.unwrap_or_default();
+                debug_assert!(state.feed_mode != FeedMode::InverseTime);
+                for part in cycle.parts().unwrap_or_default() {
+                    match part {
+                        Part::Rapid(to) => println!("rapid {} 0", place(&to)),
+                        Part::Feed(to) => println!("feed {} {f:.5}", place(&to)),
+                        Part::Dwell(_) => {}
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn main() {
+    let mut tools = Vec::new();
+    for argument in std::env::args().skip(1) {
+        if let Some(tool) = argument.strip_prefix("--tool=") {
+            let (number, length) = tool.split_once('=').unwrap_or((tool, "0"));
+            tools.push((
+                number.parse().unwrap_or_default(),
+                length.parse().unwrap_or_default(),
+            ));
+            continue;
+        }
+        println!("file {argument}");
+        if let Err(cause) = run(&argument, &tools) {
+            println!("refused {cause}");
+        }
+    }
+}

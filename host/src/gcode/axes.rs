@@ -1,0 +1,64 @@
+//! The nine axes of a program, and positions of them.
+
+/// How many letters of axes there are.
+pub const COUNT: usize = 9;
+
+/// The letters, in the order of every [`PerLetter`].
+pub const LETTERS: [u8; COUNT] = *b"XYZABCUVW";
+
+/// One value per letter: mm, of A, B and C degrees.
+pub type PerLetter = [f64; COUNT];
+
+/// The place of a letter in a [`PerLetter`].
+#[must_use]
+pub fn index(letter: u8) -> Option<usize> {
+    LETTERS.iter().position(|l| *l == letter)
+}
+
+/// True for A, B and C.
+#[must_use]
+pub fn is_rotary(axis: usize) -> bool {
+    (3..6).contains(&axis)
+}
+
+/// Its letter, for messages.
+#[must_use]
+pub fn name(axis: usize) -> char {
+    char::from(LETTERS[axis])
+}
+
+/// Commanded positions (mm, degrees), each of which may be unknown.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position {
+    /// Where; 0 where it is not known.
+    pub at: PerLetter,
+    /// One bit per letter whose position is known.
+    pub known: u16,
+}
+
+impl Position {
+    /// True if an axis' position is known.
+    #[must_use]
+    pub fn knows(&self, axis: usize) -> bool {
+        self.known & (1 << axis) != 0
+    }
+
+    /// Gives an axis a position.
+    pub fn set(&mut self, axis: usize, value: f64) {
+        self.at[axis] = value;
+        self.known |= 1 << axis;
+    }
+
+    /// Forgets where an axis is.
+    pub fn forget(&mut self, axis: usize) {
+        self.at[axis] = 0.0;
+        self.known &= !(1 << axis);
+    }
+
+    /// The first of these axes (bits) that is not known.
+    #[must_use]
+    pub fn missing(&self, axes: u16) -> Option<usize> {
+        let missing = axes & !self.known;
+        (missing != 0).then(|| missing.trailing_zeros() as usize)
+    }
+}

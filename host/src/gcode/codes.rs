@@ -1,0 +1,232 @@
+//! The words G and M that are known, and what each does.
+
+use super::dialect::Dialect;
+use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
+use super::offsets::Number;
+
+/// What a word G asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Code {
+    /// G0 to G3 and canned cycles.
+    Motion(Motion),
+    /// G33, G33.1: motion with the spindle; tenths.
+    Threading(u16),
+    /// G38.2 to G38.5.
+    Probe,
+    /// G80.
+    NoMotion,
+    /// G4.
+    Dwell,
+    /// G10.
+    Data,
+    /// G28 (0), G30 (1).
+    Home(usize),
+    /// G28.1 (0), G30.1 (1).
+    StoreHome(usize),
+    /// G53.
+    MachineCoordinates,
+    /// G92 and G92.1, .2, .3 by its last digit; G52 is 5.
+    Shift(u8),
+    /// G17 to G19.
+    Plane(Plane),
+    /// G20, G21.
+    Units(Units),
+    /// G90, G91.
+    Distance(Distance),
+    /// G90.1, G91.1.
+    ArcDistance(Distance),
+    /// G93 to G95.
+    Feed(FeedMode),
+    /// G40 (off), G41, G42, G41.1, G42.1.
+    Cutter(bool),
+    /// G43, G43.1 (true: from the words), G49.
+    ToolLength(Length),
+    /// G54 to G59.3; G54.1 comes with P.
+    System(Number),
+    /// G98, G99.
+    Retract(Retract),
+    /// G43.4.
+    TipOn,
+    /// G61, G61.1, G64, G96, G97, G69: nothing that positions depend on.
+    Neutral(Group),
+}
+
+/// What becomes of the tool offset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// G43: that of the tool H.
+    OfTool,
+    /// G43.1: the words.
+    OfWords,
+    /// G49.
+    Off,
+}
+
+/// Groups, of which a line may have one word each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// Group 0: what holds in its line only.
+    Once,
+    /// Group 1.
+    Motion,
+    /// Group 2.
+    Plane,
+    /// Group 3.
+    Distance,
+    /// Group 4.
+    ArcDistance,
+    /// Group 5.
+    Feed,
+    /// Group 6.
+    Units,
+    /// Group 7.
+    Cutter,
+    /// Group 8.
+    Length,
+    /// Group 10.
+    Retract,
+    /// Group 12.
+    System,
+    /// Group 13.
+    Path,
+    /// Group 14.
+    Spindle,
+    /// Rotation of coordinates.
+    Turn,
+}
+
+impl Code {
+    /// Its group.
+    #[must_use]
+    pub fn group(self) -> Group {
+        match self {
+            Self::Motion(_) | Self::Threading(_) | Self::Probe | Self::NoMotion => Group::Motion,
+            Self::Dwell
+            | Self::Data
+            | Self::Home(_)
+            | Self::StoreHome(_)
+            | Self::MachineCoordinates
+            | Self::Shift(_) => Group::Once,
+            Self::Plane(_) => Group::Plane,
+            Self::Units(_) => Group::Units,
+            Self::Distance(_) => Group::Distance,
+            Self::ArcDistance(_) => Group::ArcDistance,
+            Self::Feed(_) => Group::Feed,
+            Self::Cutter(_) => Group::Cutter,
+            Self::ToolLength(_) | Self::TipOn => Group::Length,
+            Self::System(_) => Group::System,
+            Self::Retract(_) => Group::Retract,
+            Self::Neutral(group) => group,
+        }
+    }
+}
+
+/// Number of a work coordinate system by its word in tenths: G54 to G59.3.
+#[must_use]
+pub fn system(tenths: u16) -> Option<Number> {
+    match tenths {
+        540 | 550 | 560 | 570 | 580 | 590 => Some(tenths / 10 - 53),
+        591..=593 => Some(tenths - 584),
+        _ => None,
+    }
+}
+
+/// What a word G (in tenths) asks for; `None` if it is not known or not built.
+#[must_use]
+pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
+    use Dialect::{Fanuc, Grbl, LinuxCnc};
+    let code = match tenths {
+        0 => Code::Motion(Motion::Rapid),
+        10 => Code::Motion(Motion::Feed),
+        20 => Code::Motion(Motion::Clockwise),
+        30 => Code::Motion(Motion::Counterclockwise),
+        40 => Code::Dwell,
+        100 => Code::Data,
+        170 => Code::Plane(Plane::Xy),
+        180 => Code::Plane(Plane::Zx),
+        190 => Code::Plane(Plane::Yz),
+        200 => Code::Units(Units::Inch),
+        210 => Code::Units(Units::Millimetre),
+        280 => Code::Home(0),
+        300 => Code::Home(1),
+        281 if dialect != Fanuc => Code::StoreHome(0),
+        301 if dialect != Fanuc => Code::StoreHome(1),
+        330 | 331 if dialect == LinuxCnc => Code::Threading(tenths),
+        382..=385 if dialect != Fanuc => Code::Probe,
+        400 => Code::Cutter(false),
+        410 | 420 if dialect != Grbl => Code::Cutter(true),
+        411 | 421 if dialect == LinuxCnc => Code::Cutter(true),
+        430 if dialect != Grbl => Code::ToolLength(Length::OfTool),
+        431 if dialect != Fanuc => Code::ToolLength(Length::OfWords),
+        434 if dialect == Fanuc => Code::TipOn,
+        490 => Code::ToolLength(Length::Off),
+        530 => Code::MachineCoordinates,
+        541 if dialect == Fanuc => Code::System(100),
+        540 | 550 | 560 | 570 | 580 | 590 => Code::System(tenths / 10 - 53),
+        591..=593 if dialect == LinuxCnc => Code::System(tenths - 584),
+        610 | 640 => Code::Neutral(Group::Path),
+        611 if dialect == LinuxCnc => Code::Neutral(Group::Path),
+        690 if dialect == Fanuc => Code::Neutral(Group::Turn),
+        730 | 810 | 820 | 830 | 840 | 850 | 860 | 890 if dialect != Grbl => {
+            Code::Motion(Motion::Cycle(tenths))
+        }
+        740 if dialect != Grbl => Code::Motion(Motion::Cycle(tenths)),
+        800 => Code::NoMotion,
+        900 => Code::Distance(Distance::Absolute),
+        910 => Code::Distance(Distance::Incremental),
+        901 if dialect == LinuxCnc => Code::ArcDistance(Distance::Absolute),
+        911 if dialect != Fanuc => Code::ArcDistance(Distance::Incremental),
+        920 => Code::Shift(0),
+        921 => Code::Shift(1),
+        922 | 923 if dialect == LinuxCnc => Code::Shift((tenths - 920) as u8),
+        930 => Code::Feed(FeedMode::InverseTime),
+        940 => Code::Feed(FeedMode::PerMinute),
+        950 if dialect != Grbl => Code::Feed(FeedMode::PerRevolution),
+        960 | 970 if dialect != Grbl => Code::Neutral(Group::Spindle),
+        980 if dialect != Grbl => Code::Retract(Retract::Initial),
+        990 if dialect != Grbl => Code::Retract(Retract::Plane),
+        _ => return None,
+    };
+    Some(code)
+}
+
+/// What a word M asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Machine {
+    /// M0, M1, M60: waits, after the motion of its line.
+    Pause,
+    /// M2, M30: the end, after the motion of its line.
+    End,
+    /// M6.
+    ToolChange,
+    /// M428 (true), M429 (false): tool-centre-point control.
+    Tip(bool),
+    /// M61 Q: another tool without a change.
+    ToolNumber,
+    /// Spindle, coolant, overrides, outputs: nothing that positions depend on; before the motion of its
+    /// line.
+    Neutral,
+    /// M5 and M9 where they wait for the end of the motion.
+    After,
+}
+
+/// What a word M (in tenths) asks for; `None` if it is not known.
+#[must_use]
+pub fn m(tenths: u16, dialect: Dialect) -> Option<Machine> {
+    use Dialect::{Fanuc, LinuxCnc};
+    Some(match tenths {
+        0 | 10 | 600 => Machine::Pause,
+        20 | 300 => Machine::End,
+        30 | 40 | 70 | 80 => Machine::Neutral,
+        50 | 90 if dialect == Fanuc => Machine::After,
+        50 | 90 => Machine::Neutral,
+        60 => Machine::ToolChange,
+        190 | 480 | 490 | 500 | 510 | 520 | 530 if dialect == LinuxCnc => Machine::Neutral,
+        190 | 290 if dialect == Fanuc => Machine::Neutral,
+        610 if dialect == LinuxCnc => Machine::ToolNumber,
+        620..=680 if dialect == LinuxCnc && tenths.is_multiple_of(10) => Machine::Neutral,
+        4280 if dialect == LinuxCnc => Machine::Tip(true),
+        4290 if dialect == LinuxCnc => Machine::Tip(false),
+        _ => return None,
+    })
+}

@@ -1,0 +1,169 @@
+//! Where a corrected path is cut so that straight lines, or arcs, keep it.
+
+use super::arc::Arc;
+use super::axes::{COUNT, PerLetter, is_rotary};
+use super::trace::Node;
+use std::f64::consts::TAU;
+
+/// How far what is written may be from the corrected path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// mm.
+    pub linear: f64,
+    /// Degrees.
+    pub rotary: f64,
+}
+
+/// What is left for the rounding of words, and for what happens between nodes.
+const RESERVE: f64 = 0.7;
+/// How far from a rotary axis the tip is thought to be, at most, where axes are commanded (mm).
+const LEVER: f64 = 500.0;
+
+impl Limits {
+    /// From a tolerance (mm) and one of the tool's direction (rad). `lever`: words are axis positions, so that a
+    /// rotary axis moves the tip too.
+    #[must_use]
+    pub fn new(tolerance: f64, direction: f64, rotary: bool, lever: bool) -> Self {
+        let half = if rotary && lever { 0.5 } else { 1.0 };
+        let turn = if lever {
+            direction.min(half * tolerance / LEVER)
+        } else {
+            direction
+        };
+        Self {
+            linear: RESERVE * half * tolerance,
+            rotary: RESERVE * turn.to_degrees(),
+        }
+    }
+
+    /// The same with so much more (mm).
+    #[must_use]
+    pub fn plus(self, linear: f64) -> Self {
+        Self {
+            linear: self.linear + linear,
+            ..self
+        }
+    }
+
+    /// A difference of positions, in parts of what is allowed.
+    #[must_use]
+    pub fn of(&self, difference: &PerLetter) -> f64 {
+        let (mut linear, mut rotary) = (0.0, 0.0);
+        for (i, d) in difference.iter().enumerate() {
+            if is_rotary(i) {
+                rotary += d * d;
+            } else {
+                linear += d * d;
+            }
+        }
+        (linear.sqrt() / self.linear).max(rotary.sqrt() / self.rotary)
+    }
+}
+
+/// The difference of a node to the straight line between two others.
+fn off_line(first: &Node, last: &Node, node: &Node) -> PerLetter {
+    let whole = last.t - first.t;
+    let part = if whole > 0.0 {
+        (node.t - first.t) / whole
+    } else {
+        0.0
+    };
+    std::array::from_fn(|i| node.to[i] - first.to[i] - part * (last.to[i] - first.to[i]))
+}
+
+/// Numbers of the nodes at which straight lines end, the last one among them.
+pub fn straight(nodes: &[Node], limits: &Limits, ends: &mut Vec<usize>) {
+    // Those still to be looked at, the next one last.
+    let mut later = vec![nodes.len().saturating_sub(1)];
+    let mut from = 0;
+    while let Some(&to) = later.last() {
+        let mut worst = (1.0, None);
+        if to > from + 1 {
+            for k in from + 1..to {
+                let off = limits.of(&off_line(&nodes[from], &nodes[to], &nodes[k]));
+                if off > worst.0 {
+                    worst = (off, Some(k));
+                }
+            }
+        }
+        match worst.1 {
+            Some(k) => later.push(k),
+            None => {
+                ends.push(to);
+                from = to;
+                later.pop();
+            }
+        }
+    }
+}
+
+/// True if a straight line between the first and the last of them keeps all nodes.
+#[must_use]
+pub fn is_straight(nodes: &[Node], limits: &Limits) -> bool {
+    let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
+        return true;
+    };
+    nodes[1..nodes.len().max(2) - 1]
+        .iter()
+        .all(|node| limits.of(&off_line(first, last, node)) <= 1.0)
+}
+
+/// An arc from one place to another that keeps the corrected nodes of an arc, if there is one.
+#[must_use]
+pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Option<Arc> {
+    let (first, last) = (nodes.first()?, nodes.last()?);
+    let [i, j, _] = arc.axes;
+    let to = last.to;
+    // The centre goes along with the mean of the nodes.
+    let mut moved = [0.0; 2];
+    for node in nodes {
+        let at = arc.at(node.t);
+        moved[0] += (node.to[i] - at[i]) / nodes.len() as f64;
+        moved[1] += (node.to[j] - at[j]) / nodes.len() as f64;
+    }
+    let mut centre = [arc.centre[0] + moved[0], arc.centre[1] + moved[1]];
+    let chord = [to[i] - from[i], to[j] - from[j]];
+    let length = chord[0].hypot(chord[1]);
+    let part = (last.t - first.t) * arc.sweep;
+    let whole = (part.abs() / TAU).round();
+    let closes = (part.abs() - whole * TAU).abs() < 1e-9 && whole > 0.0;
+    if closes {
+        // Ends that nearly meet would make a full turn nothing or two.
+        if length > 1e-9 {
+            return None;
+        }
+    } else {
+        if length < 1e-6 {
+            return None;
+        }
+        // As far from one end as from the other: on the line that halves the chord.
+        let way = [chord[0] / length, chord[1] / length];
+        let middle = [0.5 * (from[i] + to[i]), 0.5 * (from[j] + to[j])];
+        let along = (centre[0] - middle[0]) * way[0] + (centre[1] - middle[1]) * way[1];
+        centre[0] -= along * way[0];
+        centre[1] -= along * way[1];
+    }
+    let turns = (part.abs() / TAU).ceil().max(1.0) as u32;
+    let shifted = Arc::new(*from, to, arc.axes, centre, arc.sweep < 0.0, turns);
+    if (shifted.sweep - part).abs() > 0.1 {
+        return None;
+    }
+    let span = last.t - first.t;
+    let keeps = nodes.iter().all(|node| {
+        let at = shifted.at((node.t - first.t) / span);
+        let mut off: PerLetter = std::array::from_fn::<f64, COUNT, _>(|k| node.to[k] - at[k]);
+        let flat = (0..COUNT).all(|k| k == i || k == j || arc.from[k] == arc.to[k]);
+        if flat {
+            // Where along the arc it is does not matter, but how far from it.
+            let way = [at[i] - centre[0], at[j] - centre[1]];
+            let radius = way[0].hypot(way[1]);
+            let out = (off[i] * way[0] + off[j] * way[1]) / radius;
+            let square = off[i].powi(2) + off[j].powi(2) - out.powi(2);
+            // Along the circle by s is off it by s²/2r.
+            off[i] = out.abs() + 0.5 * square.max(0.0) / radius;
+            off[j] = 0.0;
+        }
+        limits.of(&off) <= 1.0
+    });
+    keeps.then_some(shifted)
+}

@@ -1,0 +1,161 @@
+//! Canned cycles: holes along the normal of the plane.
+
+use super::axes::{COUNT, PerLetter};
+use super::modal::Retract;
+
+/// Words that stay from one cycle of a series to the next, in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sticky {
+    /// Which cycle, in tenths.
+    pub code: u16,
+    /// Where the normal axis was before the series (machine).
+    pub initial: f64,
+    /// R and depth as written (mm).
+    pub r: f64,
+    /// The word of the normal axis.
+    pub depth: f64,
+    /// Q (mm).
+    pub q: Option<f64>,
+    /// P as written.
+    pub p: Option<f64>,
+}
+
+/// A line of a cycle, in positions of the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cycle {
+    /// Which, in tenths.
+    pub code: u16,
+    /// First and second axis of the plane, and its normal.
+    pub axes: [usize; 3],
+    /// Where the axes are before.
+    pub from: PerLetter,
+    /// Where the first hole is, at the height of `from`.
+    pub first: PerLetter,
+    /// From one hole to the next.
+    pub by: PerLetter,
+    /// How many holes.
+    pub repeat: u32,
+    /// Where feeding begins.
+    pub r: f64,
+    /// The bottom.
+    pub bottom: f64,
+    /// Where the normal axis was before the series.
+    pub initial: f64,
+    /// Where it ends.
+    pub retract: Retract,
+    /// Depth of a peck (mm).
+    pub q: Option<f64>,
+    /// Seconds at the bottom, as written.
+    pub p: Option<f64>,
+}
+
+/// How far a peck stays from where it was, as in LinuxCNC (mm).
+const PECK_CLEARANCE: f64 = 0.254;
+
+/// A part of a cycle that is written out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// Rapid to here.
+    Rapid(PerLetter),
+    /// Feed to here.
+    Feed(PerLetter),
+    /// Wait as P says.
+    Dwell(f64),
+}
+
+impl Cycle {
+    /// Where the normal axis ends.
+    #[must_use]
+    pub fn clear(&self) -> f64 {
+        match self.retract {
+            Retract::Initial => self.initial.max(self.r),
+            Retract::Plane => self.r,
+        }
+    }
+
+    /// Where the holes are, at the height of `from`.
+    pub fn holes(&self) -> impl Iterator<Item = PerLetter> + '_ {
+        (0..self.repeat).map(|n| std::array::from_fn(|i| self.first[i] + f64::from(n) * self.by[i]))
+    }
+
+    /// Where the axes end.
+    #[must_use]
+    pub fn to(&self) -> PerLetter {
+        let mut to = self.holes().last().unwrap_or(self.from);
+        to[self.axes[2]] = self.clear();
+        to
+    }
+
+    /// The cycle as single moves, in LinuxCNC's order; `None` for those that need the spindle.
+    #[must_use]
+    pub fn parts(&self) -> Option<Vec<Part>> {
+        let n = self.axes[2];
+        let mut parts = Vec::new();
+        let mut at = self.from;
+        let go = |parts: &mut Vec<Part>, at: &mut PerLetter, to: PerLetter, feed: bool| {
+            if (0..COUNT).any(|i| at[i] != to[i]) {
+                *at = to;
+                parts.push(if feed {
+                    Part::Feed(to)
+                } else {
+                    Part::Rapid(to)
+                });
+            }
+        };
+        let with = |mut at: PerLetter, value: f64| {
+            at[n] = value;
+            at
+        };
+        for hole in self.holes() {
+            if at[n] < self.r {
+                let to = with(at, self.r);
+                go(&mut parts, &mut at, to, false);
+            }
+            let over = with(hole, at[n]);
+            go(&mut parts, &mut at, over, false);
+            go(&mut parts, &mut at, with(hole, self.r), false);
+            match self.code {
+                730 | 830 => {
+                    let peck = self.q?;
+                    let mut depth = self.r;
+                    while depth > self.bottom {
+                        let next = (depth - peck).max(self.bottom);
+                        go(&mut parts, &mut at, with(hole, next), true);
+                        if next > self.bottom {
+                            if self.code == 730 {
+                                go(
+                                    &mut parts,
+                                    &mut at,
+                                    with(hole, next + PECK_CLEARANCE),
+                                    false,
+                                );
+                            } else {
+                                go(&mut parts, &mut at, with(hole, self.r), false);
+                                go(
+                                    &mut parts,
+                                    &mut at,
+                                    with(hole, next + PECK_CLEARANCE),
+                                    false,
+                                );
+                            }
+                        }
+                        depth = next;
+                    }
+                }
+                810 | 820 | 850 | 890 => {
+                    go(&mut parts, &mut at, with(hole, self.bottom), true);
+                    if let (820 | 890, Some(p)) = (self.code, self.p) {
+                        parts.push(Part::Dwell(p));
+                    }
+                }
+                _ => return None,
+            }
+            let feed_out = matches!(self.code, 850 | 890);
+            if feed_out {
+                go(&mut parts, &mut at, with(hole, self.r), true);
+            }
+            go(&mut parts, &mut at, with(hole, self.clear()), false);
+        }
+        Some(parts)
+    }
+}

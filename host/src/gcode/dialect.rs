@@ -1,0 +1,57 @@
+//! What differs between controllers.
+
+use super::axes::{self, PerLetter};
+
+/// Whose language a program is in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dialect {
+    /// LinuxCNC.
+    #[default]
+    LinuxCnc,
+    /// Grbl and grblHAL.
+    Grbl,
+    /// Fanuc, Haas and their kin.
+    Fanuc,
+}
+
+impl Dialect {
+    /// The length (mm, degrees) that a feed per minute counts, of a straight move by so much on each axis.
+    ///
+    /// LinuxCNC counts X, Y and Z if any of them moves, otherwise U, V and W, otherwise A, B and C; the others
+    /// count every axis that moves, degrees as if they were mm.
+    #[must_use]
+    pub fn length(self, by: &PerLetter) -> f64 {
+        let norm = |from: usize, to: usize| by[from..to].iter().map(|d| d * d).sum::<f64>().sqrt();
+        match self {
+            Self::LinuxCnc => {
+                let linear = norm(0, 3);
+                let others = norm(6, 9);
+                if linear > 0.0 {
+                    linear
+                } else if others > 0.0 {
+                    others
+                } else {
+                    norm(3, 6)
+                }
+            }
+            Self::Grbl | Self::Fanuc => norm(0, axes::COUNT),
+        }
+    }
+
+    /// True if such a move is counted in degrees alone.
+    #[must_use]
+    pub fn counts_degrees(by: &PerLetter) -> bool {
+        (0..axes::COUNT).all(|i| axes::is_rotary(i) || by[i] == 0.0)
+    }
+
+    /// Most bytes of a line that is written.
+    #[must_use]
+    pub fn longest_line(self) -> usize {
+        match self {
+            Self::LinuxCnc => 255,
+            // Of Grbl 1.1; grblHAL takes 256.
+            Self::Grbl => 79,
+            Self::Fanuc => 200,
+        }
+    }
+}

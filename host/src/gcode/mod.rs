@@ -1,0 +1,40 @@
+//! Programs corrected before they run: for every controller that has no compensation of its own.
+//!
+//! A line goes the way `words` (letters and numbers) → `interpret` (what it does, in positions of the machine) →
+//! `trace` (the corrected path) → `cut` (where straight lines and arcs keep it) → `correct` (the line with other
+//! words, and further lines). Nothing else than the line and what holds before it is kept, so that a program may be
+//! as long as it likes.
+
+pub mod arc;
+pub mod axes;
+pub mod check;
+mod codes;
+pub mod correct;
+mod cut;
+pub mod cycle;
+pub mod dialect;
+mod edit;
+pub mod fault;
+pub mod interpret;
+pub mod modal;
+pub mod moves;
+mod number;
+pub mod offsets;
+pub mod program;
+pub mod report;
+pub mod setup;
+pub mod state;
+pub mod stream;
+mod tables;
+mod tip;
+pub mod trace;
+pub mod words;
+
+pub use correct::{Backlash, Corrector, Options};
+pub use dialect::Dialect;
+pub use fault::Refusal;
+pub use report::Report;
+pub use setup::Setup;
+pub use state::{Rules, State};
+pub use tables::Tables;
+pub use tip::Tip;

@@ -1,0 +1,42 @@
+//! Motions, in positions of the machine or, under tool-centre-point control, of the tip.
+
+use super::arc::Arc;
+use super::axes::{PerLetter, Position};
+use super::cycle::Cycle;
+
+/// How fast.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rate {
+    /// G0.
+    Rapid,
+    /// F per minute, in the unit of the program.
+    PerMinute(f64),
+    /// F per revolution.
+    PerRevolution(f64),
+    /// One over the minutes of the move.
+    Inverse(f64),
+}
+
+/// A straight move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Straight {
+    /// From here; axes may be unknown before a rapid.
+    pub from: Position,
+    /// To here.
+    pub to: PerLetter,
+    /// True if words are machine coordinates: G53.
+    pub machine: bool,
+    /// True if the move waits for the spindle (G33, G33.1) and cannot be cut.
+    pub with_spindle: bool,
+}
+
+/// A motion that is corrected.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Move {
+    /// G0, G1, G33.
+    Straight(Straight, Rate),
+    /// G2, G3.
+    Arc(Arc, Rate),
+    /// A canned cycle.
+    Cycle(Cycle),
+}

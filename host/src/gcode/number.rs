@@ -1,0 +1,98 @@
+//! Numbers as they are written.
+
+use super::axes;
+use super::modal::Units;
+
+/// Decimals that a position needs: 0.1 µm, 1e-5 degrees (0.17 µrad), half of which is lost by rounding.
+#[must_use]
+pub fn decimals(axis: usize, units: Units) -> usize {
+    match (axes::is_rotary(axis), units) {
+        (true, _) => 5,
+        (false, Units::Millimetre) => 4,
+        (false, Units::Inch) => 6,
+    }
+}
+
+const POWERS: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+
+/// A number with so many decimals at most, and so many at least; what it then is.
+pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: bool) -> f64 {
+    let most = most.min(9);
+    let scaled = (value * POWERS[most]).round();
+    if scaled.abs() >= 9e15 {
+        // Far outside any travel.
+        let text = format!("{value:.most$}");
+        to.extend_from_slice(text.as_bytes());
+        return text.parse().unwrap_or(value);
+    }
+    let rounded = scaled / POWERS[most];
+    let mut digits = scaled.abs() as u64;
+    let mut count = most;
+    while count > least && digits.is_multiple_of(10) {
+        digits /= 10;
+        count -= 1;
+    }
+    let mut text = [0_u8; 32];
+    let mut at = text.len();
+    let mut place = 0;
+    if count == 0 && point {
+        at -= 1;
+        text[at] = b'.';
+    }
+    loop {
+        if place == count && count > 0 {
+            at -= 1;
+            text[at] = b'.';
+        }
+        at -= 1;
+        text[at] = b'0' + (digits % 10) as u8;
+        digits /= 10;
+        place += 1;
+        if digits == 0 && place > count {
+            break;
+        }
+    }
+    if scaled < 0.0 {
+        at -= 1;
+        text[at] = b'-';
+    }
+    to.extend_from_slice(&text[at..]);
+    rounded
+}
+
+/// A feed with six digits that count; what it then is.
+pub fn write_feed(to: &mut Vec<u8>, value: f64, point: bool) -> f64 {
+    let digits = 5 - value.abs().log10().floor().clamp(-4.0, 5.0) as i32;
+    write(to, value, digits.clamp(0, 9) as usize, 0, point)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_with_the_decimals_they_need() {
+        let written = |value, most, least, point| {
+            let mut text = Vec::new();
+            let rounded = write(&mut text, value, most, least, point);
+            let text = String::from_utf8(text).unwrap();
+            assert_eq!(
+                text.trim_end_matches('.').parse::<f64>().unwrap(),
+                rounded,
+                "{text}"
+            );
+            text
+        };
+        assert_eq!(written(10.01234, 4, 0, false), "10.0123");
+        assert_eq!(written(10.0, 4, 0, false), "10");
+        assert_eq!(written(10.0, 4, 0, true), "10.");
+        assert_eq!(written(10.0, 4, 2, true), "10.00");
+        assert_eq!(written(-0.00004, 4, 0, false), "0");
+        assert_eq!(written(-0.0501, 4, 0, false), "-0.0501");
+        assert_eq!(written(0.5, 4, 0, false), "0.5");
+        assert_eq!(written(99.99996, 4, 0, false), "100");
+        let mut text = Vec::new();
+        assert_eq!(write_feed(&mut text, 0.012_345_678, false), 0.012_345_7);
+        assert_eq!(write_feed(&mut text, 1234.5678, false), 1234.57);
+    }
+}

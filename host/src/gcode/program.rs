@@ -1,0 +1,251 @@
+//! What a program moves, motion by motion: for whoever checks it.
+
+use super::arc::Arc;
+use super::axes::{PerLetter, Position};
+use super::cycle::Part;
+use super::fault::Refusal;
+use super::moves::{Move, Rate};
+use super::state::{Rules, State};
+use super::stream::{Lines, StreamError};
+use super::tables::Tables;
+use super::tip::Tip;
+use super::trace::Path;
+use super::words::Block;
+use std::collections::VecDeque;
+use std::io::BufRead;
+
+/// A motion of a program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Line, from 1.
+    pub line: u64,
+    /// The way, in words' coordinates (mm, degrees).
+    pub path: Path,
+    /// False if it is not known where it comes from.
+    pub whole: bool,
+    /// How fast.
+    pub rate: Rate,
+    /// mm per unit of length of the program, for what [`Self::rate`] counts.
+    pub unit: f64,
+    /// True under tool-centre-point control.
+    pub tip: bool,
+    /// Tool length (mm), if it is known.
+    pub length: Option<f64>,
+    /// True under G41 or G42.
+    pub cutter: bool,
+    /// True if it is a part of a cycle.
+    pub in_cycle: bool,
+}
+
+/// Where a program goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// A motion.
+    Moved(Segment),
+    /// The machine is elsewhere now, by a motion that is not corrected.
+    Jumped(Position),
+}
+
+/// Motions of a program, one after the other.
+pub struct Program<'a, R> {
+    lines: Lines<R>,
+    rules: &'a Rules,
+    tables: &'a Tables<'a>,
+    tip: Option<&'a Tip<'a>>,
+    state: State,
+    block: Block,
+    waiting: VecDeque<Event>,
+}
+
+impl<'a, R: BufRead> Program<'a, R> {
+    /// From its beginning.
+    pub fn new(
+        reader: R,
+        rules: &'a Rules,
+        tables: &'a Tables<'a>,
+        tip: Option<&'a Tip<'a>>,
+    ) -> Self {
+        let mut state = State::new(rules);
+        if let Some(tip) = tip.filter(|_| rules.tip) {
+            let length = state
+                .tool_length(&rules.setup)
+                .filter(|_| tables.takes_length);
+            state.position.at = tip.world(&state.position.at, length);
+        }
+        Self {
+            lines: Lines::new(reader),
+            rules,
+            tables,
+            tip,
+            state,
+            block: Block::default(),
+            waiting: VecDeque::new(),
+        }
+    }
+
+    /// Lines read.
+    pub fn lines(&self) -> u64 {
+        self.lines.number()
+    }
+
+    /// The next motion, which stays the next one.
+    ///
+    /// # Errors
+    /// What is refused in the program.
+    pub fn peek(&mut self) -> Result<Option<Event>, StreamError> {
+        let next = self.next_event()?;
+        if let Some(event) = next {
+            self.waiting.push_front(event);
+        }
+        Ok(next)
+    }
+
+    /// The next motion.
+    ///
+    /// # Errors
+    /// What is refused in the program.
+    pub fn next_event(&mut self) -> Result<Option<Event>, StreamError> {
+        while self.waiting.is_empty() {
+            let number = self.lines.number() + 1;
+            let Some((line, _)) = self.lines.next_line()? else {
+                return Ok(None);
+            };
+            if self.state.ended {
+                continue;
+            }
+            let before = self.state.position;
+            let scanned = self.block.scan(line, self.rules.dialect);
+            let done = scanned.and_then(|()| self.state.step(&self.block, self.rules));
+            let step = done.map_err(|fault| Refusal::at(fault, number, line))?;
+            if let (Some(on), Some(tip)) = (step.tip, self.tip) {
+                let length = self.length().filter(|_| self.tables.takes_length);
+                let at = self.state.position.at;
+                self.state.position.at = match on {
+                    true => tip.world(&at, length),
+                    false => tip.axes(&at, length).unwrap_or(at),
+                };
+                self.state.tip = on;
+                self.waiting.push_back(Event::Jumped(self.state.position));
+            }
+            if step.passed.is_some() && self.state.position != before {
+                self.waiting.push_back(Event::Jumped(self.state.position));
+            }
+            self.split(number, step.motion);
+        }
+        Ok(self.waiting.pop_front())
+    }
+
+    fn length(&self) -> Option<f64> {
+        self.state.tool_length(&self.rules.setup)
+    }
+
+    fn split(&mut self, line: u64, motion: Option<Move>) {
+        let state = &self.state;
+        let segment = |path: Path, rate: Rate, whole: bool| {
+            Event::Moved(Segment {
+                line,
+                path,
+                whole,
+                rate,
+                unit: state.units.map_or(1.0, super::modal::Units::mm),
+                tip: state.tip,
+                length: state.tool_length(&self.rules.setup),
+                cutter: state.cutter,
+                in_cycle: matches!(motion, Some(Move::Cycle(_))),
+            })
+        };
+        match &motion {
+            None => {}
+            Some(Move::Straight(straight, rate)) => {
+                let (straight, rate) = (*straight, *rate);
+                let whole = straight.from.missing(self.tables.axes).is_none();
+                let path = Path::Line(straight.from.at, straight.to);
+                self.waiting.push_back(segment(path, rate, whole));
+                if straight.with_spindle && state.position.at != straight.to {
+                    self.waiting.push_back(Event::Jumped(state.position));
+                }
+            }
+            Some(Move::Arc(arc, rate)) => {
+                self.waiting
+                    .push_back(segment(Path::Arc(*arc), *rate, true));
+            }
+            Some(Move::Cycle(cycle)) => {
+                let feed = state.feed.unwrap_or_default();
+                let rate = match state.feed_mode {
+                    super::modal::FeedMode::PerRevolution => Rate::PerRevolution(feed),
+                    _ => Rate::PerMinute(feed),
+                };
+                let mut at = cycle.from;
+                let mut go = |to: PerLetter, rate: Rate| {
+                    let event = segment(Path::Line(at, to), rate, true);
+                    at = to;
+                    event
+                };
+                match cycle.parts() {
+                    Some(parts) => {
+                        for part in parts {
+                            match part {
+                                Part::Rapid(to) => self.waiting.push_back(go(to, Rate::Rapid)),
+                                Part::Feed(to) => self.waiting.push_back(go(to, rate)),
+                                Part::Dwell(_) => {}
+                            }
+                        }
+                    }
+                    // With the spindle: down, and out again.
+                    None => {
+                        let n = cycle.axes[2];
+                        for hole in cycle.holes() {
+                            for (height, rate) in [
+                                (cycle.r, Rate::Rapid),
+                                (cycle.bottom, rate),
+                                (cycle.clear(), rate),
+                            ] {
+                                let mut to = hole;
+                                to[n] = height;
+                                self.waiting.push_back(go(to, rate));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Segment {
+    /// Minutes (or revolutions) that it takes; 0 for a rapid.
+    #[must_use]
+    pub fn minutes(&self, dialect: super::Dialect) -> f64 {
+        let by = self.path.by();
+        let by: PerLetter = std::array::from_fn(|i| {
+            if super::axes::is_rotary(i) {
+                by[i]
+            } else {
+                by[i] / self.unit
+            }
+        });
+        let length = match &self.path {
+            Path::Line(..) => dialect.length(&by),
+            Path::Arc(arc) => arc_length(arc, dialect) / self.unit,
+        };
+        match self.rate {
+            Rate::Rapid => 0.0,
+            Rate::PerMinute(f) | Rate::PerRevolution(f) => length / f,
+            Rate::Inverse(f) => 1.0 / f,
+        }
+    }
+
+    /// Where it ends.
+    #[must_use]
+    pub fn to(&self) -> PerLetter {
+        self.path.at(1.0)
+    }
+}
+
+fn arc_length(arc: &Arc, dialect: super::Dialect) -> f64 {
+    let linear = arc.length();
+    match dialect {
+        super::Dialect::LinuxCnc => linear,
+        _ => (3..6).fold(linear, |sum, i| sum.hypot(arc.to[i] - arc.from[i])),
+    }
+}

@@ -1,0 +1,49 @@
+//! What a correction did.
+
+use super::axes::{COUNT, PerLetter};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Counts of what was read, written, and left as it was.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Report {
+    /// Lines read and written.
+    pub lines: [u64; 2],
+    /// Motions that were corrected.
+    pub moves: u64,
+    /// Straight moves that were cut into several.
+    pub cut: u64,
+    /// Arcs that stay arcs, and arcs that became chords.
+    pub arcs: [u64; 2],
+    /// Cycles that stay cycles, and cycles that are written out.
+    pub cycles: [u64; 2],
+    /// Steps at reversals that have become moves.
+    pub take_ups: u64,
+    /// Lines whose F was changed or added, so that the time stays.
+    pub feeds: u64,
+    /// End points under G41, G42, whose moves are not cut.
+    pub under_cutter: u64,
+    /// Of these, the farthest that the corrected path is from what is written (mm).
+    pub under_cutter_off: f64,
+    /// The largest correction of each axis (mm, degrees), and its line.
+    #[serde(skip)]
+    pub largest: [(f64, u64); COUNT],
+    /// Most decimals in words of axes that were read, and that were written.
+    pub decimals: [usize; 2],
+    /// What passed without correction, and how often.
+    pub passed: BTreeMap<&'static str, u64>,
+    /// Lengths of tools (mm) that were used, in steps of 1 µm.
+    #[serde(skip)]
+    pub lengths: std::collections::BTreeSet<i64>,
+}
+
+impl Report {
+    /// Takes in a correction of a line.
+    pub fn corrected(&mut self, by: &PerLetter, line: u64) {
+        for (largest, by) in self.largest.iter_mut().zip(by) {
+            if by.abs() > largest.0 {
+                *largest = (by.abs(), line);
+            }
+        }
+    }
+}

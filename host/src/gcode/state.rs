@@ -1,0 +1,113 @@
+//! Where a program is: everything that a line depends on.
+
+use super::axes::{COUNT, Position};
+use super::cycle::Sticky;
+use super::dialect::Dialect;
+use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
+use super::offsets::Offsets;
+use super::setup::Setup;
+
+/// What is the same for all lines.
+#[derive(Clone, Debug, Default)]
+pub struct Rules {
+    /// Whose language it is.
+    pub dialect: Dialect,
+    /// What the program does not say.
+    pub setup: Setup,
+    /// The axes that may be commanded, one bit each: those of the compensation.
+    pub axes: u16,
+    /// Words that are passed although nobody knows them: `G187`, `M100`.
+    pub pass: Vec<String>,
+    /// Whether lines behind `/` are left out; `None`: not known.
+    pub block_delete: Option<bool>,
+    /// Words without a point count least increments: 1 µm, 0.0001 inch, 0.001 degrees.
+    pub least_increments: bool,
+    /// True if words are workpiece coordinates from the first line on.
+    pub tip: bool,
+    /// True if there is a machine to turn workpiece coordinates into positions.
+    pub has_machine: bool,
+}
+
+/// What holds at a line.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// G20, G21.
+    pub units: Option<Units>,
+    /// G90, G91.
+    pub distance: Option<Distance>,
+    /// G90.1, G91.1.
+    pub arc_distance: Distance,
+    /// G17 to G19.
+    pub plane: Option<Plane>,
+    /// G93 to G95.
+    pub feed_mode: FeedMode,
+    /// The motion that axes alone go on with.
+    pub motion: Option<Motion>,
+    /// Everything between words and positions.
+    pub offsets: Offsets,
+    /// F, as it was written.
+    pub feed: Option<f64>,
+    /// Where the axes are commanded to (mm, degrees); with [`Self::tip`] the tip.
+    pub position: Position,
+    /// The tool in the spindle.
+    pub tool: Option<u32>,
+    /// The tool that M6 takes.
+    pub next_tool: Option<u32>,
+    /// Length (mm) that G43 has taken, whose tool is in the spindle.
+    pub length: Option<f64>,
+    /// G98, G99.
+    pub retract: Retract,
+    /// G41, G42.
+    pub cutter: bool,
+    /// True while words are workpiece coordinates.
+    pub tip: bool,
+    /// Words that stay within a series of cycles.
+    pub cycle: Option<Sticky>,
+    /// Where G28 and G30 go.
+    pub homes: [Option<Position>; 2],
+    /// True behind M2 or M30.
+    pub ended: bool,
+}
+
+impl State {
+    /// Before the first line.
+    #[must_use]
+    pub fn new(rules: &Rules) -> Self {
+        let setup = &rules.setup;
+        // Fanuc's depend on parameters of the machine.
+        let usual = rules.dialect != Dialect::Fanuc;
+        let mut offsets = Offsets::new(setup.systems.clone(), setup.selected.unwrap_or(1));
+        offsets.g92 = setup.g92;
+        let mut position = Position::default();
+        for axis in (0..COUNT).filter(|axis| setup.start.knows(*axis)) {
+            position.set(axis, setup.start.at[axis]);
+        }
+        Self {
+            units: setup.units,
+            distance: usual.then_some(Distance::Absolute),
+            arc_distance: Distance::Incremental,
+            plane: usual.then_some(Plane::Xy),
+            feed_mode: FeedMode::PerMinute,
+            motion: None,
+            offsets,
+            feed: None,
+            position,
+            tool: setup.tool,
+            next_tool: None,
+            length: None,
+            retract: Retract::Initial,
+            cutter: false,
+            tip: rules.tip,
+            cycle: None,
+            homes: setup.homes,
+            ended: false,
+        }
+    }
+
+    /// Length of the tool in the spindle (mm), if it is known.
+    #[must_use]
+    pub fn tool_length(&self, setup: &Setup) -> Option<f64> {
+        let of_spindle = || Some(setup.tools.get(&self.tool?)?[2]);
+        self.length.or_else(of_spindle)
+    }
+}

@@ -1,0 +1,210 @@
+//! The compensation, at positions of a program's axes.
+
+use super::axes::{self, COUNT, PerLetter};
+use trueaxis::{AuxiliaryKind, Direction, Inputs, Largest, Reversal, Travel, Travelling, Weights};
+
+/// Most axes of a blob.
+const MOST: usize = 16;
+
+/// A compensation with the letters of a program.
+pub struct Tables<'a> {
+    compensation: &'a Largest<'a>,
+    weights: Weights,
+    /// For each of its axes the place of its letter.
+    letters: Vec<usize>,
+    /// The same as bits.
+    pub axes: u16,
+    /// Letters (bits) whose direction of travel matters.
+    pub directional: u16,
+    /// How far apart samples may be on each axis (mm, degrees): half an interval of its tables.
+    pub spacing: PerLetter,
+    /// True if the tool length is an input.
+    pub takes_length: bool,
+    /// Travel of each axis; `None` for endless ones.
+    pub travel: [Option<[f64; 2]>; COUNT],
+    /// The turn of endless axes (degrees), otherwise 0.
+    pub period: PerLetter,
+    hysteresis: PerLetter,
+    farthest: PerLetter,
+}
+
+/// Which way each axis has moved last, along a program.
+#[derive(Clone, Debug)]
+pub struct Ways {
+    reversals: [Reversal; COUNT],
+    /// As [`Reversal`] tells.
+    pub travel: [Travel; COUNT],
+}
+
+impl<'a> Tables<'a> {
+    /// # Errors
+    /// An axis whose letter no program has.
+    pub fn new(compensation: &'a Largest<'a>) -> Result<Self, String> {
+        let mut tables = Self {
+            compensation,
+            weights: compensation.weights(),
+            letters: Vec::new(),
+            axes: 0,
+            directional: 0,
+            spacing: [f64::INFINITY; COUNT],
+            takes_length: false,
+            travel: [None; COUNT],
+            period: [0.0; COUNT],
+            hysteresis: [0.0; COUNT],
+            farthest: [f64::INFINITY; COUNT],
+        };
+        for (number, axis) in compensation.axes().iter().enumerate() {
+            let Some(letter) = axes::index(axis.name) else {
+                let name = char::from(axis.name);
+                return Err(format!(
+                    "the compensation has an axis {name}, which programs do not"
+                ));
+            };
+            tables.letters.push(letter);
+            tables.axes |= 1 << letter;
+            tables.period[letter] = f64::from(axis.period);
+            tables.travel[letter] = (axis.period == 0.0).then_some(axis.travel.map(f64::from));
+            tables.hysteresis[letter] = f64::from(axis.hysteresis);
+            if let Some(most) = compensation.farthest(number) {
+                tables.farthest[letter] = f64::from(most);
+            }
+        }
+        for bank in compensation.banks() {
+            tables.spaced(bank.input, bank.step);
+            if bank.direction != Direction::Both
+                && let Some(letter) = tables.letters.get(usize::from(bank.input))
+            {
+                tables.directional |= 1 << letter;
+            }
+        }
+        for axis in compensation.grids().iter().flat_map(|grid| &grid.axes) {
+            tables.spaced(axis.input, axis.step);
+        }
+        let auxiliaries = compensation.auxiliaries().iter();
+        tables.takes_length = auxiliaries
+            .into_iter()
+            .any(|a| a.kind == AuxiliaryKind::ToolLength);
+        Ok(tables)
+    }
+
+    fn spaced(&mut self, input: u8, step: f32) {
+        if let Some(&letter) = self.letters.get(usize::from(input)) {
+            self.spacing[letter] = self.spacing[letter].min(0.5 * f64::from(step));
+        }
+    }
+
+    /// Corrections (mm, degrees) at positions, before any guard rail; sensors at their references.
+    #[must_use]
+    pub fn at(&self, q: &PerLetter, travel: &[Travel; COUNT], length: f64) -> PerLetter {
+        let mut inputs = Inputs::at([0.0_f32; MOST]);
+        let mut travelling = Travelling([Travel::Unknown; MOST]);
+        for (number, letter) in self.letters.iter().enumerate() {
+            inputs.axes[number] = q[*letter] as f32;
+            travelling.0[number] = travel[*letter];
+        }
+        let auxiliaries = self.compensation.auxiliaries();
+        for (value, auxiliary) in inputs.auxiliaries.iter_mut().zip(auxiliaries) {
+            *value = match auxiliary.kind {
+                AuxiliaryKind::ToolLength => length as f32,
+                AuxiliaryKind::Temperature => 0.0,
+            };
+        }
+        let all = self
+            .compensation
+            .evaluate(&inputs, &travelling, &self.weights);
+        let mut dq = [0.0; COUNT];
+        for (number, letter) in self.letters.iter().enumerate() {
+            dq[*letter] = f64::from(all[number]);
+        }
+        dq
+    }
+
+    /// The position whose corrected one is `corrected`.
+    #[must_use]
+    pub fn undone(
+        &self,
+        corrected: &PerLetter,
+        travel: &[Travel; COUNT],
+        length: f64,
+    ) -> PerLetter {
+        let mut q = *corrected;
+        // Each step gains the slope of the corrections, 1e-3 on a bad machine.
+        for _ in 0..6 {
+            let dq = self.at(&q, travel, length);
+            q = std::array::from_fn(|i| corrected[i] - dq[i]);
+        }
+        q
+    }
+
+    /// The first axis that is out of its travel, or too far away for the tables, with its limits.
+    #[must_use]
+    pub fn outside(&self, q: &PerLetter) -> Option<(usize, [f64; 2])> {
+        self.letters.iter().find_map(|&letter| {
+            let limits = match self.travel[letter] {
+                Some(limits) => limits,
+                None => [-self.farthest[letter], self.farthest[letter]],
+            };
+            // A position in the program has decimals, the travel in the blob is f32.
+            let slack = 1e-6 * limits[1].abs().max(limits[0].abs()).max(1.0);
+            let inside = q[letter] >= limits[0] - slack && q[letter] <= limits[1] + slack;
+            (!inside).then_some((letter, limits))
+        })
+    }
+}
+
+impl Ways {
+    /// Before the first line: where axes stand, and which way they have moved before, if that is known.
+    #[must_use]
+    pub fn new(
+        tables: &Tables<'_>,
+        start: &super::axes::Position,
+        travel: &[Travel; COUNT],
+    ) -> Self {
+        let mut ways = Self {
+            reversals: [Reversal::new(); COUNT],
+            travel: [Travel::Unknown; COUNT],
+        };
+        for (axis, way) in travel.iter().enumerate() {
+            if !start.knows(axis) {
+                continue;
+            }
+            let before = match way {
+                Travel::Unknown => 0.0,
+                Travel::Positive => -1.0,
+                Travel::Negative => 1.0,
+            };
+            let far = 2.0 * tables.hysteresis[axis] + 0.01;
+            if before != 0.0 {
+                ways.axis_to(tables, axis, start.at[axis] + before * far);
+            }
+            ways.axis_to(tables, axis, start.at[axis]);
+        }
+        ways
+    }
+
+    fn axis_to(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
+        let hysteresis = tables.hysteresis[axis] as f32;
+        let period = tables.period[axis] as f32;
+        self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
+    }
+
+    /// The axes have come to a position.
+    pub fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
+        for axis in super::interpret::bits(tables.directional) {
+            self.axis_to(tables, axis, q[axis]);
+        }
+    }
+
+    /// Which way an axis comes is no longer known.
+    pub fn forget(&mut self, axis: usize) {
+        self.reversals[axis] = Reversal::new();
+        self.travel[axis] = Travel::Unknown;
+    }
+
+    /// The first axis whose direction matters and is not known.
+    #[must_use]
+    pub fn missing(&self, tables: &Tables<'_>) -> Option<usize> {
+        super::interpret::bits(tables.directional)
+            .find(|axis| self.travel[*axis] == Travel::Unknown)
+    }
+}

@@ -1,0 +1,350 @@
+//! Words of a line: letters with numbers, in f64, with the place of every byte.
+
+use super::dialect::Dialect;
+use super::fault::{FLAT, Fault, Kind};
+
+/// A letter and its number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Word {
+    /// The letter, a capital.
+    pub letter: u8,
+    /// Its number.
+    pub value: f64,
+    /// Where the letter stands.
+    pub start: usize,
+    /// Where the number begins.
+    pub number: usize,
+    /// Behind the last digit.
+    pub end: usize,
+    /// Digits behind the point.
+    pub decimals: usize,
+    /// True if there is a point.
+    pub point: bool,
+}
+
+impl Word {
+    /// Its bytes.
+    #[must_use]
+    pub fn span(&self) -> std::ops::Range<usize> {
+        self.start..self.end
+    }
+
+    /// The number of a G or M word in tenths: G54.1 is 541.
+    #[must_use]
+    pub fn tenths(&self) -> Option<u16> {
+        let tenths = self.value * 10.0;
+        let rounded = tenths.round();
+        ((tenths - rounded).abs() < 1e-6 && (0.0..60_000.0).contains(&rounded))
+            .then_some(rounded as u16)
+    }
+}
+
+/// A line, read.
+#[derive(Clone, Debug, Default)]
+pub struct Block {
+    /// Its words.
+    pub words: Vec<Word>,
+    /// True behind `/`.
+    pub deleted: bool,
+    /// True if it is `%`.
+    pub percent: bool,
+    /// True if a comment in it says that the program is corrected already.
+    pub marked: bool,
+    /// Behind its last word, or behind `/`: where words can be added.
+    pub end: usize,
+    /// Place of the word of a letter, plus 1 (not of G and M).
+    by: [u8; 26],
+}
+
+/// How the first comment of a corrected program begins.
+pub const MARK: &[u8] = b"(trueaxis corrected";
+
+/// Most words of a line.
+const MOST: usize = 100;
+
+impl Block {
+    /// The word of a letter other than G and M.
+    #[must_use]
+    pub fn word(&self, letter: u8) -> Option<&Word> {
+        match self.by[usize::from(letter - b'A')] {
+            0 => None,
+            place => self.words.get(usize::from(place) - 1),
+        }
+    }
+
+    /// Adds a word.
+    pub(super) fn push(&mut self, word: Word) {
+        self.words.push(word);
+        self.end = word.end;
+        if word.letter != b'G' && word.letter != b'M' {
+            self.by[usize::from(word.letter - b'A')] = self.words.len() as u8;
+        }
+    }
+
+    /// Reads a line without its end. The vector is used again.
+    ///
+    /// # Errors
+    /// What cannot be read.
+    pub fn scan(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
+        self.words.clear();
+        self.by = [0; 26];
+        (self.deleted, self.percent, self.marked) = (false, false, false);
+        self.end = 0;
+        let mut at = 0;
+        while let Some(&byte) = line.get(at) {
+            match byte {
+                b' ' | b'\t' => at += 1,
+                b';' => {
+                    self.look_for_mark(&line[at..]);
+                    break;
+                }
+                b'(' => {
+                    let Some(length) = line[at..].iter().position(|b| *b == b')') else {
+                        return Err(Fault::new(
+                            at..line.len(),
+                            "a comment that does not end",
+                            "end it with `)` in the same line",
+                        ));
+                    };
+                    self.look_for_mark(&line[at..at + length]);
+                    at += length + 1;
+                }
+                b'/' if self.words.is_empty() && !self.deleted => {
+                    self.deleted = true;
+                    at += 1;
+                    self.end = at;
+                }
+                b'%' if self.words.is_empty() && !self.deleted => {
+                    // What else stands in such a line is no program.
+                    self.percent = true;
+                    break;
+                }
+                _ if byte.is_ascii_alphabetic() => at = self.word_at(line, at, dialect)?,
+                _ => return Err(strange(line, at)),
+            }
+        }
+        Ok(())
+    }
+
+    fn look_for_mark(&mut self, comment: &[u8]) {
+        let inside = comment.get(1..).unwrap_or_default();
+        let begins = inside.get(..MARK.len() - 1);
+        self.marked |= begins.is_some_and(|b| b.eq_ignore_ascii_case(&MARK[1..]));
+    }
+
+    fn word_at(&mut self, line: &[u8], start: usize, dialect: Dialect) -> Result<usize, Fault> {
+        let letter = line[start].to_ascii_uppercase();
+        let mut number = start + 1;
+        while let Some(b' ' | b'\t') = line.get(number) {
+            number += 1;
+        }
+        let is_flow = letter == b'O' && dialect != Dialect::Fanuc;
+        if is_flow || (letter == b'O' && line.get(number) == Some(&b'<')) {
+            return Err(
+                Fault::new(start..line.len(), "an O-word: the program computes", FLAT)
+                    .kind(Kind::Flow),
+            );
+        }
+        let Some((value, end, decimals, point)) = number_at(line, number) else {
+            let signed = matches!(line.get(number), Some(b'+' | b'-'));
+            return Err(match line.get(number + usize::from(signed)) {
+                Some(b'#' | b'[') => strange(line, number + usize::from(signed)),
+                _ => Fault::new(
+                    start..(number + 1).min(line.len()),
+                    "a letter without a number",
+                    "write a number behind each letter: digits, a point, no exponent",
+                ),
+            });
+        };
+        let word = Word {
+            letter,
+            value,
+            start,
+            number,
+            end,
+            decimals,
+            point,
+        };
+        if self.words.len() == MOST {
+            return Err(Fault::new(
+                word.span(),
+                format!("more than {MOST} words in a line"),
+                "write several lines",
+            ));
+        }
+        self.words.push(word);
+        self.end = end;
+        if letter != b'G' && letter != b'M' {
+            let by = &mut self.by[usize::from(letter - b'A')];
+            if *by != 0 {
+                return Err(Fault::new(
+                    word.span(),
+                    format!("a second word {} in the line", char::from(letter)),
+                    "write one, or two lines",
+                ));
+            }
+            *by = self.words.len() as u8;
+        }
+        Ok(end)
+    }
+}
+
+/// What to say of a byte that begins no word.
+fn strange(line: &[u8], at: usize) -> Fault {
+    let span = at..line.len();
+    match line[at] {
+        b'#' => Fault::new(span, "a parameter: the program computes", FLAT).kind(Kind::Parameter),
+        b'[' => {
+            Fault::new(span, "an expression: the program computes", FLAT).kind(Kind::Expression)
+        }
+        b'@' | b'^' => match line.get(at + 1) {
+            Some(b'#' | b'[') => strange(line, at + 1),
+            _ => Fault::new(
+                span,
+                "polar coordinates (@, ^) are not followed",
+                "write the program out with X and Y",
+            )
+            .kind(Kind::Word),
+        },
+        b'\r' => Fault::new(
+            at..at + 1,
+            "a carriage return within the line",
+            "end lines with LF or with CR LF: the file has CR alone, as old Macintosh files do",
+        ),
+        0xEF if at == 0 => Fault::new(
+            at..at + 1,
+            "the file begins with a byte order mark",
+            "save it as ASCII, or as UTF-8 without a byte order mark",
+        ),
+        byte if byte.is_ascii_digit() || byte == b'.' || byte == b'-' || byte == b'+' => {
+            Fault::new(
+                span,
+                "a number without a letter",
+                "write a letter before it; spaces within a number are not read",
+            )
+        }
+        _ => Fault::new(
+            span,
+            "this begins no word",
+            "a line is words, each a letter and a number, with comments in ( ) or behind ;",
+        ),
+    }
+}
+
+/// Powers of ten that f64 holds exactly.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+
+/// The number at a place: value, where it ends, decimals, whether it has a point.
+fn number_at(line: &[u8], start: usize) -> Option<(f64, usize, usize, bool)> {
+    let mut at = start;
+    let negative = match line.get(at) {
+        Some(b'-') => {
+            at += 1;
+            true
+        }
+        Some(b'+') => {
+            at += 1;
+            false
+        }
+        _ => false,
+    };
+    let digits = at;
+    let (mut mantissa, mut count, mut decimals, mut point) = (0_u64, 0_usize, 0_usize, false);
+    while let Some(&byte) = line.get(at) {
+        match byte {
+            b'0'..=b'9' => {
+                mantissa = mantissa
+                    .wrapping_mul(10)
+                    .wrapping_add(u64::from(byte - b'0'));
+                count += 1;
+                decimals += usize::from(point);
+            }
+            b'.' if !point => point = true,
+            _ => break,
+        }
+        at += 1;
+    }
+    if count == 0 {
+        return None;
+    }
+    // Both exact, so that one division rounds once.
+    let magnitude = if count <= 15 && decimals < POWERS.len() {
+        mantissa as f64 / POWERS[decimals]
+    } else {
+        let text = std::str::from_utf8(&line[digits..at]).ok()?;
+        text.parse().ok()?
+    };
+    let value = if negative { -magnitude } else { magnitude };
+    Some((value, at, decimals, point))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn words(line: &str) -> Vec<(char, f64)> {
+        let mut block = Block::default();
+        block.scan(line.as_bytes(), Dialect::LinuxCnc).unwrap();
+        let words = block.words.iter();
+        words.map(|w| (char::from(w.letter), w.value)).collect()
+    }
+
+    fn kind(line: &str) -> Kind {
+        let mut block = Block::default();
+        block
+            .scan(line.as_bytes(), Dialect::LinuxCnc)
+            .unwrap_err()
+            .kind
+    }
+
+    #[test]
+    fn words_are_read_with_or_without_spaces_and_between_comments() {
+        let expected = vec![
+            ('N', 10.0),
+            ('G', 1.0),
+            ('X', -1.5),
+            ('Y', 0.25),
+            ('F', 100.0),
+        ];
+        assert_eq!(words("N10 G1 X-1.5 Y+.25 F100."), expected);
+        assert_eq!(words("n10g1(to (the hole)x-1.5\tY .25F100;Z9"), expected);
+        assert_eq!(words("; nothing"), []);
+    }
+
+    #[test]
+    fn what_computes_is_named() {
+        assert_eq!(kind("X#5"), Kind::Parameter);
+        assert_eq!(kind("#<depth> = 3"), Kind::Parameter);
+        assert_eq!(kind("G1 X[1+2]"), Kind::Expression);
+        assert_eq!(kind("o100 call"), Kind::Flow);
+        assert_eq!(kind("O<fix> sub"), Kind::Flow);
+        assert_eq!(kind("X-#5"), Kind::Parameter);
+        assert_eq!(kind("G81 ^[360/17]"), Kind::Expression);
+        assert_eq!(kind("G81 ^60"), Kind::Word);
+        assert_eq!(kind("G1 X"), Kind::Other);
+        assert_eq!(kind("G1 X1 2"), Kind::Other);
+        assert_eq!(kind("G1 X1 X2"), Kind::Other);
+        assert_eq!(kind("G1 (X1"), Kind::Other);
+        assert_eq!(kind("\u{feff}G1"), Kind::Other);
+        assert_eq!(kind("G1\rG2"), Kind::Other);
+    }
+
+    proptest! {
+        #[test]
+        fn every_number_is_the_f64_nearest_to_its_digits(text in "[+-]?[0-9]{1,20}(\\.[0-9]{0,20})?") {
+            let (value, end, ..) = number_at(text.as_bytes(), 0).unwrap();
+            prop_assert_eq!(end, text.len());
+            prop_assert_eq!(value, text.trim_end_matches('.').parse::<f64>().unwrap());
+        }
+
+        #[test]
+        fn no_line_makes_the_scanner_panic(line in proptest::collection::vec(any::<u8>(), 0..60)) {
+            let mut block = Block::default();
+            let _ = block.scan(&line, Dialect::Fanuc);
+        }
+    }
+}

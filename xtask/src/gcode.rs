@@ -1,0 +1,274 @@
+//! `cargo xtask gcode`: programs beside another interpreter, LinuxCNC's `rs274`.
+
+mod corrected;
+mod rs274;
+mod speed;
+
+use crate::packages;
+use crate::process::{cargo, run, target, works};
+use rs274::Motion;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Programs of the package.
+const PROGRAMS: usize = 332;
+/// Tools that programs ask for, which a table gives both interpreters; their lengths are 0, for the stand-alone
+/// program tells an offset in its own way.
+const TOOLS: [u32; 6] = [1, 2, 3, 4, 5, 30];
+/// Flat programs that are refused, each for a word that is named here.
+const REFUSED: [(&str, &str); 10] = [
+    // Words that a configuration of its own gives a meaning.
+    ("remap/cycle/nc_files/examples.ngc", "g84.2"),
+    ("remap/getting-started/nc_files/examples.ngc", "m400"),
+    ("remap/stop-lookahead/nc_files/examples.ngc", "G70"),
+    // Lathes.
+    ("millturn/example.ngc", "G8"),
+    ("lathe_pawn.ngc", "G8"),
+    // Modes that are stored and restored.
+    ("toplevel.ngc", "M70"),
+    // Polar coordinates.
+    ("hole-circle.ngc", "^60 L6 F10"),
+    // A unit that changes in a line with F.
+    ("comp311.ngc", "g20"),
+    ("comp311_2.ngc", "g20"),
+    ("lathecomp.ngc", "g20"),
+];
+/// Flat programs for axes that `rs274` alone does not have.
+const WITHOUT_RIVAL: [&str; 1] = ["foam.ngc"];
+
+/// `chosen`: `speed` measures, nothing compares.
+///
+/// # Errors
+/// What cannot be installed or built, or what differs.
+pub fn execute(chosen: &[&str]) -> Result<(), String> {
+    if !works(Command::new("rs274").args(["-g", "/dev/null"])) {
+        packages::install(
+            &["linuxcnc-uspace"],
+            "the comparison with another interpreter",
+        )?;
+    }
+    let work = target("gcode");
+    fs::create_dir_all(&work).map_err(|e| format!("{}: {e}", work.display()))?;
+    match chosen {
+        [] => {
+            run(cargo().args([
+                "build",
+                "-q",
+                "-p",
+                "trueaxis-host",
+                "--bin",
+                "trueaxis",
+                "--example",
+                "gcode_moves",
+            ]))?;
+            compare(&work)?;
+            corrected::check(&work)
+        }
+        ["speed"] => speed::measure(&work),
+        _ => Err("gcode takes nothing, or `speed`".to_owned()),
+    }
+}
+
+/// Standard output of a program.
+fn output(command: &mut Command) -> Result<String, String> {
+    let output = command
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| format!("{command:?} does not start: {e}"))?;
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// The programs of the package.
+fn programs() -> Result<Vec<PathBuf>, String> {
+    let listed = output(Command::new("dpkg").args(["-L", "linuxcnc-uspace"]))?;
+    let is_program = |name: &&str| {
+        let end = name.rsplit('.').next().unwrap_or_default();
+        ["ngc", "nc", "gcode", "tap"].contains(&end)
+    };
+    Ok(listed
+        .lines()
+        .filter(is_program)
+        .map(PathBuf::from)
+        .collect())
+}
+
+/// A program without its comments, in which every byte is one character.
+fn bare(path: &Path) -> Result<String, String> {
+    let bytes = fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let mut text = String::new();
+    let mut inside = false;
+    let mut rest = false;
+    for byte in bytes {
+        match byte {
+            b'\n' => (inside, rest) = (false, false),
+            b';' if !inside => rest = true,
+            b'(' if !rest => inside = true,
+            b')' if inside => {
+                inside = false;
+                continue;
+            }
+            _ => {}
+        }
+        if !inside && !rest {
+            text.push(char::from(byte));
+        }
+    }
+    Ok(text)
+}
+
+/// A copy without what `rs274` alone does not know or does otherwise: other kinematics, and the shifted path of
+/// cutter compensation, whose program is compared instead.
+fn plain_copy(path: &Path, work: &Path) -> Result<PathBuf, String> {
+    let mut text = bare(path)?.to_uppercase();
+    for word in ["M428", "M429", "G41", "G42"] {
+        text = text.replace(word, " ");
+    }
+    // The radius that belongs to them.
+    let mut inside = false;
+    text.retain(|c| {
+        inside = c == 'D' || (inside && (c.is_ascii_digit() || c == '.'));
+        !inside
+    });
+    let copy = work.join("plain.ngc");
+    fs::write(&copy, text).map_err(|e| format!("{}: {e}", copy.display()))?;
+    Ok(copy)
+}
+
+fn compare(work: &Path) -> Result<(), String> {
+    let programs = programs()?;
+    let tools = work.join("tools.tbl");
+    let table: String = TOOLS.iter().map(|t| format!("T{t} P{t} Z0\n")).collect();
+    fs::write(&tools, table).map_err(|e| format!("{}: {e}", tools.display()))?;
+    let said = moves(&programs)?;
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    let mut motions = 0;
+    for path in &programs {
+        let name = path.display().to_string();
+        let flat = !bare(path)?.contains(['#', '[', 'o', 'O']);
+        let found = said
+            .get(&name)
+            .ok_or_else(|| format!("{name}: nothing was said of it"))?;
+        let refused = found.iter().find_map(|line| line.strip_prefix("refused "));
+        let kind = match (flat, refused) {
+            (false, Some(refused)) => {
+                let kind = refused.split(' ').next().unwrap_or_default();
+                if !["Parameter", "Expression", "Flow"].contains(&kind) {
+                    wrong.push(format!(
+                        "{name} computes, but is refused for another reason: {refused}"
+                    ));
+                }
+                "that compute, refused for that"
+            }
+            (false, None) => {
+                wrong.push(format!("{name} computes, and is not refused"));
+                continue;
+            }
+            (true, Some(refused)) => {
+                let listed = REFUSED.iter().find(|(end, _)| name.ends_with(end));
+                if listed.is_none_or(|(_, word)| !refused.contains(&format!("`{word}`"))) {
+                    wrong.push(format!("{name}: refused: {refused}"));
+                }
+                "flat, refused for a named word"
+            }
+            (true, None) => {
+                if WITHOUT_RIVAL.iter().any(|end| name.ends_with(end)) {
+                    "flat, with axes that rs274 does not have"
+                } else {
+                    let copy = plain_copy(path, work)?;
+                    let ours = moves(std::slice::from_ref(&copy))?;
+                    let ours = &ours[&copy.display().to_string()];
+                    let rivals = rs274::run(&copy, &tools)?;
+                    match same(ours, &rivals) {
+                        Ok(count) => motions += count,
+                        Err(cause) => wrong.push(format!("{name}: {cause}")),
+                    }
+                    "flat, the same motions as rs274"
+                }
+            }
+        };
+        *counts.entry(kind).or_default() += 1;
+    }
+    for (kind, count) in &counts {
+        println!("{count:>4} programs {kind}");
+    }
+    println!(
+        "{motions} motions: end points, centres, turns and feeds are the same to the digits that are printed"
+    );
+    if programs.len() != PROGRAMS {
+        println!(
+            "(the package has {} programs, not {PROGRAMS}: another version)",
+            programs.len()
+        );
+    }
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "{} programs differ:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    ))
+}
+
+/// What our interpreter makes of programs, by name.
+fn moves(programs: &[PathBuf]) -> Result<BTreeMap<String, Vec<String>>, String> {
+    let mut command = Command::new(target("debug").join("examples/gcode_moves"));
+    for tool in TOOLS {
+        command.arg(format!("--tool={tool}=0"));
+    }
+    let said = output(command.args(programs))?;
+    let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut name = String::new();
+    for line in said.lines() {
+        match line.strip_prefix("file ") {
+            Some(file) => {
+                name = file.to_owned();
+                found.insert(name.clone(), Vec::new());
+            }
+            None => found.entry(name.clone()).or_default().push(line.to_owned()),
+        }
+    }
+    Ok(found)
+}
+
+/// How many motions are the same; the first that is not.
+fn same(ours: &[String], rivals: &[Motion]) -> Result<usize, String> {
+    if let Some(refused) = ours.iter().find(|l| l.starts_with("refused")) {
+        return Err(refused.clone());
+    }
+    let mut at = [0.0; 9];
+    let mut ours: Vec<Motion> = ours.iter().filter_map(|line| Motion::read(line)).collect();
+    // A rapid to where it is already is one for rs274 (G0 alone) and none for us.
+    let mut moving = |motion: &Motion| {
+        let stands = !motion.is_arc() && (0..6).all(|i| (motion.to[i] - at[i]).abs() < 1e-9);
+        at = motion.to;
+        !stands
+    };
+    ours.retain(&mut moving);
+    let mut at = [0.0; 9];
+    let mut rivals = rivals.to_vec();
+    rivals.retain(|motion| {
+        let stands = !motion.is_arc() && (0..6).all(|i| (motion.to[i] - at[i]).abs() < 1e-9);
+        at = motion.to;
+        !stands
+    });
+    for (number, (a, b)) in ours.iter().zip(&rivals).enumerate() {
+        a.same(b).map_err(|cause| {
+            format!(
+                "motion {}: {cause}\n  ours  {a:?}\n  rs274 {b:?}",
+                number + 1
+            )
+        })?;
+    }
+    match ours.len() == rivals.len() {
+        true => Ok(ours.len()),
+        false => Err(format!(
+            "{} motions, rs274 has {}",
+            ours.len(),
+            rivals.len()
+        )),
+    }
+}

@@ -1,0 +1,202 @@
+//! What LinuxCNC's stand-alone interpreter makes of a program: canonical commands, as motions of the machine.
+
+use std::path::Path;
+use std::process::Command;
+
+/// A motion in machine coordinates (mm, degrees).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// `rapid`, `feed` or `arc`.
+    pub kind: String,
+    /// X Y Z A B C U V W.
+    pub to: [f64; 9],
+    /// F in units of the program; 0 for a rapid.
+    pub feed: f64,
+    /// Turns (negative clockwise) and centre of an arc.
+    pub arc: Option<[f64; 3]>,
+    /// mm per unit of the program, whose four decimals are printed.
+    pub unit: f64,
+}
+
+impl Motion {
+    /// A line of `gcode_moves`.
+    pub fn read(line: &str) -> Option<Self> {
+        let mut words = line.split(' ');
+        let kind = words.next()?.to_owned();
+        let numbers: Vec<f64> = words.filter_map(|w| w.parse().ok()).collect();
+        Some(Self {
+            kind,
+            to: numbers.get(..9)?.try_into().ok()?,
+            feed: *numbers.get(9)?,
+            arc: numbers.get(10..13).and_then(|a| a.try_into().ok()),
+            unit: 1.0,
+        })
+    }
+
+    /// True if it is an arc.
+    pub fn is_arc(&self) -> bool {
+        self.arc.is_some()
+    }
+
+    /// What differs by more than the digits that are printed: half of the fourth decimal of `rs274` in each number
+    /// that a coordinate is made of, the position and an offset.
+    pub fn same(&self, rival: &Self) -> Result<(), String> {
+        let digits = 1.1e-4 * rival.unit;
+        if self.kind != rival.kind {
+            return Err(format!("{} and {}", self.kind, rival.kind));
+        }
+        for i in 0..6 {
+            let digits = if (3..6).contains(&i) { 1.1e-4 } else { digits };
+            if (self.to[i] - rival.to[i]).abs() > digits {
+                return Err(format!(
+                    "coordinate {i}: {} and {}",
+                    self.to[i], rival.to[i]
+                ));
+            }
+        }
+        if (self.feed - rival.feed).abs() > 1e-4 * rival.feed.max(1.0) {
+            return Err(format!("F{} and F{}", self.feed, rival.feed));
+        }
+        match (self.arc, rival.arc) {
+            (Some(a), Some(b)) => {
+                if a[0] != b[0] || (1..3).any(|i| (a[i] - b[i]).abs() > 2.0 * digits) {
+                    return Err("other arcs".to_owned());
+                }
+                Ok(())
+            }
+            (None, None) => Ok(()),
+            _ => Err("an arc and none".to_owned()),
+        }
+    }
+}
+
+/// What holds between a printed coordinate and the machine.
+struct Offsets {
+    unit: f64,
+    g5x: [f64; 9],
+    g92: [f64; 9],
+    tool: [f64; 9],
+    rotation: f64,
+}
+
+impl Offsets {
+    fn machine(&self, printed: [f64; 9]) -> [f64; 9] {
+        let mut at: [f64; 9] = std::array::from_fn(|i| printed[i] + self.g92[i]);
+        let (s, c) = self.rotation.to_radians().sin_cos();
+        (at[0], at[1]) = (c * at[0] - s * at[1], s * at[0] + c * at[1]);
+        std::array::from_fn(|i| {
+            let unit = if (3..6).contains(&i) { 1.0 } else { self.unit };
+            (at[i] + self.g5x[i] + self.tool[i]) * unit
+        })
+    }
+
+    /// Printed lengths are in another unit from here on; those of offsets are printed anew or keep their length.
+    fn change_unit(&mut self, unit: f64) {
+        let factor = self.unit / unit;
+        for offsets in [&mut self.g5x, &mut self.g92, &mut self.tool] {
+            for (i, value) in offsets.iter_mut().enumerate() {
+                *value *= if (3..6).contains(&i) { 1.0 } else { factor };
+            }
+        }
+        self.unit = unit;
+    }
+}
+
+/// Interprets a program.
+///
+/// # Errors
+/// What `rs274` refuses.
+pub fn run(program: &Path, tools: &Path) -> Result<Vec<Motion>, String> {
+    let mut command = Command::new("rs274");
+    command
+        .arg("-t")
+        .arg(tools)
+        .args(["-n", "2", "-g"])
+        .arg(program);
+    // It writes a file of parameters where it is.
+    command.current_dir(program.parent().unwrap_or(Path::new(".")));
+    let said = super::output(&mut command)?;
+    let mut offsets = Offsets {
+        unit: 1.0,
+        g5x: [0.0; 9],
+        g92: [0.0; 9],
+        tool: [0.0; 9],
+        rotation: 0.0,
+    };
+    let (mut feed, mut plane) = (0.0, [0, 1, 2]);
+    let mut motions = Vec::new();
+    let nine = |numbers: &[f64]| {
+        let mut all = [0.0; 9];
+        for (to, from) in all.iter_mut().zip(numbers) {
+            *to = *from;
+        }
+        all
+    };
+    for line in said.lines() {
+        // "   12 N0040  NAME(1.0, 2.0)"
+        let Some((name, inside)) = line
+            .trim_end()
+            .strip_suffix(')')
+            .and_then(|l| l.split_once('('))
+        else {
+            if !line.trim().is_empty()
+                && !line.starts_with("executing")
+                && !line.contains("file ended with no")
+            {
+                return Err(format!("rs274 says: {line}"));
+            }
+            continue;
+        };
+        let name = name.split_whitespace().last().unwrap_or_default();
+        let numbers: Vec<f64> = inside
+            .split(',')
+            .filter_map(|n| n.trim().parse().ok())
+            .collect();
+        match name {
+            "USE_LENGTH_UNITS" => {
+                offsets.change_unit(if inside.contains("INCH") { 25.4 } else { 1.0 });
+            }
+            "SET_G5X_OFFSET" => offsets.g5x = nine(numbers.get(1..).unwrap_or_default()),
+            "SET_G92_OFFSET" => offsets.g92 = nine(&numbers),
+            "USE_TOOL_LENGTH_OFFSET" => offsets.tool = nine(&numbers),
+            "SET_XY_ROTATION" => offsets.rotation = numbers.first().copied().unwrap_or_default(),
+            "SET_FEED_RATE" => feed = numbers.first().copied().unwrap_or_default(),
+            "SELECT_PLANE" => {
+                plane = match inside {
+                    "CANON_PLANE_XZ" => [2, 0, 1],
+                    "CANON_PLANE_YZ" => [1, 2, 0],
+                    _ => [0, 1, 2],
+                };
+            }
+            "STRAIGHT_TRAVERSE" | "STRAIGHT_FEED" => {
+                let rapid = name == "STRAIGHT_TRAVERSE";
+                motions.push(Motion {
+                    kind: if rapid { "rapid" } else { "feed" }.to_owned(),
+                    to: offsets.machine(nine(&numbers)),
+                    feed: if rapid { 0.0 } else { feed },
+                    arc: None,
+                    unit: offsets.unit,
+                });
+            }
+            "ARC_FEED" => {
+                let [first, second, centre_1, centre_2, turns, normal] = numbers[..6] else {
+                    return Err(format!("rs274 says: {line}"));
+                };
+                let (mut to, mut centre) = ([0.0; 9], [0.0; 9]);
+                (to[plane[0]], to[plane[1]], to[plane[2]]) = (first, second, normal);
+                (centre[plane[0]], centre[plane[1]]) = (centre_1, centre_2);
+                to[3..6].copy_from_slice(&numbers[6..9]);
+                let centre = offsets.machine(centre);
+                motions.push(Motion {
+                    kind: "arc".to_owned(),
+                    to: offsets.machine(to),
+                    feed,
+                    arc: Some([turns, centre[plane[0]], centre[plane[1]]]),
+                    unit: offsets.unit,
+                });
+            }
+            _ => {}
+        }
+    }
+    Ok(motions)
+}
