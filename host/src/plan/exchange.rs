@@ -254,7 +254,11 @@ mod tests {
     /// Twelve rows for four unknowns, without any order.
     fn rows() -> Vec<DMatrix<f64>> {
         (0..12)
-            .map(|k| DMatrix::from_fn(3, 4, |i, j| f64::sin((37 * k + 11 * i + 5 * j * j) as f64)))
+            .map(|k| {
+                DMatrix::from_fn(3, 4, |i, j| {
+                    f64::sin(((7 * k + 3 * i + 1) * (j + 2)) as f64)
+                })
+            })
             .collect()
     }
 
