@@ -222,7 +222,7 @@ fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<
             touched.span.clone(),
             format!(
                 "this touch is {width:.1} mm from others of ball {} (line {} of the strategy), where those of another are {least:.1} mm apart",
-                touched.line, strategy.balls[sphere.ball], strategy.rows[number].line
+                strategy.balls[sphere.ball], strategy.rows[number].line
             ),
             "too far away",
             "a touch is missing above, or this is the log of another strategy: give the strategy from which the program was written",
