@@ -66,8 +66,7 @@ pub fn to_probings(
         FileError::at(
             touches[0].span.start..touches[PER_BALL - 1].span.end,
             format!(
-                "line {}: the five touches of {} are no part of a sphere",
-                touches[0].line,
+                "the five touches of {} are no part of a sphere",
                 named(machine, strategy, row)
             ),
             "these",
@@ -114,8 +113,7 @@ fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<()
             return Err(FileError::at(
                 touched.span.clone(),
                 format!(
-                    "line {}: there are {} touches, where the strategy has {} rows of {PER_BALL}",
-                    touched.line,
+                    "there are {} touches, where the strategy has {} rows of {PER_BALL}",
                     log.len(),
                     strategy.rows.len()
                 ),
@@ -139,8 +137,7 @@ fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<()
         let (message, remedy) = if touch > 0 && is_at(next) {
             (
                 format!(
-                    "line {}: only {touch} of {PER_BALL} touches are there of {}",
-                    touched.line,
+                    "only {touch} of {PER_BALL} touches are there of {}",
                     named(machine, strategy, row)
                 ),
                 "probe again with the program of this strategy; or leave this row out of log and strategy",
@@ -148,8 +145,7 @@ fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<()
         } else if touch == 0 && is_at(last) {
             (
                 format!(
-                    "line {}: a sixth touch, where {} should begin",
-                    touched.line,
+                    "a sixth touch, where {} should begin",
                     named(machine, strategy, row)
                 ),
                 "remove the touch that is there twice",
@@ -157,8 +153,7 @@ fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<()
         } else {
             (
                 format!(
-                    "line {}, column {column}: {letter} = {}, where it should be touch {} of {}",
-                    touched.line,
+                    "column {column}: {letter} = {}, where it should be touch {} of {}",
                     touched.position[axis],
                     touch + 1,
                     named(machine, strategy, row)
@@ -173,8 +168,7 @@ fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<()
         (Some(row), Some(last)) => Err(FileError::at(
             last.span.clone(),
             format!(
-                "line {}: the log ends here, with {touches} of {PER_BALL} touches of {}; {rows} of {} rows are whole",
-                last.line,
+                "the log ends here, with {touches} of {PER_BALL} touches of {}; {rows} of {} rows are whole",
                 named(machine, strategy, row),
                 strategy.rows.len()
             ),
@@ -227,8 +221,8 @@ fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<
         return Err(FileError::at(
             touched.span.clone(),
             format!(
-                "line {}: this touch is {width:.1} mm from others of ball {} (line {} of the strategy), where those of another are {least:.1} mm apart",
-                touched.line, strategy.balls[sphere.ball], strategy.rows[number].line
+                "this touch is {width:.1} mm from others of ball {} (line {} of the strategy), where those of another are {least:.1} mm apart",
+                strategy.balls[sphere.ball], strategy.rows[number].line
             ),
             "too far away",
             "a touch is missing above, or this is the log of another strategy: give the strategy from which the program was written",
