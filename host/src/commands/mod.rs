@@ -55,7 +55,7 @@ enum Command {
     Pose(pose::Arguments),
     Explain(explain::Arguments),
     Identify(identify::Arguments),
-    Plan(plan::Arguments),
+    Plan(Box<plan::Arguments>),
     Probings(probings::Arguments),
     Simulate(simulate::Arguments),
     Flash(flash::Arguments),
