@@ -60,7 +60,7 @@ enum Command {
     Pose(pose::Arguments),
     Explain(explain::Arguments),
     Identify(identify::Arguments),
-    Plan(plan::Arguments),
+    Plan(Box<plan::Arguments>),
     Probings(probings::Arguments),
     Measured(measured::Arguments),
     #[command(name = "iso230-2")]

@@ -213,13 +213,15 @@ impl Setup<'_> {
         }
         let numbers: Vec<f64> = (0..self.balls.len()).map(|b| b as f64).collect();
         rows = with(rows, &numbers, |row, _, v| row.ball = v as usize, 0);
-        let reached: Vec<Result<Probing, (Probing, Unreachable)>> = (rows.into_par_iter())
+        let reached: Vec<Result<Probing, Box<(Probing, Unreachable)>>> = (rows.into_par_iter())
             .map(|row| match self.touching(&row) {
                 Ok(touching) => Ok(self.at(row, &touching)),
-                Err(reason) => Err((row, reason)),
+                Err(reason) => Err(Box::new((row, reason))),
             })
             .collect();
-        let first = reached.iter().find_map(|r| r.as_ref().err().cloned());
+        let first = reached
+            .iter()
+            .find_map(|r| r.as_ref().err().map(|why| (**why).clone()));
         let mut rows: Vec<Probing> = reached.into_iter().filter_map(Result::ok).collect();
         rows = with(rows, &allowed.spindle, |row, _, v| row.spindle = v, 0);
         if allowed.spindle.iter().any(|s| *s != 0.0) {

@@ -120,7 +120,7 @@ fn start(touches: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
     });
     let squares = DVector::from_iterator(points.len(), points.iter().map(Vector3::norm_squared));
     let svd = equations.svd(true, true);
-    if !(svd.singular_values.min() > FLAT) {
+    if svd.singular_values.min() <= FLAT || squares.iter().any(|s| !s.is_finite()) {
         return None;
     }
     let found = svd.solve(&squares, 0.0).ok()?;
