@@ -412,7 +412,9 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The part of the way at which a written position belongs.
+    /// The part of the way at which a written position belongs: the nearest, where the tolerances of linear and of
+    /// rotary axes count alike. (With a degree for a millimetre, half a micrometre along a short path would seem to be
+    /// microradians.)
     fn part(
         &self,
         field: &Field<'_>,
@@ -426,12 +428,17 @@ impl Check<'_> {
             ..*field
         };
         let q = back.node(0.0, at, ways)?.to;
+        let degree = self.options.tolerance / self.options.direction.to_degrees();
+        let counts: PerLetter = std::array::from_fn(|i| match is_rotary(i) {
+            true => degree * degree,
+            false => 1.0,
+        });
         let t = match &segment.path {
             Path::Line(from, to) => {
                 let (mut dot, mut square) = (0.0, 0.0);
                 for i in 0..COUNT {
-                    dot += (q[i] - from[i]) * (to[i] - from[i]);
-                    square += (to[i] - from[i]).powi(2);
+                    dot += counts[i] * (q[i] - from[i]) * (to[i] - from[i]);
+                    square += counts[i] * (to[i] - from[i]).powi(2);
                 }
                 if square > 0.0 { dot / square } else { 1.0 }
             }
@@ -461,8 +468,8 @@ impl Check<'_> {
                 let (mut dot, mut square) = (0.0, 0.0);
                 for i in 0..COUNT {
                     let way = (b[i] - a[i]) / (high - low);
-                    dot += (q[i] - here[i]) * way;
-                    square += way * way;
+                    dot += counts[i] * (q[i] - here[i]) * way;
+                    square += counts[i] * way * way;
                 }
                 t = (t + dot / square).clamp(0.0, 1.0);
             }
