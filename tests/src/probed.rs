@@ -102,6 +102,7 @@ impl Case {
             case.artefact.balls.push(Ball {
                 name: name.clone(),
                 nominal: Some(tip),
+                away: Vector3::z(),
             });
         }
         for k in 0..rows * TRIES {

@@ -100,9 +100,11 @@ pub enum CheckError {
 const NEAR: [f64; 2] = [1.5e-4, 2e-5];
 /// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.
 const NOWHERE: f64 = 2e-3;
-/// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): under tool-centre-point
-/// control they may follow slowly.
-const BEYOND: [f64; 5] = [0.02, 0.1, 0.5, 2.0, 5.0];
+/// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): the end of a long motion at
+/// last, for an axis may follow slowly.
+const BEYOND: [f64; 7] = [0.02, 0.1, 0.5, 2.0, 5.0, 20.0, 1e9];
+/// A step at a reversal, or onto the corrected path, is shorter (mm and degrees).
+const STEP: f64 = 0.2;
 /// Samples of a segment, at most.
 const SAMPLES: usize = 200;
 
@@ -230,6 +232,9 @@ impl Check<'_> {
         let mut last_t = 0.0;
         let mut in_cycle = false;
         let mut is_there = stands && near(&self.at, &end).is_none();
+        // Where it ends a full turn has been before.
+        let turns = matches!(segment.path, Path::Arc(_)) && segment.whole && self.joined;
+        let turns = turns && near(&segment.path.at(0.0), &segment.to()).is_none();
         while !is_there {
             let event = after.next_event().map_err(CheckError::Corrected)?;
             let Some(Event::Moved(written)) = event else {
@@ -246,12 +251,13 @@ impl Check<'_> {
                 .map_err(lost)?;
             let took = written.minutes(self.rules.dialect);
             self.found.minutes[1] += took;
-            if !is_take_up {
-                minutes += took;
-            }
             self.at = written.to();
             in_cycle = written.in_cycle;
-            is_there = arrives(segment, &written, &self.at, &end, &self.options);
+            is_there = arrives(segment, &written, &self.at, &end, &self.options)
+                && !(turns && last_t < 0.5);
+            if is_there || !is_take_up {
+                minutes += took;
+            }
         }
         self.over_hole = in_cycle;
         self.pass_tiny(after)?;
@@ -303,7 +309,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Looks along a motion that was written; true if it is a step at a reversal.
+    /// Looks along a motion that was written; true if it is a step at a reversal, or onto the corrected path.
     fn samples(
         &mut self,
         field: &Field<'_>,
@@ -318,7 +324,11 @@ impl Check<'_> {
             Path::Arc(arc) => arc.length(),
             Path::Line(..) => 0.0,
         };
-        if !segment.whole || !self.joined || (self.over_hole && !written.in_cycle) {
+        if !self.joined {
+            // From where the machine stands, uncorrected, to the corrected path.
+            return Ok(length + arc < STEP);
+        }
+        if !segment.whole || (self.over_hole && !written.in_cycle) {
             return Ok(false);
         }
         let count = ((length + arc).ceil() as usize * 2).clamp(4, SAMPLES);
@@ -328,24 +338,28 @@ impl Check<'_> {
                 Path::Line(..) => 0.0,
             };
         let leave = self.options.backlash == Backlash::Leave;
-        if self.tables.directional != 0 && !leave && length < 0.2 {
-            // A step at a reversal goes nowhere on the path, if the axes go the other way from there on.
+        if self.tables.directional != 0 && !leave && length < STEP {
+            // A step at a reversal goes nowhere on the path, if the axes go the other way from there on. Those
+            // that follow slowly turn round later, maybe with a step of their own.
             let from = self.part(field, segment, &written.path.at(0.0), travel, *last_t)?;
             let mut turned = travel.clone();
-            let mut ahead = from;
             for beyond in BEYOND {
-                ahead = (from + beyond / whole.max(beyond)).min(1.0);
+                let ahead = (from + beyond / whole.max(beyond)).min(1.0);
+                let before = turned.travel;
                 turned.come_to(self.tables, &field.axes(&segment.path.at(ahead))?);
-                if turned.travel != travel.travel {
-                    break;
+                if turned.travel == before {
+                    continue;
                 }
-            }
-            let to = self.part(field, segment, &written.path.at(1.0), &turned, *last_t)?;
-            if turned.travel != travel.travel && (to - from).abs() * whole <= 0.5 * length + NOWHERE
-            {
-                *travel = turned;
-                self.turned_until = ahead;
-                return Ok(true);
+                let end = written.path.at(1.0);
+                let to = self.part(field, segment, &end, &turned, *last_t)?;
+                let there = field.node(to, &segment.path.at(to), &turned)?;
+                if (to - from).abs() * whole <= 0.5 * length + NOWHERE
+                    && near(&end, &there.to).is_none()
+                {
+                    *travel = turned;
+                    self.turned_until = ahead;
+                    return Ok(true);
+                }
             }
         }
         for k in 0..=count {

@@ -423,11 +423,12 @@ impl<'a> Corrector<'a> {
     ) -> Result<(), Fault> {
         let field = self.field(length);
         let leave = self.options.backlash == Backlash::Leave;
+        let limits = self.limits();
         let before = self.ways.clone();
         self.start_ways = before.clone();
         let (nodes, breaks) = (&mut self.nodes, &mut self.breaks);
         let mut ways = before.clone();
-        let done = field.trace(path, &mut ways, finer, nodes, breaks);
+        let done = field.trace(path, &limits, &mut ways, finer, nodes, breaks);
         done.map_err(|lost| lost_at(span.clone(), lost))?;
         let known = before.missing(self.tables).is_none();
         if leave && known {

@@ -2,6 +2,7 @@
 
 use super::arc::Arc;
 use super::axes::{COUNT, PerLetter, is_rotary};
+use super::cut::Limits;
 use super::tables::{Tables, Ways};
 use super::tip::Tip;
 
@@ -154,11 +155,13 @@ impl Field<'_> {
         parts.ceil().clamp(0.0, MOST_PARTS) as usize
     }
 
-    /// The nodes of a path, from t = 0 to 1, and where runs end: at the numbers in `breaks` an axis turns
-    /// round, so that the node there is at the same place as the one before it, with other corrections.
+    /// The nodes of a path, from t = 0 to 1, so close that corrections between them are straight to a part of
+    /// `limits`, and where runs end: at the numbers in `breaks` an axis turns round, so that the node there is at
+    /// the same place as the one before it, with other corrections.
     pub fn trace(
         &self,
         path: &Path,
+        limits: &Limits,
         ways: &mut Ways,
         finer: usize,
         nodes: &mut Vec<Node>,
@@ -177,11 +180,49 @@ impl Field<'_> {
         for part in 1..=parts {
             let t = part as f64 / parts as f64;
             while let Some(turn) = turns.next_if(|turn| *turn < t) {
-                self.add(path, turn, ways, nodes, breaks)?;
+                self.go_on(path, turn, limits, HALVINGS, ways, nodes, breaks)?;
             }
-            self.add(path, t, ways, nodes, breaks)?;
+            self.go_on(path, t, limits, HALVINGS, ways, nodes, breaks)?;
         }
         Ok(())
+    }
+
+    /// Nodes up to a part of the way: as many as it takes.
+    #[expect(clippy::too_many_arguments, reason = "where it is, and what it fills")]
+    fn go_on(
+        &self,
+        path: &Path,
+        t: f64,
+        limits: &Limits,
+        halvings: u32,
+        ways: &mut Ways,
+        nodes: &mut Vec<Node>,
+        breaks: &mut Vec<usize>,
+    ) -> Result<(), Lost> {
+        if halvings > 0
+            && let Some(last) = nodes.last()
+        {
+            let middle = 0.5 * (last.t + t);
+            // In the directions that axes have at the end: where one turns round is not for nodes to find.
+            let mut ahead = ways.clone();
+            ahead.come_to(self.tables, &self.axes(&path.at(t))?);
+            let added = |t: f64| {
+                let command = path.at(t);
+                let node = self.node(t, &command, &ahead)?;
+                Ok(std::array::from_fn::<f64, COUNT, _>(|i| {
+                    node.to[i] - command[i]
+                }))
+            };
+            let (start, between, end) = (added(last.t)?, added(middle)?, added(t)?);
+            let off = std::array::from_fn(|i| between[i] - 0.5 * (start[i] + end[i]));
+            if limits.of(&off) > BETWEEN {
+                for t in [middle, t] {
+                    self.go_on(path, t, limits, halvings - 1, ways, nodes, breaks)?;
+                }
+                return Ok(());
+            }
+        }
+        self.add(path, t, ways, nodes, breaks)
     }
 
     fn add(
@@ -212,5 +253,10 @@ impl Field<'_> {
     }
 }
 
+/// How far corrections may be from the straight line in the middle between nodes, in parts of what is allowed: at a
+/// point of a linear table they are twice as far off at most.
+const BETWEEN: f64 = 0.1;
+/// A part of a move is halved so often at most: at a step of the tables no number is enough.
+const HALVINGS: u32 = 8;
 /// Most parts of one move; more would be a move of hundreds of metres.
 const MOST_PARTS: f64 = 1e6;
