@@ -19,6 +19,7 @@ use crate::kinematics::{Htm, Kinematics};
 use crate::machine::{Machine, PerAxis};
 use serde::Serialize;
 pub use spread::{Spread, Statistics};
+use std::f64::consts::FRAC_PI_2;
 use std::io::BufRead;
 
 /// The real machine: without it, what the tool does is not known.
@@ -100,9 +101,10 @@ pub enum CheckError {
 const NEAR: [f64; 2] = [1.5e-4, 2e-5];
 /// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.
 const NOWHERE: f64 = 2e-3;
-/// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): the end of a long motion at
-/// last, for an axis may follow slowly.
-const BEYOND: [f64; 7] = [0.02, 0.1, 0.5, 2.0, 5.0, 20.0, 1e9];
+/// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): ever farther, for an axis may
+/// follow slowly, or turn round again.
+const BEYOND: f64 = 0.01;
+const FARTHER: f64 = 1.3;
 /// A step at a reversal, or onto the corrected path, is shorter (mm and degrees).
 const STEP: f64 = 0.2;
 /// Samples of a segment, at most.
@@ -299,8 +301,19 @@ impl Check<'_> {
             Path::Line(..) if field.tip.is_none() => 1,
             _ => 64,
         };
-        for step in 1..=steps {
-            let q = field.axes(&segment.path.at(f64::from(step) / f64::from(steps)))?;
+        let mut parts: Vec<f64> = (1..=steps).map(|k| k as f64 / steps as f64).collect();
+        if let Path::Arc(arc) = segment.path {
+            // Where an axis of the plane turns round: at every quarter.
+            let [i, j, _] = arc.axes;
+            let start = (arc.from[j] - arc.centre[1]).atan2(arc.from[i] - arc.centre[0]);
+            let quarters = (arc.sweep.abs() / FRAC_PI_2) as i32 + 4;
+            let turns =
+                (-quarters..=quarters).map(|k| (f64::from(k) * FRAC_PI_2 - start) / arc.sweep);
+            parts.extend(turns.filter(|t| *t > 0.0 && *t < 1.0));
+            parts.sort_by(f64::total_cmp);
+        }
+        for t in parts {
+            let q = field.axes(&segment.path.at(t))?;
             self.ways.come_to(self.tables, &q);
         }
         if self.options.backlash == Backlash::Leave && before.missing(self.tables).is_none() {
@@ -332,19 +345,20 @@ impl Check<'_> {
             return Ok(false);
         }
         let count = ((length + arc).ceil() as usize * 2).clamp(4, SAMPLES);
-        let whole: f64 = segment.path.by().iter().map(|d| d.abs()).sum::<f64>()
-            + match segment.path {
-                Path::Arc(arc) => arc.length(),
-                Path::Line(..) => 0.0,
-            };
+        let whole = match segment.path {
+            Path::Arc(arc) => arc.length(),
+            Path::Line(..) => segment.path.by().iter().map(|d| d.abs()).sum(),
+        };
         let leave = self.options.backlash == Backlash::Leave;
         if self.tables.directional != 0 && !leave && length < STEP {
             // A step at a reversal goes nowhere on the path, if the axes go the other way from there on. Those
             // that follow slowly turn round later, maybe with a step of their own.
             let from = self.part(field, segment, &written.path.at(0.0), travel, *last_t)?;
             let mut turned = travel.clone();
-            for beyond in BEYOND {
-                let ahead = (from + beyond / whole.max(beyond)).min(1.0);
+            let (mut beyond, mut ahead) = (BEYOND, from);
+            while ahead < 1.0 {
+                ahead = (from + beyond / whole).min(1.0);
+                beyond *= FARTHER;
                 let before = turned.travel;
                 turned.come_to(self.tables, &field.axes(&segment.path.at(ahead))?);
                 if turned.travel == before {

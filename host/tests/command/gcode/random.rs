@@ -314,6 +314,18 @@ fn random_programs_of_three_axes_are_corrected_within_the_tolerance_and_keep_the
     try_programs(&bench, 250);
 }
 
+#[test]
+fn random_programs_of_five_axes_with_backlash_are_corrected_within_the_tolerance_and_keep_their_times()
+ {
+    let name = "linuxcnc-xyzac-trt";
+    let bench = Bench::new(
+        "xyzac-trt",
+        &format!("{name}/machine.toml"),
+        &format!("{name}/errors-11.toml"),
+    );
+    try_programs(&bench, 250);
+}
+
 fn word() -> impl Strategy<Value = String> {
     let letters = "[GMXYZACFIJKRLPQHTSND]";
     (
