@@ -311,7 +311,7 @@ fn try_programs(bench: &Bench, count: u64) {
 #[test]
 fn random_programs_of_three_axes_are_corrected_within_the_tolerance_and_keep_their_times() {
     let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
-    try_programs(&bench, 250);
+    try_programs(&bench, 500);
 }
 
 #[test]
@@ -323,7 +323,7 @@ fn random_programs_of_five_axes_with_backlash_are_corrected_within_the_tolerance
         &format!("{name}/machine.toml"),
         &format!("{name}/errors-11.toml"),
     );
-    try_programs(&bench, 250);
+    try_programs(&bench, 500);
 }
 
 fn word() -> impl Strategy<Value = String> {
