@@ -47,6 +47,9 @@ const PLAUSIBLE: f64 = 5.0;
 const VAGUE: f64 = 3.0;
 /// Singular values that are no more than rounding: of columns of length 1, and positions with nine digits.
 const ROUNDING: f64 = 1e-10;
+/// Derivatives change by how far the tip moves over the lever, and uncertainties by that times the condition: less than
+/// this is not looked at.
+const ELSEWHERE: f64 = 1e-3;
 /// Bars and stylus are known no better than this part of what the rows miss: a hundredth, of which second-order
 /// effects are a part again.
 pub(super) const STIFF: f64 = 0.01;
@@ -150,6 +153,17 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
                     worst,
                 });
             }
+            // What is stated holds where it ends, not where its last step began.
+            let moved = last.iter().flat_map(|last| last.misses.iter().zip(&misses));
+            let moved = moved.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
+            let (jacobian, factor) = if is_elsewhere {
+                let jacobian = problem.jacobian(&estimate, &weights);
+                let factor = Factor::new(&jacobian, factor.unknowns().to_vec());
+                (jacobian, factor.ok_or(IdentifyError::NotFinite)?)
+            } else {
+                (jacobian, factor)
+            };
             let place = Place {
                 estimate,
                 weights,
