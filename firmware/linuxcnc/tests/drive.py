@@ -180,9 +180,16 @@ def touches():
     command.program_open("/tmp/probe.ngc")
     command.feedrate(1.0)
     command.auto(linuxcnc.AUTO_RUN, 0)
-    time.sleep(0.5)
-    status.poll()
-    wait("end of the program", lambda: status.interp_state == linuxcnc.INTERP_IDLE, 300)
+    # Between two touches it may seem to be at its end for a moment: it is after half a second.
+    end, idle = time.monotonic() + 300, 0
+    while idle < 100:
+        if time.monotonic() > end:
+            raise RuntimeError("no end of the program")
+        time.sleep(0.005)
+        status.poll()
+        idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE else 0
+        for text in messages():
+            tell("said", text)
 
 
 def limits():
