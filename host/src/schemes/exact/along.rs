@@ -13,6 +13,18 @@ pub struct Column {
     pub output: usize,
 }
 
+impl Column {
+    /// True if they share all their exact corrections.
+    pub fn is_sampled_with(&self, other: &Self) -> bool {
+        self.monomial == other.monomial && self.is_beside(other)
+    }
+
+    /// True if they share most of them.
+    pub fn is_beside(&self, other: &Self) -> bool {
+        (self.component, self.node) == (other.component, other.node)
+    }
+}
+
 /// What samples along a variable show of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Shows {

@@ -2,7 +2,7 @@
 
 use super::along::{Along, Column, Shows};
 use super::generators::{Generator, products};
-use super::limits::{APART, MUCH_LESS, ROUNDING};
+use super::limits::{APART, GOOD_PIVOT, MUCH_LESS, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, Variable};
 use crate::kinematics::NotConverged;
@@ -222,9 +222,15 @@ impl Basis {
 
     /// A sum of functions, at nodes of the calibrated range.
     pub fn at_nodes(&self, coefficients: &[f64]) -> Vec<f64> {
-        let rows = self.seen.row_iter();
-        rows.map(|row| row.iter().zip(coefficients).map(|(f, c)| f * c).sum())
-            .collect()
+        let nodes = self.seen.nrows();
+        let mut sums = vec![0.0; nodes];
+        let columns = self.seen.as_slice().chunks_exact(nodes.max(1));
+        for (column, c) in columns.zip(coefficients).filter(|(_, c)| **c != 0.0) {
+            for (sum, f) in sums.iter_mut().zip(column) {
+                *sum += f * c;
+            }
+        }
+        sums
     }
 
     /// Largest magnitude of a sum of functions.
@@ -312,7 +318,7 @@ fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> 
     let mut all = values.insert_columns(used, count, 0.0);
     all.columns_mut(used, count).copy_from(&functions);
     let weights = all.pseudo_inverse(ROUNDING).ok()? * &group.samples; // functions × columns
-    let chosen = columns(&weights.rows(used, count).into_owned());
+    let chosen = columns(&weights.rows(used, count).into_owned(), &group.columns);
     let part = DMatrix::from_fn(count, chosen.len(), |k, c| weights[(used + k, chosen[c])]);
     let mut known = DMatrix::zeros(chosen.len(), before);
     for (k, function) in from.iter().enumerate() {
@@ -330,20 +336,35 @@ fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> 
     })
 }
 
-/// The columns from which functions can be computed best, given their weights (functions ×
-/// columns): those that a pivoted factorisation picks, twice over.
-fn columns(weights: &DMatrix<f64>) -> Vec<usize> {
+/// The columns from which functions can be computed well, given their weights (functions × columns) and
+/// where they come from: those that a pivoted factorisation picks, twice over; or others nearly as good, of
+/// which something is sampled anyway.
+fn columns(weights: &DMatrix<f64>, from: &[Column]) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..2 {
         let mut rest = weights.clone();
         for _ in 0..weights.nrows() {
-            let best = (0..rest.ncols())
-                .filter(|c| !chosen.contains(c))
-                .map(|c| (c, rest.column(c).norm_squared()))
-                .max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((pivot, norm)) = best else { break };
+            let norms = (0..rest.ncols()).filter(|c| !chosen.contains(c));
+            let norms: Vec<(usize, f64)> =
+                norms.map(|c| (c, rest.column(c).norm_squared())).collect();
+            let largest =
+                |norms: &[(usize, f64)]| norms.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((mut pivot, mut norm)) = largest(&norms) else {
+                break;
+            };
             if norm <= 0.0 {
                 break;
+            }
+            let good = |(_, n): &&(usize, f64)| *n >= GOOD_PIVOT * norm;
+            let good: Vec<(usize, f64)> = norms.iter().filter(good).copied().collect();
+            for is_shared in [Column::is_sampled_with, Column::is_beside] {
+                let shared =
+                    |(c, _): &&(usize, f64)| chosen.iter().any(|k| is_shared(&from[*c], &from[*k]));
+                let shared: Vec<(usize, f64)> = good.iter().filter(shared).copied().collect();
+                if let Some(best) = largest(&shared) {
+                    (pivot, norm) = best;
+                    break;
+                }
             }
             chosen.push(pivot);
             let direction: DVector<f64> = rest.column(pivot) / norm.sqrt();

@@ -1,12 +1,11 @@
 //! Cubic tables: fewer points for a peak, more instructions.
 
 use super::limits::{
-    BANK, BYTES_PER_INSTRUCTION, CUBIC_BANK, CUBIC_TABLE, LEAST_INTERVALS, LINEAR_TABLE,
-    MOST_INTERVALS, TERM,
+    BYTES_PER_INSTRUCTION, CUBIC_BANK, CUBIC_TABLE, LEAST_INTERVALS, LINEAR_TABLE, MOST_INTERVALS,
 };
 use super::points::Grid;
 use super::variables::Variable;
-use trueaxis::{Draft, Interpolation, SampleFormat};
+use trueaxis::SampleFormat;
 
 /// True if a variable's tables may be cubic: not where they have kinks or steps.
 pub fn may_be(variable: &Variable) -> bool {
@@ -25,24 +24,18 @@ pub fn grid(variable: &Variable, intervals: usize) -> Grid {
 /// What so many tables of so many samples each cost, in instructions: those that evaluate them, and what
 /// their samples are worth.
 pub fn cost(tables: usize, samples: usize, cubic: bool, format: SampleFormat) -> f64 {
-    let bytes = match format {
-        SampleFormat::F32 => 4,
-        SampleFormat::I16 => 2,
-    };
-    let stored = (tables * samples * bytes) as f64 / BYTES_PER_INSTRUCTION;
     let (bank, table) = match cubic {
         true => (CUBIC_BANK, CUBIC_TABLE),
         false => (0.0, LINEAR_TABLE),
     };
-    bank + table * tables as f64 + stored
+    bank + table * tables as f64 + stored(tables * samples, format)
 }
 
-/// What a draft costs, in instructions.
-pub fn cost_of(draft: &Draft) -> f64 {
-    let banks = draft.banks.iter().map(|bank| {
-        let samples = bank.columns.first().map_or(0, Vec::len);
-        let cubic = bank.interpolation == Interpolation::Cubic;
-        BANK + cost(bank.columns.len(), samples, cubic, bank.format)
-    });
-    banks.sum::<f64>() + TERM * draft.terms.len() as f64
+/// What so many samples are worth, in instructions.
+pub fn stored(samples: usize, format: SampleFormat) -> f64 {
+    let bytes = match format {
+        SampleFormat::F32 => 4,
+        SampleFormat::I16 => 2,
+    };
+    (samples * bytes) as f64 / BYTES_PER_INSTRUCTION
 }

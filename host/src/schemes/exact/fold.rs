@@ -5,10 +5,10 @@
 
 use super::basis::Basis;
 use super::core::merges;
-use super::cover::{Function, Structure, Term};
+use super::cover::{Function, Merged, Structure, Term};
 use super::generators::Generator;
 use super::limits::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
-use super::prune::Spare;
+use super::prune::{Spare, peak_with};
 use super::variables::Variable;
 use std::collections::BTreeMap;
 
@@ -50,6 +50,12 @@ struct Product {
     values: Vec<f64>,
 }
 
+/// Merged tables: their values at nodes, and their peaks.
+struct Known {
+    values: Vec<Vec<f64>>,
+    peaks: Vec<f64>,
+}
+
 /// A cheaper structure, and what it changes in outputs.
 struct Cheaper {
     errors: Vec<(usize, f64)>,
@@ -78,7 +84,7 @@ impl Structure {
     }
 
     /// Estimated instructions. Tables with peaks will be cubic.
-    fn cost(&self, variables: &[Variable]) -> f64 {
+    pub fn cost(&self, variables: &[Variable]) -> f64 {
         let beyond = |t: &Term| t.factors.len().saturating_sub(2);
         let factors: usize = self.terms.iter().map(beyond).sum();
         let table = |(v, _): (usize, Function)| match variables[v].peaks.is_empty() {
@@ -132,6 +138,7 @@ impl Structure {
     /// Takes a merged table for a multiple of another, with which least changes.
     fn share_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let tables = self.tables();
+        let known = self.known(bases);
         let merged = |&(v, f): &(usize, Function)| match f {
             Function::Merged(id) => Some((v, id)),
             _ => None,
@@ -142,9 +149,10 @@ impl Structure {
             for &(_, gone) in used.iter().filter(|(w, id)| *w == v && *id != kept) {
                 let product = Product {
                     factors: vec![(v, Function::Merged(kept))],
-                    values: bases[v].at_nodes(&self.merged[kept].coefficients),
+                    values: known.values[kept].clone(),
                 };
-                self.consider(&mut best, (v, gone), &product, (variables, bases), spare);
+                let tables = (variables, bases, &known);
+                self.consider(&mut best, (v, gone), &product, tables, spare);
             }
         }
         self.settle(best, spare)
@@ -153,6 +161,7 @@ impl Structure {
     /// Takes a merged table for the product of a generator and another table, with which least changes.
     fn split_once(&mut self, variables: &[Variable], bases: &[Basis], spare: &mut Spare) -> bool {
         let tables = self.tables();
+        let known = self.known(bases);
         let mut best: Option<Cheaper> = None;
         for &(v, whole) in &tables {
             let Function::Merged(gone) = whole else {
@@ -176,7 +185,8 @@ impl Structure {
                         factors: vec![generator, (w, kept)],
                         values: other.iter().zip(&by).map(|(a, by)| a * by).collect(),
                     };
-                    self.consider(&mut best, (v, gone), &product, (variables, bases), spare);
+                    let tables = (variables, bases, &known);
+                    self.consider(&mut best, (v, gone), &product, tables, spare);
                 }
             }
         }
@@ -190,12 +200,11 @@ impl Structure {
         best: &mut Option<Cheaper>,
         (v, gone): (usize, usize),
         product: &Product,
-        (variables, bases): (&[Variable], &[Basis]),
+        (variables, bases, known): (&[Variable], &[Basis], &Known),
         spare: &Spare,
     ) {
-        let values = bases[v].at_nodes(&self.merged[gone].coefficients);
-        let (weight, rest) = nearest(&product.values, &values);
-        let errors = self.errors(v, gone, rest, bases);
+        let (weight, rest) = nearest(&product.values, &known.values[gone]);
+        let errors = self.errors(v, gone, rest, bases, known);
         if !Cheaper::is_wanted(best.as_ref(), &errors, spare) {
             return;
         }
@@ -234,13 +243,30 @@ impl Structure {
     }
 
     /// What it changes in each term with a table if that is wrong by so much.
-    fn errors(&self, v: usize, id: usize, wrong: f64, bases: &[Basis]) -> Vec<(usize, f64)> {
+    fn errors(
+        &self,
+        v: usize,
+        id: usize,
+        wrong: f64,
+        bases: &[Basis],
+        known: &Known,
+    ) -> Vec<(usize, f64)> {
         let table = (v, Function::Merged(id));
-        let peak = bases[v].peak_of(&self.merged[id].coefficients);
+        let part = wrong / known.peaks[id];
         let users = self.terms.iter().filter(|t| t.factors.contains(&table));
         users
-            .map(|t| (t.output, self.peak(t, bases) / peak * wrong))
+            .map(|t| (t.output, peak_with(t, bases, |id| known.peaks[id]) * part))
             .collect()
+    }
+
+    /// What merged tables are at nodes.
+    fn known(&self, bases: &[Basis]) -> Known {
+        let at_nodes = |table: &Merged| bases[table.variable].at_nodes(&table.coefficients);
+        let values: Vec<Vec<f64>> = self.merged.iter().map(at_nodes).collect();
+        Known {
+            peaks: values.iter().map(|v| largest(v.iter().copied())).collect(),
+            values,
+        }
     }
 
     /// A function as coefficients over its variable's basis.

@@ -15,7 +15,9 @@ use crate::validate::{Command, Region, Runtime, holds, random_commands};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use trueaxis::{Draft, Travel};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+use trueaxis::{AUXILIARIES, Draft, Travel};
 
 /// Seeds of the positions; those of a proof are others.
 const SEED: u64 = 0x6a75_6467;
@@ -33,7 +35,12 @@ pub struct Judge<'a> {
     further: Vec<Place>,
     /// Largest correction of each axis (mm, rad).
     largest: PerAxis,
+    /// Positions that climbs have come to: the next one passes many of them again.
+    climbed: Mutex<HashMap<Bits, Place>>,
 }
+
+/// The bits of a command's numbers, and its directions of travel.
+type Bits = ([u32; MAX_AXES], [u8; MAX_AXES], [u32; AUXILIARIES]);
 
 #[derive(Clone)]
 struct Place {
@@ -92,6 +99,7 @@ impl<'a> Judge<'a> {
             others: Vec::new(),
             further: Vec::new(),
             largest,
+            climbed: Mutex::default(),
         })
     }
 
@@ -199,7 +207,7 @@ impl<'a> Judge<'a> {
                     End::Position(x) => *position(&mut command, axes, input) = x,
                     End::Travel(travel) => command.travel[input] = travel,
                 }
-                let next = Place::inside(self.kinematics, &self.zero, command)?;
+                let next = self.climbed_to(command)?;
                 let found = self.at(&next, runtime).error;
                 if found > error {
                     (error, place) = (found, next);
@@ -210,6 +218,22 @@ impl<'a> Judge<'a> {
             }
         }
         Ok((error, place))
+    }
+
+    /// [`Place::inside`], once for each command.
+    fn climbed_to(&self, command: Command) -> Result<Place, NotConverged> {
+        let bits = (
+            command.axes.map(f32::to_bits),
+            command.travel.map(|travel| travel as u8),
+            command.auxiliaries.map(f32::to_bits),
+        );
+        let known = || self.climbed.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = known().get(&bits) {
+            return Ok(place.clone());
+        }
+        let place = Place::inside(self.kinematics, &self.zero, command)?;
+        known().insert(bits, place.clone());
+        Ok(place)
     }
 
     /// A draft with its weights fitted, at the positions it is measured at and some of those at which

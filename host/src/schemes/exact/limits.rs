@@ -10,7 +10,7 @@ pub const FIRST_SHARE: f64 = 0.25;
 /// than each of them seems to.
 pub const FIRST_TOOL_SHARE: f64 = 1.1;
 /// A structure that leaves more than this part of the tolerance leaves little to interpolation; then one that
-/// is made for this part of its share is tried too.
+/// is made for this part of its share may be cheaper.
 pub const STARVING: f64 = 0.5;
 pub const CLOSER: f64 = 0.9;
 /// What is left out of a basis, as a part of that: every function meets many others.
@@ -95,6 +95,9 @@ pub const ROUNDING: f64 = 1e-12;
 /// Of a function, at least this part must be no sum of others that are used with it: coefficients
 /// grow by its inverse.
 pub const APART: f64 = 1e-4;
+/// A column is a good pivot if its square is at least this part of the largest: functions are told half as
+/// well from it, and the exact corrections of columns that share them are worth that.
+pub const GOOD_PIVOT: f64 = 0.25;
 /// Where some functions leave less than this part of the squares that others leave, the samples are made of
 /// them: a tenth of the size.
 pub const MUCH_LESS: f64 = 0.01;
@@ -106,12 +109,11 @@ pub const NOISE: f64 = 1e-4;
 /// of products are as many again along each variable.
 pub const MOST_ENTRIES: usize = 200_000;
 
-/// Instructions of an evaluation on the reference target: of a bank, of a term, of each table of its product
+/// Instructions of an evaluation on the reference target: of a term, of each table of its product
 /// beyond two (its number, its address, its value, the product), of a table with linear and with cubic
 /// interpolation, and of a bank of cubic ones beyond one of linear ones. Counted by `cargo xtask
 /// bench-target`: a bank of nine cubic tables takes 207 more than one of one, a bank of nine linear ones 110
 /// more, which is 12 a table; and the bank of one takes 131 more, 119 beyond that table.
-pub const BANK: f64 = 40.0;
 pub const TERM: f64 = 10.0;
 pub const FACTOR: f64 = 4.0;
 pub const LINEAR_TABLE: f64 = 7.0;

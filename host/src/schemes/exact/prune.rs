@@ -154,11 +154,20 @@ impl Structure {
 
     /// The most that a term can contribute.
     pub fn peak(&self, term: &Term, bases: &[Basis]) -> f64 {
-        let peaks = term.factors.iter().map(|(v, function)| match function {
-            Function::Numeric(k) => bases[*v].peaks[*k],
-            Function::Merged(id) => bases[*v].peak_of(&self.merged[*id].coefficients),
-            Function::Generator(_) | Function::Sign => 1.0,
-        });
-        term.weight.abs() * peaks.product::<f64>()
+        let merged = |id: usize| {
+            let table: &Merged = &self.merged[id];
+            bases[table.variable].peak_of(&table.coefficients)
+        };
+        peak_with(term, bases, merged)
     }
+}
+
+/// The most that a term can contribute, with the peaks of merged tables.
+pub fn peak_with(term: &Term, bases: &[Basis], merged: impl Fn(usize) -> f64) -> f64 {
+    let peaks = term.factors.iter().map(|(v, function)| match function {
+        Function::Numeric(k) => bases[*v].peaks[*k],
+        Function::Merged(id) => merged(*id),
+        Function::Generator(_) | Function::Sign => 1.0,
+    });
+    term.weight.abs() * peaks.product::<f64>()
 }

@@ -11,10 +11,12 @@ use super::limits::{
 };
 use super::sampling::{Component, Sampler};
 use super::seen::Seen;
+use super::tables::Found;
 use super::trials::Trials;
 use super::{components, cubic, draft, points};
 use crate::machine::PerAxis;
 use crate::schemes::{Options, SchemeError};
+use std::collections::BTreeMap;
 use trueaxis::Draft;
 
 /// A structure that was tried.
@@ -24,6 +26,8 @@ struct Tried {
     error: f64,
     /// With what motions add in pairs.
     pairs: bool,
+    /// Its tables with peaks, once they have been looked at.
+    seen: Option<BTreeMap<usize, Seen>>,
 }
 
 /// A draft that does no harm.
@@ -157,12 +161,12 @@ impl<'a> Search<'a> {
             true => FIRST_TOOL_SHARE,
             false => FIRST_SHARE,
         };
-        let first = self.attempt(tolerance, share, false)?;
+        let mut first = self.attempt(tolerance, share, false)?;
         self.is_full |= first.attempt.is_full;
         // Joint effects do not help where most of the error is what there was no room for.
         let hopeless = first.error > HOPELESS;
+        let other = first.error > CUT * first.attempt.left_out;
         let joint = |search: &mut Self| -> Result<bool, SchemeError> {
-            let other = first.error > CUT * first.attempt.left_out;
             let work = match hopeless {
                 true => MOST_WORK_IF_HOPELESS,
                 false => MOST_WORK,
@@ -176,8 +180,7 @@ impl<'a> Search<'a> {
             );
         }
         if !(hopeless && joint(self)?)
-            && (self.finish(tolerance, &first, false)?
-                && self.closer_is_cheaper(tolerance, &first, share)?
+            && (self.finish_cheapest(tolerance, &mut first, share)?
                 || self.is_measured() && self.finish(tolerance, &first, true)?)
         {
             return Ok(true);
@@ -190,27 +193,68 @@ impl<'a> Search<'a> {
     }
 
     /// Where the structure leaves much, interpolation may leave little and takes many points: one that leaves
-    /// less may be cheaper. What is cheaper stays; true, for either is good.
-    fn closer_is_cheaper(
+    /// less may be cheaper. The one that is expected to be goes first.
+    fn finish_cheapest(
         &mut self,
         tolerance: &PerAxis,
-        first: &Tried,
+        first: &mut Tried,
         share: f64,
     ) -> Result<bool, SchemeError> {
         if !self.judge.is_of_tool() || first.error < STARVING {
-            return Ok(true);
+            return self.finish(tolerance, first, false);
         }
-        let Some(kept) = self.best.take() else {
-            return Ok(true);
+        let closer = &mut self.attempt(tolerance, CLOSER * share, false)?;
+        let expected = self.expected_cost(tolerance, first)?;
+        let order = match self.expected_cost(tolerance, closer)? < expected {
+            true => [closer, first],
+            false => [first, closer],
         };
-        let closer = self.attempt(tolerance, CLOSER * share, false)?;
-        let good = self.finish(tolerance, &closer, false)?;
-        let cost = |c: &Candidate| cubic::cost_of(&c.draft);
-        let is_cheaper = |closer: &Candidate| cost(closer) < cost(&kept);
-        if !(good && self.best.as_ref().is_some_and(is_cheaper)) {
-            self.best = Some(kept);
+        for tried in order {
+            if self.finish(tolerance, tried, false)? {
+                return Ok(true);
+            }
         }
-        Ok(true)
+        Ok(false)
+    }
+
+    /// What a structure costs, in instructions, with the points that it gets at first.
+    fn expected_cost(&self, tolerance: &PerAxis, tried: &mut Tried) -> Result<f64, SchemeError> {
+        let found = self.found(tolerance, tried);
+        let seen = Seen::all(&found)?;
+        let share = self.first_point_share(tried.error);
+        let grids = points::grids(&found, &seen, self.options, share, false)?;
+        let mut cost = tried.attempt.structure.cost(self.sampler.variables);
+        for (v, (bent, _)) in found.tables() {
+            if let Some(grid) = grids.get(&v) {
+                let samples = grid.samples(self.sampler.variables[v].wraps);
+                cost += cubic::stored(bent.len() * samples, self.options.format);
+            }
+        }
+        tried.seen = Some(seen);
+        Ok(cost)
+    }
+
+    /// The share of the tolerance that interpolation may take at first, after a structure that leaves `error`
+    /// of it: points finer than what that leaves would be wasted.
+    fn first_point_share(&self, error: f64) -> f64 {
+        let share = (GOOD - error)
+            .max(LEAST_POINT_SHARE)
+            .max(LEAST_POINT_SHARE * error);
+        match self.adapts() {
+            true => TOOL_SHARE * share,
+            false => share,
+        }
+    }
+
+    /// True if the share of interpolation follows what is measured.
+    fn adapts(&self) -> bool {
+        self.judge.is_of_tool() && self.options.points.is_none()
+    }
+
+    /// With what the tables of a structure are sampled from.
+    fn found<'t>(&'t self, tolerance: &'t PerAxis, tried: &'t Tried) -> Found<'t> {
+        let components = &self.components[..self.count(tried.pairs)];
+        tried.attempt.found(&self.sampler, components, tolerance)
     }
 
     /// True if motions were measured somewhere: elsewhere there are no points to lie between.
@@ -383,6 +427,7 @@ impl<'a> Search<'a> {
             attempt,
             error,
             pairs,
+            seen: None,
         })
     }
 
@@ -398,6 +443,7 @@ impl<'a> Search<'a> {
             attempt,
             error: structure_error,
             pairs,
+            seen,
         } = tried;
         let structure_error = *structure_error;
         if attempt.structure.count() > usize::from(u8::MAX) {
@@ -410,22 +456,23 @@ impl<'a> Search<'a> {
         );
         // Tolerances differ by a common factor.
         let factor = tolerance[0] / self.judge.tolerance()[0];
-        // Points finer than what the structure leaves would be wasted.
-        let mut share = (GOOD - structure_error)
-            .max(LEAST_POINT_SHARE)
-            .max(LEAST_POINT_SHARE * structure_error);
-        let adapts = self.judge.is_of_tool() && self.options.points.is_none();
-        if adapts {
-            share *= TOOL_SHARE;
-        }
-        let seen = Seen::all(&found)?;
+        let mut share = self.first_point_share(structure_error);
+        let adapts = self.adapts();
+        let own;
+        let seen = match seen {
+            Some(seen) => seen,
+            None => {
+                own = Seen::all(&found)?;
+                &own
+            }
+        };
         let mut last = f64::INFINITY;
         let mut room = ROOM_STEPS;
         let mut refinement = 0;
         let mut coarsening = Coarsening::default();
         while refinement <= REFINEMENTS {
-            let grids = points::grids(&found, &seen, self.options, share, finer)?;
-            let draft = draft::draft(&found, &grids, &seen, self.options)?;
+            let grids = points::grids(&found, seen, self.options, share, finer)?;
+            let draft = draft::draft(&found, &grids, seen, self.options)?;
             // What is made for a finer tolerance is to meet the one asked for.
             let wanted = factor.max(1.0);
             let target = &self.options.target;

@@ -10,7 +10,7 @@ use super::limits::{
 use super::points::Grid;
 use super::spline;
 use super::tables::{Found, Sampled};
-use super::variables::Kind;
+use super::variables::{Kind, Variable};
 use crate::kinematics::{NotConverged, Policy};
 use crate::machine::PerAxis;
 use nalgebra::DMatrix;
@@ -28,32 +28,47 @@ pub struct Seen {
     is_dense: bool,
 }
 
+/// Where tables of a variable are looked at, if it has no kinks and the policy makes peaks.
+pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
+    let Policy::Direction { damping } = policy else {
+        return None;
+    };
+    if !variable.is_rich() || !cubic::may_be(variable) {
+        return None;
+    }
+    // A peak is as wide as the damping; a few points on it are enough to tell, for the tables are
+    // measured anyway.
+    let [low, high] = variable.range;
+    let intervals = match variable.kind {
+        Kind::Rotary(_) => (SEEN_PER_PEAK * (high - low) / damping) as usize,
+        _ => LEAST_SEEN,
+    };
+    Some(cubic::grid(
+        variable,
+        intervals.clamp(LEAST_SEEN, MOST_SEEN),
+    ))
+}
+
 impl Seen {
     /// Looks at the tables whose variable has no kinks, where the policy makes peaks.
     pub fn all(found: &Found<'_>) -> Result<BTreeMap<usize, Self>, NotConverged> {
-        let peaks = matches!(found.sampler.kinematics.policy, Policy::Direction { .. });
         let bent = found.tables().into_iter().map(|(v, (bent, _))| (v, bent));
-        bent.filter(|(v, bent)| {
-            let variable = &found.sampler.variables[*v];
-            peaks && !bent.is_empty() && variable.is_rich() && cubic::may_be(variable)
-        })
-        .map(|(v, bent)| Ok((v, Self::of(found, v, &bent)?)))
-        .collect()
+        let bent = bent.filter(|(_, bent)| !bent.is_empty());
+        let seen = bent.filter_map(|(v, bent)| {
+            let variable = &found.sampler.variables[v];
+            let grid = grid(found.sampler.kinematics.policy, variable)?;
+            Some(Self::of(found, v, &bent, grid).map(|seen| (v, seen)))
+        });
+        seen.collect()
     }
 
-    fn of(found: &Found<'_>, v: usize, functions: &[Function]) -> Result<Self, NotConverged> {
-        let variable = &found.sampler.variables[v];
-        // A peak is as wide as the damping; a few points on it are enough to tell, for the tables are
-        // measured anyway.
-        let [low, high] = variable.range;
-        let intervals = match (found.sampler.kinematics.policy, &variable.kind) {
-            (Policy::Direction { damping }, Kind::Rotary(_)) => {
-                (SEEN_PER_PEAK * (high - low) / damping) as usize
-            }
-            _ => LEAST_SEEN,
-        };
-        let intervals = intervals.clamp(LEAST_SEEN, MOST_SEEN);
-        let (grid, wraps) = (cubic::grid(variable, intervals), variable.wraps);
+    fn of(
+        found: &Found<'_>,
+        v: usize,
+        functions: &[Function],
+        grid: Grid,
+    ) -> Result<Self, NotConverged> {
+        let wraps = found.sampler.variables[v].wraps;
         let at: Vec<f64> = grid.sampled_at(wraps).collect();
         let tables = found.sample(v, functions, &at)?;
         Ok(Self {
@@ -68,15 +83,23 @@ impl Seen {
     /// The tables (positions × tables) at positions within the range, from what was seen of them; `None` if
     /// that does not tell.
     pub fn between(&self, at: &[f64]) -> Option<DMatrix<f64>> {
+        if !self.is_dense {
+            return None;
+        }
         let values = &self.tables.values;
-        let mut all = DMatrix::zeros(at.len(), values.ncols());
-        for (mut row, x) in all.row_iter_mut().zip(at) {
+        let around = |x: &f64| {
             let steps = (x - self.grid.start) / (0.5 * self.grid.step);
-            for (k, w) in between::around(steps, values.nrows(), self.wraps) {
-                row += w * values.row(k);
+            between::around(steps, values.nrows(), self.wraps)
+        };
+        let around: Vec<_> = at.iter().map(around).collect();
+        let mut all = DMatrix::zeros(at.len(), values.ncols());
+        for (mut to, column) in all.column_iter_mut().zip(values.column_iter()) {
+            let column = column.as_slice();
+            for (to, around) in to.as_mut_slice().iter_mut().zip(&around) {
+                *to = around.iter().map(|(k, w)| w * column[*k]).sum();
             }
         }
-        self.is_dense.then_some(all)
+        Some(all)
     }
 
     /// How many intervals leave `most`, of straight lines and of cubics: their errors fall with the square

@@ -3,6 +3,7 @@
 use super::cover::Function;
 use super::limits::TRIALS;
 use super::sampling::Sampler;
+use super::seen;
 use super::tables::{self, Found, Sampled};
 use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
 use crate::kinematics::NotConverged;
@@ -48,6 +49,12 @@ pub fn to_corner(variables: &[Variable], place: &mut Place) {
     }
 }
 
+/// The nearest of some positions; the position itself if there are none.
+fn nearest(positions: &[f64], x: f64) -> f64 {
+    let near = |a: &&f64, b: &&f64| (**a - x).abs().total_cmp(&(**b - x).abs());
+    positions.iter().min_by(near).copied().unwrap_or(x)
+}
+
 /// Random places with their exact corrections.
 pub struct Trials {
     places: Vec<Place>,
@@ -59,10 +66,20 @@ impl Trials {
     pub fn new(sampler: &Sampler<'_>) -> Result<Self, NotConverged> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let (mut places, mut corrections) = (Vec::new(), Vec::new());
+        // Where tables are looked at anyway, samples are there twice for the work of one.
+        let policy = sampler.kinematics.policy;
+        let looks = |variable: &Variable| {
+            let grid = seen::grid(policy, variable);
+            grid.map_or_else(Vec::new, |grid| grid.sampled_at(variable.wraps).collect())
+        };
+        let seen: Vec<Vec<f64>> = sampler.variables.iter().map(looks).collect();
         for number in 0..TRIALS {
             let mut place = random_place(sampler.variables, &mut random);
             if number % 2 == 0 {
                 to_corner(sampler.variables, &mut place);
+            }
+            for (x, seen) in place.iter_mut().zip(&seen) {
+                *x = nearest(seen, *x);
             }
             let exact = sampler.exact(&place, u32::MAX)?;
             if sampler.is_near_end(&place, &exact) {
