@@ -58,7 +58,11 @@ impl OneGone {
 /// A line for each parameter.
 pub fn compensability(text: &mut String, compared: Option<&Compensated>) {
     let Some(compared) = compared else { return };
-    *text += "\nwith compensation     before       after        compensability (k = 2)     effect (µm)   after\n";
+    let _ = writeln!(
+        text,
+        "\n{:<14}{:>14}{:>12} {:<6}{:>22}{:>16}{:>8}",
+        "parameter", "before", "after", "", "compensability (k = 2)", "effect (µm)", "after"
+    );
     for one in &compared.parameters {
         let (factor, unit) = unit(one.parameter);
         let show = |v: f64| match factor {
