@@ -7,6 +7,8 @@
 
 mod auto;
 mod bars;
+mod candidates;
+mod compensability;
 mod error;
 mod error_file;
 mod factor;
@@ -17,6 +19,7 @@ mod identified;
 mod model;
 mod monte_carlo;
 mod noise;
+mod published;
 mod rows;
 mod solve;
 mod trend;
@@ -25,8 +28,10 @@ mod units;
 mod unknown;
 mod unseen;
 
-pub use auto::{AutoError, Fit, Level, automatic};
+pub use auto::{Chosen, Fit, Level, automatic};
 pub use bars::BarCheck;
+pub use candidates::Form;
+pub use compensability::{Compensability, Compensated, compensability};
 pub use error::IdentifyError;
 pub use error_file::error_file;
 pub use foresee::{Assumed, Foreseen};
@@ -35,6 +40,7 @@ pub use honesty::{Along, Checked, Honesty, honesty};
 pub use identified::{Estimated, Identified, Row};
 pub use model::{Model, ModelError};
 pub use monte_carlo::{Normalised, Outcome, Trial, TrialError, monte_carlo};
+pub use published::{Missing, Published, published};
 pub use rows::Problem;
 pub use solve::{Options, identify};
 pub use trend::{OfBall, Repeats, Trend};

@@ -1,13 +1,15 @@
 //! Measurements as a machine with known errors would give them.
 
 pub mod ballbar;
+mod compensated;
 pub mod runs;
 
 use crate::errors::Situation;
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use crate::kinematics::Kinematics;
-use crate::machine::{Machine, PerAxis};
+use crate::machine::{MAX_AXES, Machine, PerAxis};
+pub use compensated::{compensated, corrections};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -56,6 +58,16 @@ pub enum SimulateError {
         /// Where it would have to be (mm).
         position: f64,
     },
+    /// The corrections of a compensation change as much as the position does.
+    #[error(
+        "line {line}: ball `{ball}` is not found while the compensation is on: its corrections do not settle"
+    )]
+    Unsettled {
+        /// Line of the strategy.
+        line: usize,
+        /// The ball.
+        ball: String,
+    },
 }
 
 /// Where the axes are when the stylus is on each ball of a strategy: its rotary axes and its spindle as they
@@ -69,52 +81,81 @@ pub fn probings(
     strategy: &Probings,
     disturbances: &Disturbances,
 ) -> Result<Probings, SimulateError> {
+    let none = vec![[0.0; MAX_AXES]; strategy.rows.len()];
+    let mut measured = on_balls(kinematics, artefact, strategy, disturbances.drift, &none)?;
+    disturb_all(kinematics.machine, &mut measured, disturbances);
+    in_travel(kinematics.machine, &measured)?;
+    Ok(measured)
+}
+
+/// The strategy with the positions that are commanded when the tip of the actual machine is on the balls and each
+/// axis is `off` its command by so much (mm, deg).
+fn on_balls(
+    kinematics: &Kinematics<'_>,
+    artefact: &Artefact,
+    strategy: &Probings,
+    drift: [f64; 3],
+    off: &[PerAxis],
+) -> Result<Probings, SimulateError> {
     let machine = kinematics.machine;
-    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
     let tip = artefact.stylus.tip.unwrap_or(Vector3::from(machine.tip));
-    let mut measured = strategy.clone();
+    let mut commanded = strategy.clone();
     let last = (strategy.rows.len().max(2) - 1) as f64;
-    for (number, row) in measured.rows.iter_mut().enumerate() {
+    for ((number, row), off) in commanded.rows.iter_mut().enumerate().zip(off) {
         let name = &strategy.balls[row.ball];
         let ball = (artefact.balls.iter())
             .find(|b| b.name == *name)
             .and_then(|b| b.nominal);
         let ball = ball.ok_or_else(|| SimulateError::NoPlace { ball: name.clone() })?;
-        let drift = Vector3::from(disturbances.drift) * (number as f64 / last);
+        let drift = Vector3::from(drift) * (number as f64 / last);
         let tip = turned(machine.tool_axis, row.spindle) * tip;
-        let q = reach(kinematics, row, &tip, &(ball + drift)).ok_or_else(|| {
+        let mut real = row.clone();
+        for (position, off) in real.position.iter_mut().zip(off) {
+            *position += off;
+        }
+        let q = reach(kinematics, &real, &tip, &(ball + drift)).ok_or_else(|| {
             SimulateError::NotReached {
                 line: row.line,
                 ball: name.clone(),
             }
         })?;
-        row.position = machine.to_command(&q);
-        disturb(machine, row, disturbances, &mut random);
+        let real = machine.to_command(&q);
+        row.position = std::array::from_fn(|i| real[i] - off[i]);
+    }
+    Ok(commanded)
+}
+
+fn in_travel(machine: &Machine, measured: &Probings) -> Result<(), SimulateError> {
+    for row in &measured.rows {
         for (axis, position) in machine.axes.iter().zip(row.position) {
             let [low, high] = axis.travel;
             if !axis.modulo && !(low..=high).contains(&position) {
                 return Err(SimulateError::Outside {
                     line: row.line,
-                    ball: name.clone(),
+                    ball: measured.balls[row.ball].clone(),
                     axis: axis.letter.char(),
                     position,
                 });
             }
         }
     }
-    Ok(measured)
+    Ok(())
 }
 
 /// Probings that were simulated without noise, with the noise and the outliers that [`probings`] would have
 /// given them; drift is not added.
 #[must_use]
 pub fn disturbed(machine: &Machine, clean: &Probings, disturbances: &Disturbances) -> Probings {
-    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
     let mut measured = clean.clone();
+    disturb_all(machine, &mut measured, disturbances);
+    measured
+}
+
+fn disturb_all(machine: &Machine, measured: &mut Probings, disturbances: &Disturbances) {
+    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
     for row in &mut measured.rows {
         disturb(machine, row, disturbances, &mut random);
     }
-    measured
 }
 
 /// Steps to a ball: each gains the relative size of the errors.

@@ -41,6 +41,20 @@ impl Command {
         command
     }
 
+    /// The same with the directions from which axes have come: more than 0, less, or 0 if unknown.
+    #[must_use]
+    pub fn coming(machine: &Machine, position: &[f64], direction: &[f64]) -> Self {
+        let mut command = Self::at(machine, position);
+        for (travel, direction) in command.travel.iter_mut().zip(direction) {
+            *travel = match direction {
+                d if *d > 0.0 => Travel::Positive,
+                d if *d < 0.0 => Travel::Negative,
+                _ => Travel::Unknown,
+            };
+        }
+        command
+    }
+
     /// The same for the kinematic model: position (mm, rad) and situation.
     #[must_use]
     pub fn kinematic(&self, machine: &Machine) -> (PerAxis, Situation) {

@@ -36,7 +36,7 @@ impl Setup<'_> {
     }
 
     /// The same; what it prints.
-    fn answer(&self, words: &[&str]) -> Result<String, Failure> {
+    pub fn answer(&self, words: &[&str]) -> Result<String, Failure> {
         let output = self.trueaxis(words)?;
         if output.status.success() {
             return Ok(String::from_utf8(output.stdout)?);

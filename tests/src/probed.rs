@@ -54,6 +54,22 @@ impl Case {
         }
     }
 
+    /// The same with axes that come to each row from the one before it.
+    #[must_use]
+    pub fn coming(mut self) -> Self {
+        let rotary =
+            (0..self.machine.axes.len()).filter(|i| self.machine.axes[*i].letter.is_rotary());
+        for i in rotary {
+            let mut came = 0.0;
+            for k in 1..self.strategy.rows.len() {
+                let way = self.strategy.rows[k].position[i] - self.strategy.rows[k - 1].position[i];
+                came = if way == 0.0 { came } else { way.signum() };
+                self.strategy.rows[k].direction[i] = came;
+            }
+        }
+        self
+    }
+
     /// Any machine with drawn values of these parameters, four balls at drawn places and so many rows at drawn
     /// rotary positions that can be reached; `None` if too few can.
     #[must_use]

@@ -3,7 +3,7 @@
 use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::formats::artefact::Bar;
 use trueaxis_host::formats::probings;
-use trueaxis_host::identify::{Fit, Identified, Level, Options, automatic};
+use trueaxis_host::identify::{Chosen, Fit, Identified, Level, Options, automatic};
 use trueaxis_host::simulate::Disturbances;
 use trueaxis_tests::probed::{Case, worst};
 
@@ -195,7 +195,9 @@ fn the_automatic_model_is_no_larger_than_held_out_balls_allow() {
         &perfect,
         Options::default(),
     );
-    let (identified, levels) = found.unwrap();
+    let Chosen {
+        identified, levels, ..
+    } = found.unwrap();
     assert_eq!(identified.parameters.len(), 10);
     assert!(
         levels.len() > 1
@@ -216,7 +218,9 @@ fn the_automatic_model_is_no_larger_than_held_out_balls_allow() {
         &perfect,
         Options::default(),
     );
-    let (identified, levels) = found.unwrap();
+    let Chosen {
+        identified, levels, ..
+    } = found.unwrap();
     let names: Vec<String> = identified
         .parameters
         .iter()

@@ -31,7 +31,8 @@ const PARTS: [(&str, Check); 8] = [
     ("package", package::check),
 ];
 
-/// Runs only where it is named: on busy processors its program ended before its last touch, and why is not known.
+/// Runs only where it is named: on busy processors LinuxCNC 2.9 may end a program of probing moves before its last one
+/// with "Queue is not empty after probing" (github.com/LinuxCNC/linuxcnc/issues/3650), or without a word.
 const ONLY_NAMED: &str = "touches";
 
 /// `chosen`: of all parts only these.

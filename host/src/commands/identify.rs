@@ -1,6 +1,8 @@
 //! `trueaxis identify`
 
 mod answer;
+mod gone;
+mod listed;
 mod screen;
 
 use super::Outcome;
@@ -8,15 +10,15 @@ use super::bad_input::BadInput;
 use super::files::{self, Text};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis::Travel;
 use trueaxis_host::compile::belongs;
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::covariance;
 use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{
-    AutoError, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
-    Problem, automatic, error_file, held_out, honesty, identify,
+    Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
+    Problem, Published, automatic, compensability, error_file, held_out, honesty, identify,
+    published,
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::{Command, Runtime};
@@ -28,7 +30,8 @@ use trueaxis_host::validate::{Command, Runtime};
 /// sentence that says why. The error file can be given to `trueaxis compile` as it is.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n\n\
+    after_help = "Examples:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n  \
+trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n\n\
 Probings: a header, then one probing per line, mm and degrees. Beside ball and axes there may be S (spindle\n\
 angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
 direction from which an axis came):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
@@ -59,6 +62,9 @@ pub struct Arguments {
     /// The compensation that was on while probing, which is undone
     #[arg(long, value_name = "FILE.trax")]
     active: Option<PathBuf>,
+    /// What this error file says was there before the compensation that was on while probing: how much of it is gone
+    #[arg(long, value_name = "ERRORS.toml", conflicts_with = "active")]
+    before: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -72,6 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         arguments.artefact.as_ref(),
         arguments.update.as_ref(),
         arguments.active.as_ref(),
+        arguments.before.as_ref(),
     ];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     let covariances = arguments.output.as_deref().map(beside);
@@ -89,8 +96,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => Artefact::default(),
     };
     let base = match &arguments.update {
-        Some(path) => known(path, &machine)?,
+        Some(path) => known(path, &machine, "--update")?,
         None => ErrorModel::perfect(&machine),
+    };
+    let before = match &arguments.before {
+        Some(path) => Some(known(path, &machine, "--before")?),
+        None => None,
     };
     if let Some(path) = &arguments.active {
         undo(&mut measured, path, &machine, &base)?;
@@ -99,27 +110,40 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let options = Options {
         robust: arguments.robust,
     };
-    let (identified, levels) = match model {
-        Model::Auto => automatic(&machine, &measured, &artefact, &base, options).map_err(
-            |error| match error {
-                AutoError::Model(error) => no_model(error),
-                AutoError::Identify(error) => arguments.not_identified(&error),
-            },
-        )?,
+    let (identified, chosen) = match model {
+        Model::Auto => {
+            let chosen = automatic(&machine, &measured, &artefact, &base, options);
+            let chosen = chosen.map_err(|error| arguments.not_identified(&error))?;
+            (chosen.identified.clone(), Some(chosen))
+        }
         model => {
             let parameters = model.parameters(&machine, 0, &[]).map_err(no_model)?;
             let problem = Problem::new(&machine, &measured, &artefact, &parameters, &base);
             let identified =
                 identify(&problem, options).map_err(|e| arguments.not_identified(&e))?;
-            (identified, Vec::new())
+            (identified, None)
         }
     };
     let looked_for = &identified.looked_for;
+    let problem = Problem::new(&machine, &measured, &artefact, looked_for, &base);
+    let compared = before.map(|before| compensability(&problem, &identified, &before));
+    if let (Some(compared), Some(path)) = (&compared, &arguments.before)
+        && compared.parameters.is_empty()
+    {
+        return Err(BadInput::new(
+            format!("{}: none of its parameters is looked for", path.display()),
+            "give --before what identify wrote with the same --model before the compensation was on",
+        ));
+    }
     let found = Found {
         machine: &machine,
         measured: &measured,
         identified: &identified,
-        levels: &levels,
+        levels: chosen.as_ref().map_or(&[], |chosen| &chosen.levels),
+        published: chosen
+            .as_ref()
+            .and_then(|chosen| published(&machine, chosen)),
+        compared,
         honesty: honesty(&machine, &measured, &artefact, &base, &identified),
         held_out: held_out(&machine, &measured, &artefact, looked_for, &base, options),
     };
@@ -150,6 +174,10 @@ struct Found<'a> {
     measured: &'a Probings,
     identified: &'a Identified,
     levels: &'a [Level],
+    /// Beside what was chosen.
+    published: Option<Published>,
+    /// With what was there before the compensation that was on.
+    compared: Option<Compensated>,
     honesty: Honesty,
     held_out: Result<HeldOut, IdentifyError>,
 }
@@ -196,7 +224,7 @@ fn beside(errors: &Path) -> PathBuf {
 }
 
 /// What an error file says already; one with more than parameters would not be whole afterwards.
-fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+fn known(path: &Path, machine: &Machine, option: &str) -> Result<ErrorModel, BadInput> {
     let errors = files::read_errors(path, machine)?;
     let mut motions = errors.motions.iter().flatten();
     if motions.any(|m| m.table.is_some() || !m.thermal.is_empty())
@@ -204,10 +232,12 @@ fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     {
         return Err(BadInput::new(
             format!(
-                "{}: tables and thermal changes cannot be kept by --update",
+                "{}: tables and thermal changes cannot be kept or compared by {option}",
                 path.display()
             ),
-            "identify without --update, and copy the parameters into the file",
+            format!(
+                "identify without {option}, and look at the parameters side by side, or copy them"
+            ),
         ));
     }
     Ok(errors)
@@ -237,14 +267,7 @@ fn undo(
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
     belongs(machine, base, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
     for row in &mut measured.rows {
-        let mut command = Command::at(machine, &row.position);
-        for (travel, direction) in command.travel.iter_mut().zip(row.direction) {
-            *travel = match direction {
-                d if d > 0.0 => Travel::Positive,
-                d if d < 0.0 => Travel::Negative,
-                _ => Travel::Unknown,
-            };
-        }
+        let command = Command::coming(machine, &row.position, &row.direction);
         for (position, correction) in row.position.iter_mut().zip(runtime.evaluate(&command)) {
             *position += f64::from(correction);
         }

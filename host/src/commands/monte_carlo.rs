@@ -17,8 +17,9 @@ use trueaxis_host::validate::is_partly_calibrated;
 
 /// Identify simulated probings again and again, and compare with the truth
 ///
-/// Every time with other noise. Shows by how much parameters are off, in the standard uncertainties that the
-/// identification states, and how often what is left of the volumetric error is inside its 95 % band.
+/// Every time with other noise, and with lengths of bars and stylus that are off as far as they are uncertain. Shows by
+/// how much parameters are off, in the standard uncertainties that the identification states, and how often what is
+/// left of the volumetric error is inside its 95 % band.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis simulate identifications machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --model 10 --seeds 1000"

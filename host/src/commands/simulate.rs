@@ -9,12 +9,15 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles, Text};
 use super::monte_carlo;
+use super::quantity::count;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
+use trueaxis_host::compile::belongs;
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings;
 use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::simulate::{self, Disturbances, SimulateError};
+use trueaxis_host::simulate::{self, Disturbances, SimulateError, compensated, corrections};
+use trueaxis_host::validate::Runtime;
 
 /// Write the measurements that a machine with known errors would give
 ///
@@ -38,7 +41,8 @@ enum What {
 /// Axis positions at which the stylus is on the balls of an artefact
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o probings.csv\n\n\
+    after_help = "Example:\n  trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o probings.csv\n  \
+trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --active machine.trax -o after.csv\n\n\
 The strategy has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir says\n\
 from where an axis came:\n  ball,A,C\n  1,15,60\n  1,30,180"
 )]
@@ -71,6 +75,9 @@ struct Probings {
     /// By how much these are wrong
     #[arg(long, value_name = "µm", default_value_t = 100.0, value_parser = size)]
     outlier: f64,
+    /// The compensation that is on while probing: the errors that are left are measured
+    #[arg(long, value_name = "FILE.trax")]
+    active: Option<PathBuf>,
     /// Another seed gives other noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -124,12 +131,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 impl Probings {
     fn run(&self) -> Result<Outcome, BadInput> {
-        let inputs: [&Path; 4] = [
+        let mut inputs: Vec<&Path> = vec![
             &self.files.machine,
             &self.files.errors,
             &self.artefact,
             &self.strategy,
         ];
+        inputs.extend(self.active.as_deref());
         if let Some(output) = &self.output {
             files::prepare(output, &inputs)?;
         }
@@ -148,18 +156,27 @@ impl Probings {
             seed: self.seed,
         };
         let kinematics = Kinematics::new(&machine, &errors);
-        let measured = simulate::probings(&kinematics, &artefact, &strategy, &disturbances)
-            .map_err(|error| not_simulated(&self.strategy, &error))?;
+        let measured = match &self.active {
+            None => simulate::probings(&kinematics, &artefact, &strategy, &disturbances),
+            Some(path) => {
+                let blob = files::read_blob(path)?;
+                let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+                belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+                let added = |rows: &[_]| Ok(corrections(&kinematics, &runtime, rows));
+                compensated(&kinematics, &artefact, &strategy, &disturbances, added)
+            }
+        };
+        let measured = measured.map_err(|error| not_simulated(&self.strategy, &error))?;
         let csv = probings::write(&measured, &machine);
         match &self.output {
             None => files::print(&csv)?,
             Some(path) => {
                 files::write(path, csv.as_bytes())?;
                 files::print(&format!(
-                    "{}: {} probings of {} balls\n",
+                    "{}: {} probings of {}\n",
                     path.display(),
                     measured.rows.len(),
-                    measured.balls.len()
+                    count(measured.balls.len(), "ball")
                 ))?;
             }
         }

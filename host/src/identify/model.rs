@@ -1,5 +1,6 @@
 //! Which parameters are looked for.
 
+use super::candidates::{Form, candidates};
 use crate::errors::{Parameter, ParameterKind};
 use crate::machine::{Branch, Machine};
 use std::fmt;
@@ -126,7 +127,7 @@ impl Model {
             Self::EightyFour => {
                 self.published("wCBXFZYSt", include_str!("hu40-84.txt"), machine)?
             }
-            Self::Auto => candidates(machine, degree, directions),
+            Self::Auto => candidates(machine, degree, Form::Harmonics, directions),
             Self::Named(parameters) => {
                 let mut known = crate::errors::ErrorModel::perfect(machine);
                 if let Some(other) = parameters.iter().find(|p| !known.set(machine, **p, 0.0)) {
@@ -203,7 +204,7 @@ impl Model {
 }
 
 /// The direction of an axis by its letter: 0, 1, 2.
-fn direction(letter: char) -> usize {
+pub(super) fn direction(letter: char) -> usize {
     "XYZABCUVW".find(letter).unwrap_or(0) % 3
 }
 
@@ -259,52 +260,4 @@ impl Layout {
         }));
         parameters
     }
-}
-
-/// All that a machine can have up to a degree: locations, then motions of linear axes and of rotary ones with
-/// less than a turn as polynomials (of degree 1 and more: constants are locations), of others as harmonics,
-/// then backlash.
-fn candidates(machine: &Machine, degree: u8, directions: &[bool]) -> Vec<Parameter> {
-    let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
-    let six = |axis: char, kind| {
-        (0..6).map(move |component| Parameter {
-            component,
-            axis,
-            kind,
-        })
-    };
-    let mut parameters: Vec<Parameter> = Vec::new();
-    for axis in letters.iter().copied().chain(['S']) {
-        parameters.extend(six(axis, ParameterKind::Inter));
-    }
-    for k in 1..=degree {
-        for axis in &machine.axes {
-            let letter = axis.letter.char();
-            let [low, high] = axis.travel;
-            if axis.letter.is_rotary() && (axis.modulo || high - low >= 360.0) {
-                parameters.extend(six(letter, ParameterKind::Cosine(k)));
-                parameters.extend(six(letter, ParameterKind::Sine(k)));
-            } else {
-                parameters.extend(six(letter, ParameterKind::Degree(k)));
-            }
-        }
-    }
-    if degree == 0 {
-        // Locations alone would leave out what every machine has.
-        let linear = letters.iter().filter(|l| "XYZUVW".contains(**l));
-        parameters.extend(linear.map(|axis| Parameter {
-            component: direction(*axis),
-            axis: *axis,
-            kind: ParameterKind::Degree(1),
-        }));
-    }
-    for (axis, known) in letters.iter().zip(directions) {
-        let own = direction(*axis) + if "ABC".contains(*axis) { 3 } else { 0 };
-        parameters.extend(known.then_some(Parameter {
-            component: own,
-            axis: *axis,
-            kind: ParameterKind::Backlash,
-        }));
-    }
-    parameters
 }

@@ -9,8 +9,9 @@ use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
-use crate::simulate::turned;
+use crate::simulate::{normal, turned};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 /// What was probed on which machine, and what is looked for.
@@ -425,6 +426,19 @@ impl<'a> Problem<'a> {
                 .to_kinematic(&probings.rows[place.row].position);
         }
         other
+    }
+
+    /// The same problem with lengths of bars and coordinates of the stylus that are off by chance, as their standard
+    /// uncertainties say.
+    pub(super) fn with_chance_lengths(mut self, random: &mut Pcg64Mcg) -> Self {
+        for bar in &mut self.bars {
+            bar.length += bar.sigma * normal(random);
+        }
+        let known: Vec<(usize, f64)> = self.known_coordinates().collect();
+        for (i, sigma) in known {
+            self.stylus.tip[i] += sigma * normal(random);
+        }
+        self
     }
 
     /// The same problem without its bars.

@@ -104,6 +104,119 @@ fn a_compensation_that_was_on_is_undone() {
     assert!(of(&without, "EB0A")[0].abs() < 1e-4);
 }
 
+/// Probings of the Kolibri with the ball and the pairs of A and C by which its compensation was validated.
+fn validated(folder: &Folder, name: &str, more: &[&str]) -> String {
+    let out = folder.at(name);
+    let files = [
+        "machine.toml",
+        "errors-10.toml",
+        "artefact.toml",
+        "validation.csv",
+    ];
+    let [machine, errors, artefact, strategy] = files.map(|f| example(&format!("kolibri/{f}")));
+    let arguments = [
+        "simulate",
+        "probings",
+        &machine,
+        &errors,
+        "--artefact",
+        &artefact,
+        "--strategy",
+        &strategy,
+        "-o",
+        &out,
+    ];
+    answer(0, &[&arguments[..], more].concat());
+    out
+}
+
+#[test]
+fn what_a_compensation_has_done_to_each_parameter_is_said() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    identified(&folder, &probings(&folder, &[]), &["--model", "10"]);
+    let (errors, blob) = (folder.at("errors.toml"), folder.at("active.trax"));
+    answer(
+        0,
+        &[
+            "compile", &machine, &errors, "-o", &blob, "--random", "1000",
+        ],
+    );
+    let before = validated(&folder, "before.csv", &["--noise", "1", "--seed", "2"]);
+    let old = folder.at("before.toml");
+    answer(
+        0,
+        &["identify", &machine, &before, "--model", "10", "-o", &old],
+    );
+    let on = ["--noise", "1", "--seed", "3", "--active", &blob];
+    let after = validated(&folder, "after.csv", &on);
+    let arguments = [
+        "identify", &machine, &after, "--model", "10", "--before", &old,
+    ];
+    let said = answer(0, &arguments);
+    for part in ["compensability (k = 2)", "tip at these probings (µm), mean"] {
+        assert!(said.contains(part), "{said}");
+    }
+    let found = answer(0, &[&arguments[..], &["--json"]].concat());
+    let found: serde_json::Value = serde_json::from_str(&found).unwrap();
+    let compensated = &found["compensated"];
+    let all = compensated["parameters"].as_array().unwrap();
+    assert_eq!(all.len(), 10);
+    for one in all {
+        let number = |key: &str| one[key].as_f64().unwrap();
+        let (before, after) = (number("before"), number("after"));
+        // The source document's Eq. 38.
+        let part = (before.abs() - after.abs()) / before.abs();
+        assert!((part - number("compensability")).abs() < 1e-12, "{one}");
+        // Of ten values one of 15 000 is farther from 0 than this; the calibration has three times as many rows.
+        let uncertainty = 1.5 * number("after_standard_uncertainty");
+        assert!(after.abs() < 4.5 * uncertainty, "{one}");
+    }
+    let mean = [0, 1].map(|k| compensated["mean_um"][k].as_f64().unwrap());
+    // 0.1 mm of errors; what is left is the noise of two calibrations, some µm.
+    assert!(mean[0] > 50.0 && mean[1] < 0.05 * mean[0], "{mean:?}");
+    let other = folder.file(
+        "other.toml",
+        "machine = \"Kolibri\"\n[parameters]\nEXC1 = 1e-5\n",
+    );
+    refused(
+        &[
+            "identify", &machine, &after, "--model", "10", "--before", &other,
+        ],
+        &["none of its parameters is looked for", "same --model"],
+    );
+}
+
+#[test]
+fn what_is_probed_with_a_compensation_that_is_undone_is_the_machine() {
+    let folder = Folder::new();
+    let (machine, truth) = (
+        example("kolibri/machine.toml"),
+        example("kolibri/errors-10.toml"),
+    );
+    let blob = folder.at("active.trax");
+    answer(
+        0,
+        &["compile", &machine, &truth, "-o", &blob, "--random", "1000"],
+    );
+    let after = validated(&folder, "after.csv", &["--active", &blob]);
+    let of_all = |more: &[&str]| {
+        let found = answer(
+            0,
+            &[
+                &["identify", &machine, &after, "--model", "10", "--json"][..],
+                more,
+            ]
+            .concat(),
+        );
+        of(&serde_json::from_str(&found).unwrap(), "EB0A")[0]
+    };
+    // Tables are within 0.05 µm of the exact correction; at levers of 0.1 m that is less than 1 µrad.
+    assert!(of_all(&[]).abs() < 1e-6);
+    // Undone, nothing of them is left but f32 numbers.
+    assert!((of_all(&["--active", &blob]) - 1.09e-3).abs() < 1e-9);
+}
+
 #[test]
 fn what_was_known_before_stays() {
     let folder = Folder::new();

@@ -2,10 +2,12 @@
 
 use super::super::quantity::EXPANDED;
 use super::Found;
+use super::gone::Gone;
+use super::listed::Listed;
 use super::screen::correlated;
 use nalgebra::Vector3;
 use serde::Serialize;
-use trueaxis_host::identify::{Along, BarCheck, Checked, Estimated, Level, Unseen};
+use trueaxis_host::identify::{Along, BarCheck, Checked, Estimated, Form, Level, Unseen};
 
 /// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
 #[derive(Serialize)]
@@ -18,12 +20,16 @@ pub struct Answer<'a> {
     correlations: Vec<(String, String, f64)>,
     covariance: Vec<Vec<f64>>,
     bars: Vec<Bar<'a>>,
+    /// With what was there before a compensation (`--before`).
+    compensated: Option<Gone>,
     unseen: Vec<NotSeen>,
     noise_um: f64,
     noise_of_stated: Option<f64>,
     degrees_of_freedom: usize,
     condition: f64,
     levels: Vec<AtLevel>,
+    /// Of `auto`: the list that was published for machines of this layout.
+    published: Option<Listed>,
     /// Of balls that were left out; none with the reason if that cannot be tried.
     held_out: Option<Predicted<'a>>,
     not_held_out: Option<String>,
@@ -102,6 +108,10 @@ struct NotSeen {
 #[derive(Serialize)]
 struct AtLevel {
     degree: u8,
+    /// Of axes that turn right round.
+    form: &'static str,
+    /// The list that it is, if it was published for machines of this layout.
+    model: Option<String>,
     parameters: Option<usize>,
     unseen: Option<usize>,
     left_um: Option<f64>,
@@ -129,6 +139,8 @@ impl<'a> Answer<'a> {
             measured,
             identified,
             levels,
+            published,
+            compared,
             honesty,
             held_out,
         } = found;
@@ -156,12 +168,14 @@ impl<'a> Answer<'a> {
                 .map(|row| row.iter().copied().collect())
                 .collect(),
             bars: identified.bars.iter().map(Bar::new).collect(),
+            compensated: compared.as_ref().map(Gone::new),
             unseen: identified.unseen.iter().map(NotSeen::new).collect(),
             noise_um: identified.noise * 1e3,
             noise_of_stated: identified.of_stated,
             degrees_of_freedom: identified.freedom,
             condition: identified.condition,
             levels: levels.iter().map(AtLevel::new).collect(),
+            published: published.as_ref().map(Listed::new),
             held_out: held_out.as_ref().ok().map(|held_out| Predicted {
                 rms_um: held_out.rms * 1e3,
                 balls: (held_out.balls.iter())
@@ -240,6 +254,11 @@ impl AtLevel {
         let error = fit.err().or(held_out.and_then(Result::err));
         Self {
             degree: level.degree,
+            form: match level.form {
+                Form::Harmonics => "harmonics",
+                Form::Polynomials => "polynomials",
+            },
+            model: level.list.as_ref().map(ToString::to_string),
             parameters: fit.ok().map(|fit| fit.parameters),
             unseen: fit.ok().map(|fit| fit.unseen),
             left_um: fit.ok().map(|fit| fit.left * 1e3),

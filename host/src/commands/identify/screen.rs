@@ -2,9 +2,11 @@
 
 use super::super::quantity::{EXPANDED, count, unit};
 use super::Found;
+use super::gone::compensability;
+use super::listed::published;
 use std::fmt::Write;
 use trueaxis_host::formats::probings::Probing;
-use trueaxis_host::identify::{Along, Identified, Level, Row, Unknown, Unseen};
+use trueaxis_host::identify::{Along, Form, Identified, Level, Row, Unknown, Unseen};
 
 /// Rows that are named, at most.
 const NAMED: usize = 10;
@@ -44,6 +46,7 @@ pub fn screen(found: &Found<'_>) -> String {
         count(measured.balls.len(), "ball")
     );
     parameters(&mut text, identified);
+    compensability(&mut text, found.compared.as_ref());
     left(&mut text, identified);
     by_ball(&mut text, found);
     checks(&mut text, found);
@@ -51,6 +54,7 @@ pub fn screen(found: &Found<'_>) -> String {
     correlations(&mut text, identified);
     unseen(&mut text, identified);
     levels(&mut text, found.levels);
+    published(&mut text, found.published.as_ref());
     doubtful(&mut text, found);
     text
 }
@@ -236,7 +240,14 @@ fn levels(text: &mut String, levels: &[Level]) {
         return;
     }
     *text += "\ndegree   parameters   left (µm)   of balls held out (µm)\n";
+    let has_forms = levels.iter().any(|l| l.form == Form::Polynomials);
     for level in levels {
+        let form = match (&level.list, level.form) {
+            (Some(list), _) => format!("   --model {list}"),
+            _ if !has_forms || level.degree == 0 => String::new(),
+            (None, Form::Harmonics) => "   harmonics of axes that turn round".to_owned(),
+            (None, Form::Polynomials) => "   polynomials of these".to_owned(),
+        };
         let _ = match &level.found {
             Ok(fit) => {
                 let held_out = match &fit.held_out {
@@ -245,13 +256,13 @@ fn levels(text: &mut String, levels: &[Level]) {
                 };
                 writeln!(
                     text,
-                    "{:>6}{:>13}{:>12.2}{held_out}",
+                    "{:>6}{:>13}{:>12.2}{held_out}{form}",
                     level.degree,
                     fit.parameters,
                     fit.left * 1e3
                 )
             }
-            Err(error) => writeln!(text, "{:>6}   {error}", level.degree),
+            Err(error) => writeln!(text, "{:>6}   {error}{form}", level.degree),
         };
     }
 }

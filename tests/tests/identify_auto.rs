@@ -1,0 +1,68 @@
+//! What the automatic choice keeps, beside the coefficients that were published for machines of the same layout.
+
+use trueaxis_host::errors::{ErrorModel, ParameterKind};
+use trueaxis_host::identify::{Chosen, Form, Level, Missing, Model, Options, automatic, published};
+use trueaxis_tests::probed::Case;
+
+fn chosen(case: &Case) -> Chosen {
+    let perfect = ErrorModel::perfect(&case.machine);
+    let measured = case.noisy(0);
+    let options = Options::default();
+    automatic(&case.machine, &measured, &case.artefact, &perfect, options).unwrap()
+}
+
+fn level(chosen: &Chosen) -> &Level {
+    &chosen.levels[chosen.chosen]
+}
+
+#[test]
+fn with_the_document_s_strategy_for_the_kolibri_its_81_coefficients_are_kept() {
+    // Two of them are backlash, which rows must tell from where axes came.
+    let case = Case::new("kolibri", "errors-81.toml").coming();
+    let chosen = chosen(&case);
+    assert_eq!(chosen.identified.parameters.len(), 81);
+    assert_eq!(level(&chosen).list, Some(Model::EightyOne));
+    assert_eq!(published(&case.machine, &chosen), None);
+}
+
+#[test]
+fn with_the_document_s_strategy_for_the_hu40_84_coefficients_are_kept_that_are_the_same_errors() {
+    let case = Case::new("hu40", "errors-84.toml").coming();
+    let chosen = chosen(&case);
+    assert_eq!(chosen.identified.parameters.len(), 84);
+    let level = level(&chosen);
+    assert_eq!(
+        (level.degree, level.form, &level.list),
+        (3, Form::Polynomials, &None)
+    );
+    let beside = published(&case.machine, &chosen).unwrap();
+    // Others of those that cannot be told from each other.
+    assert!(beside.is_same, "{beside:?}");
+    assert_eq!(beside.count, 84);
+    assert_eq!(beside.missing.len(), beside.besides.len());
+    assert_eq!(beside.kept.len() + beside.missing.len(), 84);
+    for (parameter, why) in &beside.missing {
+        let expected = match parameter.kind {
+            ParameterKind::Degree(0) => Missing::Constant,
+            _ => Missing::Confounded,
+        };
+        assert_eq!(*why, expected, "{parameter}");
+    }
+}
+
+#[test]
+fn what_is_not_kept_has_its_reason() {
+    // Ten errors, and rows that do not tell from where axes came.
+    let case = Case::new("kolibri", "errors-10.toml");
+    let chosen = chosen(&case);
+    assert_eq!((chosen.chosen, chosen.identified.parameters.len()), (0, 10));
+    let beside = published(&case.machine, &chosen).unwrap();
+    let count = |why: Missing| {
+        let missing = beside.missing.iter();
+        missing.filter(|(_, other)| *other == why).count()
+    };
+    // Of 81: seven constants, two backlashes, two scales; the rest are motions, which this machine does not have.
+    assert_eq!((count(Missing::Constant), count(Missing::Idle)), (7, 2));
+    assert_eq!((count(Missing::Degree), beside.kept.len()), (70, 2));
+    assert!(!beside.is_same);
+}
