@@ -7,6 +7,8 @@
 
 mod auto;
 mod bars;
+mod condition;
+mod derivatives;
 mod error;
 mod error_file;
 mod factor;

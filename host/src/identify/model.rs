@@ -1,6 +1,6 @@
 //! Which parameters are looked for.
 
-use crate::errors::{Parameter, ParameterKind};
+use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::machine::{Branch, Machine};
 use std::fmt;
 use std::str::FromStr;
@@ -128,7 +128,7 @@ impl Model {
             }
             Self::Auto => candidates(machine, degree, directions),
             Self::Named(parameters) => {
-                let mut known = crate::errors::ErrorModel::perfect(machine);
+                let mut known = ErrorModel::perfect(machine);
                 if let Some(other) = parameters.iter().find(|p| !known.set(machine, **p, 0.0)) {
                     return Err(ModelError {
                         reason: format!("{} has no parameter {other}", machine.name),
@@ -306,5 +306,8 @@ fn candidates(machine: &Machine, degree: u8, directions: &[bool]) -> Vec<Paramet
             kind: ParameterKind::Backlash,
         }));
     }
+    // Degrees and harmonics have an end.
+    let mut known = ErrorModel::perfect(machine);
+    parameters.retain(|p| known.set(machine, *p, 0.0));
     parameters
 }
