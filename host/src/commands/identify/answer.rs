@@ -1,6 +1,7 @@
 //! What `trueaxis identify --json` says.
 
 use super::super::quantity::EXPANDED;
+use super::super::unseen::added;
 use super::Found;
 use super::screen::correlated;
 use nalgebra::Vector3;
@@ -97,6 +98,8 @@ struct NotSeen {
     sentence: String,
     /// What others are off by, per unit of this.
     with: Vec<(String, f64)>,
+    /// A probing with which it would be seen.
+    add: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -131,6 +134,7 @@ impl<'a> Answer<'a> {
             levels,
             honesty,
             held_out,
+            ..
         } = found;
         let name = |i: usize| identified.parameters[i].parameter.to_string();
         let covariance = identified.covariance.row_iter();
@@ -156,7 +160,9 @@ impl<'a> Answer<'a> {
                 .map(|row| row.iter().copied().collect())
                 .collect(),
             bars: identified.bars.iter().map(Bar::new).collect(),
-            unseen: identified.unseen.iter().map(NotSeen::new).collect(),
+            unseen: (identified.unseen.iter())
+                .map(|unseen| NotSeen::new(unseen, found))
+                .collect(),
             noise_um: identified.noise * 1e3,
             noise_of_stated: identified.of_stated,
             degrees_of_freedom: identified.freedom,
@@ -223,12 +229,14 @@ impl<'a> Bar<'a> {
 }
 
 impl NotSeen {
-    fn new(unseen: &Unseen) -> Self {
+    fn new(unseen: &Unseen, found: &Found<'_>) -> Self {
         let with = unseen.with.iter();
+        let (balls, remedies) = (&found.measured.balls, &found.remedies);
         Self {
             unknown: unseen.unknown.to_string(),
             sentence: unseen.sentence(),
             with: with.map(|(u, part)| (u.to_string(), *part)).collect(),
+            add: added(found.machine, balls, unseen.unknown, remedies),
         }
     }
 }
