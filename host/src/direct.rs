@@ -16,7 +16,7 @@ mod solve;
 mod square;
 
 pub use direct_error::DirectError;
-pub use doubts::Doubt;
+pub use doubts::{Doubt, counted_twice};
 pub use error_file::error_file;
 pub use measurement::{Column, Line, Means, Measured, Measurement, Setup, Square};
 pub use motion::FoundMotion;

@@ -9,6 +9,8 @@ mod auto;
 mod bars;
 mod candidates;
 mod compensability;
+mod condition;
+mod derivatives;
 mod error;
 mod error_file;
 mod factor;

@@ -11,6 +11,7 @@ mod exchange;
 mod judge;
 mod order;
 mod program;
+mod remedy;
 mod simulated;
 mod touches;
 
@@ -18,7 +19,8 @@ pub use band::{Band, Spread};
 pub use candidates::{Allowed, AllowedError, Setup, Unreachable};
 pub use compare::{Ratios, as_good_as};
 pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
-pub use judge::{JudgeError, Judgement, Remedy, judge, placed};
+pub use judge::{JudgeError, Judgement, judge, placed};
 pub use program::{Feeds, NotTouched, linuxcnc, table};
+pub use remedy::{Remedy, would_show};
 pub use simulated::{simulated_touches, touch_log};
 pub use touches::{PER_BALL, Probe, Touch, Touching, touching};

@@ -1,10 +1,11 @@
-//! What the uncertainty of the error parameters leaves of the volumetric error.
+//! What the uncertainty of the error parameters and of tabulated motions leaves of the volumetric error.
 //!
 //! Tables undo the errors as they are written. If these are off by δ, normally distributed with a covariance C,
 //! the tip is off by J·δ and the tool's direction by D·δ, with the exact derivatives J and D of the actual
 //! machine. Both are vectors with the covariances J·C·Jᵀ and D·C·Dᵀ. The *95 % band* at a position is the
 //! length that the vector does not exceed with a probability of 95 %: 1.96 times the standard uncertainty if it
-//! can go along one line only, 2.80 times that of a coordinate if all three are alike.
+//! can go along one line only, 2.80 times that of a coordinate if all three are alike. The values of a tabulated
+//! motion are known each by itself, so that at one position it is one more parameter, independent of all others.
 
 mod length;
 mod travel;
@@ -16,6 +17,7 @@ use crate::validate::{Quality, Statistics};
 use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
 use rayon::prelude::*;
 pub use travel::{OverTravel, over_travel};
+use trueaxis_kinematics::Sensitivity;
 
 /// Probability with which an error is inside the band.
 pub const PROBABILITY: f64 = 0.95;
@@ -43,7 +45,8 @@ impl Leaves {
     }
 }
 
-/// What the covariance of parameters leaves at each position (mm, rad) with its situation.
+/// What the covariance of parameters leaves at each position (mm, rad) with its situation, and what the errors' own
+/// tabulated motions do, which are known independently of them.
 #[must_use]
 pub fn leaves(
     machine: &Machine,
@@ -54,8 +57,11 @@ pub fn leaves(
     let kinematics = Kinematics::new(machine, errors);
     let root = covariance.root();
     let at = |(q, situation): &(PerAxis, Situation)| {
-        let [tip, direction] = derivatives(&kinematics, &covariance.parameters, q, situation)
-            .map(|derivatives| of_root(&derivatives, &root));
+        let changes = Changes::new(&kinematics, q, situation);
+        let parameters = changes.by(&covariance.parameters);
+        let tables = changes.of_tables();
+        let [tip, direction] =
+            [0, 1].map(|k| of_root(&parameters[k], &root) + &tables[k] * tables[k].transpose());
         Leaves { tip, direction }
     };
     positions.par_iter().map(at).collect()
@@ -90,36 +96,72 @@ pub fn derivatives(
     q: &PerAxis,
     situation: &Situation,
 ) -> [Matrix3xX<f64>; 2] {
-    let machine = kinematics.machine;
-    let tip = situation.length.map_or(machine.tip, |l| machine.tip_at(l));
-    let tip = Vector3::from(tip);
-    let at_tip = kinematics.sensitivity(q, situation, &tip);
-    // A point 1 mm further along the tool.
-    let further = tip + Vector3::ith(machine.tool_axis, 1.0);
-    let at_further = kinematics.sensitivity(q, situation, &further);
-    let spindle = machine.axes.len();
-    let mut found = [(); 2].map(|()| Matrix3xX::zeros(parameters.len()));
-    for (k, parameter) in parameters.iter().enumerate() {
-        let per_unit = kinematics
-            .errors
-            .per_unit(machine, *parameter, q, situation);
-        let axis = machine.index(parameter.axis).unwrap_or(spindle);
-        let of = |sensitivity: &trueaxis_kinematics::Sensitivity| -> Vector3<f64> {
-            let columns = match parameter.kind {
-                ParameterKind::Inter => &sensitivity.by_inter[axis],
-                _ => &sensitivity.by_intra[axis],
-            };
-            columns.column(parameter.component) * per_unit.unwrap_or(0.0)
-        };
-        let tip = of(&at_tip);
-        found[0].set_column(k, &tip);
-        found[1].set_column(k, &(of(&at_further) - tip));
+    Changes::new(kinematics, q, situation).by(parameters)
+}
+
+/// How the tip, and a point 1 mm further along the tool, change with errors at a position.
+struct Changes<'a> {
+    kinematics: &'a Kinematics<'a>,
+    q: &'a PerAxis,
+    situation: &'a Situation,
+    at_tip: Sensitivity,
+    at_further: Sensitivity,
+}
+
+impl<'a> Changes<'a> {
+    fn new(kinematics: &'a Kinematics<'a>, q: &'a PerAxis, situation: &'a Situation) -> Self {
+        let machine = kinematics.machine;
+        let tip = situation.length.map_or(machine.tip, |l| machine.tip_at(l));
+        let tip = Vector3::from(tip);
+        let further = tip + Vector3::ith(machine.tool_axis, 1.0);
+        let [at_tip, at_further] =
+            [tip, further].map(|point| kinematics.sensitivity(q, situation, &point));
+        Self {
+            kinematics,
+            q,
+            situation,
+            at_tip,
+            at_further,
+        }
     }
-    found
+
+    /// With each parameter: tip and direction.
+    fn by(&self, parameters: &[Parameter]) -> [Matrix3xX<f64>; 2] {
+        let (machine, errors) = (self.kinematics.machine, self.kinematics.errors);
+        self.columns(parameters.iter().map(|parameter| {
+            let per_unit = errors.per_unit(machine, *parameter, self.q, self.situation);
+            let of = |sensitivity: &Sensitivity| -> Vector3<f64> {
+                let axis = machine.index(parameter.axis).unwrap_or(machine.axes.len());
+                let columns = match parameter.kind {
+                    ParameterKind::Inter => &sensitivity.by_inter[axis],
+                    _ => &sensitivity.by_intra[axis],
+                };
+                columns.column(parameter.component) * per_unit.unwrap_or(0.0)
+            };
+            [of(&self.at_tip), of(&self.at_further)]
+        }))
+    }
+
+    /// With each tabulated motion that is uncertain, by its standard uncertainty.
+    fn of_tables(&self) -> [Matrix3xX<f64>; 2] {
+        let errors = self.kinematics.errors;
+        self.columns(errors.table_uncertainty.keys().map(|(axis, component)| {
+            let q = self.q[*axis];
+            let u = errors.table_uncertainty_at(*axis, *component, q, self.situation);
+            [&self.at_tip, &self.at_further].map(|s| s.by_intra[*axis].column(*component) * u)
+        }))
+    }
+
+    /// Of changes of both points those of tip and direction.
+    fn columns(&self, changes: impl Iterator<Item = [Vector3<f64>; 2]>) -> [Matrix3xX<f64>; 2] {
+        let all: Vec<[Vector3<f64>; 2]> =
+            changes.map(|[tip, further]| [tip, further - tip]).collect();
+        [0, 1].map(|k| Matrix3xX::from_fn(all.len(), |i, j| all[j][k][i]))
+    }
 }
 
 /// J·R·(J·R)ᵀ.
-fn of_root(derivatives: &Matrix3xX<f64>, root: &DMatrix<f64>) -> Matrix3<f64> {
+pub(crate) fn of_root(derivatives: &Matrix3xX<f64>, root: &DMatrix<f64>) -> Matrix3<f64> {
     let spread = derivatives * root;
     &spread * spread.transpose()
 }

@@ -1,11 +1,11 @@
 //! What an identification says of probings that are not as they should be.
 
 use nalgebra::Vector3;
-use trueaxis_host::errors::{Covariance, ErrorModel, Parameter};
+use trueaxis_host::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
 use trueaxis_host::formats::artefact::Bar;
 use trueaxis_host::formats::probings::Probings;
 use trueaxis_host::identify::{
-    Along, Checked, IdentifyError, Options, Problem, held_out, honesty, identify,
+    Along, Checked, IdentifyError, Model, Options, Problem, held_out, honesty, identify,
 };
 use trueaxis_host::simulate::Disturbances;
 use trueaxis_tests::probed::Case;
@@ -39,6 +39,28 @@ fn uncertainties_that_cannot_be_are_an_error_and_no_hang() {
     // A row that does not count at all is one less.
     let without = tried(1e300).unwrap();
     assert!((without.noise - 1e-3).abs() < 1e-4, "{}", without.noise);
+}
+
+#[test]
+fn parameters_that_the_machine_cannot_have_are_an_error_and_none_of_a_model() {
+    let case = Case::new("kolibri", "errors-10.toml");
+    let perfect = ErrorModel::perfect(&case.machine);
+    // Its step would move nothing, for ever.
+    let ninth = Parameter {
+        component: 0,
+        axis: 'C',
+        kind: ParameterKind::Cosine(9),
+    };
+    let measured = case.noisy(1);
+    let problem = Problem::new(&case.machine, &measured, &case.artefact, &[ninth], &perfect);
+    let error = identify(&problem, Options::default()).unwrap_err();
+    assert_eq!(error, IdentifyError::NoSuchParameter { parameter: ninth });
+    for degree in 0..=20 {
+        let all = Model::Auto.parameters(&case.machine, degree, &[]).unwrap();
+        let mut machine = perfect.clone();
+        let is_known = |p: &Parameter| machine.set(&case.machine, *p, 0.0);
+        assert!(all.iter().all(is_known), "{degree}");
+    }
 }
 
 #[test]

@@ -3,13 +3,15 @@
 use nalgebra::Vector3;
 use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::formats::artefact::Artefact;
-use trueaxis_host::formats::probings::{self, Probings};
-use trueaxis_host::identify::{Assumed, Identified, Model, Options, Problem, Unseen, identify};
+use trueaxis_host::formats::probings::{self, Probing, Probings};
+use trueaxis_host::identify::{
+    Assumed, Identified, Model, Options, Problem, Unknown, Unseen, identify,
+};
 use trueaxis_host::kinematics::Kinematics;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
     Allowed, Criterion, Probe, Ratios, Setup, Wanted, as_good_as, design, judge, simulated_touches,
-    touch_log,
+    touch_log, would_show,
 };
 use trueaxis_host::simulate::{self, Disturbances};
 use trueaxis_host::spheres::{read_log, to_probings};
@@ -67,6 +69,16 @@ impl Case {
             errors: &self.errors,
             size: 0.0,
         }
+    }
+
+    /// The probings with noise.
+    fn measured(&self) -> Probings {
+        let kinematics = Kinematics::new(&self.machine, &self.errors);
+        let disturbances = Disturbances {
+            noise: SIGMA,
+            ..Disturbances::default()
+        };
+        simulate::probings(&kinematics, &self.artefact, &self.strategy, &disturbances).unwrap()
     }
 
     fn identified(&self, measured: &Probings) -> Identified {
@@ -174,6 +186,50 @@ fn an_added_position_shows_what_was_not_seen() {
     .unwrap();
     assert!(judged.remedies.is_empty(), "{:?}", judged.remedies);
     assert_eq!(judged.foreseen.parameters.len(), 13);
+}
+
+#[test]
+fn an_identification_names_the_probing_that_would_show_what_it_does_not_see() {
+    type Kept = fn(&Probing) -> bool;
+    let cases: [(&str, &str, &str, Kept); 2] = [
+        // The spindle is not indexed.
+        ("hu40", "errors-13.toml", "13", |row| row.spindle == 0.0),
+        // C stays where it is.
+        ("kolibri", "errors-10.toml", "10", |row| {
+            row.position[2] == 0.0
+        }),
+    ];
+    for (folder, errors, model, is_kept) in cases {
+        let mut case = Case::new(folder, errors, model);
+        case.strategy.rows.retain(is_kept);
+        let mut last = usize::MAX;
+        loop {
+            let measured = case.measured();
+            let identified = case.identified(&measured);
+            let perfect = ErrorModel::perfect(&case.machine);
+            let remedies = would_show(
+                &case.machine,
+                &measured,
+                &case.artefact,
+                &perfect,
+                &identified,
+            );
+            let parameters = identified.unseen.iter().map(|u| u.unknown);
+            let parameters: Vec<Unknown> = parameters
+                .filter(|u| matches!(u, Unknown::Parameter(_)))
+                .collect();
+            let named: Vec<Unknown> = remedies.iter().map(|r| r.unseen).collect();
+            assert_eq!(named, parameters, "{folder}");
+            // Each that is added shows what it is named for.
+            assert!(parameters.len() < last, "{folder}: {parameters:?}");
+            last = parameters.len();
+            let Some(add) = remedies.iter().find_map(|r| r.add.clone()) else {
+                assert_eq!(parameters, [], "{folder}: {remedies:?}");
+                break;
+            };
+            case.strategy.rows.push(add);
+        }
+    }
 }
 
 /// The whole way, with balls that stand up to 2 mm from where they should.

@@ -1,7 +1,11 @@
 //! `cargo xtask bench identify`: how long an identification takes, beside SciPy on the same problems in one run.
 
+use crate::packages;
 use crate::process::{self, cargo, root, target, works};
+use std::path::{Path, PathBuf};
 use std::process::Command;
+
+const WHAT_FOR: &str = "the rival of `bench identify`";
 
 /// One thread each.
 const ONE_THREAD: [&str; 4] = [
@@ -32,18 +36,34 @@ pub fn run() -> Result<(), String> {
     Ok(())
 }
 
-/// A Python with NumPy and SciPy, in an environment of its own.
-fn python(folder: &std::path::Path) -> Result<std::path::PathBuf, String> {
+/// A Python with NumPy and SciPy: of an environment of its own, or else of the distribution.
+fn python(folder: &Path) -> Result<PathBuf, String> {
     let environment = folder.join("python");
-    let python = environment.join("bin/python");
-    if works(Command::new(&python).args(["-c", "import numpy, scipy"])) {
-        return Ok(python);
+    let own = environment.join("bin/python");
+    let usual = PathBuf::from("python3");
+    let has = |python: &Path, modules: &str| {
+        works(Command::new(python).args(["-c", &format!("import {modules}")]))
+    };
+    let is_there = |python: &&PathBuf| has(python, "numpy, scipy");
+    if let Some(python) = [&own, &usual].into_iter().find(is_there) {
+        return Ok(python.clone());
     }
-    process::run(
-        Command::new("python3")
-            .args(["-m", "venv"])
-            .arg(&environment),
-    )?;
-    process::run(Command::new(&python).args(["-m", "pip", "install", "-q", "numpy", "scipy"]))?;
-    Ok(python)
+    if !has(&usual, "ensurepip, venv") {
+        packages::install(&["python3", "python3-venv"], WHAT_FOR)?;
+    }
+    // An environment that was given up half way is made anew.
+    let mut venv = Command::new(&usual);
+    venv.args(["-m", "venv", "--clear"]).arg(&environment);
+    let mut pip = Command::new(&own);
+    pip.args(["-m", "pip", "install", "-q", "--disable-pip-version-check"])
+        .args(["numpy", "scipy"]);
+    match process::run(&mut venv).and_then(|()| process::run(&mut pip)) {
+        Ok(()) => Ok(own),
+        Err(error) => {
+            eprintln!("{error}");
+            // That of the distribution, whatever other python3 there is.
+            packages::install(&["python3-scipy"], WHAT_FOR)?;
+            Ok(PathBuf::from("/usr/bin/python3"))
+        }
+    }
 }

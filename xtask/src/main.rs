@@ -32,7 +32,7 @@ usage: cargo xtask COMMAND
   grblhal                        the plugin for grblHAL against a stand-in of it, under sanitizers
   install --prefix DIR           the C library: static, shared, header, pkg-config
   bench [policies]               run times beside their rivals; instruction counts with valgrind
-  bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (pip installs it)
+  bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (installed if missing)
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
   hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line,

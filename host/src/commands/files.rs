@@ -7,6 +7,7 @@ use serde::Serialize;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use trueaxis::AlignedBlob;
+use trueaxis_host::direct::counted_twice;
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::source::FileError;
@@ -117,8 +118,18 @@ pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
     Ok(machine)
 }
 
-/// Reads and checks the errors of a machine.
+/// Reads and checks the errors of a machine, and warns of what is counted twice.
 pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+    let errors = read_known_errors(path, machine)?;
+    for doubt in counted_twice(machine, &errors) {
+        eprintln!("warning: {}: {doubt}", path.display());
+        eprintln!("  {}", doubt.remedy());
+    }
+    Ok(errors)
+}
+
+/// The same without warnings, for who warns of what comes of them.
+pub fn read_known_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let text = Text::read(path)?;
     let read = |name: &str| {
         let path = text.beside(name);

@@ -21,6 +21,7 @@ use trueaxis_host::identify::{
     published,
 };
 use trueaxis_host::machine::Machine;
+use trueaxis_host::plan::{Remedy, would_show};
 use trueaxis_host::validate::{Command, Runtime};
 
 /// Identify error parameters, with their uncertainties, from probings of balls
@@ -95,6 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
         None => Artefact::default(),
     };
+    probings::have_known_balls(&text.text, &measured, &artefact).map_err(|e| text.bad(e))?;
     let base = match &arguments.update {
         Some(path) => known(path, &machine, "--update")?,
         None => ErrorModel::perfect(&machine),
@@ -146,6 +148,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         compared,
         honesty: honesty(&machine, &measured, &artefact, &base, &identified),
         held_out: held_out(&machine, &measured, &artefact, looked_for, &base, options),
+        remedies: would_show(&machine, &measured, &artefact, &base, &identified),
     };
     if let (Some(output), Some(covariances)) = (&arguments.output, &covariances) {
         let name = covariances
@@ -180,12 +183,26 @@ struct Found<'a> {
     compared: Option<Compensated>,
     honesty: Honesty,
     held_out: Result<HeldOut, IdentifyError>,
+    /// What would show what is not seen.
+    remedies: Vec<Remedy>,
 }
 
 impl Found<'_> {
     /// What to look at before the parameters are believed.
     fn warnings(&self, artefact: &Artefact) -> Vec<String> {
         let mut warnings = Vec::new();
+        let rows = &self.measured.rows;
+        for (ball, name) in self.measured.balls.iter().enumerate() {
+            let mut lines = rows
+                .iter()
+                .filter(|row| row.ball == ball)
+                .map(|row| row.line);
+            if let (Some(line), None) = (lines.next(), lines.next()) {
+                warnings.push(format!(
+                    "line {line}: ball {name} was probed only once, which tells nothing but where it is: probe it at other rotary positions too; if it is another ball, correct the name"
+                ));
+            }
+        }
         let is_probed = |name: &String| self.measured.balls.contains(name);
         for bar in &artefact.bars {
             for ball in bar.balls.iter().filter(|ball| !is_probed(ball)) {

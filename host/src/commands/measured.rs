@@ -104,8 +104,9 @@ impl Files {
         };
         let found = solve(&machine, &measurements, &known, options)
             .map_err(|error| refused(&error, &measurements))?;
-        for said in warnings(&found, &measurements) {
+        for (said, doubt) in warnings(&found, &measurements).iter().zip(&found.doubts) {
             eprintln!("warning: {said}");
+            eprintln!("  {}", doubt.remedy());
         }
         if let Some(output) = &self.output {
             let text = error_file(&machine, &measurements, &found);
@@ -128,7 +129,7 @@ impl Files {
 
 /// What an error file says already.
 fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
-    let errors = files::read_errors(path, machine)?;
+    let errors = files::read_known_errors(path, machine)?;
     let mut motions = errors.motions.iter().flatten();
     if motions.any(|m| !m.thermal.is_empty()) || !errors.inter_thermal.is_empty() {
         return Err(BadInput::new(

@@ -31,6 +31,7 @@ mod screen;
 mod simulate;
 mod target;
 mod touching;
+mod unseen;
 mod verify;
 
 use bad_input::BadInput;

@@ -1,10 +1,10 @@
 //! What `trueaxis plan` prints.
 
 use super::quantity::{EXPANDED, count, unit};
+use super::unseen;
 use serde::Serialize;
 use std::fmt::Write;
-use trueaxis_host::errors::{Parameter, ParameterKind};
-use trueaxis_host::formats::probings::Probing;
+use trueaxis_host::errors::Parameter;
 use trueaxis_host::identify::Unknown;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{Judgement, Ratios, Spread};
@@ -84,9 +84,8 @@ impl<'a> Answer<'a> {
         let foreseen = &judgement.foreseen;
         let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
         let add = |unknown: &Unknown| {
-            let remedy = judgement.remedies.iter().find(|r| r.unseen == *unknown)?;
-            let row = remedy.add.as_ref()?;
-            Some(place(machine, &judgement.strategy.balls, row))
+            let balls = &judgement.strategy.balls;
+            unseen::added(machine, balls, *unknown, &judgement.remedies)
         };
         Self {
             machine: &machine.name,
@@ -126,25 +125,6 @@ impl<'a> Answer<'a> {
             }),
         }
     }
-}
-
-/// Where a probing is, for people.
-fn place(machine: &Machine, balls: &[String], row: &Probing) -> String {
-    let mut at = Vec::new();
-    for (i, axis) in machine.axes.iter().enumerate() {
-        if axis.letter.is_rotary() {
-            let came = match row.direction[i] {
-                d if d > 0.0 => " from below",
-                d if d < 0.0 => " from above",
-                _ => "",
-            };
-            at.push(format!("{} = {}{came}", axis.letter, row.position[i]));
-        }
-    }
-    if row.spindle != 0.0 {
-        at.push(format!("S = {}", row.spindle));
-    }
-    format!("ball {} at {}", balls[row.ball], at.join(", "))
 }
 
 /// Rows that are named, at most.
@@ -192,7 +172,14 @@ pub fn screen(
     );
     let directions = [Some(&judgement.direction), other.map(|o| &o.direction)];
     spread(&mut text, "direction (µrad)", directions, 1e6);
-    unseen(&mut text, machine, judgement);
+    unseen::lines(
+        &mut text,
+        "by this strategy",
+        machine,
+        &strategy.balls,
+        &foreseen.unseen,
+        &judgement.remedies,
+    );
     if !judgement.unreachable.is_empty() {
         text += "\nrows that cannot be touched so\n";
         for (row, reason) in judgement.unreachable.iter().take(NAMED) {
@@ -241,37 +228,6 @@ fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement
             );
         }
         let _ = writeln!(text, " {unit}");
-    }
-}
-
-fn unseen(text: &mut String, machine: &Machine, judgement: &Judgement) {
-    let parameters =
-        |u: &&trueaxis_host::identify::Unseen| matches!(u.unknown, Unknown::Parameter(_));
-    let unseen: Vec<_> = judgement
-        .foreseen
-        .unseen
-        .iter()
-        .filter(parameters)
-        .collect();
-    if unseen.is_empty() {
-        return;
-    }
-    *text += "\nnot to be seen by this strategy\n";
-    for one in unseen {
-        let _ = writeln!(text, "  {}", one.sentence());
-        let remedy = judgement.remedies.iter().find(|r| r.unseen == one.unknown);
-        let is_backlash =
-            matches!(one.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
-        match remedy.map(|r| &r.add) {
-            Some(Some(row)) => {
-                let place = place(machine, &judgement.strategy.balls, row);
-                let _ = writeln!(text, "    add: {place}");
-            }
-            Some(None) if !is_backlash => {
-                *text += "    no single probing of these balls shows it\n";
-            }
-            _ => {}
-        }
     }
 }
 

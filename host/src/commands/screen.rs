@@ -108,7 +108,7 @@ pub fn number(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// What the uncertainty of the parameters leaves, if it is known.
+/// What the uncertainty of parameters and tabulated motions leaves, if it is known.
 pub fn uncertainty(found: Option<&OverTravel>) -> String {
     let Some(found) = found else {
         return String::new();
@@ -137,6 +137,14 @@ pub fn uncertainty(found: Option<&OverTravel>) -> String {
             text,
             "  {} more have no standard uncertainty, and count as exact",
             found.exact
+        );
+    }
+    if found.exact_tables > 0 {
+        let _ = writeln!(
+            text,
+            "  {} of {} tabulated motions have no standard uncertainty, and count as exact",
+            found.exact_tables,
+            found.tables + found.exact_tables
         );
     }
     text

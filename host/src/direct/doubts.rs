@@ -72,6 +72,21 @@ impl Doubt {
             Self::Slope { .. } => None,
         }
     }
+
+    /// What to do.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Abbe { .. } => {
+                "measure it too, or give what is known of it with --update: what was found holds on the measured line"
+            }
+            Self::Oblique { .. } => "measure it too, or give what is known of it with --update",
+            Self::Gap { .. } => "measure the whole turn if that matters",
+            Self::Slope { .. } => {
+                "found in one run of `trueaxis measured` they belong together; otherwise take the slope off the straightness, or leave the squareness out"
+            }
+        }
+    }
 }
 
 /// A gap of a turn that is so many times the largest step between targets is one.
@@ -128,12 +143,14 @@ pub fn doubts(machine: &Machine, lines: &[(usize, &Line)], found: &Found) -> Vec
             });
         }
     }
-    doubts.extend(twice(machine, &found.errors));
+    doubts.extend(counted_twice(machine, &found.errors));
     doubts
 }
 
-/// Straightnesses with a slope beside a squareness of the same axes.
-fn twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
+/// Tabulated straightnesses with a slope beside a squareness of the same axes: [`Doubt::Slope`], wherever errors come
+/// from.
+#[must_use]
+pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
     let linear = |i: &usize| !machine.axes[*i].letter.is_rotary();
     let all: Vec<usize> = (0..machine.axes.len()).filter(linear).collect();
     let pairs = || {

@@ -52,13 +52,10 @@ pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Found
             let measured = found.motions.iter();
             let measured = measured.filter(|m| (m.axis, m.component) == (index, component));
             for motion in measured {
-                let _ = writeln!(
-                    text,
-                    "# {}",
-                    how(machine, &measurements[motion.from], motion.uncertainty)
-                );
+                let _ = writeln!(text, "# {}", how(machine, &measurements[motion.from]));
             }
-            write_table(&mut text, axis, table, component >= 3);
+            let uncertainty = errors.table_uncertainty.get(&(index, component));
+            write_table(&mut text, axis, table, component >= 3, uncertainty);
         }
     }
     text
@@ -81,26 +78,21 @@ fn comment(name: &str) -> String {
 }
 
 /// Where it comes from.
-fn how(machine: &Machine, measurement: &Measurement, uncertainty: Option<f64>) -> String {
-    let mut text = comment(&measurement.name);
-    if let Measured::Line(line) = &measurement.measured {
-        let _ = write!(text, ": {}", line.setup.words(machine));
-        let (factor, unit) = match line.setup.is_angular() {
-            true => (1e6, "µrad"),
-            false => (1e3, "µm"),
-        };
-        if let Some(u) = uncertainty {
-            let _ = write!(
-                text,
-                ", standard uncertainty of a value {:.2} {unit}",
-                u * factor
-            );
-        }
+fn how(machine: &Machine, measurement: &Measurement) -> String {
+    let name = comment(&measurement.name);
+    match &measurement.measured {
+        Measured::Line(line) => format!("{name}: {}", line.setup.words(machine)),
+        Measured::Square(_) => name,
     }
-    text
 }
 
-fn write_table(text: &mut String, axis: &Axis, table: &Table, is_angular: bool) {
+fn write_table(
+    text: &mut String,
+    axis: &Axis,
+    table: &Table,
+    is_angular: bool,
+    uncertainty: Option<&Vec<f64>>,
+) {
     let (factor, unit) = if is_angular {
         (1e6, "urad")
     } else {
@@ -127,6 +119,18 @@ fn write_table(text: &mut String, axis: &Axis, table: &Table, is_angular: bool) 
             list("positive", &mut table.positive.iter().map(value));
             list("negative", &mut negative.iter().map(value));
         }
+    }
+    // With four digits, as those of parameters.
+    let uncertain = |u: &f64| format!("{:.3e}", u * factor);
+    match uncertainty {
+        Some(all) if all.windows(2).any(|w| w[0] != w[1]) => {
+            list("standard_uncertainty", &mut all.iter().map(uncertain));
+        }
+        Some(all) => {
+            let one = all.first().map(uncertain);
+            let _ = writeln!(text, "standard_uncertainty = {}", one.unwrap_or_default());
+        }
+        None => {}
     }
     let _ = writeln!(text, "unit = \"{unit}\"");
 }

@@ -62,6 +62,12 @@ impl FoundMotion {
         }
     }
 
+    /// The standard uncertainty (mm or rad) of [`Self::backlash`]: the mean of as many differences as targets.
+    #[must_use]
+    pub fn backlash_uncertainty(&self) -> Option<f64> {
+        Some(self.uncertainty? / (2.0 * self.positive.len() as f64).sqrt())
+    }
+
     /// The same with the mean of both directions and one number for the backlash.
     #[must_use]
     pub fn with_one_number(&self) -> Self {
@@ -70,6 +76,10 @@ impl FoundMotion {
         Self {
             positive: pairs.map(|(p, n)| 0.5 * (p + n)).collect(),
             negative: None,
+            uncertainty: (self.uncertainty).map(|u| match self.negative {
+                Some(_) => u / 2.0_f64.sqrt(),
+                None => u,
+            }),
             ..self.clone()
         }
     }
@@ -148,6 +158,9 @@ pub fn without(
                 .filter(|_| anew(axis, component).is_none())
             {
                 model.tabulate(axis, component, table.clone());
+                let known = known.table_uncertainty.get(&(axis, component));
+                let known = known.map(|u| ((axis, component), u.clone()));
+                model.table_uncertainty.extend(known);
             }
         }
         // What was known before holds where it was known; what is left of nothing, everywhere.

@@ -145,10 +145,19 @@ pub fn solve(
                     kind: ParameterKind::Backlash,
                 };
                 model.set(machine, parameter, backlash);
+                let uncertainty = motion.backlash_uncertainty().map(|u| (parameter, u));
+                model.standard_uncertainty.extend(uncertainty);
                 *motion = motion.with_one_number();
             }
         }
         put(machine, &mut model, &motions);
+    }
+    for motion in &motions {
+        let of = (motion.axis, motion.component);
+        let values = model.motions[motion.axis][motion.component].table.as_ref();
+        let count = values.map_or(0, |table| table.at.len());
+        let uncertainty = motion.uncertainty.map(|u| (of, vec![u; count]));
+        model.table_uncertainty.extend(uncertainty);
     }
     for location in &locations {
         let uncertainty = location.uncertainty.map(|u| (location.parameter, u));

@@ -59,8 +59,21 @@ struct TabulatedEntry {
     negative: Option<Spanned<Vec<f64>>>,
     /// Instead of these, a file with positions and deviations.
     file: Option<Spanned<String>>,
-    /// The unit of the values.
+    /// The unit of the values and of their uncertainty.
     unit: Option<Spanned<String>>,
+    /// Of each value, or of all.
+    standard_uncertainty: Option<Spanned<Uncertainty>>,
+}
+
+/// One number for all values, or one for each.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or a list of as many as positions"
+)]
+enum Uncertainty {
+    All(f64),
+    Each(Vec<f64>),
 }
 
 /// Largest error that can be physical: beyond it the small-error model means nothing.

@@ -1,6 +1,6 @@
 //! The error model with what its file says about it.
 
-use super::{Covariance, MAX_SENSORS, Parameter};
+use super::{Covariance, MAX_SENSORS, Parameter, Situation};
 use crate::machine::Machine;
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -32,6 +32,9 @@ pub struct ErrorModel {
     pub standard_uncertainty: BTreeMap<Parameter, f64>,
     /// How they go together, of those that a file of covariances has.
     pub correlated: Option<Covariance>,
+    /// Standard uncertainties of tabulated motions, where given: by axis (index) and component 0…5, of each value
+    /// (mm or rad).
+    pub table_uncertainty: BTreeMap<(usize, usize), Vec<f64>>,
     /// The sensors that thermal coefficients name.
     pub sensors: Vec<Thermal>,
     model: trueaxis_kinematics::ErrorModel<Vec<f64>>,
@@ -45,6 +48,7 @@ impl ErrorModel {
             parameters: BTreeMap::new(),
             standard_uncertainty: BTreeMap::new(),
             correlated: None,
+            table_uncertainty: BTreeMap::new(),
             sensors: Vec::new(),
             model: trueaxis_kinematics::ErrorModel::new(machine),
         }
@@ -72,6 +76,40 @@ impl ErrorModel {
         let others = others.filter(|(p, _)| is_other(p) && self.parameters.contains_key(p));
         let others: Vec<(Parameter, f64)> = others.map(|(p, u)| (*p, *u)).collect();
         correlated.with_uncorrelated(others.into_iter())
+    }
+
+    /// The standard uncertainty (mm or rad) of a tabulated motion of an axis (by index) at its position `q` (mm or
+    /// rad): values are known each by itself, in each direction. 0 where none is given.
+    #[must_use]
+    pub fn table_uncertainty_at(
+        &self,
+        index: usize,
+        component: usize,
+        q: f64,
+        situation: &Situation,
+    ) -> f64 {
+        let table = self.motions[index][component].table.as_ref();
+        let Some((table, known)) = table.zip(self.table_uncertainty.get(&(index, component)))
+        else {
+            return 0.0;
+        };
+        let q = self.held(index, q, None);
+        let above = table.at.partition_point(|at| *at <= q);
+        let value = match (above.checked_sub(1), known.get(above)) {
+            (None, _) => known[0],
+            (Some(last), None) => known[last],
+            (Some(below), Some(u)) => {
+                let [a, b] = [below, above].map(|k| table.at[k]);
+                let t = (q - a) / (b - a);
+                ((1.0 - t) * known[below]).hypot(t * u)
+            }
+        };
+        // Of an unknown direction it is the mean of both.
+        let sign = situation.sign[index];
+        match table.negative {
+            None => value,
+            Some(_) => value * (0.5 * (1.0 + sign)).hypot(0.5 * (1.0 - sign)),
+        }
     }
 }
 

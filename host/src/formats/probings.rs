@@ -5,6 +5,7 @@
 //! coordinate), `temperature_C` and `A_dir` … (+1 or −1: the direction from which an axis came). Empty lines
 //! are skipped.
 
+use super::artefact::Artefact;
 use super::cells::{Cell, cells, lines, separated};
 use crate::machine::{MAX_AXES, Machine, PerAxis};
 use crate::source::{FileError, right_case};
@@ -135,8 +136,49 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
             "write one probing per line, in mm and degrees",
         ));
     }
-    looks_like_radians(&probings, machine)?;
+    looks_like_radians(text, &probings, machine)?;
     Ok(probings)
+}
+
+/// Refuses balls that an artefact does not have, if it has any; `text` is where the probings were read.
+///
+/// # Errors
+/// [`FileError`] with the first row of such a ball.
+pub fn have_known_balls(
+    text: &str,
+    probings: &Probings,
+    artefact: &Artefact,
+) -> Result<(), FileError> {
+    let names: Vec<&str> = artefact.balls.iter().map(|b| b.name.as_str()).collect();
+    let name = |row: &Probing| probings.balls[row.ball].as_str();
+    let is_unknown = |row: &&Probing| !names.contains(&name(row));
+    let unknown = probings.rows.iter().find(is_unknown);
+    let Some(row) = unknown.filter(|_| !names.is_empty()) else {
+        return Ok(());
+    };
+    Err(FileError::at(
+        place(text, row.line, "ball"),
+        format!("the artefact has no ball `{}`", name(row)),
+        "unknown ball",
+        format!(
+            "write one of {}, or add [[ball]] with this name to the artefact",
+            names.join(", ")
+        ),
+    ))
+}
+
+/// Where a column stands in a line of the file, counted from 1; all of the line if it does not.
+fn place(text: &str, line: usize, column: &str) -> Range<usize> {
+    let header = lines(text).next().map(|(first, start)| cells(first, start));
+    let index = header.and_then(|names| names.iter().position(|(name, _)| *name == column));
+    let start: usize = text
+        .split_inclusive('\n')
+        .take(line - 1)
+        .map(str::len)
+        .sum();
+    let row = text[start..].lines().next().unwrap_or_default();
+    let cell = index.and_then(|i| cells(row, start).into_iter().nth(i));
+    cell.map_or(start..start + row.len(), |(_, span)| span)
 }
 
 /// The axes that must have a column.
@@ -341,21 +383,26 @@ const STEP: f64 = 0.5;
 const NEARLY: f64 = 0.01;
 
 /// Positions that are half degrees if they are radians, and are not if they are degrees.
-fn looks_like_radians(probings: &Probings, machine: &Machine) -> Result<(), FileError> {
+fn looks_like_radians(text: &str, probings: &Probings, machine: &Machine) -> Result<(), FileError> {
     let rotary = (0..machine.axes.len()).filter(|i| machine.axes[*i].letter.is_rotary());
     let rotary: Vec<usize> = rotary.collect();
     let all = probings.rows.iter();
-    let values = all.flat_map(|row| rotary.iter().map(|i| row.position[*i]));
-    let values: Vec<f64> = values.filter(|v| *v != 0.0).collect();
+    let values = all.flat_map(|row| rotary.iter().map(move |i| (row, *i, row.position[*i])));
+    let values: Vec<_> = values.filter(|(_, _, v)| *v != 0.0).collect();
     let is_round = |v: f64| (v / STEP - (v / STEP).round()).abs() * STEP < NEARLY;
-    let is_radian = |v: &f64| v.abs() <= RADIANS && !is_round(*v) && is_round(v.to_degrees());
-    if !values.is_empty() && values.iter().all(is_radian) {
-        return Err(FileError::whole(
-            format!("rotary positions such as {} look like radians", values[0]),
-            "write rotary positions in degrees",
-        ));
+    let is_radian = |v: f64| v.abs() <= RADIANS && !is_round(v) && is_round(v.to_degrees());
+    match values.first() {
+        Some((row, axis, value)) if values.iter().all(|(_, _, v)| is_radian(*v)) => {
+            let axis = machine.axes[*axis].letter;
+            Err(FileError::at(
+                place(text, row.line, &axis.to_string()),
+                format!("rotary positions such as {axis} = {value} look like radians"),
+                "a round number of degrees, in radians",
+                "write rotary positions in degrees",
+            ))
+        }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// How a row is written in a column.

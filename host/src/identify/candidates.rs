@@ -1,7 +1,7 @@
 //! What `auto` starts from.
 
 use super::model::direction;
-use crate::errors::{Parameter, ParameterKind};
+use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::machine::{Axis, Machine};
 
 /// What motions of an axis are that turns right round, but not without end.
@@ -81,5 +81,8 @@ pub(super) fn candidates(
             kind: ParameterKind::Backlash,
         }));
     }
+    // Degrees and harmonics have an end.
+    let mut known = ErrorModel::perfect(machine);
+    parameters.retain(|p| known.set(machine, *p, 0.0));
     parameters
 }

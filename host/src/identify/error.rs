@@ -1,5 +1,7 @@
 //! Why nothing could be identified.
 
+use crate::errors::Parameter;
+
 /// Why nothing could be identified.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
@@ -14,6 +16,12 @@ pub enum IdentifyError {
         unknowns: usize,
         /// How many of these are error parameters.
         parameters: usize,
+    },
+    /// The machine does not have it.
+    #[error("the machine has no parameter {parameter}")]
+    NoSuchParameter {
+        /// Which.
+        parameter: Parameter,
     },
     /// The iteration does not come to an end.
     #[error("the probings fit no machine of this model: {rms:.3} mm are left on average")]
@@ -93,8 +101,11 @@ impl IdentifyError {
             Self::TooFew { .. } => {
                 "probe at more rotary positions, or give a model with fewer parameters"
             }
+            Self::NoSuchParameter { .. } => {
+                "leave it out: parameters are of axes of the machine, harmonics of rotary ones, up to the eighth"
+            }
             Self::NotConverged { .. } | Self::NothingSeen { .. } => {
-                "look whether the machine file describes this machine (trueaxis pose), whether linear positions are machine coordinates without tool length, and whether balls have the right names"
+                "look whether the machine file describes this machine (trueaxis pose), whether positions are machine coordinates in mm and degrees without tool length, and whether balls have the right names"
             }
             Self::Unsettled { .. } => {
                 "give a model with fewer parameters, or probe at more rotary positions; look at that row, and remove it if it is wrong"

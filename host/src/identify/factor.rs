@@ -1,58 +1,118 @@
 //! The triangle of a Jacobian: what it takes to make steps, and to say how well they are known.
 
+use super::condition::condition;
 use super::triangle::triangle;
 use nalgebra::{DMatrix, DVector};
+use std::iter::StepBy;
+use std::ops::Range;
 
 /// A Jacobian whose columns have been given the length 1, as the triangle R of its QR factorisation.
 #[derive(Clone, Debug)]
 pub(super) struct Factor {
-    /// Which unknowns its columns are.
-    columns: Vec<usize>,
-    /// How long they were; 1 for a column of zeros.
+    /// Which unknowns it has, ascending.
+    unknowns: Vec<usize>,
+    /// How long their columns were; 1 for a column of zeros.
     lengths: Vec<f64>,
+    /// Which column of the triangle each of them is.
+    places: Vec<usize>,
     triangle: DMatrix<f64>,
 }
 
+/// An unknown whose column has zeros but in some rows, where no other of this kind has anything else. Those of balls
+/// are such.
+#[derive(Clone, Debug)]
+pub(super) struct Alone {
+    /// Which.
+    pub unknown: usize,
+    /// Where it is.
+    pub rows: StepBy<Range<usize>>,
+}
+
 impl Factor {
-    /// Of some of the unknowns: equations × unknowns, no fewer equations than unknowns. None if a column is no
-    /// finite number, or so long or short that its square is none: the search for singular values would not
+    /// Of some of the unknowns, ascending: equations × unknowns, no fewer equations than unknowns. None if a column is
+    /// no finite number, or so long or short that its square is none: the search for singular values would not
     /// come to an end.
-    pub fn new(jacobian: &DMatrix<f64>, unknowns: Vec<usize>) -> Option<Self> {
-        let mut columns = jacobian.select_columns(&unknowns);
-        let mut lengths = Vec::with_capacity(unknowns.len());
-        for mut column in columns.column_iter_mut() {
-            let length = match column.norm_squared() {
-                0.0 if column.iter().all(|v| *v == 0.0) => 1.0,
-                square if square.is_normal() => square.sqrt(),
-                _ => return None,
-            };
-            column /= length;
-            lengths.push(length);
+    ///
+    /// Those that are `alone` are the first columns of the triangle, for nothing else need be reflected for them: what
+    /// others have of their directions is taken off.
+    pub fn new(jacobian: &DMatrix<f64>, unknowns: Vec<usize>, alone: &[Alone]) -> Option<Self> {
+        let length = |unknown: &usize| {
+            let column = jacobian.column(*unknown);
+            match column.norm_squared() {
+                0.0 if column.iter().all(|v| *v == 0.0) => Some(1.0),
+                square if square.is_normal() => Some(square.sqrt()),
+                _ => None,
+            }
+        };
+        let lengths: Vec<f64> = unknowns.iter().map(length).collect::<Option<_>>()?;
+        let place = |unknown: &usize| unknowns.binary_search(unknown).ok();
+        let (first, alone): (Vec<usize>, Vec<&Alone>) = alone
+            .iter()
+            .filter_map(|alone| Some((place(&alone.unknown)?, alone)))
+            .unzip();
+        let rest = (0..unknowns.len()).filter(|i| !first.contains(i));
+        let order: Vec<usize> = first.iter().copied().chain(rest).collect();
+        let (n, k) = (unknowns.len(), first.len());
+        let numbers: Vec<usize> = order[k..].iter().map(|i| unknowns[*i]).collect();
+        let mut others = jacobian.select_columns(&numbers);
+        let mut whole = DMatrix::zeros(n, n);
+        let directions: Vec<Vec<f64>> = (alone.iter().zip(&first))
+            .map(|(alone, i)| {
+                let column = jacobian.column(alone.unknown);
+                let parts = alone.rows.clone().map(|row| column[row] / lengths[*i]);
+                parts.collect()
+            })
+            .collect();
+        for (i, direction) in directions.iter().enumerate() {
+            whole[(i, i)] = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        }
+        for (c, mut column) in others.column_iter_mut().enumerate() {
+            column /= lengths[order[k + c]];
+            for (i, (alone, direction)) in alone.iter().zip(&directions).enumerate() {
+                let rows = || alone.rows.clone().zip(direction);
+                let part: f64 = rows().map(|(row, v)| v * column[row]).sum();
+                whole[(i, k + c)] = part;
+                for (row, v) in rows() {
+                    column[row] -= part * v;
+                }
+            }
+        }
+        whole
+            .view_mut((k, k), (n - k, n - k))
+            .copy_from(&triangle(others));
+        let mut places = vec![0; n];
+        for (place, i) in order.into_iter().enumerate() {
+            places[i] = place;
         }
         Some(Self {
-            columns: unknowns,
-            triangle: triangle(columns),
+            unknowns,
             lengths,
+            places,
+            triangle: whole,
         })
     }
 
     /// Of some of the unknowns.
     pub fn of(&self, unknowns: &[usize]) -> Self {
-        let place = |unknown: &usize| self.columns.iter().position(|c| c == unknown);
-        let places: Vec<usize> = unknowns.iter().filter_map(place).collect();
-        if places.len() == self.columns.len() && places.is_sorted() {
+        let is_left = |i: &usize| unknowns.contains(&self.unknowns[*i]);
+        let left: Vec<usize> = (0..self.unknowns.len()).filter(is_left).collect();
+        if left.len() == self.unknowns.len() {
             return self.clone();
         }
+        let mut columns: Vec<usize> = left.iter().map(|i| self.places[*i]).collect();
+        columns.sort_unstable();
+        let place = |i: &usize| columns.binary_search(&self.places[*i]).unwrap_or(0);
         Self {
-            columns: places.iter().map(|p| self.columns[*p]).collect(),
-            lengths: places.iter().map(|p| self.lengths[*p]).collect(),
-            triangle: triangle(self.triangle.select_columns(&places)),
+            unknowns: left.iter().map(|i| self.unknowns[*i]).collect(),
+            lengths: left.iter().map(|i| self.lengths[*i]).collect(),
+            places: left.iter().map(place).collect(),
+            triangle: triangle(self.triangle.select_columns(&columns)),
         }
     }
 
     /// Which unknowns it has.
     pub fn unknowns(&self) -> &[usize] {
-        &self.columns
+        &self.unknowns
     }
 
     /// How long their columns were.
@@ -63,7 +123,7 @@ impl Factor {
     /// The combinations whose singular value is not above `least`: orthonormal columns, one row for each of the
     /// factor's unknowns.
     pub fn hidden(&self, least: f64) -> DMatrix<f64> {
-        let n = self.columns.len();
+        let n = self.unknowns.len();
         if n == 0 || self.least_above(least) {
             return DMatrix::zeros(n, 0);
         }
@@ -71,24 +131,37 @@ impl Factor {
         let values = &svd.singular_values;
         let vectors = svd.v_t.map(|v| v.transpose()).unwrap_or_default();
         let low: Vec<usize> = (0..values.len()).filter(|i| values[*i] <= least).collect();
-        vectors.select_columns(&low)
+        vectors.select_columns(&low).select_rows(&self.places)
     }
 
     /// True if all singular values are certainly above `least`: the smallest is no less than the inverse of the
     /// Frobenius norm of R⁻¹, which takes a fraction of the time of finding it.
     fn least_above(&self, least: f64) -> bool {
-        let n = self.columns.len();
-        let inverse = (self.triangle).solve_upper_triangular(&DMatrix::identity(n, n));
+        let inverse = self.inverse();
         inverse.is_some_and(|inverse| inverse.norm() * least < 1.0)
+    }
+
+    /// R⁻¹, if there is one.
+    fn inverse(&self) -> Option<DMatrix<f64>> {
+        let n = self.triangle.ncols();
+        let mut inverse = DMatrix::identity(n, n);
+        for j in 0..n {
+            // There is nothing below the diagonal.
+            let triangle = self.triangle.view((0, 0), (j + 1, j + 1));
+            let mut column = inverse.view_mut((0, j), (j + 1, 1));
+            if !triangle.solve_upper_triangular_mut(&mut column) {
+                return None;
+            }
+        }
+        Some(inverse)
     }
 
     /// The largest singular value by the smallest.
     pub fn condition(&self) -> f64 {
-        if self.columns.is_empty() {
+        if self.unknowns.is_empty() {
             return 1.0;
         }
-        let values = self.triangle.singular_values();
-        values.max() / values.min()
+        condition(&self.triangle)
     }
 
     /// What the unit of each unknown is here: a column of length 1.
@@ -96,18 +169,27 @@ impl Factor {
         self.lengths.iter().map(|length| length.recip()).collect()
     }
 
+    /// A value of each unknown by the length of its column, in the order of the triangle's columns.
+    fn scaled(&self, values: &DVector<f64>) -> DVector<f64> {
+        let mut scaled = DVector::zeros(self.places.len());
+        for ((unknown, length), place) in self.unknowns.iter().zip(&self.lengths).zip(&self.places)
+        {
+            scaled[*place] = values[*unknown] / length;
+        }
+        scaled
+    }
+
     /// The step that makes the gradient Jᵀ·r zero if the Jacobian stays as it is: of all unknowns, 0 for those
     /// that are not among its columns. None if that is no finite number.
     pub fn step(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
-        let scaled = self.columns.iter().zip(&self.lengths);
-        let scaled: Vec<f64> = scaled.map(|(c, length)| -gradient[*c] / length).collect();
         let forward = self
             .triangle
-            .tr_solve_upper_triangular(&DVector::from_vec(scaled))?;
+            .tr_solve_upper_triangular(&-self.scaled(gradient))?;
         let back = self.triangle.solve_upper_triangular(&forward)?;
         let mut step = DVector::zeros(gradient.len());
-        for ((c, length), value) in self.columns.iter().zip(&self.lengths).zip(back.iter()) {
-            step[*c] = value / length;
+        for ((unknown, length), place) in self.unknowns.iter().zip(&self.lengths).zip(&self.places)
+        {
+            step[*unknown] = back[*place] / length;
         }
         step.iter().all(|v| v.is_finite()).then_some(step)
     }
@@ -115,21 +197,15 @@ impl Factor {
     /// What part of an equation its own observation makes: 0 if the others tell it, 1 if nothing else does.
     /// `row` has the derivatives by all unknowns.
     pub fn leverage(&self, row: &DVector<f64>) -> Option<f64> {
-        let scaled = self.columns.iter().zip(&self.lengths);
-        let scaled: Vec<f64> = scaled.map(|(c, length)| row[*c] / length).collect();
-        let y = self
-            .triangle
-            .tr_solve_upper_triangular(&DVector::from_vec(scaled))?;
+        let y = self.triangle.tr_solve_upper_triangular(&self.scaled(row))?;
         Some(y.norm_squared())
     }
 
     /// The covariance of its first `count` unknowns, if equations have a standard deviation of 1.
     pub fn covariance(&self, count: usize) -> Option<DMatrix<f64>> {
-        let n = self.columns.len();
-        // Rᵀ·Y = the first unit vectors: (RᵀR)⁻¹ is Y'·Y.
-        let units = DMatrix::from_fn(n, count, |i, j| f64::from(u8::from(i == j)));
-        let y = self.triangle.tr_solve_upper_triangular(&units)?;
-        let mut covariance = y.tr_mul(&y);
+        // (RᵀR)⁻¹ is R⁻¹·R⁻ᵀ.
+        let rows = self.inverse()?.select_rows(&self.places[..count]);
+        let mut covariance = &rows * rows.transpose();
         for i in 0..count {
             for j in 0..count {
                 covariance[(i, j)] /= self.lengths[i] * self.lengths[j];
@@ -153,7 +229,7 @@ mod tests {
     #[test]
     fn step_and_covariance_are_those_of_the_normal_equations() {
         let j = jacobian();
-        let factor = Factor::new(&j, vec![0, 1, 2, 3]).unwrap();
+        let factor = Factor::new(&j, vec![0, 1, 2, 3], &[]).unwrap();
         let inverse = j.tr_mul(&j).try_inverse().unwrap();
         let residuals = DVector::from_fn(30, |i, _| (i as f64).cos());
         let gradient = j.tr_mul(&residuals);
@@ -179,7 +255,7 @@ mod tests {
         let mut j = jacobian().insert_columns(4, 2, 0.0);
         let sum = j.column(0) * 2.0 + j.column(2);
         j.set_column(4, &sum);
-        let factor = Factor::new(&j, (0..6).collect()).unwrap();
+        let factor = Factor::new(&j, (0..6).collect(), &[]).unwrap();
         assert_eq!(factor.hidden(1e-12).ncols(), 2);
         assert!(factor.condition() > 1e12);
         let condition = factor.of(&[0, 1, 2, 3]).condition();
@@ -194,12 +270,63 @@ mod tests {
     }
 
     #[test]
+    fn columns_that_are_alone_in_their_rows_change_nothing() {
+        // Two balls with a coordinate each: one has every third row of the first half.
+        let rows = [(1..15).step_by(3), (15..30).step_by(3)];
+        let mut j = jacobian().insert_columns(2, 2, 0.0);
+        for (i, row) in rows.iter().enumerate() {
+            for row in row.clone() {
+                j[(row, 2 + i)] = 0.3 + row as f64;
+            }
+        }
+        let alone: Vec<Alone> = (2..)
+            .zip(rows)
+            .map(|(unknown, rows)| Alone { unknown, rows })
+            .collect();
+        let all: Vec<usize> = (0..6).collect();
+        let [one, other] =
+            [&alone[..], &[]].map(|alone| Factor::new(&j, all.clone(), alone).unwrap());
+        // Rounding, with a condition of 30.
+        let near = |a: DMatrix<f64>, b: DMatrix<f64>| {
+            assert!((&a - &b).amax() < 1e-13 * b.amax(), "{a} {b}")
+        };
+        let gradient = j.tr_mul(&DVector::from_fn(30, |i, _| (i as f64).cos()));
+        let part = [0, 2, 3, 5];
+        for [one, other] in [[&one, &other], [&one.of(&part), &other.of(&part)]] {
+            assert_eq!(one.unknowns(), other.unknowns());
+            assert_eq!(one.lengths(), other.lengths());
+            let count = one.unknowns().len();
+            near(
+                one.covariance(count).unwrap(),
+                other.covariance(count).unwrap(),
+            );
+            let step = |factor: &Factor| DMatrix::from_columns(&[factor.step(&gradient).unwrap()]);
+            near(step(one), step(other));
+            let row = j.row(18).transpose();
+            assert!((one.leverage(&row).unwrap() - other.leverage(&row).unwrap()).abs() < 1e-13);
+            assert!((one.condition() / other.condition() - 1.0).abs() < 1e-12);
+        }
+        // What is hidden: a column that the two together are.
+        let both = j.column(2) + j.column(3) * 2.0;
+        let mut j = j.insert_column(6, 0.0);
+        j.set_column(6, &both);
+        let hidden = |alone: &[Alone]| {
+            Factor::new(&j, (0..7).collect(), alone)
+                .unwrap()
+                .hidden(1e-12)
+        };
+        let [one, other] = [hidden(&alone), hidden(&[])];
+        assert_eq!((one.shape(), other.shape()), ((7, 1), (7, 1)));
+        near(&one * one[6].signum(), &other * other[6].signum());
+    }
+
+    #[test]
     fn what_is_no_finite_number_has_no_factor() {
         for wrong in [f64::NAN, f64::INFINITY, 1e200, 1e-200] {
             let mut j = jacobian();
             j.set_column(1, &DVector::from_element(30, wrong));
-            assert!(Factor::new(&j, vec![0, 1]).is_none(), "{wrong}");
-            assert!(Factor::new(&j, vec![0, 2]).is_some());
+            assert!(Factor::new(&j, vec![0, 1], &[]).is_none(), "{wrong}");
+            assert!(Factor::new(&j, vec![0, 2], &[]).is_some());
         }
     }
 }

@@ -58,19 +58,10 @@ impl Problem<'_> {
     /// standard uncertainties that the rows state (1 µm where they do not).
     ///
     /// # Errors
-    /// [`IdentifyError::TooFew`] as `identify` will say it.
+    /// [`IdentifyError::TooFew`] and [`IdentifyError::NoSuchParameter`] as `identify` will say it.
     pub fn foresee(&self, assumed: Assumed<'_>) -> Result<Foreseen, IdentifyError> {
-        let is_parameter = |i: &usize| matches!(self.unknowns[*i], Unknown::Parameter(_));
-        let count = self.unknowns.len();
-        let parameters = (0..count).filter(is_parameter).count();
-        let equations = self.equations();
-        if equations <= count {
-            return Err(IdentifyError::TooFew {
-                equations,
-                unknowns: count,
-                parameters,
-            });
-        }
+        self.can_be_solved()?;
+        let (count, equations) = (self.unknowns.len(), self.equations());
         let stated: Vec<f64> = self.stated();
         let sigma = root_mean_square(stated.iter().copied());
         let left = sigma * (3.0 * (equations - count) as f64 / equations as f64).sqrt();
@@ -85,7 +76,7 @@ impl Problem<'_> {
         let size = root_mean_square(misses.iter().map(Vector3::norm));
         let size = size.max(assumed.size).max(known);
         let jacobian = self.jacobian(&self.assumed(assumed.errors), &weights);
-        let factor = Factor::new(&jacobian, (0..count).collect());
+        let factor = Factor::new(&jacobian, (0..count).collect(), &self.alone());
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
         let idle = self.idle(&factor, &weights);
         let idle: Vec<GivenUp> = (idle.into_iter())

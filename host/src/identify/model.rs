@@ -1,7 +1,7 @@
 //! Which parameters are looked for.
 
 use super::candidates::{Form, candidates};
-use crate::errors::{Parameter, ParameterKind};
+use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::machine::{Branch, Machine};
 use std::fmt;
 use std::str::FromStr;
@@ -129,7 +129,7 @@ impl Model {
             }
             Self::Auto => candidates(machine, degree, Form::Harmonics, directions),
             Self::Named(parameters) => {
-                let mut known = crate::errors::ErrorModel::perfect(machine);
+                let mut known = ErrorModel::perfect(machine);
                 if let Some(other) = parameters.iter().find(|p| !known.set(machine, **p, 0.0)) {
                     return Err(ModelError {
                         reason: format!("{} has no parameter {other}", machine.name),

@@ -1,16 +1,14 @@
 //! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
 
-use super::Row;
-use super::Unknown;
-use super::factor::Factor;
 use super::unseen::{GivenUp, Spindle};
-use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
+use super::{IdentifyError, Row, Unknown};
+use crate::errors::{ErrorModel, Parameter, Situation, Switches};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
 use crate::simulate::{normal, turned};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
@@ -40,10 +38,10 @@ pub(super) struct Place {
     /// Its row in the file, and its line.
     pub row: usize,
     pub line: usize,
-    q: PerAxis,
-    situation: Situation,
+    pub q: PerAxis,
+    pub situation: Situation,
     /// How the spindle has turned the stylus.
-    turned: Matrix3<f64>,
+    pub turned: Matrix3<f64>,
     /// Standard uncertainty of a coordinate (mm), where it is stated.
     pub sigma: Option<f64>,
 }
@@ -81,8 +79,7 @@ pub(super) struct Estimate {
     pub balls: Vec<Vector3<f64>>,
 }
 
-/// Larger errors no machine has (rad, mm).
-const LARGEST_ANGLE: f64 = 0.01;
+/// Larger errors no machine has (mm).
 pub(super) const LARGEST_LENGTH: f64 = 1.0;
 /// Least lever (mm): the size of a ball.
 const LEAST_LEVER: f64 = 1.0;
@@ -188,8 +185,33 @@ impl<'a> Problem<'a> {
         3 * self.places.len() + self.bars.len() + self.known_coordinates().count()
     }
 
+    /// Refuses what no rows can tell: parameters that the machine does not have, and too few equations.
+    pub(super) fn can_be_solved(&self) -> Result<(), IdentifyError> {
+        let mut machine = ErrorModel::perfect(self.machine);
+        let mut parameters = 0;
+        for unknown in &self.unknowns {
+            let Unknown::Parameter(parameter) = *unknown else {
+                continue;
+            };
+            if !machine.set(self.machine, parameter, 0.0) {
+                return Err(IdentifyError::NoSuchParameter { parameter });
+            }
+            parameters += 1;
+        }
+        let (equations, unknowns) = (self.equations(), self.unknowns.len());
+        // One equation more, or nothing would be known of the noise.
+        if equations <= unknowns {
+            return Err(IdentifyError::TooFew {
+                equations,
+                unknowns,
+                parameters,
+            });
+        }
+        Ok(())
+    }
+
     /// Coordinates of the stylus that are known, with their uncertainty.
-    fn known_coordinates(&self) -> impl Iterator<Item = (usize, f64)> {
+    pub(super) fn known_coordinates(&self) -> impl Iterator<Item = (usize, f64)> {
         (self.stylus.sigma.iter().enumerate()).filter_map(|(i, sigma)| Some((i, (*sigma)?)))
     }
 
@@ -232,24 +254,6 @@ impl<'a> Problem<'a> {
         .collect()
     }
 
-    /// Their derivatives by one unknown.
-    fn others_by(&self, unknown: Unknown, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
-        let bars = self.bars.iter().map(|bar| {
-            let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
-            let along = along(a - b) / bar.sigma.max(weights.least);
-            match unknown {
-                Unknown::Ball(ball, k) if ball == bar.balls[0] => along[k],
-                Unknown::Ball(ball, k) if ball == bar.balls[1] => -along[k],
-                _ => 0.0,
-            }
-        });
-        let known = self.known_coordinates().map(|(k, sigma)| match unknown {
-            Unknown::Stylus(i) if i == k => 1.0 / sigma.max(weights.least),
-            _ => 0.0,
-        });
-        bars.chain(known).collect()
-    }
-
     /// What is left of all equations, in their standard uncertainties: those of probings are the inverse of
     /// `weights`.
     pub(super) fn residuals(&self, estimate: &Estimate, weights: &Weights) -> DVector<f64> {
@@ -260,100 +264,6 @@ impl<'a> Problem<'a> {
         });
         let all: Vec<f64> = probed.chain(self.others(estimate, weights)).collect();
         DVector::from_vec(all)
-    }
-
-    /// The derivatives of [`Self::residuals`]: equations × unknowns.
-    pub(super) fn jacobian(&self, estimate: &Estimate, weights: &Weights) -> DMatrix<f64> {
-        self.derivatives(&self.unknowns, estimate, weights)
-    }
-
-    /// The same by any unknowns.
-    pub(super) fn derivatives(
-        &self,
-        unknowns: &[Unknown],
-        estimate: &Estimate,
-        weights: &Weights,
-    ) -> DMatrix<f64> {
-        let kinematics = Kinematics::new(self.machine, &estimate.errors);
-        let mut jacobian = DMatrix::zeros(self.equations(), unknowns.len());
-        let found: Vec<_> = self
-            .places
-            .par_iter()
-            .map(|place| {
-                let tip = place.turned * estimate.stylus;
-                kinematics.sensitivity(&place.q, &place.situation, &tip)
-            })
-            .collect();
-        let equations = jacobian.nrows();
-        // Columns lie behind each other.
-        let columns = jacobian.as_mut_slice().par_chunks_mut(equations);
-        columns.zip(unknowns).for_each(|(column, unknown)| {
-            for (i, (place, found)) in self.places.iter().zip(&found).enumerate() {
-                let change = match *unknown {
-                    Unknown::Parameter(parameter) => self.by_parameter(parameter, place, found),
-                    Unknown::Stylus(k) => found.by_tool * place.turned.column(k),
-                    Unknown::Ball(ball, k) if ball == place.ball => -Vector3::ith(k, 1.0),
-                    Unknown::Ball(..) => continue,
-                };
-                let weighted: [f64; 3] = (change * weights.rows[i]).into();
-                column[3 * i..3 * i + 3].copy_from_slice(&weighted);
-            }
-            let others = self.others_by(*unknown, estimate, weights);
-            column[3 * self.places.len()..].copy_from_slice(&others);
-        });
-        jacobian
-    }
-
-    /// Parameters that show in no row, though they be as large as in no machine.
-    pub(super) fn idle(&self, factor: &Factor, weights: &Weights) -> Vec<usize> {
-        let all = weights.rows.iter().map(|w| w * w).sum::<f64>().sqrt();
-        let columns = factor.unknowns().iter().zip(factor.lengths());
-        let idle = columns.filter(|(i, length)| {
-            let Unknown::Parameter(parameter) = self.unknowns[**i] else {
-                return false;
-            };
-            let largest = if parameter.is_angular() {
-                LARGEST_ANGLE
-            } else {
-                LARGEST_LENGTH
-            };
-            // Of an error motion all of it, not its coefficient.
-            let bases = self
-                .places
-                .iter()
-                .zip(&weights.rows)
-                .map(|(place, w)| w * self.basis(parameter, place));
-            let whole = bases.map(|b| b * b).sum::<f64>().sqrt();
-            let largest_coefficient = largest * all / whole;
-            whole == 0.0 || **length * largest_coefficient < ((3 * self.places.len()) as f64).sqrt()
-        });
-        idle.map(|(i, _)| *i).collect()
-    }
-
-    fn by_parameter(
-        &self,
-        parameter: Parameter,
-        place: &Place,
-        found: &trueaxis_kinematics::Sensitivity,
-    ) -> Vector3<f64> {
-        let component = parameter.component;
-        let spindle = self.machine.axes.len();
-        let axis = self.machine.index(parameter.axis).unwrap_or(spindle);
-        let basis = self.basis(parameter, place);
-        match parameter.kind {
-            ParameterKind::Inter => found.by_inter[axis].column(component) * basis,
-            _ => found.by_intra[axis].column(component) * basis,
-        }
-    }
-
-    /// The error that a parameter of 1 makes of its axis in a probing.
-    fn basis(&self, parameter: Parameter, place: &Place) -> f64 {
-        let axis = self.machine.index(parameter.axis).unwrap_or(0);
-        match parameter.kind {
-            ParameterKind::Inter => 1.0,
-            ParameterKind::Backlash => place.situation.sign[axis],
-            kind => kind.basis(place.q[axis]),
-        }
     }
 
     /// Takes the value of an unknown that is given up into those that cannot be told from it.
@@ -441,6 +351,14 @@ impl<'a> Problem<'a> {
         self
     }
 
+    /// The same problem with nothing looked for but balls and stylus.
+    pub(super) fn of_setup(&self) -> Self {
+        let mut other = self.clone();
+        let is_setup = |u: &Unknown| !matches!(u, Unknown::Parameter(_));
+        other.unknowns.retain(is_setup);
+        other
+    }
+
     /// The same problem without its bars.
     pub(super) fn without_bars(&self) -> Self {
         Self {
@@ -512,9 +430,4 @@ pub(super) fn order(probings: &Probings) -> Vec<usize> {
 fn ordered(value: f64) -> i64 {
     let bits = value.to_bits() as i64;
     bits ^ (((bits >> 63) as u64) >> 1) as i64
-}
-
-/// The direction of a bar; none if its balls are in one place.
-fn along(bar: Vector3<f64>) -> Vector3<f64> {
-    bar.try_normalize(0.0).unwrap_or_default()
 }

@@ -78,15 +78,9 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     let unknowns = &problem.unknowns;
     let equations = problem.equations();
     let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
-    let parameters = (0..unknowns.len()).filter(is_parameter).count();
-    // One equation more, or nothing would be known of the noise.
-    if equations <= unknowns.len() {
-        return Err(IdentifyError::TooFew {
-            equations,
-            unknowns: unknowns.len(),
-            parameters,
-        });
-    }
+    problem.can_be_solved()?;
+    let has_parameters = (0..unknowns.len()).any(|i| is_parameter(&i));
+    let alone = problem.alone();
     let mut noise = Noise::new(problem);
     bars::have_directions(problem, &problem.start())?;
     let mut estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
@@ -100,7 +94,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     loop {
         let weights = noise.weights(STIFF * left);
         let jacobian = problem.jacobian(&estimate, &weights);
-        let factor = Factor::new(&jacobian, (0..unknowns.len()).collect());
+        let factor = Factor::new(&jacobian, (0..unknowns.len()).collect(), &alone);
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
         let idle = problem.idle(&factor, &weights);
         let known = root_mean_square(weights.rows.iter().copied()).recip();
@@ -145,7 +139,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
             if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) {
                 return Err(not_converged(&misses));
             }
-            if parameters > 0 && !factor.unknowns().iter().any(is_parameter) {
+            if has_parameters && !factor.unknowns().iter().any(is_parameter) {
                 let (line, worst) = problem.worst(&misses);
                 return Err(IdentifyError::NothingSeen {
                     rms: root_mean_square(misses.iter().map(Vector3::norm)),
@@ -159,7 +153,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
             let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
             let (jacobian, factor) = if is_elsewhere {
                 let jacobian = problem.jacobian(&estimate, &weights);
-                let factor = Factor::new(&jacobian, factor.unknowns().to_vec());
+                let factor = Factor::new(&jacobian, factor.unknowns().to_vec(), &alone);
                 (jacobian, factor.ok_or(IdentifyError::NotFinite)?)
             } else {
                 (jacobian, factor)
@@ -359,11 +353,11 @@ pub(super) fn setup_alone(
     problem: &Problem<'_>,
     weights: &Weights,
 ) -> Result<Estimate, IdentifyError> {
+    let problem = &problem.of_setup();
     let mut estimate = problem.start();
-    let is_setup = |i: &usize| !matches!(problem.unknowns[*i], Unknown::Parameter(_));
-    let setup = (0..problem.unknowns.len()).filter(is_setup).collect();
     let jacobian = problem.jacobian(&estimate, weights);
-    let factor = Factor::new(&jacobian, setup).ok_or(IdentifyError::NotFinite)?;
+    let all = (0..problem.unknowns.len()).collect();
+    let factor = Factor::new(&jacobian, all, &problem.alone()).ok_or(IdentifyError::NotFinite)?;
     let factor = seen(problem, factor, Vec::new(), ROUNDING).0;
     descend(problem, &mut estimate, &jacobian, &factor, weights);
     Ok(estimate)

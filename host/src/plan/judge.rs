@@ -1,13 +1,13 @@
 //! What a strategy will tell.
 
 use super::band::{Band, Spread};
-use super::candidates::{Allowed, Setup, Unreachable};
-use crate::errors::{Parameter, ParameterKind};
+use super::candidates::{Setup, Unreachable};
+use super::remedy::{Remedy, foreseen, remedies};
+use crate::errors::{ErrorModel, Parameter};
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Assumed, Foreseen, IdentifyError, Problem, Unknown};
+use crate::identify::{Assumed, Foreseen, IdentifyError};
 use crate::kinematics::Kinematics;
 use crate::simulate::{Disturbances, SimulateError, probings};
-use nalgebra::DVector;
 
 /// What a strategy will tell.
 #[derive(Clone, Debug)]
@@ -26,15 +26,6 @@ pub struct Judgement {
     pub unreachable: Vec<(Probing, Unreachable)>,
 }
 
-/// A probing that shows what the others do not.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Remedy {
-    /// What is not seen without it.
-    pub unseen: Unknown,
-    /// The probing; its ball is one of the strategy's.
-    pub add: Option<Probing>,
-}
-
 /// Why a strategy cannot be judged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum JudgeError {
@@ -48,10 +39,6 @@ pub enum JudgeError {
 
 /// Positions at which the volumetric error is looked at: the mean is certain to some 2 %.
 const POSITIONS: usize = 1000;
-/// For so many parameters that are not seen another position is looked for.
-const REMEDIES: usize = 12;
-/// Of the spindle, where one is added.
-const SPINDLE: [f64; 4] = [0.0, 90.0, 180.0, 270.0];
 
 /// A strategy with the positions at which the assumed machine is on the balls, and with the uncertainty of the
 /// setup where its own rows do not all have one.
@@ -98,7 +85,8 @@ pub fn judge(
         ..setup.clone()
     };
     let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
-    judgement.remedies = remedies(&setup, parameters, strategy, assumed, foreseen);
+    let perfect = ErrorModel::perfect(setup.machine);
+    judgement.remedies = remedies(&setup, parameters, &perfect, strategy, assumed, foreseen);
     Ok(judgement)
 }
 
@@ -110,7 +98,8 @@ pub(super) fn judge_alone(
     assumed: Assumed<'_>,
 ) -> Result<Judgement, JudgeError> {
     let strategy = placed(setup, strategy, assumed)?;
-    let foreseen = foreseen(setup, parameters, &strategy, assumed)?;
+    let perfect = ErrorModel::perfect(setup.machine);
+    let foreseen = foreseen(setup, parameters, &perfect, &strategy, assumed)?;
     let band = band(setup, &foreseen.parameters, &strategy, assumed);
     let [tip, direction] = band.spread(&foreseen.covariance);
     let of_strategy = Setup {
@@ -129,23 +118,6 @@ pub(super) fn judge_alone(
         tip,
         direction,
     })
-}
-
-fn foreseen(
-    setup: &Setup<'_>,
-    parameters: &[Parameter],
-    strategy: &Probings,
-    assumed: Assumed<'_>,
-) -> Result<Foreseen, IdentifyError> {
-    let perfect = crate::errors::ErrorModel::perfect(setup.machine);
-    let problem = Problem::new(
-        setup.machine,
-        strategy,
-        setup.artefact,
-        parameters,
-        &perfect,
-    );
-    problem.foresee(assumed)
 }
 
 /// The volumetric error after probings at these positions.
@@ -169,60 +141,4 @@ pub(super) fn band(
         &probed,
         POSITIONS,
     )
-}
-
-/// For each parameter that is not seen the one probing that shows most of it, if it then is seen.
-fn remedies(
-    setup: &Setup<'_>,
-    parameters: &[Parameter],
-    strategy: &Probings,
-    assumed: Assumed<'_>,
-    foreseen: &Foreseen,
-) -> Vec<Remedy> {
-    let is_parameter = |u: &Unknown| matches!(u, Unknown::Parameter(_));
-    let unseen = foreseen.unseen.iter().zip(&foreseen.hidden);
-    let unseen: Vec<_> = (unseen.filter(|(u, _)| is_parameter(&u.unknown)))
-        .take(REMEDIES)
-        .collect();
-    if unseen.is_empty() {
-        return Vec::new();
-    }
-    let backlash = |letter: char| {
-        let of = |p: &&Parameter| p.kind == ParameterKind::Backlash && p.axis == letter;
-        parameters.iter().find(of).is_some()
-    };
-    let machine = setup.machine;
-    let directions: Vec<bool> = (machine.axes.iter())
-        .map(|a| backlash(a.letter.char()))
-        .collect();
-    let mut allowed = Allowed::of(machine, &directions);
-    allowed.spindle = SPINDLE.to_vec();
-    let (candidates, _) = setup.candidates(&allowed);
-    if candidates.rows.is_empty() {
-        return Vec::new();
-    }
-    let perfect = crate::errors::ErrorModel::perfect(machine);
-    let problem = Problem::new(machine, &candidates, setup.artefact, parameters, &perfect);
-    let (equations, _) = problem.equations_at(assumed.errors);
-    let shown = |i: usize, hidden: &DVector<f64>| (&equations[i] * hidden).norm();
-    let remedy = |unknown: Unknown, hidden: &DVector<f64>, indexed: bool| {
-        let rows = (0..equations.len()).filter(|i| indexed || candidates.rows[*i].spindle == 0.0);
-        let most = rows.max_by(|a, b| {
-            let [a, b] = [a, b].map(|i| shown(*i, hidden));
-            a.total_cmp(&b)
-        })?;
-        let mut with = strategy.clone();
-        let row = candidates.rows[most].clone();
-        with.rows.push(row.clone());
-        let then = self::foreseen(setup, parameters, &with, assumed).ok()?;
-        let is_seen = then.unseen.iter().all(|u| u.unknown != unknown)
-            && then.unseen.len() < foreseen.unseen.len();
-        is_seen.then_some(row)
-    };
-    let each = unseen.into_iter().map(|(unseen, hidden)| Remedy {
-        unseen: unseen.unknown,
-        // Not every spindle can be indexed.
-        add: remedy(unseen.unknown, hidden, false).or_else(|| remedy(unseen.unknown, hidden, true)),
-    });
-    each.collect()
 }

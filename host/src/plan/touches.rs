@@ -30,6 +30,19 @@ pub struct Probe {
     pub cone: f64,
 }
 
+impl Default for Probe {
+    /// A ball of 20 mm and a stylus tip of 6 mm, touches from 5 mm before to 3 mm behind the surface, and the stylus up
+    /// to 60° from the direction in which the ball stands away from the table.
+    fn default() -> Self {
+        Self {
+            radius: 13.0,
+            clearance: 5.0,
+            search: 3.0,
+            cone: 60.0_f64.to_radians(),
+        }
+    }
+}
+
 /// A touch, as axis positions (mm, deg).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {

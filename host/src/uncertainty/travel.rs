@@ -28,10 +28,14 @@ pub struct OverTravel {
     pub exact: usize,
     /// Parameters whose correlations are known; the others count as uncorrelated.
     pub correlated: usize,
+    /// Tabulated motions with a standard uncertainty.
+    pub tables: usize,
+    /// Tabulated motions without one: they count as exact.
+    pub exact_tables: usize,
 }
 
 /// The 95 % bands over the travel, with the policy and the random directions of travel, tool lengths and
-/// temperatures of a proof; `None` if no parameter has an uncertainty.
+/// temperatures of a proof; `None` if no parameter and no tabulated motion has an uncertainty.
 ///
 /// # Errors
 /// [`DrawError`] if hardly a position is where no error motion holds its end value.
@@ -41,7 +45,7 @@ pub fn over_travel(
 ) -> Result<Option<OverTravel>, DrawError> {
     let (machine, errors): (&Machine, &ErrorModel) = (kinematics.machine, kinematics.errors);
     let covariance = errors.covariance();
-    if covariance.parameters.is_empty() {
+    if covariance.parameters.is_empty() && errors.table_uncertainty.is_empty() {
         return Ok(None);
     }
     let over = |region: Region| {
@@ -50,6 +54,8 @@ pub fn over_travel(
         let positions: Vec<_> = positions.collect();
         Ok::<Quality, DrawError>(band(machine, errors, &covariance, &positions))
     };
+    let motions = errors.motions.iter().flatten();
+    let tabulated = motions.filter(|motion| motion.table.is_some()).count();
     let is_known = |p| covariance.parameters.contains(p);
     Ok(Some(OverTravel {
         positions: POSITIONS,
@@ -61,5 +67,7 @@ pub fn over_travel(
         parameters: covariance.parameters.len(),
         exact: errors.parameters.keys().filter(|p| !is_known(p)).count(),
         correlated: (errors.correlated.as_ref()).map_or(0, |known| known.parameters.len()),
+        tables: errors.table_uncertainty.len(),
+        exact_tables: tabulated - errors.table_uncertainty.len(),
     }))
 }

@@ -259,6 +259,42 @@ fn a_table_without_the_values_of_a_direction_is_refused() {
     );
 }
 
+#[test]
+fn standard_uncertainties_of_a_table_that_cannot_be_are_refused() {
+    for (value, cause, remedy) in [
+        (
+            "[1e-4, 1e-4, 1e-4]",
+            "EXX has 2 positions and 3 standard uncertainties",
+            "one number for all",
+        ),
+        (
+            "[1e-4, -1e-4]",
+            "standard uncertainty 2 of EXX is negative or not a number",
+            "0 or more",
+        ),
+        (
+            "nan",
+            "standard uncertainty 1 of EXX is negative",
+            "0 or more",
+        ),
+        (
+            "1e3",
+            "the standard uncertainty of EXX cannot be physical",
+            "mm",
+        ),
+        ("\"small\"", "expected a number, or a list", "errors.toml"),
+    ] {
+        refuses(
+            &format!(
+                "[tabulated.EXX]\nat = [0.0, 100.0]\nvalue = [0.0, 0.001]\nstandard_uncertainty = {value}"
+            ),
+            5,
+            cause,
+            remedy,
+        );
+    }
+}
+
 /// `body` is refused at `line` for the table-head machine, whose C axis turns without end.
 fn refuses_endless(body: &str, line: usize, cause: &str, remedy: &str) {
     let folder = Folder::new();

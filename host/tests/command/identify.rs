@@ -1,6 +1,6 @@
 //! From probings to parameters, and what is no probing.
 
-use crate::program::{Folder, answer, example, refused};
+use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
 /// The probings of the Kolibri with ten errors and 1 µm of noise.
 pub fn probings(folder: &Folder, more: &[&str]) -> String {
@@ -68,6 +68,36 @@ fn what_is_identified_can_be_compiled() {
     ] {
         assert!(said.contains(part), "{said}");
     }
+}
+
+#[test]
+fn what_is_not_seen_has_a_probing_that_would_show_it() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    // Where C stands at zero.
+    let all = std::fs::read_to_string(probings(&folder, &[])).unwrap();
+    let mut rows = all.lines();
+    let header = rows.next().unwrap();
+    assert_eq!(header, "ball,Y,A,C,X,Z");
+    let at_zero = |row: &&str| row.split(',').nth(3).unwrap().parse::<f64>() == Ok(0.0);
+    let kept: Vec<&str> = std::iter::once(header)
+        .chain(rows.filter(at_zero))
+        .collect();
+    let kept = folder.file("c0.csv", kept.join("\n") + "\n");
+    let said = answer(0, &["identify", &machine, &kept, "--model", "10"]);
+    let unseen = said
+        .split("not to be seen in these probings")
+        .nth(1)
+        .unwrap();
+    let add = unseen
+        .lines()
+        .find(|line| line.starts_with("    add: ball "));
+    // At zero nothing of C turns.
+    assert!(add.is_some_and(|line| line.contains(", C = ")), "{said}");
+    let json = identified(&folder, &kept, &["--model", "10"]);
+    let unseen = json["unseen"].as_array().unwrap();
+    let added: Vec<&str> = unseen.iter().filter_map(|u| u["add"].as_str()).collect();
+    assert_eq!(add.unwrap().trim(), format!("add: {}", added[0]));
 }
 
 #[test]
@@ -313,7 +343,10 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,0.5236,1.5708,4,5\n",
-            ["look like radians", "degrees"],
+            [
+                "line 2: rotary positions such as A = 0.5236 look like radians",
+                "in degrees",
+            ],
         ),
         (
             &format!("ball,Y,A,C,X,Z\n{row}"),
@@ -330,6 +363,33 @@ fn rows_that_are_no_probings_are_refused() {
         );
     }
     assert_eq!(folder.names(), ["p.csv"]);
+}
+
+#[test]
+fn a_ball_that_nobody_knows_is_refused_and_one_that_was_probed_once_is_told() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let artefact = example("kolibri/artefact.toml");
+    let text = std::fs::read_to_string(probings(&folder, &[])).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    lines[6] = lines[6].replacen('1', "l", 1);
+    let misnamed = folder.file("misnamed.csv", lines.join("\n") + "\n");
+    let with = ["identify", &machine, &misnamed, "--model", "10"];
+    refused(
+        &[&with[..], &["--artefact", &artefact]].concat(),
+        &[
+            "misnamed.csv, line 7: the artefact has no ball `l`",
+            "write one of 1, 2, 3, 4",
+        ],
+    );
+    // Without an artefact it is a fifth ball.
+    let output = trueaxis(&with);
+    assert_eq!(output.status.code(), Some(0));
+    let said = plain(&output.stderr);
+    assert!(
+        said.contains("line 7: ball l was probed only once") && said.contains("correct the name"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -166,7 +166,7 @@ fn a_bar_to_a_ball_that_was_not_probed_is_told() {
     let probings = probings(&folder, &[]);
     let artefact = folder.file(
         "a.toml",
-        "[[ball]]\nname = \"1\"\n[[ball]]\nname = \"one\"\n[[bar]]\nballs = [\"1\", \"one\"]\nlength_mm = 100.0\nstandard_uncertainty_mm = 0.001\n",
+        "[[ball]]\nname = \"1\"\n[[ball]]\nname = \"2\"\n[[ball]]\nname = \"3\"\n[[ball]]\nname = \"4\"\n[[ball]]\nname = \"one\"\n[[bar]]\nballs = [\"1\", \"one\"]\nlength_mm = 100.0\nstandard_uncertainty_mm = 0.001\n",
     );
     let machine = example("kolibri/machine.toml");
     let output = trueaxis(&[
@@ -218,4 +218,144 @@ fn identifications_are_repeated_for_anyone() {
     assert_eq!(said["parameters"].as_array().unwrap().len(), 10);
     let inside = said["tips_inside"].as_f64().unwrap();
     assert!((0.8..=1.0).contains(&inside), "{inside}");
+}
+
+/// Runs of X of the router: five targets over its travel, three runs in each direction.
+const RUNS: &str = "# axis = \"X\"\n# reads = \"tool +X\"\n# unit = \"um\"\n# at = { Y = 0, Z = 0 }\n\
+target,+1,-1,+2,-2,+3,-3\n0,0.2,-3.9,-0.3,-4.2,0.1,-4.0\n200,3.1,-1.2,2.8,-1.0,3.0,-1.3\n\
+400,7.4,3.0,7.9,3.3,7.6,3.1\n600,9.8,5.9,10.2,5.6,9.9,6.0\n800,14.1,9.7,13.8,10.1,14.4,9.9\n";
+
+#[test]
+fn what_runs_scatter_is_in_the_band_of_their_tables() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let (runs, errors) = (folder.file("x.csv", RUNS), folder.at("errors.toml"));
+    let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let said = json(&answer(
+        0,
+        &["iso230-2", &machine, &runs, "-o", &errors, "--json"],
+    ));
+    assert!(said.is_array(), "{said}");
+    let written = std::fs::read_to_string(&errors).unwrap();
+    let line = written
+        .lines()
+        .find(|line| line.starts_with("standard_uncertainty"));
+    let um: f64 = line
+        .unwrap()
+        .split('=')
+        .nth(1)
+        .unwrap()
+        .trim()
+        .parse()
+        .unwrap();
+    // 20 differences from means of three, pooled: as they were written down.
+    let readings = RUNS.lines().skip(5).map(|line| {
+        let cells = line.split(',').skip(1).map(|v| v.parse::<f64>().unwrap());
+        cells.collect::<Vec<f64>>()
+    });
+    let squares: f64 = readings
+        .flat_map(|row| [0, 1].map(|k| [row[k], row[k + 2], row[k + 4]]))
+        .map(|three| {
+            let mean = three.iter().sum::<f64>() / 3.0;
+            three.iter().map(|v| (v - mean).powi(2)).sum::<f64>()
+        })
+        .sum();
+    let expected = (squares / 20.0 / 3.0).sqrt();
+    // Four digits are written.
+    assert!((um / expected - 1.0).abs() < 1e-3, "{um} {expected}");
+    let blob = folder.at("x.trax");
+    let compile = |errors: &str| {
+        let arguments = ["compile", &machine, errors, "-o", &blob, "--random", "1000"];
+        json(&answer(0, &[&arguments[..], &["--json"]].concat()))
+    };
+    let compiled = compile(&errors);
+    let band = &compiled["uncertainty"];
+    assert_eq!(
+        (&band["tables"], &band["exact_tables"]),
+        (&1.into(), &0.into())
+    );
+    let of = |what: &str| band["travel"]["translation_um"][what].as_f64().unwrap();
+    // On values 1.96 u, half way between two of them 1/√2 of that.
+    let largest = 1.959_964 * um;
+    assert!((0.99..1.000_001).contains(&(of("max") / largest)), "{band}");
+    // The mean of √(t² + (1 − t)²); of 1000 positions it is known to 0.4 %, and four times that.
+    let mean = 0.5 * (1.0 + 1.0_f64.asinh() / 2.0_f64.sqrt());
+    assert!((of("mean") / largest / mean - 1.0).abs() < 0.015, "{band}");
+    // Without it there is nothing to say; beside a parameter it is said.
+    let without = written.replace(line.unwrap(), "");
+    let exact = folder.file("exact.toml", &without);
+    assert!(compile(&exact)["uncertainty"].is_null());
+    let beside =
+        format!("{without}[parameters]\nEC0X = 1e-5\n[standard_uncertainty]\nEC0X = 1e-6\n");
+    let beside = folder.file("beside.toml", &beside);
+    let said = answer(
+        0,
+        &[
+            "compile", &machine, &beside, "-o", &blob, "--random", "1000",
+        ],
+    );
+    assert!(
+        said.contains("1 of 1 tabulated motions have no standard uncertainty, and count as exact"),
+        "{said}"
+    );
+    // With one number for the backlash, both are known better than each value: by √2, and by √10.
+    let arguments = ["iso230-2", &machine, &runs, "--one-number", "-o", &errors];
+    answer(0, &arguments);
+    let written = std::fs::read_to_string(&errors).unwrap();
+    let of_values = written.split("[tabulated.EXX]").nth(1).unwrap();
+    let of_backlash = written.split("[standard_uncertainty]").nth(1).unwrap();
+    let of = |text: &str, name: &str| -> f64 {
+        let line = text.lines().find(|line| line.starts_with(name)).unwrap();
+        line.split('=').nth(1).unwrap().trim().parse().unwrap()
+    };
+    let known = [
+        of(of_values, "standard_uncertainty"),
+        1e3 * of(of_backlash, "EXXb"),
+    ];
+    for (known, part) in known.into_iter().zip([2.0_f64, 10.0]) {
+        assert!(
+            (known / expected * part.sqrt() - 1.0).abs() < 1e-3,
+            "{written}"
+        );
+    }
+}
+
+#[test]
+fn a_straightness_that_leans_beside_a_squareness_is_told_wherever_it_is_read() {
+    let folder = Folder::new();
+    let machine = example("router/machine.toml");
+    let errors = |slope: f64, squareness: f64| {
+        let text = format!(
+            "machine = \"Router\"\n[parameters]\nEC0X = {squareness:e}\n[tabulated.EYX]\nat = [0.0, 400.0, 800.0]\nvalue = [0.0, 0.001, {:e}]\n",
+            800.0 * slope
+        );
+        folder.file("errors.toml", text)
+    };
+    let blob = folder.at("x.trax");
+    let said = |arguments: &[&str]| {
+        let output = trueaxis(arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", plain(&output.stderr));
+        plain(&output.stderr)
+    };
+    let leaning = errors(2e-5, 1e-5);
+    let compile = [
+        "compile", &machine, &leaning, "-o", &blob, "--random", "200",
+    ];
+    let verify = ["verify", &machine, &leaning, &blob, "--random", "200"];
+    for arguments in [&compile[..], &verify[..], &["explain", &machine, &leaning]] {
+        let said = said(arguments);
+        for part in [
+            "EYX leans by 20.0 µrad and EC0X is 10.0 µrad",
+            "may be counted twice",
+            "take the slope off the straightness",
+        ] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+    // Not without a slope, and not without a squareness.
+    for (slope, squareness) in [(0.0, 1e-5), (2e-5, 0.0)] {
+        errors(slope, squareness);
+        let said = said(&compile);
+        assert!(!said.contains("counted twice"), "{said}");
+    }
 }

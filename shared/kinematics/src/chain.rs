@@ -21,7 +21,7 @@ pub struct Kinematics<'a, P = &'static [f64]> {
     /// reference temperature; then the spindle's.
     located: Frames,
     /// Which error motions each axis has.
-    carried: [Carried; MAX_AXES],
+    pub(crate) carried: [Carried; MAX_AXES],
 }
 
 impl<'a, P> Kinematics<'a, P> {

@@ -309,7 +309,8 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
 impl<P> ErrorModel<P> {
     /// Where a motion that holds its end value is evaluated, for an axis at `q` (mm or rad); `by` decides
     /// instead, if there is one.
-    fn held(&self, index: usize, q: f64, by: Option<f64>) -> f64 {
+    #[must_use]
+    pub fn held(&self, index: usize, q: f64, by: Option<f64>) -> f64 {
         let [low, high] = self.calibrated[index];
         match by {
             None if q < low => low,

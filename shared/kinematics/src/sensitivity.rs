@@ -1,7 +1,7 @@
 //! What each error does to a point of the tool, on the exact chain.
 
 use crate::nominal::Link;
-use crate::{Htm, Kinematics, MAX_AXES, PerAxis, Situation, Switches};
+use crate::{Htm, Kinematics, MAX_AXES, PerAxis, Situation};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// A point of the tool in the workpiece frame, and how it changes with every error of every axis: exact
@@ -83,9 +83,7 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
                 let (joint, frame) = Joint::after(&(frame * link.relative), &located);
                 inter[i] = joint;
                 let q = q[i];
-                let error = self
-                    .errors
-                    .intra_at(self.machine, i, q, situation, &Switches::ALL);
+                let error = self.errors.intra(self.carried[i], i, q, situation, None);
                 let moved = link.moved(frame, q);
                 let (joint, frame) = Joint::after(&moved, &error.unwrap_or_default());
                 intra[i] = joint;
@@ -120,7 +118,7 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Axis, Branch, ErrorModel, Letter, Machine, Parameter, ParameterKind};
+    use crate::{Axis, Branch, ErrorModel, Letter, Machine, Parameter, ParameterKind, Switches};
     use std::format;
 
     /// Both branches, a tilted axis, a reversed one, an offset spindle.

@@ -1,6 +1,7 @@
 //! What `trueaxis identify --json` says.
 
 use super::super::quantity::EXPANDED;
+use super::super::unseen::added;
 use super::Found;
 use super::gone::Gone;
 use super::listed::Listed;
@@ -103,6 +104,8 @@ struct NotSeen {
     sentence: String,
     /// What others are off by, per unit of this.
     with: Vec<(String, f64)>,
+    /// A probing with which it would be seen.
+    add: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -143,6 +146,7 @@ impl<'a> Answer<'a> {
             compared,
             honesty,
             held_out,
+            ..
         } = found;
         let name = |i: usize| identified.parameters[i].parameter.to_string();
         let covariance = identified.covariance.row_iter();
@@ -169,7 +173,9 @@ impl<'a> Answer<'a> {
                 .collect(),
             bars: identified.bars.iter().map(Bar::new).collect(),
             compensated: compared.as_ref().map(Gone::new),
-            unseen: identified.unseen.iter().map(NotSeen::new).collect(),
+            unseen: (identified.unseen.iter())
+                .map(|unseen| NotSeen::new(unseen, found))
+                .collect(),
             noise_um: identified.noise * 1e3,
             noise_of_stated: identified.of_stated,
             degrees_of_freedom: identified.freedom,
@@ -237,12 +243,14 @@ impl<'a> Bar<'a> {
 }
 
 impl NotSeen {
-    fn new(unseen: &Unseen) -> Self {
+    fn new(unseen: &Unseen, found: &Found<'_>) -> Self {
         let with = unseen.with.iter();
+        let (balls, remedies) = (&found.measured.balls, &found.remedies);
         Self {
             unknown: unseen.unknown.to_string(),
             sentence: unseen.sentence(),
             with: with.map(|(u, part)| (u.to_string(), *part)).collect(),
+            add: added(found.machine, balls, unseen.unknown, remedies),
         }
     }
 }

@@ -1,12 +1,13 @@
 //! What `trueaxis identify` shows.
 
 use super::super::quantity::{EXPANDED, count, unit};
+use super::super::unseen;
 use super::Found;
 use super::gone::compensability;
 use super::listed::published;
 use std::fmt::Write;
 use trueaxis_host::formats::probings::Probing;
-use trueaxis_host::identify::{Along, Form, Identified, Level, Row, Unknown, Unseen};
+use trueaxis_host::identify::{Along, Form, Identified, Level, Row};
 
 /// Rows that are named, at most.
 const NAMED: usize = 10;
@@ -52,7 +53,14 @@ pub fn screen(found: &Found<'_>) -> String {
     checks(&mut text, found);
     bars(&mut text, identified);
     correlations(&mut text, identified);
-    unseen(&mut text, identified);
+    unseen::lines(
+        &mut text,
+        "in these probings",
+        machine,
+        &measured.balls,
+        &identified.unseen,
+        &found.remedies,
+    );
     levels(&mut text, found.levels);
     published(&mut text, found.published.as_ref());
     doubtful(&mut text, found);
@@ -222,17 +230,6 @@ fn correlations(text: &mut String, identified: &Identified) {
         let _ = writeln!(text, "  {a} and {b}: {r:.3}");
     }
     more(text, close.len());
-}
-
-fn unseen(text: &mut String, identified: &Identified) {
-    let is_parameter = |u: &&Unseen| matches!(u.unknown, Unknown::Parameter(_));
-    if identified.unseen.is_empty() {
-        return;
-    }
-    *text += "\nnot to be seen in these probings\n";
-    for unseen in identified.unseen.iter().filter(is_parameter) {
-        let _ = writeln!(text, "  {}", unseen.sentence());
-    }
 }
 
 fn levels(text: &mut String, levels: &[Level]) {

@@ -1,6 +1,8 @@
 //! `[tabulated.EXX]`.
 
-use super::{ErrorsFile, MAX_POSITION, TabulatedEntry, limit, no_such_axis, unphysical};
+use super::{
+    ErrorsFile, MAX_POSITION, TabulatedEntry, Uncertainty, limit, no_such_axis, unphysical,
+};
 use crate::errors::{ErrorModel, Parameter, Table};
 use crate::formats::{measured, units};
 use crate::machine::Machine;
@@ -49,6 +51,14 @@ impl ErrorModel {
                 ));
             }
             let table = table(name.get_ref(), spanned, component, read)?;
+            let uncertainty =
+                spanned
+                    .get_ref()
+                    .uncertainty(name.get_ref(), component, table.at.len())?;
+            if let Some(uncertainty) = uncertainty {
+                let of = (index, component);
+                self.table_uncertainty.insert(of, uncertainty);
+            }
             let axis = &machine.axes[index];
             let at = table.at.iter().map(|at| axis.to_kinematic(*at)).collect();
             let table = Table { at, ..table };
@@ -64,6 +74,54 @@ impl TabulatedEntry {
         let at = self.at.as_ref().map(Spanned::span);
         let file = self.file.as_ref().map(Spanned::span);
         at.or(file).unwrap_or(spanned.span())
+    }
+
+    /// The standard uncertainty (mm or rad) of each of so many values, if it is given.
+    fn uncertainty(
+        &self,
+        name: &str,
+        component: usize,
+        count: usize,
+    ) -> Result<Option<Vec<f64>>, FileError> {
+        let Some(given) = &self.standard_uncertainty else {
+            return Ok(None);
+        };
+        let values = match given.get_ref() {
+            Uncertainty::All(value) => vec![*value; count],
+            Uncertainty::Each(values) => values.clone(),
+        };
+        if values.len() != count {
+            return Err(FileError::at(
+                given.span(),
+                format!(
+                    "{name} has {count} positions and {} standard uncertainties",
+                    values.len()
+                ),
+                "here",
+                "write one for each position, or one number for all",
+            ));
+        }
+        let factor = self.factor(component)?;
+        let values: Vec<f64> = values.into_iter().map(|v| v * factor).collect();
+        if let Some(k) = values.iter().position(|v| v.is_nan() || *v < 0.0) {
+            return Err(FileError::at(
+                given.span(),
+                format!(
+                    "standard uncertainty {} of {name} is negative or not a number",
+                    k + 1
+                ),
+                "here",
+                "write values of 0 or more, in the unit of the values",
+            ));
+        }
+        if values.iter().any(|v| *v > limit(component)) {
+            return Err(unphysical(
+                given.span(),
+                &format!("the standard uncertainty of {name}"),
+                component,
+            ));
+        }
+        Ok(Some(values))
     }
 
     /// The mm or rad in its unit.
