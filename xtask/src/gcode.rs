@@ -5,7 +5,7 @@ mod rs274;
 mod speed;
 
 use crate::packages;
-use crate::process::{cargo, run, target};
+use crate::process::{cargo, root, run, target};
 use rs274::Motion;
 use std::collections::BTreeMap;
 use std::fs;
@@ -71,6 +71,19 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
         ["speed"] => speed::measure(&work),
         _ => Err("gcode takes nothing, or `speed`".to_owned()),
     }
+}
+
+/// The compensation of `mill-21`, compiled by this command.
+fn compensation(trueaxis: &Path, work: &Path) -> Result<PathBuf, String> {
+    let example = root().join("examples/mill-21");
+    let blob = work.join("mill-21.trax");
+    run(Command::new(trueaxis)
+        .arg("compile")
+        .args([example.join("machine.toml"), example.join("errors-21.toml")])
+        .arg("-o")
+        .arg(&blob)
+        .args(["--random", "200"]))?;
+    Ok(blob)
 }
 
 /// Standard output of a program.

@@ -3,6 +3,7 @@
 use super::dialect::Dialect;
 use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
 use super::offsets::Number;
+use super::words::Word;
 
 /// What a word G asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +128,24 @@ pub fn system(tenths: u16) -> Option<Number> {
     match tenths {
         540 | 550 | 560 | 570 | 580 | 590 => Some(tenths / 10 - 53),
         591..=593 => Some(tenths - 584),
+        _ => None,
+    }
+}
+
+/// What a word asks for; `None` if it is no G word that is known.
+#[must_use]
+pub fn code(word: &Word, dialect: Dialect) -> Option<Code> {
+    match word.letter {
+        b'G' => g(word.tenths()?, dialect),
+        _ => None,
+    }
+}
+
+/// What a word asks for; `None` if it is no M word that is known.
+#[must_use]
+pub fn machine(word: &Word, dialect: Dialect) -> Option<Machine> {
+    match word.letter {
+        b'M' => m(word.tenths()?, dialect),
         _ => None,
     }
 }

@@ -16,45 +16,34 @@ fn corrected(folder: &Folder, program: &str, options: &[&str]) -> String {
 
 /// The same, and what is said.
 fn run(folder: &Folder, program: &str, options: &[&str]) -> (String, String) {
-    let part = folder.file("part.ngc", program);
-    let setup = folder.file("setup.toml", SETUP);
-    let out = folder.at("out.ngc");
-    let compensation = blob("mill-21");
-    let mut arguments = vec![
-        "gcode",
-        &part,
-        "-o",
-        &out,
-        "--compensation",
-        &compensation,
-        "--setup",
-        &setup,
-    ];
-    arguments.extend(options);
-    let said = answer(0, &arguments);
-    (std::fs::read_to_string(&out).unwrap(), said)
+    let said = with_mill_21(folder, program, options, |arguments| answer(0, arguments));
+    let out = std::fs::read_to_string(folder.at("out.ngc")).unwrap();
+    (out, said)
 }
 
 /// What is refused, with parts of the message; nothing is written.
 fn refuses(program: impl AsRef<[u8]>, options: &[&str], parts: &[&str]) {
     let folder = Folder::new();
+    with_mill_21(&folder, program, options, |arguments| {
+        refused(arguments, parts);
+    });
+    assert_eq!(folder.names(), ["part.ngc", "setup.toml"]);
+}
+
+/// Runs the command with a program for `mill-21`, into `out.ngc`.
+fn with_mill_21<T>(
+    folder: &Folder,
+    program: impl AsRef<[u8]>,
+    options: &[&str],
+    run: impl FnOnce(&[&str]) -> T,
+) -> T {
     let part = folder.file("part.ngc", program);
     let setup = folder.file("setup.toml", SETUP);
-    let out = folder.at("out.ngc");
-    let compensation = blob("mill-21");
-    let mut arguments = vec![
-        "gcode",
-        &part,
-        "-o",
-        &out,
-        "--compensation",
-        &compensation,
-        "--setup",
-        &setup,
-    ];
+    let (out, compensation) = (folder.at("out.ngc"), blob("mill-21"));
+    let mut arguments = vec!["gcode", &part, "-o", &out];
+    arguments.extend(["--compensation", &compensation, "--setup", &setup]);
     arguments.extend(options);
-    refused(&arguments, parts);
-    assert_eq!(folder.names(), ["part.ngc", "setup.toml"]);
+    run(&arguments)
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! Tools: changes, offsets, and words of lengths.
 
-use super::{Step, bits};
+use super::{Asked, Step, bits, whole};
 use crate::gcode::axes::{self, COUNT};
 use crate::gcode::codes::Length;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::Units;
 use crate::gcode::state::{Rules, State};
-use crate::gcode::words::{Block, Word};
+use crate::gcode::words::Word;
 
 impl State {
     /// M6: where it goes, and the tool in the spindle.
@@ -33,8 +33,7 @@ impl State {
     /// G43, G43.1, G49 and what they do to the offsets.
     pub(super) fn tool_length_word(
         &mut self,
-        block: &Block,
-        rules: &Rules,
+        asked: &Asked<'_>,
         word: &Word,
         length: Length,
     ) -> Result<(), Fault> {
@@ -44,8 +43,8 @@ impl State {
             }
             Length::OfWords => {
                 for axis in 0..COUNT {
-                    if block.word(axes::LETTERS[axis]).is_some() {
-                        self.offsets.tool[axis] = self.value(block, rules, axis)?;
+                    if asked.word(axes::LETTERS[axis]).is_some() {
+                        self.offsets.tool[axis] = self.value(asked, axis)?;
                         if axis == 2 {
                             self.length = Some(self.offsets.tool[2]);
                         }
@@ -53,9 +52,9 @@ impl State {
                 }
             }
             Length::OfTool => {
-                let number = match block.word(b'H') {
-                    Some(word) => Some(super::whole(word)?),
-                    None if rules.dialect == Dialect::LinuxCnc => self.tool,
+                let number = match asked.word(b'H') {
+                    Some(word) => Some(whole(word)?),
+                    None if asked.rules.dialect == Dialect::LinuxCnc => self.tool,
                     None => None,
                 };
                 let Some(number) = number else {
@@ -65,7 +64,7 @@ impl State {
                         "write H, or give the setup the tool in the spindle: [start] tool = …",
                     ));
                 };
-                let Some(offset) = rules.setup.tools.get(&number) else {
+                let Some(offset) = asked.rules.setup.tools.get(&number) else {
                     return Err(Fault::new(
                         word.span(),
                         format!("the length of tool {number} is not known"),
@@ -80,23 +79,23 @@ impl State {
     }
 
     /// The value of an axis' word: mm, degrees.
-    pub(super) fn value(&self, block: &Block, rules: &Rules, axis: usize) -> Result<f64, Fault> {
-        let Some(word) = block.word(axes::LETTERS[axis]) else {
+    pub(super) fn value(&self, asked: &Asked<'_>, axis: usize) -> Result<f64, Fault> {
+        let Some(word) = asked.word(axes::LETTERS[axis]) else {
             return Ok(0.0);
         };
         if axes::is_rotary(axis) {
-            let counts = rules.least_increments && !word.point;
+            let counts = asked.rules.least_increments && !word.point;
             return Ok(if counts {
                 word.value * 1e-3
             } else {
                 word.value
             });
         }
-        self.length_of(word, rules)
+        self.length_of(asked, word)
     }
 
     /// A word that is a length, in mm.
-    pub(super) fn length_of(&self, word: &Word, rules: &Rules) -> Result<f64, Fault> {
+    pub(super) fn length_of(&self, asked: &Asked<'_>, word: &Word) -> Result<f64, Fault> {
         let Some(units) = self.units else {
             return Err(Fault::new(
                 word.span(),
@@ -104,7 +103,7 @@ impl State {
                 "write G20 or G21 before it, or give the setup with its units",
             ));
         };
-        let counts = rules.least_increments && !word.point;
+        let counts = asked.rules.least_increments && !word.point;
         let least = match (counts, units) {
             (false, _) => 1.0,
             (true, Units::Millimetre) => 1e-3,
