@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         (Some(tip), _) => tip.ok(),
         (None, _) => None,
     };
-    let mut rules = arguments.rules(arguments.read_setup()?, tables.axes);
+    let mut rules = arguments.rules(arguments.read_setup()?, &tables);
     rules.has_machine = tip.is_some();
     let bar = Bar::new();
     let bytes = std::fs::metadata(&arguments.program).map_or(0, |m| m.len());
@@ -85,7 +85,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let mut corrector =
         Corrector::new(&rules, &tables, tip.as_ref(), options, mark).map_err(|cause| {
-            BadInput::new(cause, "see [start] in the example of trueaxis gcode --help")
+            BadInput::new(
+                cause,
+                "see the setup in the example of trueaxis gcode --help",
+            )
         })?;
     bar.stage("MB corrected", (bytes >> 20) as usize);
     let reader = open(&arguments.program)?;
@@ -128,11 +131,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let holds = found
         .as_ref()
         .is_none_or(|found| screen::holds(found, &options));
+    let lengths = screen::Lengths::new(report, &tables, machine.as_ref());
+    if let Some(warning) = lengths.warning(found.as_ref()) {
+        eprintln!("warning: {warning}");
+    }
     if arguments.json {
-        let answer = screen::Answer::new(&arguments.output, report, compensation, found.as_ref());
+        let answer = screen::Answer::new(
+            &arguments.output,
+            report,
+            compensation,
+            &lengths,
+            found.as_ref(),
+        );
         files::print_json(&answer)?;
     } else {
         files::print(&screen::report(&arguments.output, report))?;
+        files::print(&lengths.note())?;
         if let Some(found) = &found {
             files::print(&screen::check(found, &options))?;
         }

@@ -115,13 +115,7 @@ pub fn check(
                         check.at = at.at;
                         check.joined = false;
                     }
-                    _ => {
-                        return Err(CheckError::Lost {
-                            line: before.lines(),
-                            axis: '?',
-                            off: 0.0,
-                        });
-                    }
+                    _ => return Err(CheckError::Missing(before.lines())),
                 }
             }
             Event::Moved(segment) => check.segment(&segment, &mut after)?,
@@ -153,7 +147,7 @@ impl Check<'_> {
         let field = Field {
             tables: self.tables,
             tip: self.tip.filter(|_| segment.tip),
-            length: segment.length.filter(|_| self.tables.takes_length),
+            length: segment.field_length,
             undo: false,
         };
         let lost = |_| CheckError::Outside(segment.line);
@@ -180,11 +174,14 @@ impl Check<'_> {
         while !is_there {
             let event = after.next_event().map_err(CheckError::Corrected)?;
             let Some(Event::Moved(written)) = event else {
-                let (axis, off) = near(&self.at, &end).unwrap_or((0, 0.0));
-                return Err(CheckError::Lost {
-                    line: segment.line,
-                    axis: name(axis),
-                    off,
+                let line = segment.line;
+                return Err(match near(&self.at, &end) {
+                    Some((axis, off)) => CheckError::Lost {
+                        line,
+                        axis: name(axis),
+                        off,
+                    },
+                    None => CheckError::Missing(line),
                 });
             };
             self.found.motions[1] += 1;

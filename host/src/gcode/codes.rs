@@ -3,7 +3,7 @@
 use super::dialect::Dialect;
 use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
 use super::offsets::Number;
-use super::words::Word;
+use super::words::{Block, Word};
 
 /// What a word G asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,8 +26,10 @@ pub enum Code {
     StoreHome(usize),
     /// G53.
     MachineCoordinates,
-    /// G92 and G92.1, .2, .3 by its last digit; G52 is 5.
+    /// G92 and G92.1, .2, .3 by its last digit.
     Shift(u8),
+    /// G52.
+    Local,
     /// G17 to G19.
     Plane(Plane),
     /// G20, G21.
@@ -107,7 +109,8 @@ impl Code {
             | Self::Home(_)
             | Self::StoreHome(_)
             | Self::MachineCoordinates
-            | Self::Shift(_) => Group::Once,
+            | Self::Shift(_)
+            | Self::Local => Group::Once,
             Self::Plane(_) => Group::Plane,
             Self::Units(_) => Group::Units,
             Self::Distance(_) => Group::Distance,
@@ -150,6 +153,13 @@ pub fn machine(word: &Word, dialect: Dialect) -> Option<Machine> {
     }
 }
 
+/// True if a line ends the program: M2, M30.
+#[must_use]
+pub fn ends(block: &Block, dialect: Dialect) -> bool {
+    let ends = |word: &Word| machine(word, dialect) == Some(Machine::End);
+    block.words.iter().any(ends)
+}
+
 /// What a word G (in tenths) asks for; `None` if it is not known or not built.
 #[must_use]
 pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
@@ -179,6 +189,7 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         431 if dialect != Fanuc => Code::ToolLength(Length::OfWords),
         434 if dialect == Fanuc => Code::TipOn,
         490 => Code::ToolLength(Length::Off),
+        520 if dialect != Grbl => Code::Local,
         530 => Code::MachineCoordinates,
         541 if dialect == Fanuc => Code::System(100),
         540 | 550 | 560 | 570 | 580 | 590 => Code::System(tenths / 10 - 53),

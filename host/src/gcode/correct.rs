@@ -52,6 +52,10 @@ pub struct Corrector<'a> {
     before_modes: Option<State>,
     /// The cycle (tenths) of a series that is being written out.
     written_out: Option<u16>,
+    /// True if the last line has no end.
+    in_line: bool,
+    /// True if there is a line `%`.
+    percent: bool,
     /// The first comment, until it is written.
     mark: Option<String>,
 }
@@ -66,6 +70,13 @@ impl<'a> Corrector<'a> {
         mark: Option<String>,
     ) -> Result<Self, String> {
         let mut nominal = State::new(rules);
+        let wrapped = rules.setup.wrapped.iter().position(|w| *w == Some(true));
+        if let (Some(axis), Dialect::Grbl) = (wrapped, rules.dialect) {
+            return Err(format!(
+                "[axis.{0}] wrapped: Grbl turns {0} as far as words say, so take it out of the setup",
+                axes::name(axis)
+            ));
+        }
         let ways = Ways::new(tables, &nominal.position, &rules.setup.travel);
         if rules.tip {
             if let Some(axis) = nominal.position.missing(tables.axes) {
@@ -74,9 +85,14 @@ impl<'a> Corrector<'a> {
                     axes::name(axis)
                 ));
             }
-            let length = nominal
-                .tool_length(&rules.setup)
-                .filter(|_| tables.takes_length);
+            let length = nominal.field_length(rules, tables.takes_length);
+            if tables.takes_length && length.is_none() {
+                return Err(
+                    "the compensation depends on the tool length, which is not known before the first line: \
+                     give the setup [start] tool and the length of this tool"
+                        .to_owned(),
+                );
+            }
             if let Some(tip) = tip {
                 nominal.position.at = tip.world(&nominal.position.at, length);
             }
@@ -101,6 +117,8 @@ impl<'a> Corrector<'a> {
             eol: b"\n",
             before_modes: None,
             written_out: None,
+            in_line: false,
+            percent: false,
             mark,
         })
     }
@@ -118,17 +136,33 @@ impl<'a> Corrector<'a> {
     /// The end of the program.
     ///
     /// # Errors
-    /// A program without any line.
+    /// A program without any line, and one that seems to be cut off.
     pub fn finish(&mut self) -> Result<(), Refusal> {
-        if self.line > 0 {
+        let (cause, remedy) = if self.line == 0 {
+            (
+                "the program is empty",
+                "give a program with at least one line",
+            )
+        } else if self.nominal.ended {
             return Ok(());
-        }
-        let fault = Fault::new(
-            0..0,
-            "the program is empty",
-            "give a program with at least one line",
-        );
-        Err(Refusal::at(fault, 1, b""))
+        } else if self.in_line {
+            (
+                "the program ends within a line, and without M2, M30 or %: it may be cut off",
+                "get the whole file; if this is all of it, end its last line, or end it with M2 or M30",
+            )
+        } else if self.percent {
+            (
+                "the program begins with % and ends without %, M2 or M30: it may be cut off",
+                "get the whole file; if this is all of it, end it with %, M2 or M30",
+            )
+        } else {
+            return Ok(());
+        };
+        Err(Refusal::at(
+            Fault::new(0..0, cause, remedy),
+            self.line.max(1),
+            b"",
+        ))
     }
 
     fn do_line(&mut self, line: &[u8], eol: &[u8], out: &mut Vec<u8>) -> Result<(), Fault> {
@@ -137,6 +171,7 @@ impl<'a> Corrector<'a> {
         if eol == b"\r\n" {
             self.eol = b"\r\n";
         }
+        self.in_line = eol.is_empty();
         if self.nominal.ended {
             out.extend_from_slice(line);
             out.extend_from_slice(eol);
@@ -157,6 +192,7 @@ impl<'a> Corrector<'a> {
                 "correct the program that it was made from, or take the correction away first with --undo",
             ));
         }
+        self.percent |= block.percent;
         self.begin(&block, out);
         let done = self.correct_block(&block, line, eol, out);
         self.block = block;

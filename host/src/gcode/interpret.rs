@@ -9,6 +9,7 @@ mod motion;
 mod needs;
 mod once;
 mod tool;
+mod wrapped;
 
 use super::axes::COUNT;
 use super::codes::{self, Code, Machine};
@@ -19,6 +20,7 @@ use super::state::{Rules, State};
 use super::words::{Block, Word};
 use asked::Asked;
 pub(super) use needs::not_known;
+pub(super) use wrapped::word_of_wrapped;
 
 /// What a line does.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,9 +46,13 @@ impl State {
     /// What cannot be done; the state is then of no use any more.
     pub fn step(&mut self, block: &Block, rules: &Rules) -> Result<Step, Fault> {
         let mut step = Step::default();
+        if block.percent && self.begun {
+            self.ended = true;
+        }
         if self.ended || block.words.is_empty() || block.percent {
             return Ok(step);
         }
+        self.begun = true;
         if block.deleted {
             match rules.block_delete {
                 Some(true) => return Ok(step),
@@ -75,8 +81,7 @@ impl State {
             ));
         }
         self.do_motion(&asked, &mut step)?;
-        let ends = |word: &Word| codes::machine(word, rules.dialect) == Some(Machine::End);
-        step.ends = block.words.iter().any(ends);
+        step.ends = codes::ends(block, rules.dialect);
         self.ended |= step.ends;
         Ok(step)
     }

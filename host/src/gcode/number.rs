@@ -30,6 +30,7 @@ pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: boo
         // Far outside any travel.
         let text = format!("{value:.most$}");
         to.extend_from_slice(text.as_bytes());
+        // What f64 writes f64 reads.
         return text.parse().unwrap_or(value);
     }
     let rounded = scaled / POWERS[most];

@@ -62,6 +62,8 @@ pub enum Lost {
     Outside(usize, f64, [f64; 2]),
     /// No axis positions put the tip there.
     NoPose,
+    /// The compensation depends on the tool length, which is not known.
+    NoLength,
 }
 
 /// A point of the corrected path.
@@ -94,7 +96,12 @@ impl Field<'_> {
         {
             return Err(Lost::Outside(axis, q[axis], limits));
         }
-        let length = self.length.unwrap_or_default();
+        let length = match self.length {
+            Some(length) => length,
+            None if self.tables.takes_length => return Err(Lost::NoLength),
+            // No input, so that no value matters.
+            None => 0.0,
+        };
         let corrected = if self.undo {
             self.tables.undone(&q, &ways.travel, length)
         } else {

@@ -95,6 +95,10 @@ impl Block {
         self.by = [0; 26];
         (self.deleted, self.percent, self.marked) = (false, false, false);
         self.end = 0;
+        if let Some(at) = line.iter().position(|b| *b == b'\r') {
+            // Also in a comment, which would hide all lines behind it.
+            return Err(strange(line, at));
+        }
         let mut at = 0;
         while let Some(&byte) = line.get(at) {
             match byte {
@@ -132,8 +136,8 @@ impl Block {
     }
 
     fn look_for_mark(&mut self, comment: &[u8]) {
-        let inside = comment.get(1..).unwrap_or_default();
-        let begins = inside.get(..MARK.len() - 1);
+        // Behind its first byte, ( or ;.
+        let begins = comment.get(1..MARK.len());
         self.marked |= begins.is_some_and(|b| b.eq_ignore_ascii_case(&MARK[1..]));
     }
 

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use trueaxis::Header;
 use trueaxis_host::gcode::modal::Units;
-use trueaxis_host::gcode::{self, Dialect, Rules, Setup};
+use trueaxis_host::gcode::{self, Dialect, Rules, Setup, Tables};
 
 /// Correct a program before it runs, for a controller that has no compensation
 ///
@@ -68,6 +68,9 @@ pub struct Arguments {
     /// What becomes of the step where an axis turns round, of direction-dependent tables
     #[arg(long, value_enum, default_value_t)]
     backlash: BacklashChoice,
+    /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
+    #[arg(long)]
+    cut_under_g41: bool,
     /// Words are workpiece coordinates from the first line on (tool-centre-point control)
     #[arg(long, requires = "machine")]
     pub tcp: bool,
@@ -137,6 +140,7 @@ impl Arguments {
                 BacklashChoice::Blend => gcode::Backlash::Blend,
                 BacklashChoice::Leave => gcode::Backlash::Leave,
             },
+            cut_under_cutter: self.cut_under_g41,
             undo: self.undo,
             ..gcode::Options::default()
         })
@@ -179,11 +183,12 @@ impl Arguments {
         Ok(setup)
     }
 
-    pub fn rules(&self, setup: Setup, axes: u16) -> Rules {
+    pub fn rules(&self, setup: Setup, tables: &Tables<'_>) -> Rules {
         Rules {
             dialect: self.dialect(),
             setup,
-            axes,
+            axes: tables.axes,
+            endless: tables.endless(),
             pass: self.pass.clone(),
             block_delete: self.block_delete.map(|switch| matches!(switch, Switch::On)),
             least_increments: self.least_increment,
@@ -248,5 +253,10 @@ fn plain(text: &str) -> String {
 }
 
 fn name_of(path: &Path) -> String {
-    plain(&path.file_name().unwrap_or_default().to_string_lossy())
+    plain(
+        &path
+            .file_name()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy(),
+    )
 }

@@ -38,6 +38,11 @@ pub struct Found {
     pub times_differ: u64,
     /// The first of them.
     pub first_time_line: u64,
+    /// The largest difference (µm) of the tool's error by a tool length other than that of the machine file, for which
+    /// a compensation without length input was made; and its line.
+    pub length_um: f64,
+    /// Its line in the program.
+    pub length_line: u64,
     /// Errors of the tool on feed moves, if the machine and its errors are known.
     pub tool_path: Option<ToolPath>,
 }
@@ -63,6 +68,9 @@ pub enum CheckError {
         /// By so much (mm, deg).
         off: f64,
     },
+    /// The corrected program ends, or jumps, too early.
+    #[error("line {0} of the program: the corrected program has nothing for it")]
+    Missing(u64),
     /// More motions than belong to the program.
     #[error("the corrected program goes on in line {0} where the program has ended")]
     More(u64),

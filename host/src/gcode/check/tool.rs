@@ -8,6 +8,9 @@ use crate::kinematics::Htm;
 use crate::machine::PerAxis;
 use trueaxis::Travel;
 
+/// Lengths that are the same (mm).
+const SAME: f64 = 1e-3;
+
 impl Check<'_> {
     /// Errors of the tool where it should be at `q`, uncorrected and at what is written.
     pub(super) fn tool(
@@ -24,14 +27,14 @@ impl Check<'_> {
         let position = |q: &PerLetter| -> PerAxis {
             let mut position = [0.0; COUNT];
             for (place, axis) in machine.axes.iter().enumerate() {
-                let letter = axes::index(axis.letter.char() as u8).unwrap_or_default();
+                let letter = axes::of_machine(axis.letter);
                 position[place] = axis.within_turn(q[letter]);
             }
             machine.to_kinematic(&position[..machine.axes.len()])
         };
         let mut situation = Situation::default();
         for (place, axis) in machine.axes.iter().enumerate() {
-            let letter = axes::index(axis.letter.char() as u8).unwrap_or_default();
+            let letter = axes::of_machine(axis.letter);
             // Where tables tell directions apart, both have turned when the hysteresis is passed.
             let way = match self.tables.directional & (1 << letter) {
                 0 => self.all[letter],
@@ -43,9 +46,24 @@ impl Check<'_> {
                 Travel::Unknown => 0.0,
             };
         }
-        situation.length = along.field.length;
+        situation.length = along.segment.length;
         let nominal = kinematics.nominal(&position(q), situation.length);
         let actual = |q: &PerLetter| kinematics.actual(&position(q), &situation, &Switches::ALL);
+        let own = machine.tool_length();
+        if !self.tables.takes_length && situation.length.is_some_and(|l| (l - own).abs() > SAME) {
+            let situation = Situation {
+                length: None,
+                ..situation
+            };
+            let nominal_own = kinematics.nominal(&position(q), None);
+            let own = kinematics.actual(&position(&moved), &situation, &Switches::ALL);
+            let other = actual(&moved).t - nominal.t;
+            let um = (other - (own.t - nominal_own.t)).norm() * 1e3;
+            if um > self.found.length_um {
+                self.found.length_um = um;
+                self.found.length_line = along.segment.line;
+            }
+        }
         let error = |pose: &Htm| {
             let tip = (pose.t - nominal.t).norm() * 1e3;
             let (a, b) = (machine.direction(pose), machine.direction(&nominal));

@@ -20,7 +20,7 @@ impl Corrector<'_> {
         let path = Path::Arc(*arc);
         let last = self.trace(&path, 0, moving)?;
         self.corrected(&last);
-        let field = self.field(moving.length);
+        let field = self.field();
         let mut nodes = self.traced.nodes[1..].iter();
         let reaches = nodes.try_for_each(|node| field.reaches(node));
         reaches.map_err(|lost| moving.lost(lost))?;

@@ -26,7 +26,7 @@ impl Corrector<'_> {
         let straight = self.tables.directional & (1 << cycle.axes[2]) == 0
             && !self.nominal.offsets.is_turned()
             && self.nominal.distance == Some(Distance::Absolute);
-        let field = self.field(moving.length);
+        let field = self.field();
         let constant = || self.is_constant(&field, cycle);
         let stays = single && straight && constant().map_err(|lost| moving.lost(lost))?;
         let in_series = self.written.cycle.is_some() || self.written_out.is_none();

@@ -4,14 +4,13 @@ use super::Corrector;
 use super::piece::{Piece, Shape, Timing};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::dialect::Dialect;
-use crate::gcode::modal::Units;
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
 
 impl Corrector<'_> {
     /// The unit of the program in mm.
     pub(super) fn unit(&self) -> f64 {
-        self.nominal.units.map_or(1.0, Units::mm)
+        self.units().mm()
     }
 
     /// A difference of positions in units of the program.

@@ -42,10 +42,11 @@ impl Moving {
                     "check the offsets in the setup and the position of the part",
                 )
             }
-            Lost::NoPose => Fault::new(
+            Lost::NoPose => Fault::no_pose(span),
+            Lost::NoLength => Fault::new(
                 span,
-                "no axis positions put the tip there",
-                "check the machine",
+                "the compensation depends on the tool length, which is not known here",
+                "give the setup the tool in the spindle, [start] tool = 1, and its length, [tool.1] length = …",
             ),
         }
     }

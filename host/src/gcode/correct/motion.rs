@@ -10,7 +10,6 @@ use crate::gcode::interpret::bits;
 use crate::gcode::moves::Move;
 use crate::gcode::trace::{Field, Node, Path};
 use crate::gcode::words::{Block, Word};
-use std::ops::Range;
 
 impl<'a> Corrector<'a> {
     /// A line with a motion.
@@ -20,10 +19,10 @@ impl<'a> Corrector<'a> {
         motion: &Move,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let span = span_of(given.block);
-        let length = self.length(&span)?;
-        let moving = Moving { span, length };
-        if let Some(length) = length {
+        let moving = self.moving(given.block);
+        // Words of linear axes are added where only others are commanded.
+        self.nominal.needs_units(moving.span.clone())?;
+        if let Some(length) = moving.length {
             self.report.lengths.insert((length * 1e3).round() as i64);
         }
         self.modes_first(given.block)?;
@@ -35,17 +34,12 @@ impl<'a> Corrector<'a> {
         self.write_all(given, &pieces, out)
     }
 
-    /// The tool length, where it is needed.
-    pub(super) fn length(&self, span: &Range<usize>) -> Result<Option<f64>, Fault> {
-        let length = self.nominal.tool_length(&self.rules.setup);
-        if self.tables.takes_length && length.is_none() {
-            return Err(Fault::new(
-                span.clone(),
-                "the compensation depends on the tool length, which is not known here",
-                "give the setup the tool in the spindle, [start] tool = 1, and its length, [tool.1] length = …",
-            ));
+    /// What is the same for all that is corrected in a line.
+    pub(super) fn moving(&self, block: &Block) -> Moving {
+        Moving {
+            span: span_of(block),
+            length: self.nominal.tool_length(&self.rules.setup),
         }
-        Ok(length)
     }
 
     /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
@@ -80,11 +74,13 @@ impl<'a> Corrector<'a> {
         Ok(())
     }
 
-    pub(super) fn field(&self, length: Option<f64>) -> Field<'a> {
+    pub(super) fn field(&self) -> Field<'a> {
         Field {
             tables: self.tables,
             tip: self.tip.filter(|_| self.nominal.tip),
-            length: length.filter(|_| self.tables.takes_length),
+            length: self
+                .nominal
+                .field_length(self.rules, self.tables.takes_length),
             undo: self.options.undo,
         }
     }
@@ -107,7 +103,7 @@ impl<'a> Corrector<'a> {
         finer: usize,
         moving: &Moving,
     ) -> Result<Node, Fault> {
-        let field = self.field(moving.length);
+        let field = self.field();
         let limits = self.limits();
         let before = self.ways.clone();
         self.start_ways = before.clone();

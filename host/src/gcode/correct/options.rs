@@ -23,6 +23,8 @@ pub struct Options {
     pub chord: f64,
     /// Reversals.
     pub backlash: Backlash,
+    /// Cut moves under G41 and G42 too.
+    pub cut_under_cutter: bool,
     /// Take corrections away again.
     pub undo: bool,
 }
@@ -35,6 +37,7 @@ impl Default for Options {
             direction: 1e-6,
             chord: 1e-3,
             backlash: Backlash::Move,
+            cut_under_cutter: false,
             undo: false,
         }
     }

@@ -7,6 +7,7 @@ use crate::gcode::axes::{self, Position, is_rotary};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::{bits, not_known};
 use crate::gcode::number;
+use crate::gcode::trace::Lost;
 
 impl Corrector<'_> {
     /// A line without motion; `before` is where the program was.
@@ -65,20 +66,20 @@ impl Corrector<'_> {
         if let Some(axis) = self.nominal.position.missing(self.tables.axes) {
             return Err(not_known(&block.words[0], axis));
         }
-        let length = self.length(&span)?.filter(|_| self.tables.takes_length);
+        let moving = self.moving(block);
+        let takes = self.tables.takes_length;
+        let length = self.nominal.field_length(self.rules, takes);
+        if takes && length.is_none() {
+            return Err(moving.lost(Lost::NoLength));
+        }
         self.written.step(block, self.rules)?;
         for state in [&mut self.nominal, &mut self.written] {
             let at = &state.position.at;
             state.position.at = if on {
                 tip.world(at, length)
             } else {
-                tip.axes(at, length).ok_or_else(|| {
-                    Fault::new(
-                        span.clone(),
-                        "no axis positions put the tip there",
-                        "check the machine",
-                    )
-                })?
+                let axes = tip.axes(at, length);
+                axes.ok_or_else(|| Fault::no_pose(span.clone()))?
             };
             state.tip = on;
         }

@@ -25,7 +25,7 @@ impl Corrector<'_> {
         let path = Path::Line(straight.from.at, to);
         if straight.from.missing(self.tables.axes).is_some() || self.options.undo {
             // Where it comes from is not known, only where it ends.
-            let q = self.field(moving.length).axes(&to);
+            let q = self.field().axes(&to);
             let q = q.map_err(|lost| moving.lost(lost))?;
             self.ways.come_to(self.tables, &q);
             if let Some(axis) = self.ways.missing(self.tables) {
@@ -41,7 +41,7 @@ impl Corrector<'_> {
         }
         let last = self.trace(&path, 0, moving)?;
         self.corrected(&last);
-        let field = self.field(moving.length);
+        let field = self.field();
         field.reaches(&last).map_err(|lost| moving.lost(lost))?;
         let timing = self.timing(rate, &path);
         let limits = self.limits();
@@ -55,7 +55,7 @@ impl Corrector<'_> {
             }
             return Ok(vec![Piece::of(shape, last.to, Timing::None)]);
         }
-        if self.nominal.cutter {
+        if self.nominal.cutter && !self.options.cut_under_cutter {
             self.note_cutter(&limits);
             return Ok(vec![Piece::of(shape, last.to, timing)]);
         }
@@ -68,7 +68,7 @@ impl Corrector<'_> {
 
     /// The corrected end of a motion, by the directions that hold.
     fn end(&mut self, to: &PerLetter, moving: &Moving) -> Result<Node, Fault> {
-        let field = self.field(moving.length);
+        let field = self.field();
         let node = field.node(1.0, to, &self.ways);
         let node = node.map_err(|lost| moving.lost(lost))?;
         field.reaches(&node).map_err(|lost| moving.lost(lost))?;

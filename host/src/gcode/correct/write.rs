@@ -30,7 +30,7 @@ pub(super) struct Change<'p> {
 }
 
 impl Corrector<'_> {
-    /// All pieces of a motion: the first one in its line, the others behind it.
+    /// All pieces of a motion, of which there is one at least: the first one in its line, the others behind it.
     pub(super) fn write_all(
         &mut self,
         given: &Given<'_>,

@@ -54,6 +54,10 @@ impl State {
         let radius = asked.word(b'R');
         let offsets = [asked.word(letters[0]), asked.word(letters[1])];
         let given = offsets.iter().flatten().next().copied();
+        if let Some(word) = given.or(radius) {
+            // Full turns have no words of axes, and are written with them.
+            self.needs_system(word)?;
+        }
         let centre = match (radius, given) {
             (Some(word), None) => {
                 let r = self.length_of(asked, word)?;

@@ -65,7 +65,7 @@ impl<'l> Asked<'l> {
     fn takes_axes(&self) -> bool {
         let once = matches!(
             self.once,
-            Some((Code::Data | Code::Home(_) | Code::Shift(_), _))
+            Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _))
         );
         let of_words = |word: &Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
         once || self.block.words.iter().any(of_words)
@@ -76,9 +76,16 @@ impl<'l> Asked<'l> {
         for word in self.block.words.iter().filter(|w| w.letter == b'G') {
             let Some(code) = self.code(word) else {
                 if is_passed(word, self.rules) {
-                    continue;
+                    if self.axes == 0 {
+                        continue;
+                    }
+                    return Err(Fault::new(
+                        word.span(),
+                        "axes in a line with a G word that is passed: what they mean is not known",
+                        "write two lines",
+                    ));
                 }
-                return Err(unknown(word, &unknown_g(word), &remedy_g(word)));
+                return Err(unknown(word, unknown_g(word), &remedy_g(word)));
             };
             // G53 stands beside others of its group in LinuxCNC's order: it is none of what takes axes.
             if code == Code::MachineCoordinates {
@@ -123,7 +130,7 @@ impl<'l> Asked<'l> {
                 && !rules.least_increments
                 && !word.point
                 && word.value != 0.0
-                && (is_axis || b"IJKR".contains(&word.letter));
+                && (is_axis || b"IJKRQ".contains(&word.letter));
             if needs_point {
                 return Err(Fault::new(
                     word.span(),
@@ -152,23 +159,44 @@ pub(super) fn is_passed(word: &Word, rules: &Rules) -> bool {
         .any(|passed| passed.eq_ignore_ascii_case(&name))
 }
 
-fn unknown_g(word: &Word) -> String {
+fn unknown_g(word: &Word) -> &'static str {
     match word.tenths() {
-        Some(50..=59) => "splines (G5) are not corrected".to_owned(),
-        Some(70 | 80) => "lathes (G7, G8) are not corrected".to_owned(),
-        Some(680..=689) => "rotated coordinates (G68) are not followed".to_owned(),
-        Some(870 | 880) => "cycles with a stopped spindle (G87, G88) are not corrected".to_owned(),
-        Some(760) => "threading cycles of lathes (G76) are not corrected".to_owned(),
-        _ => "no G word that is known in this dialect".to_owned(),
+        Some(50..=59) => "splines (G5) are not corrected",
+        Some(70 | 80) => "lathes (G7, G8) are not corrected",
+        Some(650 | 660..=669) => "macro calls (G65, G66) compute",
+        Some(150 | 160) => "polar coordinates (G15, G16) are not followed",
+        Some(435) => "tool directions as vectors (G43.5) are not followed",
+        Some(500 | 510 | 501 | 511) => {
+            "scaled and mirrored coordinates (G50, G51) are not followed"
+        }
+        Some(680..=689) => "rotated coordinates (G68) are not followed",
+        Some(700 | 710) => "finishing and roughing cycles of lathes (G70, G71) are not corrected",
+        Some(870 | 880) => "cycles with a stopped spindle (G87, G88) are not corrected",
+        Some(760) => "threading cycles of lathes (G76) are not corrected",
+        _ => "no G word that is known in this dialect",
     }
 }
 
 fn remedy_g(word: &Word) -> String {
     match word.tenths() {
-        Some(50..=59 | 680..=689 | 870 | 880 | 760) => {
-            "write the program out with G0 to G3, or use the compensation in the controller"
-                .to_owned()
-        }
+        Some(
+            50..=59
+            | 70
+            | 80
+            | 650
+            | 660..=669
+            | 150
+            | 160
+            | 435
+            | 500..=511
+            | 680..=689
+            | 700
+            | 710
+            | 870
+            | 880
+            | 760,
+        ) => "write the program out with G0 to G3, or use the compensation in the controller"
+            .to_owned(),
         _ => format!(
             "check --dialect; if it moves nothing and changes no coordinates, pass it with --pass G{}",
             word.value

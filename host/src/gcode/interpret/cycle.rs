@@ -6,6 +6,7 @@ use crate::gcode::axes::{self, COUNT};
 use crate::gcode::cycle::{Cycle, Sticky};
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Distance, FeedMode};
+use crate::gcode::rate::Rate;
 use crate::gcode::state::State;
 use crate::gcode::words::Word;
 
@@ -36,6 +37,7 @@ impl State {
         let relative = self.needs_distance(block)? == Distance::Incremental;
         let from = self.position.at;
         let sticky = self.sticky(asked, code, n)?;
+        let rate = self.rate_of_cycle(asked)?;
         let repeat = match asked.word(b'L') {
             Some(word) => whole(word)?,
             None => 1,
@@ -79,7 +81,20 @@ impl State {
             retract: self.retract,
             q: sticky.q,
             p: sticky.p,
+            rate,
         })
+    }
+
+    fn rate_of_cycle(&self, asked: &Asked<'_>) -> Result<Rate, Fault> {
+        match (self.feed.filter(|f| *f > 0.0), self.feed_mode) {
+            (Some(f), FeedMode::PerMinute) => Ok(Rate::PerMinute(f)),
+            (Some(f), FeedMode::PerRevolution) => Ok(Rate::PerRevolution(f)),
+            (None, _) | (_, FeedMode::InverseTime) => Err(Fault::new(
+                axis_span(asked.block),
+                "a cycle without a feed per minute or revolution",
+                "write F before it",
+            )),
+        }
     }
 
     /// The words of a cycle: those of the line, otherwise those of the line before in its series.
@@ -109,13 +124,6 @@ impl State {
         }
         if matches!(code, 820 | 860 | 890) && p.is_none() {
             return Err(lacking("P, the time at the bottom"));
-        }
-        if self.feed.is_none_or(|f| f <= 0.0) || self.feed_mode == FeedMode::InverseTime {
-            return Err(Fault::new(
-                axis_span(asked.block),
-                "a cycle without a feed per minute or revolution",
-                "write F before it",
-            ));
         }
         Ok(Sticky {
             code,

@@ -1,4 +1,4 @@
-//! G10: offsets that a program sets itself.
+//! G10: offsets and tools that a program sets itself.
 
 use super::needs::not_known;
 use super::{Asked, Step, bits, unknown, whole};
@@ -11,7 +11,7 @@ use crate::gcode::state::State;
 use crate::gcode::words::Word;
 
 impl State {
-    /// G10 L2, G10 L20.
+    /// G10 L1, L2, L20.
     pub(super) fn set_data(
         &mut self,
         asked: &Asked<'_>,
@@ -27,16 +27,19 @@ impl State {
             (Some(2), Some(p @ 1..=6)) if fanuc => p as Number,
             (Some(20), Some(p @ 1..=300)) if fanuc => 100 + p as Number,
             (Some(1), Some(tool)) if asked.rules.dialect == Dialect::LinuxCnc => {
+                return self.set_tool(asked, word, tool);
+            }
+            (Some(10..=13), _) => {
                 return Err(unknown(
                     word,
-                    &format!("G10 L1: the offsets of tool {tool} change within the program"),
-                    "write them into the tool table or the setup instead",
+                    "G10 L10, L11, L12, L13: lengths of tools by where the machine stands, or in parts",
+                    "write the lengths into the setup instead, and take the words out",
                 ));
             }
             _ => {
                 return Err(unknown(
                     word,
-                    "G10 that is not followed: only L2 and L20 with P are",
+                    "G10 that is not followed: only L2 and L20 with P are, and LinuxCNC's L1",
                     "set the offset in the setup instead",
                 ));
             }
@@ -55,6 +58,16 @@ impl State {
                 format!("give the setup [offset.\"{name}\"], or write all axes here"),
             ));
         }
+        let turns = asked.rules.dialect == Dialect::LinuxCnc;
+        if known.is_none() && turns && asked.word(b'R').is_none() {
+            let name = system_name(number);
+            return Err(Fault::new(
+                word.span(),
+                format!("{name} is set, and its rotation is not known"),
+                format!("give the setup [offset.\"{name}\"], or write R, its rotation, here"),
+            ));
+        }
+        // Where nothing is known of it all axes of the machine are set here, and R.
         let mut system = known.unwrap_or_default();
         if let Some(rotation) = asked.word(b'R') {
             system.rotation = rotation.value;
@@ -68,6 +81,22 @@ impl State {
             }
         }
         self.offsets.set(number, system);
+        Ok(())
+    }
+
+    /// G10 L1: the offsets of a tool, as they are written. They hold from its next G43 on.
+    fn set_tool(&mut self, asked: &Asked<'_>, word: &Word, tool: u32) -> Result<(), Fault> {
+        let Some(mut offset) = self.tool_offset(tool, asked.rules) else {
+            return Err(Fault::new(
+                word.span(),
+                format!("tool {tool} is set, and whether it is in the tool table is not known"),
+                format!("give it in the setup: [tool.{tool}] length = …"),
+            ));
+        };
+        for axis in bits(asked.axes) {
+            offset[axis] = self.value(asked, axis)?;
+        }
+        self.tools.insert(tool, offset);
         Ok(())
     }
 

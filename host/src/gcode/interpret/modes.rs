@@ -4,7 +4,7 @@ use super::asked::is_passed;
 use super::{Asked, Step, unknown, whole};
 use crate::gcode::codes::{self, Code, Length, Machine};
 use crate::gcode::dialect::Dialect;
-use crate::gcode::fault::Fault;
+use crate::gcode::fault::{FLAT, Fault, Kind};
 use crate::gcode::modal::FeedMode;
 use crate::gcode::state::{Rules, State};
 use crate::gcode::words::Word;
@@ -47,14 +47,7 @@ impl State {
                 if is_passed(word, asked.rules) {
                     continue;
                 }
-                return Err(unknown(
-                    word,
-                    "no M word that is known: it may move the machine",
-                    &format!(
-                        "pass it as it is with --pass M{}, if it moves nothing",
-                        word.value
-                    ),
-                ));
+                return Err(unknown_m(word));
             };
             if place >= 4 {
                 return Err(Fault::new(
@@ -80,8 +73,14 @@ impl State {
             Machine::Neutral => {}
             Machine::ToolChange => self.change_tool(asked.rules, step),
             Machine::ToolNumber => {
-                let number = asked.word(b'Q').map(whole).transpose()?;
-                self.tool = number.or(self.tool);
+                let Some(number) = asked.word(b'Q') else {
+                    return Err(Fault::new(
+                        word.span(),
+                        "M61 without Q: which tool is in the spindle is not known",
+                        "write Q with its number",
+                    ));
+                };
+                self.tool = Some(whole(number)?);
                 self.length = None;
             }
             Machine::Tip(on) => {
@@ -149,6 +148,28 @@ impl State {
             }
         }
         Ok(())
+    }
+}
+
+fn unknown_m(word: &Word) -> Fault {
+    let pass = format!(
+        "pass it as it is with --pass M{}, if it moves nothing and changes no coordinates",
+        word.value
+    );
+    match word.tenths() {
+        Some(700 | 710 | 720 | 730) => unknown(
+            word,
+            "modes that are stored and brought back (M70 to M73) are not followed",
+            "write the modes in the place of M72, and take M70 to M73 out",
+        ),
+        Some(970 | 980 | 990) => {
+            Fault::new(word.span(), "a subprogram: the program computes", FLAT).kind(Kind::Flow)
+        }
+        _ => unknown(
+            word,
+            "no M word that is known: it may move the machine",
+            &pass,
+        ),
     }
 }
 

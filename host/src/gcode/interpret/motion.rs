@@ -185,6 +185,13 @@ impl State {
         };
         if machine {
             for axis in bits(words) {
+                if asked.rules.setup.wrapped[axis] == Some(true) {
+                    return Err(Fault::new(
+                        first.span(),
+                        format!("G53 with {}, which is wrapped", axes::name(axis)),
+                        "turn it in a line without G53",
+                    ));
+                }
                 to.set(axis, self.value(asked, axis)?);
             }
             return Ok(to);
@@ -217,14 +224,13 @@ impl State {
         }
         let single = if turned { words & !0b11 } else { words };
         for axis in bits(single) {
-            let value = self.value(asked, axis)?;
             if relative {
                 if !self.position.knows(axis) {
                     return Err(not_known(first, axis));
                 }
-                to.set(axis, self.position.at[axis] + value);
+                to.set(axis, self.position.at[axis] + self.value(asked, axis)?);
             } else {
-                to.set(axis, self.offsets.machine_axis(axis, value));
+                to.set(axis, self.absolute(asked, axis)?);
             }
         }
         Ok(to)

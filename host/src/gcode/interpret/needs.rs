@@ -3,7 +3,7 @@
 use super::unknown;
 use crate::gcode::axes;
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::Distance;
+use crate::gcode::modal::{Distance, Units};
 use crate::gcode::offsets::{System, system_name};
 use crate::gcode::state::State;
 use crate::gcode::words::{Block, Word};
@@ -50,6 +50,17 @@ impl State {
                 word.span(),
                 format!("the offset of {name} is not known"),
                 format!("give it in the setup: [offset.\"{name}\"] X = …, Y = …, Z = …"),
+            )
+        })
+    }
+
+    /// G20 or G21, where it must be known.
+    pub fn needs_units(&self, span: Range<usize>) -> Result<Units, Fault> {
+        self.units.ok_or_else(|| {
+            Fault::new(
+                span,
+                "mm or inches: that is not known here",
+                "write G20 or G21 before it, or give the setup with its units",
             )
         })
     }

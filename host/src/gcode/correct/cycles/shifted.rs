@@ -26,7 +26,7 @@ impl Corrector<'_> {
         moving: &Moving,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let field = self.field(moving.length);
+        let field = self.field();
         let n = cycle.axes[2];
         let mut hole = cycle.first;
         hole[n] = cycle.bottom;

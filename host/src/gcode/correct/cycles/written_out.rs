@@ -7,7 +7,7 @@ use crate::gcode::correct::piece::{Piece, Shape};
 use crate::gcode::correct::write::Change;
 use crate::gcode::cycle::{Cycle, Part};
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::{FeedMode, Motion};
+use crate::gcode::modal::Motion;
 use crate::gcode::moves::Rate;
 use crate::gcode::number;
 use crate::gcode::trace::Path;
@@ -27,7 +27,6 @@ impl Corrector<'_> {
             eol => eol,
         };
         let given = Given { eol, ..*given };
-        let rate = self.feed_of_cycle(moving)?;
         let mut at = cycle.from;
         let mut first = true;
         for part in parts {
@@ -37,13 +36,13 @@ impl Corrector<'_> {
                     continue;
                 }
                 Part::Rapid(to) => (Shape::Rapid, Rate::Rapid, *to),
-                Part::Feed(to) => (Shape::Feed, rate, *to),
+                Part::Feed(to) => (Shape::Feed, cycle.rate, *to),
             };
             let path = Path::Line(at, to);
             let last = self.trace(&path, 0, moving)?;
             self.corrected(&last);
             let timing = self.timing(rate, &path);
-            let field = self.field(moving.length);
+            let field = self.field();
             let pieces = self.runs(&field, shape, &self.limits(), timing);
             for piece in pieces.map_err(|lost| moving.lost(lost))? {
                 // Motion words of the line become those of its first move.
@@ -60,18 +59,6 @@ impl Corrector<'_> {
         }
         debug_assert!((0..COUNT).all(|i| (at[i] - cycle.to()[i]).abs() < 1e-9));
         Ok(())
-    }
-
-    fn feed_of_cycle(&self, moving: &Moving) -> Result<Rate, Fault> {
-        match (self.nominal.feed, self.nominal.feed_mode) {
-            (Some(f), FeedMode::PerRevolution) => Ok(Rate::PerRevolution(f)),
-            (Some(f), _) => Ok(Rate::PerMinute(f)),
-            (None, _) => Err(Fault::new(
-                moving.span.clone(),
-                "a feed that is not known",
-                "write F before it",
-            )),
-        }
     }
 
     fn write_dwell(&mut self, given: &Given<'_>, p: f64, out: &mut Vec<u8>) -> Result<(), Fault> {

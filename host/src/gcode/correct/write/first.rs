@@ -33,7 +33,7 @@ impl Corrector<'_> {
         change: &Change<'_>,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let wording = self.wording(given.block, change.piece, change.wanted);
+        let wording = self.wording(given.block, change.piece, change.wanted)?;
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
         let said = self.change_words(given, change, &wording, &mut edits);
@@ -67,7 +67,7 @@ impl Corrector<'_> {
                 continue;
             }
             if let Some(axis) = axes::index(word.letter) {
-                if change.fresh {
+                if change.fresh || words.left_out & (1 << axis) != 0 {
                     edits.remove(given.line, word.span());
                 } else if let Some(value) = words.value[axis] {
                     said.axes |= 1 << axis;

@@ -16,7 +16,7 @@ impl Corrector<'_> {
         piece: &Piece,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let wording = self.wording(given.block, piece, 0);
+        let wording = self.wording(given.block, piece, 0)?;
         let words = &wording.words;
         if !words.moves && wording.centre.is_none() {
             return Ok(());

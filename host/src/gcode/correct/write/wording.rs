@@ -8,7 +8,8 @@ use crate::gcode::correct::feed::same_feed;
 use crate::gcode::correct::piece::{Piece, Shape};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
-use crate::gcode::interpret::bits;
+use crate::gcode::fault::Fault;
+use crate::gcode::interpret::{bits, word_of_wrapped};
 use crate::gcode::modal::{Distance, Motion, Units};
 use crate::gcode::moves::Rate;
 use crate::gcode::number;
@@ -20,6 +21,8 @@ pub(super) struct Words {
     /// Value in units of the program, of each axis that is written.
     pub value: [Option<f64>; COUNT],
     pub decimals: [usize; COUNT],
+    /// Axes (bits) whose words go.
+    pub left_out: u16,
     /// Where the rounded words lead.
     pub to: PerLetter,
     /// True if they lead anywhere else than where it is.
@@ -40,16 +43,21 @@ pub(super) struct Wording {
 }
 
 impl Corrector<'_> {
-    /// The unit of the program.
+    /// The unit of the program: known where words of lengths are read or written, which is asked before.
     pub(in crate::gcode::correct) fn units(&self) -> Units {
         self.nominal.units.unwrap_or(Units::Millimetre)
     }
 
     /// What the line of a piece has to say; `wanted` are axes (bits) that it names, whatever they are.
-    pub(super) fn wording(&mut self, block: &Block, piece: &Piece, wanted: u16) -> Wording {
+    pub(super) fn wording(
+        &mut self,
+        block: &Block,
+        piece: &Piece,
+        wanted: u16,
+    ) -> Result<Wording, Fault> {
         let machine = is_machine(block, self.rules.dialect);
-        let words = self.words(block, &piece.to, wanted, machine);
-        Wording {
+        let words = self.words(block, &piece.to, wanted, machine)?;
+        Ok(Wording {
             feed: self.feed(piece, &words.to),
             inverse: matches!(piece.feed, Some(Rate::Inverse(_))),
             motion: self.motion_word(piece),
@@ -59,7 +67,7 @@ impl Corrector<'_> {
             },
             machine,
             words,
-        }
+        })
     }
 
     /// The feed, if it has to be written.
@@ -82,7 +90,13 @@ impl Corrector<'_> {
     }
 
     /// The words that lead to a position.
-    fn words(&mut self, block: &Block, to: &PerLetter, wanted: u16, machine: bool) -> Words {
+    fn words(
+        &mut self,
+        block: &Block,
+        to: &PerLetter,
+        wanted: u16,
+        machine: bool,
+    ) -> Result<Words, Fault> {
         let unit = self.unit();
         let relative = !machine && self.nominal.distance == Some(Distance::Incremental);
         let at = self.written.position;
@@ -97,6 +111,7 @@ impl Corrector<'_> {
         let mut words = Words {
             value: [None; COUNT],
             decimals: [0; COUNT],
+            left_out: 0,
             to: at.at,
             moves: false,
         };
@@ -110,6 +125,21 @@ impl Corrector<'_> {
             let finest = 0.6 * 10_f64.powi(-(decimals as i32));
             let known = at.knows(axis);
             if wanted & (1 << axis) == 0 && known && by.abs() < finest {
+                continue;
+            }
+            if !relative && !machine && known && self.rules.setup.wrapped[axis] == Some(true) {
+                if by.abs() < finest {
+                    // A word that moves nothing could mean a whole turn.
+                    words.left_out |= 1 << axis;
+                    continue;
+                }
+                let dialect = self.rules.dialect;
+                let word = word_of_wrapped(dialect, here[axis], target[axis], decimals);
+                let (word, leads) = word.ok_or_else(|| no_word_of_wrapped(block, axis))?;
+                words.value[axis] = Some(word);
+                words.decimals[axis] = decimals;
+                program[axis] = leads;
+                words.moves = true;
                 continue;
             }
             words.value[axis] = Some(rounded);
@@ -134,7 +164,7 @@ impl Corrector<'_> {
             }
             to
         };
-        words
+        Ok(words)
     }
 
     fn motion_word(&self, piece: &Piece) -> Option<Motion> {
@@ -167,6 +197,19 @@ impl Corrector<'_> {
         };
         [(b"IJK"[i], values[0] / unit), (b"IJK"[j], values[1] / unit)]
     }
+}
+
+/// A correction that makes half a turn, or a whole one, out of something else.
+fn no_word_of_wrapped(block: &Block, axis: usize) -> Fault {
+    let word = block.word(axes::LETTERS[axis]);
+    Fault::new(
+        word.map_or(0..block.end, Word::span),
+        format!(
+            "the corrected word of {}, which is wrapped, would turn it another way",
+            axes::name(axis)
+        ),
+        "write the move as two, each of less than half a turn",
+    )
 }
 
 /// Gives a word another number, if it is another.
