@@ -52,8 +52,8 @@ pub fn check(work: &Path) -> Result<(), String> {
             }
             continue;
         }
-        let before = rs274::run(&copy, &no_tools)?;
-        let after = rs274::run(&out, &no_tools)?;
+        let before = rs274::run(&copy, &no_tools, None)?;
+        let after = rs274::run(&out, &no_tools, None)?;
         let mut positions = String::from("X,Y,Z\n");
         for motion in &before {
             let at: Vec<String> = (0..3)
