@@ -1,6 +1,7 @@
 //! `trueaxis gcode`: programs corrected.
 
 mod five_axes;
+mod hemisphere;
 mod random;
 mod refused;
 mod tool_length;
