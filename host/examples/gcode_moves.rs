@@ -1,11 +1,11 @@
 //! What the interpreter of `trueaxis gcode` makes of programs, for `cargo xtask gcode`, which compares it with
 //! another interpreter: motions of each file in machine coordinates (mm, degrees), or the word that it is refused for.
 //!
-//! `gcode_moves [--tool N=LENGTH] FILE…`
+//! `gcode_moves [--tool=N=LENGTH]… [--wrapped=C] FILE…`
 
 use std::io::BufReader;
 use trueaxis_host::gcode::cycle::Part;
-use trueaxis_host::gcode::modal::{FeedMode, Units};
+use trueaxis_host::gcode::modal::Units;
 use trueaxis_host::gcode::moves::{Move, Rate};
 use trueaxis_host::gcode::offsets::System;
 use trueaxis_host::gcode::stream::{Lines, look_for_computing};
@@ -44,7 +44,7 @@ fn place(at: &[f64; 9]) -> String {
     at.join(" ")
 }
 
-fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
+fn run(name: &str, tools: &[(u32, f64)], wrapped: &[usize]) -> Result<(), String> {
     let open = || std::fs::File::open(name).map(BufReader::new);
     let failed = |e: std::io::Error| format!("other {e}");
     let refused = |e: trueaxis_host::gcode::stream::StreamError| match e {
@@ -54,7 +54,10 @@ fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
         other => format!("other {other}"),
     };
     look_for_computing(open().map_err(failed)?, Dialect::LinuxCnc).map_err(refused)?;
-    let rules = rules(tools);
+    let mut rules = rules(tools);
+    wrapped
+        .iter()
+        .for_each(|axis| rules.setup.wrapped[*axis] = Some(true));
     let mut state = State::new(&rules);
     let mut block = Block::default();
     let mut lines = Lines::new(open().map_err(failed)?);
@@ -110,9 +113,14 @@ fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
                 );
             }
             Some(Move::Cycle(cycle)) => {
-                let f = state.feed.unwrap_or_default();
-                debug_assert!(state.feed_mode != FeedMode::InverseTime);
-                for part in cycle.parts().unwrap_or_default() {
+                let f = match cycle.rate {
+                    Rate::PerMinute(f) | Rate::PerRevolution(f) => f,
+                    rate => return Err(format!("other {rate:?} in a cycle")),
+                };
+                let parts = cycle.parts();
+                let code = cycle.code / 10;
+                let parts = parts.ok_or(format!("other G{code}, which turns the spindle"))?;
+                for part in parts {
                     match part {
                         Part::Rapid(to) => println!("rapid {} 0", place(&to)),
                         Part::Feed(to) => println!("feed {} {f:.5}", place(&to)),
@@ -126,18 +134,24 @@ fn run(name: &str, tools: &[(u32, f64)]) -> Result<(), String> {
 }
 
 fn main() {
-    let mut tools = Vec::new();
+    let (mut tools, mut wrapped) = (Vec::new(), Vec::new());
     for argument in std::env::args().skip(1) {
+        if let Some(letter) = argument.strip_prefix("--wrapped=") {
+            wrapped.extend(letter.bytes().filter_map(trueaxis_host::gcode::axes::index));
+            continue;
+        }
         if let Some(tool) = argument.strip_prefix("--tool=") {
-            let (number, length) = tool.split_once('=').unwrap_or((tool, "0"));
-            tools.push((
-                number.parse().unwrap_or_default(),
-                length.parse().unwrap_or_default(),
-            ));
+            let tool = tool
+                .split_once('=')
+                .and_then(|(n, l)| n.parse().ok().zip(l.parse().ok()));
+            match tool {
+                Some(tool) => tools.push(tool),
+                None => println!("no tool: {argument}"),
+            }
             continue;
         }
         println!("file {argument}");
-        if let Err(cause) = run(&argument, &tools) {
+        if let Err(cause) = run(&argument, &tools, &wrapped) {
             println!("refused {cause}");
         }
     }

@@ -1,13 +1,16 @@
 //! `cargo xtask gcode`: programs beside another interpreter, LinuxCNC's `rs274`.
 
 mod corrected;
+mod five_axes;
+mod own;
 mod rs274;
 mod speed;
 
 use crate::packages;
-use crate::process::{cargo, run, target};
+use crate::process::{cargo, root, run, target};
 use rs274::Motion;
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -66,11 +69,26 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
                 "gcode_moves",
             ]))?;
             compare(&work)?;
+            own::check(&work)?;
+            five_axes::check(&work)?;
             corrected::check(&work)
         }
         ["speed"] => speed::measure(&work),
         _ => Err("gcode takes nothing, or `speed`".to_owned()),
     }
+}
+
+/// The compensation of `mill-21`, compiled by this command.
+fn compensation(trueaxis: &Path, work: &Path) -> Result<PathBuf, String> {
+    let example = root().join("examples/mill-21");
+    let blob = work.join("mill-21.trax");
+    run(Command::new(trueaxis)
+        .arg("compile")
+        .args([example.join("machine.toml"), example.join("errors-21.toml")])
+        .arg("-o")
+        .arg(&blob)
+        .args(["--random", "200"]))?;
+    Ok(blob)
 }
 
 /// Standard output of a program.
@@ -143,7 +161,8 @@ fn compare(work: &Path) -> Result<(), String> {
     let tools = work.join("tools.tbl");
     let table: String = TOOLS.iter().map(|t| format!("T{t} P{t} Z0\n")).collect();
     fs::write(&tools, table).map_err(|e| format!("{}: {e}", tools.display()))?;
-    let said = moves(&programs)?;
+    let options = TOOLS.map(|tool| format!("--tool={tool}=0"));
+    let said = moves(&programs, &options)?;
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     let mut wrong = Vec::new();
     let mut motions = 0;
@@ -180,9 +199,9 @@ fn compare(work: &Path) -> Result<(), String> {
                     "flat, with axes that rs274 does not have"
                 } else {
                     let copy = plain_copy(path, work)?;
-                    let ours = moves(std::slice::from_ref(&copy))?;
+                    let ours = moves(std::slice::from_ref(&copy), &options)?;
                     let ours = &ours[&copy.display().to_string()];
-                    let rivals = rs274::run(&copy, &tools)?;
+                    let rivals = rs274::run(&copy, &tools, None)?;
                     match same(ours, &rivals) {
                         Ok(count) => motions += count,
                         Err(cause) => wrong.push(format!("{name}: {cause}")),
@@ -215,13 +234,13 @@ fn compare(work: &Path) -> Result<(), String> {
     ))
 }
 
-/// What our interpreter makes of programs, by name.
-fn moves(programs: &[PathBuf]) -> Result<BTreeMap<String, Vec<String>>, String> {
+/// What our interpreter makes of programs, by name; `options` are those of `gcode_moves`.
+fn moves(
+    programs: &[PathBuf],
+    options: &[impl AsRef<OsStr>],
+) -> Result<BTreeMap<String, Vec<String>>, String> {
     let mut command = Command::new(target("debug").join("examples/gcode_moves"));
-    for tool in TOOLS {
-        command.arg(format!("--tool={tool}=0"));
-    }
-    let said = output(command.args(programs))?;
+    let said = output(command.args(options).args(programs))?;
     let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut name = String::new();
     for line in said.lines() {

@@ -1,5 +1,7 @@
 //! The nine axes of a program, and positions of them.
 
+use crate::machine::Letter;
+
 /// How many letters of axes there are.
 pub const COUNT: usize = 9;
 
@@ -13,6 +15,22 @@ pub type PerLetter = [f64; COUNT];
 #[must_use]
 pub fn index(letter: u8) -> Option<usize> {
     LETTERS.iter().position(|l| *l == letter)
+}
+
+/// The place of an axis of a machine: machines and programs have the same nine letters.
+#[must_use]
+pub fn of_machine(letter: Letter) -> usize {
+    match letter.char() {
+        'X' => 0,
+        'Y' => 1,
+        'Z' => 2,
+        'A' => 3,
+        'B' => 4,
+        'C' => 5,
+        'U' => 6,
+        'V' => 7,
+        _ => 8,
+    }
 }
 
 /// True for A, B and C.
@@ -60,5 +78,22 @@ impl Position {
     pub fn missing(&self, axes: u16) -> Option<usize> {
         let missing = axes & !self.known;
         (missing != 0).then(|| missing.trailing_zeros() as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_axis_of_a_machine_has_the_place_of_its_letter() {
+        for (place, letter) in LETTERS.iter().enumerate() {
+            let of_machine = Letter::new(char::from(*letter)).map(of_machine);
+            assert_eq!(of_machine, Some(place));
+        }
+        let others = (b'A'..=b'Z').filter(|l| index(*l).is_none());
+        for letter in others.map(char::from) {
+            assert_eq!(Letter::new(letter), None);
+        }
     }
 }

@@ -3,6 +3,7 @@
 use super::dialect::Dialect;
 use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
 use super::offsets::Number;
+use super::words::{Block, Word};
 
 /// What a word G asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,8 +26,10 @@ pub enum Code {
     StoreHome(usize),
     /// G53.
     MachineCoordinates,
-    /// G92 and G92.1, .2, .3 by its last digit; G52 is 5.
+    /// G92 and G92.1, .2, .3 by its last digit.
     Shift(u8),
+    /// G52.
+    Local,
     /// G17 to G19.
     Plane(Plane),
     /// G20, G21.
@@ -106,7 +109,8 @@ impl Code {
             | Self::Home(_)
             | Self::StoreHome(_)
             | Self::MachineCoordinates
-            | Self::Shift(_) => Group::Once,
+            | Self::Shift(_)
+            | Self::Local => Group::Once,
             Self::Plane(_) => Group::Plane,
             Self::Units(_) => Group::Units,
             Self::Distance(_) => Group::Distance,
@@ -129,6 +133,31 @@ pub fn system(tenths: u16) -> Option<Number> {
         591..=593 => Some(tenths - 584),
         _ => None,
     }
+}
+
+/// What a word asks for; `None` if it is no G word that is known.
+#[must_use]
+pub fn code(word: &Word, dialect: Dialect) -> Option<Code> {
+    match word.letter {
+        b'G' => g(word.tenths()?, dialect),
+        _ => None,
+    }
+}
+
+/// What a word asks for; `None` if it is no M word that is known.
+#[must_use]
+pub fn machine(word: &Word, dialect: Dialect) -> Option<Machine> {
+    match word.letter {
+        b'M' => m(word.tenths()?, dialect),
+        _ => None,
+    }
+}
+
+/// True if a line ends the program: M2, M30.
+#[must_use]
+pub fn ends(block: &Block, dialect: Dialect) -> bool {
+    let ends = |word: &Word| machine(word, dialect) == Some(Machine::End);
+    block.words.iter().any(ends)
 }
 
 /// What a word G (in tenths) asks for; `None` if it is not known or not built.
@@ -160,6 +189,7 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         431 if dialect != Fanuc => Code::ToolLength(Length::OfWords),
         434 if dialect == Fanuc => Code::TipOn,
         490 => Code::ToolLength(Length::Off),
+        520 if dialect != Grbl => Code::Local,
         530 => Code::MachineCoordinates,
         541 if dialect == Fanuc => Code::System(100),
         540 | 550 | 560 | 570 | 580 | 590 => Code::System(tenths / 10 - 53),

@@ -2,6 +2,7 @@
 
 use super::axes::{COUNT, PerLetter};
 use super::modal::Retract;
+use super::rate::Rate;
 
 /// Words that stay from one cycle of a series to the next, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +48,8 @@ pub struct Cycle {
     pub q: Option<f64>,
     /// Seconds at the bottom, as written.
     pub p: Option<f64>,
+    /// How fast it feeds.
+    pub rate: Rate,
 }
 
 /// How far a peck stays from where it was, as in LinuxCNC (mm).
@@ -81,6 +84,7 @@ impl Cycle {
     /// Where the axes end.
     #[must_use]
     pub fn to(&self) -> PerLetter {
+        // There is one hole at least.
         let mut to = self.holes().last().unwrap_or(self.from);
         to[self.axes[2]] = self.clear();
         to
@@ -116,6 +120,7 @@ impl Cycle {
             go(&mut parts, &mut at, with(hole, self.r), false);
             match self.code {
                 730 | 830 => {
+                    // Cycles of pecks are read with Q only.
                     let peck = self.q?;
                     let mut depth = self.r;
                     while depth > self.bottom {

@@ -45,6 +45,16 @@ impl Fault {
         }
     }
 
+    /// A place of the tip that no axis positions lead to.
+    #[must_use]
+    pub fn no_pose(span: Range<usize>) -> Self {
+        Self::new(
+            span,
+            "no axis positions put the tip there",
+            "check the place of the part, the tool length and the machine file",
+        )
+    }
+
     /// The same of another kind.
     #[must_use]
     pub fn kind(self, kind: Kind) -> Self {

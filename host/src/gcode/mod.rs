@@ -21,6 +21,7 @@ pub mod moves;
 mod number;
 pub mod offsets;
 pub mod program;
+pub mod rate;
 pub mod report;
 pub mod setup;
 pub mod state;

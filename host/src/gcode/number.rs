@@ -15,6 +15,13 @@ pub fn decimals(axis: usize, units: Units) -> usize {
 
 const POWERS: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
+/// A number with so many decimals.
+#[must_use]
+pub fn rounded(value: f64, decimals: usize) -> f64 {
+    let power = 10_f64.powi(decimals as i32);
+    (value * power).round() / power
+}
+
 /// A number with so many decimals at most, and so many at least; what it then is.
 pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: bool) -> f64 {
     let most = most.min(9);
@@ -23,6 +30,7 @@ pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: boo
         // Far outside any travel.
         let text = format!("{value:.most$}");
         to.extend_from_slice(text.as_bytes());
+        // What f64 writes f64 reads.
         return text.parse().unwrap_or(value);
     }
     let rounded = scaled / POWERS[most];

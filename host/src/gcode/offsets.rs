@@ -33,10 +33,12 @@ pub struct Offsets {
     pub systems: BTreeMap<Number, System>,
     selected: Number,
     active: Option<System>,
-    /// G92 (mm, degrees), added to words.
+    /// G92 or G52 (mm, degrees), added to words.
     pub g92: PerLetter,
-    /// What G92.2 puts aside.
-    pub g92_aside: PerLetter,
+    /// What G92.3 brings back: the offsets of the last G92, if they are known.
+    pub g92_stored: Option<PerLetter>,
+    /// True while [`Self::g92`] is that of G52, which Fanuc's controllers keep apart.
+    pub local: bool,
     /// Tool offset (mm), added to positions.
     pub tool: PerLetter,
     /// Cosine and sine of the rotation.
@@ -52,7 +54,8 @@ impl Offsets {
             selected,
             active: None,
             g92: [0.0; COUNT],
-            g92_aside: [0.0; COUNT],
+            g92_stored: None,
+            local: false,
             tool: [0.0; COUNT],
             turn: [1.0, 0.0],
         };
@@ -97,6 +100,7 @@ impl Offsets {
         self.turn[1] != 0.0 || self.turn[0] != 1.0
     }
 
+    /// 0 where it is not known: whoever reads words by it asks for [`Self::active`] before.
     fn origin(&self, axis: usize) -> f64 {
         self.active.map_or(0.0, |s| s.origin[axis])
     }

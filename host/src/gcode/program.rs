@@ -3,7 +3,7 @@
 use super::arc::Arc;
 use super::axes::{PerLetter, Position};
 use super::cycle::Part;
-use super::fault::Refusal;
+use super::fault::{Fault, Refusal};
 use super::moves::{Move, Rate};
 use super::state::{Rules, State};
 use super::stream::{Lines, StreamError};
@@ -31,6 +31,8 @@ pub struct Segment {
     pub tip: bool,
     /// Tool length (mm), if it is known.
     pub length: Option<f64>,
+    /// The same for poses and for the compensation: [`State::field_length`].
+    pub field_length: Option<f64>,
     /// True under G41 or G42.
     pub cutter: bool,
     /// True if it is a part of a cycle.
@@ -67,9 +69,7 @@ impl<'a, R: BufRead> Program<'a, R> {
     ) -> Self {
         let mut state = State::new(rules);
         if let Some(tip) = tip.filter(|_| rules.tip) {
-            let length = state
-                .tool_length(&rules.setup)
-                .filter(|_| tables.takes_length);
+            let length = state.field_length(rules, tables.takes_length);
             state.position.at = tip.world(&state.position.at, length);
         }
         Self {
@@ -118,12 +118,15 @@ impl<'a, R: BufRead> Program<'a, R> {
             let done = scanned.and_then(|()| self.state.step(&self.block, self.rules));
             let step = done.map_err(|fault| Refusal::at(fault, number, line))?;
             if let (Some(on), Some(tip)) = (step.tip, self.tip) {
-                let length = self.length().filter(|_| self.tables.takes_length);
+                let takes = self.tables.takes_length;
+                let length = self.state.field_length(self.rules, takes);
                 let at = self.state.position.at;
-                self.state.position.at = match on {
-                    true => tip.world(&at, length),
-                    false => tip.axes(&at, length).unwrap_or(at),
+                let there = match on {
+                    true => Some(tip.world(&at, length)),
+                    false => tip.axes(&at, length),
                 };
+                self.state.position.at = there
+                    .ok_or_else(|| Refusal::at(Fault::no_pose(0..line.len()), number, line))?;
                 self.state.tip = on;
                 self.waiting.push_back(Event::Jumped(self.state.position));
             }
@@ -135,10 +138,6 @@ impl<'a, R: BufRead> Program<'a, R> {
         Ok(self.waiting.pop_front())
     }
 
-    fn length(&self) -> Option<f64> {
-        self.state.tool_length(&self.rules.setup)
-    }
-
     fn split(&mut self, line: u64, motion: Option<Move>) {
         let state = &self.state;
         let segment = |path: Path, rate: Rate, whole: bool| {
@@ -147,9 +146,11 @@ impl<'a, R: BufRead> Program<'a, R> {
                 path,
                 whole,
                 rate,
+                // Not known only where nothing but angles is moved.
                 unit: state.units.map_or(1.0, super::modal::Units::mm),
                 tip: state.tip,
                 length: state.tool_length(&self.rules.setup),
+                field_length: state.field_length(self.rules, self.tables.takes_length),
                 cutter: state.cutter,
                 in_cycle: matches!(motion, Some(Move::Cycle(_))),
             })
@@ -170,11 +171,7 @@ impl<'a, R: BufRead> Program<'a, R> {
                     .push_back(segment(Path::Arc(*arc), *rate, true));
             }
             Some(Move::Cycle(cycle)) => {
-                let feed = state.feed.unwrap_or_default();
-                let rate = match state.feed_mode {
-                    super::modal::FeedMode::PerRevolution => Rate::PerRevolution(feed),
-                    _ => Rate::PerMinute(feed),
-                };
+                let rate = cycle.rate;
                 let mut at = cycle.from;
                 let mut go = |to: PerLetter, rate: Rate| {
                     let event = segment(Path::Line(at, to), rate, true);

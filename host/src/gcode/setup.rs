@@ -28,12 +28,16 @@ pub struct Setup {
     pub selected: Option<Number>,
     /// G92 offsets that hold before the first line.
     pub g92: PerLetter,
+    /// Those that G92.3 brings back, if they are known.
+    pub g92_stored: Option<PerLetter>,
     /// Offset of each tool; that of Z is its length.
     pub tools: BTreeMap<u32, PerLetter>,
     /// Where G28 and G30 go.
     pub homes: [Option<Position>; 2],
     /// Where M6 goes, of each axis that it moves.
     pub tool_change: Option<Position>,
+    /// Whether words of a rotary axis mean an angle of whichever turn, where that is said.
+    pub wrapped: [Option<bool>; COUNT],
 }
 
 type Letters = BTreeMap<String, Spanned<f64>>;
@@ -50,6 +54,8 @@ struct File {
     #[serde(default)]
     home: BTreeMap<Spanned<String>, Letters>,
     tool_change: Option<Letters>,
+    #[serde(default)]
+    axis: BTreeMap<Spanned<String>, AxisEntry>,
 }
 
 #[derive(Deserialize)]
@@ -63,7 +69,13 @@ struct Start {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Tool {
-    length: f64,
+    length: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisEntry {
+    wrapped: bool,
 }
 
 impl Setup {
@@ -98,6 +110,12 @@ impl Setup {
                         "write X, Y, Z, A, B, C, U, V, W, `tool` or `travel`",
                     )
                 })?;
+                if !value.is_finite() {
+                    return Err(FileError::whole(
+                        format!("[start] {letter}: not a finite number"),
+                        "write a number",
+                    ));
+                }
                 setup.start.set(axis, in_mm(axis, *value, units));
             }
             for (letter, sign) in start.travel.unwrap_or_default() {
@@ -143,7 +161,7 @@ impl Setup {
                 FileError::at(name.span(), "no number of a tool", "here", "write [tool.1]")
             })?;
             let mut offset = [0.0; COUNT];
-            offset[2] = tool.length * units.mm();
+            offset[2] = finite(&tool.length)? * units.mm();
             setup.tools.insert(number, offset);
         }
         for (name, letters) in &file.home {
@@ -163,6 +181,18 @@ impl Setup {
         }
         if let Some(letters) = &file.tool_change {
             setup.tool_change = Some(position(letters, units)?);
+        }
+        for (letter, entry) in &file.axis {
+            let axis = axis_of(letter.get_ref()).filter(|axis| axes::is_rotary(*axis));
+            let axis = axis.ok_or_else(|| {
+                FileError::at(
+                    letter.span(),
+                    "no rotary axis",
+                    "here",
+                    "write [axis.A], [axis.B] or [axis.C]",
+                )
+            })?;
+            setup.wrapped[axis] = Some(entry.wrapped);
         }
         Ok(setup)
     }
@@ -215,8 +245,9 @@ fn number_of(name: &str) -> Option<Number> {
         let number: Number = number.parse().ok()?;
         return (1..=300).contains(&number).then_some(100 + number);
     }
-    let tenths = (name.strip_prefix('G')?.parse::<f64>().ok()? * 10.0).round() as u16;
-    super::codes::system(tenths)
+    let tenths = name.strip_prefix('G')?.parse::<f64>().ok()? * 10.0;
+    let whole = (tenths - tenths.round()).abs() < 1e-6;
+    super::codes::system(tenths.round() as u16).filter(|_| whole)
 }
 
 #[cfg(test)]
@@ -258,6 +289,14 @@ mod tests {
             ("units = \"mm\"\n[offset.G54]\nQ = 1", "no axis"),
             ("units = \"mm\"\n[offset.G54]\nX = nan", "finite"),
             ("units = \"mm\"\n[start]\nx = 1", "no axis"),
+            ("units = \"mm\"\n[start]\nX = inf", "finite"),
+            ("units = \"mm\"\n[tool.1]\nlength = nan", "finite"),
+            (
+                "units = \"mm\"\n[offset.\"G54.04\"]\nX = 1",
+                "no work coordinate system",
+            ),
+            ("units = \"mm\"\n[axis.X]\nwrapped = true", "no rotary axis"),
+            ("units = \"mm\"\n[axis.C]\n", "missing field"),
             ("units = \"mm\"\n[tool.a]\nlength = 1", "number of a tool"),
             ("units = \"mm\"\n[tool.1]\nlenght = 1", "unknown field"),
             (

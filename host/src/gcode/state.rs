@@ -1,11 +1,12 @@
 //! Where a program is: everything that a line depends on.
 
-use super::axes::{COUNT, Position};
+use super::axes::{COUNT, PerLetter, Position};
 use super::cycle::Sticky;
 use super::dialect::Dialect;
 use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
 use super::offsets::Offsets;
 use super::setup::Setup;
+use std::collections::BTreeMap;
 
 /// What is the same for all lines.
 #[derive(Clone, Debug, Default)]
@@ -16,6 +17,8 @@ pub struct Rules {
     pub setup: Setup,
     /// The axes that may be commanded, one bit each: those of the compensation.
     pub axes: u16,
+    /// Those that turn for ever, one bit each.
+    pub endless: u16,
     /// Words that are passed although nobody knows them: `G187`, `M100`.
     pub pass: Vec<String>,
     /// Whether lines behind `/` are left out; `None`: not known.
@@ -49,6 +52,8 @@ pub struct State {
     pub feed: Option<f64>,
     /// Where the axes are commanded to (mm, degrees); with [`Self::tip`] the tip.
     pub position: Position,
+    /// Offsets of tools that the program has set.
+    pub tools: BTreeMap<u32, PerLetter>,
     /// The tool in the spindle.
     pub tool: Option<u32>,
     /// The tool that M6 takes.
@@ -65,7 +70,9 @@ pub struct State {
     pub cycle: Option<Sticky>,
     /// Where G28 and G30 go.
     pub homes: [Option<Position>; 2],
-    /// True behind M2 or M30.
+    /// True behind the first line with words.
+    pub begun: bool,
+    /// True behind M2 or M30, or behind `%` at the end.
     pub ended: bool,
 }
 
@@ -76,8 +83,10 @@ impl State {
         let setup = &rules.setup;
         // Fanuc's depend on parameters of the machine.
         let usual = rules.dialect != Dialect::Fanuc;
+        // All begin with G54, unless LinuxCNC's parameters say otherwise.
         let mut offsets = Offsets::new(setup.systems.clone(), setup.selected.unwrap_or(1));
         offsets.g92 = setup.g92;
+        offsets.g92_stored = setup.g92_stored;
         let mut position = Position::default();
         for axis in (0..COUNT).filter(|axis| setup.start.knows(*axis)) {
             position.set(axis, setup.start.at[axis]);
@@ -92,6 +101,7 @@ impl State {
             offsets,
             feed: None,
             position,
+            tools: BTreeMap::new(),
             tool: setup.tool,
             next_tool: None,
             length: None,
@@ -100,14 +110,29 @@ impl State {
             tip: rules.tip,
             cycle: None,
             homes: setup.homes,
+            begun: false,
             ended: false,
+        }
+    }
+
+    /// Length of the tool (mm) for poses, and for a compensation that takes it in: while G43 holds, that of its tool, for
+    /// controllers turn the part about the tip by it; `None`: that of the machine.
+    #[must_use]
+    pub fn field_length(&self, rules: &Rules, takes_length: bool) -> Option<f64> {
+        match takes_length {
+            true => self.tool_length(&rules.setup),
+            false => self.length.filter(|_| self.offsets.tool[2] != 0.0),
         }
     }
 
     /// Length of the tool in the spindle (mm), if it is known.
     #[must_use]
     pub fn tool_length(&self, setup: &Setup) -> Option<f64> {
-        let of_spindle = || Some(setup.tools.get(&self.tool?)?[2]);
+        let of_spindle = || {
+            let tool = self.tool?;
+            let offset = self.tools.get(&tool).or_else(|| setup.tools.get(&tool))?;
+            Some(offset[2])
+        };
         self.length.or_else(of_spindle)
     }
 }

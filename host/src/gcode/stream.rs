@@ -1,5 +1,6 @@
 //! Programs from a file and into one, a line at a time.
 
+use super::codes;
 use super::fault::{Fault, Kind, Refusal};
 use super::words::Block;
 use super::{Corrector, Dialect};
@@ -94,13 +95,19 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
     let mut number = 0;
     while let Some((line, _)) = lines.next_line()? {
         number += 1;
-        if !line.iter().any(|b| matches!(b, b'#' | b'[' | b'o' | b'O')) {
+        let speaks = |b: &u8| matches!(b, b'#' | b'[' | b'o' | b'O' | b'M' | b'm' | b'%');
+        if !line.iter().any(speaks) {
             continue;
         }
-        if let Err(fault) = block.scan(line, dialect)
-            && matches!(fault.kind, Kind::Parameter | Kind::Expression | Kind::Flow)
-        {
-            return Err(Refusal::at(fault, number, line).into());
+        match block.scan(line, dialect) {
+            // What stands behind the end is no program.
+            Ok(()) if block.percent && number > 1 => break,
+            Ok(()) if !block.deleted && codes::ends(&block, dialect) => break,
+            Err(fault) if matches!(fault.kind, Kind::Parameter | Kind::Expression | Kind::Flow) => {
+                return Err(Refusal::at(fault, number, line).into());
+            }
+            // Anything else is told where it is interpreted.
+            _ => {}
         }
     }
     Ok(())

@@ -87,6 +87,13 @@ impl<'a> Tables<'a> {
         Ok(tables)
     }
 
+    /// Axes (bits) that turn for ever.
+    #[must_use]
+    pub fn endless(&self) -> u16 {
+        let endless = (0..COUNT).filter(|axis| self.period[*axis] != 0.0);
+        endless.fold(0, |mask, axis| mask | 1 << axis)
+    }
+
     fn spaced(&mut self, input: u8, step: f32) {
         if let Some(&letter) = self.letters.get(usize::from(input)) {
             self.spacing[letter] = self.spacing[letter].min(0.5 * f64::from(step));

@@ -22,11 +22,8 @@ impl<'a> Tip<'a> {
     /// # Errors
     /// A machine whose workpiece coordinates are not those of its linear axes at zero.
     pub fn new(machine: &'a Machine) -> Result<Self, String> {
-        let mut letters = Vec::new();
-        for axis in &machine.axes {
-            let letter = axis.letter.char() as u8;
-            letters.push(axes::index(letter).unwrap_or_default());
-        }
+        let letters = machine.axes.iter();
+        let letters: Vec<usize> = letters.map(|a| axes::of_machine(a.letter)).collect();
         let linear = letters.iter().filter(|l| !axes::is_rotary(**l));
         if linear.clone().count() != 3 || linear.clone().any(|l| *l > 2) {
             return Err("its linear axes are not X, Y and Z".to_owned());

@@ -1,10 +1,12 @@
 //! The corrected path of a move, at points close enough to see how it bends.
 
+mod nodes;
+
 use super::arc::Arc;
-use super::axes::{COUNT, PerLetter, is_rotary};
-use super::cut::Limits;
+use super::axes::PerLetter;
 use super::tables::{Tables, Ways};
 use super::tip::Tip;
+pub use nodes::Traced;
 
 /// The path that a move commands, in words' coordinates (mm, degrees).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +62,8 @@ pub enum Lost {
     Outside(usize, f64, [f64; 2]),
     /// No axis positions put the tip there.
     NoPose,
+    /// The compensation depends on the tool length, which is not known.
+    NoLength,
 }
 
 /// A point of the corrected path.
@@ -92,7 +96,12 @@ impl Field<'_> {
         {
             return Err(Lost::Outside(axis, q[axis], limits));
         }
-        let length = self.length.unwrap_or_default();
+        let length = match self.length {
+            Some(length) => length,
+            None if self.tables.takes_length => return Err(Lost::NoLength),
+            // No input, so that no value matters.
+            None => 0.0,
+        };
         let corrected = if self.undo {
             self.tables.undone(&q, &ways.travel, length)
         } else {
@@ -118,145 +127,4 @@ impl Field<'_> {
             None => Ok(()),
         }
     }
-
-    /// How many parts a path needs so that no interval of the tables is passed over.
-    fn parts(&self, path: &Path) -> usize {
-        let by = path.by();
-        let spacing = &self.tables.spacing;
-        let mut parts = 0.0_f64;
-        for i in 0..COUNT {
-            let mut way = by[i].abs();
-            if let Path::Arc(arc) = path
-                && arc.axes[..2].contains(&i)
-            {
-                let [r0, r1] = arc.radii();
-                way = arc.sweep.abs() * r0.max(r1);
-            }
-            if self.tip.is_some() {
-                // The axes follow in curves: a part for every degree of the rotary ones, at least.
-                way = if is_rotary(i) {
-                    way.max(way / 1.0 * spacing[i].min(1.0))
-                } else {
-                    way
-                };
-                parts += way
-                    / if is_rotary(i) {
-                        spacing[i].min(1.0)
-                    } else {
-                        spacing[i].min(50.0)
-                    };
-            } else {
-                parts = parts.max(way / spacing[i]);
-            }
-        }
-        if let Path::Arc(arc) = path {
-            parts = parts.max(arc.sweep.abs() * 6.0);
-        }
-        parts.ceil().clamp(0.0, MOST_PARTS) as usize
-    }
-
-    /// The nodes of a path, from t = 0 to 1, so close that corrections between them are straight to a part of
-    /// `limits`, and where runs end: at the numbers in `breaks` an axis turns round, so that the node there is at
-    /// the same place as the one before it, with other corrections.
-    pub fn trace(
-        &self,
-        path: &Path,
-        limits: &Limits,
-        ways: &mut Ways,
-        finer: usize,
-        nodes: &mut Vec<Node>,
-        breaks: &mut Vec<usize>,
-    ) -> Result<(), Lost> {
-        nodes.clear();
-        breaks.clear();
-        let parts = self.parts(path).max(finer).max(4);
-        let turns = match path {
-            Path::Arc(arc) if self.tables.directional != 0 => arc.turns_round(),
-            _ => Vec::new(),
-        };
-        let mut turns = turns.into_iter().peekable();
-        let first = self.node(0.0, &path.at(0.0), ways)?;
-        nodes.push(first);
-        for part in 1..=parts {
-            let t = part as f64 / parts as f64;
-            while let Some(turn) = turns.next_if(|turn| *turn < t) {
-                self.go_on(path, turn, limits, HALVINGS, ways, nodes, breaks)?;
-            }
-            self.go_on(path, t, limits, HALVINGS, ways, nodes, breaks)?;
-        }
-        Ok(())
-    }
-
-    /// Nodes up to a part of the way: as many as it takes.
-    #[expect(clippy::too_many_arguments, reason = "where it is, and what it fills")]
-    fn go_on(
-        &self,
-        path: &Path,
-        t: f64,
-        limits: &Limits,
-        halvings: u32,
-        ways: &mut Ways,
-        nodes: &mut Vec<Node>,
-        breaks: &mut Vec<usize>,
-    ) -> Result<(), Lost> {
-        if halvings > 0
-            && let Some(last) = nodes.last()
-        {
-            let middle = 0.5 * (last.t + t);
-            // In the directions that axes have at the end: where one turns round is not for nodes to find.
-            let mut ahead = ways.clone();
-            ahead.come_to(self.tables, &self.axes(&path.at(t))?);
-            let added = |t: f64| {
-                let command = path.at(t);
-                let node = self.node(t, &command, &ahead)?;
-                Ok(std::array::from_fn::<f64, COUNT, _>(|i| {
-                    node.to[i] - command[i]
-                }))
-            };
-            let (start, between, end) = (added(last.t)?, added(middle)?, added(t)?);
-            let off = std::array::from_fn(|i| between[i] - 0.5 * (start[i] + end[i]));
-            if limits.of(&off) > BETWEEN {
-                for t in [middle, t] {
-                    self.go_on(path, t, limits, halvings - 1, ways, nodes, breaks)?;
-                }
-                return Ok(());
-            }
-        }
-        self.add(path, t, ways, nodes, breaks)
-    }
-
-    fn add(
-        &self,
-        path: &Path,
-        t: f64,
-        ways: &mut Ways,
-        nodes: &mut Vec<Node>,
-        breaks: &mut Vec<usize>,
-    ) -> Result<(), Lost> {
-        let command = path.at(t);
-        if self.tables.directional != 0 {
-            let before = ways.travel;
-            ways.come_to(self.tables, &self.axes(&command)?);
-            if before != ways.travel
-                && let Some(last) = nodes.last().copied()
-            {
-                let turned = self.node(last.t, &path.at(last.t), ways)?;
-                if turned.to != last.to {
-                    breaks.push(nodes.len());
-                    nodes.push(turned);
-                }
-            }
-        }
-        let node = self.node(t, &command, ways)?;
-        nodes.push(node);
-        Ok(())
-    }
 }
-
-/// How far corrections may be from the straight line in the middle between nodes, in parts of what is allowed: at a
-/// point of a linear table they are twice as far off at most.
-const BETWEEN: f64 = 0.1;
-/// A part of a move is halved so often at most: at a step of the tables no number is enough.
-const HALVINGS: u32 = 8;
-/// Most parts of one move; more would be a move of hundreds of metres.
-const MOST_PARTS: f64 = 1e6;

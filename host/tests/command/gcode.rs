@@ -1,6 +1,11 @@
 //! `trueaxis gcode`: programs corrected.
 
+mod five_axes;
+mod hemisphere;
 mod random;
+mod refused;
+mod tool_length;
+mod wrapped;
 
 use crate::program::{Folder, answer, blob, example, refused};
 
@@ -16,45 +21,34 @@ fn corrected(folder: &Folder, program: &str, options: &[&str]) -> String {
 
 /// The same, and what is said.
 fn run(folder: &Folder, program: &str, options: &[&str]) -> (String, String) {
-    let part = folder.file("part.ngc", program);
-    let setup = folder.file("setup.toml", SETUP);
-    let out = folder.at("out.ngc");
-    let compensation = blob("mill-21");
-    let mut arguments = vec![
-        "gcode",
-        &part,
-        "-o",
-        &out,
-        "--compensation",
-        &compensation,
-        "--setup",
-        &setup,
-    ];
-    arguments.extend(options);
-    let said = answer(0, &arguments);
-    (std::fs::read_to_string(&out).unwrap(), said)
+    let said = with_mill_21(folder, program, options, |arguments| answer(0, arguments));
+    let out = std::fs::read_to_string(folder.at("out.ngc")).unwrap();
+    (out, said)
 }
 
 /// What is refused, with parts of the message; nothing is written.
 fn refuses(program: impl AsRef<[u8]>, options: &[&str], parts: &[&str]) {
     let folder = Folder::new();
+    with_mill_21(&folder, program, options, |arguments| {
+        refused(arguments, parts);
+    });
+    assert_eq!(folder.names(), ["part.ngc", "setup.toml"]);
+}
+
+/// Runs the command with a program for `mill-21`, into `out.ngc`.
+fn with_mill_21<T>(
+    folder: &Folder,
+    program: impl AsRef<[u8]>,
+    options: &[&str],
+    run: impl FnOnce(&[&str]) -> T,
+) -> T {
     let part = folder.file("part.ngc", program);
     let setup = folder.file("setup.toml", SETUP);
-    let out = folder.at("out.ngc");
-    let compensation = blob("mill-21");
-    let mut arguments = vec![
-        "gcode",
-        &part,
-        "-o",
-        &out,
-        "--compensation",
-        &compensation,
-        "--setup",
-        &setup,
-    ];
+    let (out, compensation) = (folder.at("out.ngc"), blob("mill-21"));
+    let mut arguments = vec!["gcode", &part, "-o", &out];
+    arguments.extend(["--compensation", &compensation, "--setup", &setup]);
     arguments.extend(options);
-    refused(&arguments, parts);
-    assert_eq!(folder.names(), ["part.ngc", "setup.toml"]);
+    run(&arguments)
 }
 
 #[test]
@@ -220,52 +214,6 @@ fn cycles_stay_cycles_or_are_written_out() {
 }
 
 #[test]
-fn bad_programs_are_refused_by_line_and_word() {
-    let start = "G21 G90\nG0 X10 Y10 Z50\n";
-    for (line, parts) in [
-        ("X[1+2]", &["line 3", "expression", "flat"][..]),
-        ("X#5", &["line 3", "parameter"]),
-        ("o100 sub", &["line 3", "O-word"]),
-        ("G1 X5", &["line 3", "X5", "feed"]),
-        ("G187 P1", &["line 3", "G187", "--pass G187"]),
-        ("M100", &["line 3", "M100", "--pass M100"]),
-        ("G0 G1 X5 F1", &["line 3", "G1", "second motion word"]),
-        ("G0 X900", &["line 3", "X900", "outside its travel", "500"]),
-        ("G0 A5", &["line 3", "A5", "no axis A"]),
-        ("G55 G0 X5", &["line 3", "X5", "G55", "[offset.\"G55\"]"]),
-        ("G43 H7", &["line 3", "G43", "tool 7", "[tool.7]"]),
-        (
-            "G2 X20 Y10 I3 F100",
-            &["line 3", "I3", "radius does not fit"],
-        ),
-        (
-            "G2 X20 Y10 R3 F100",
-            &["line 3", "R3", "radius does not fit"],
-        ),
-        ("G2 X20 Y10 F100", &["line 3", "without a centre"]),
-        ("/G0 X5", &["line 3", "--block-delete"]),
-        ("G0 X5 X6", &["line 3", "X6", "second word X"]),
-        ("G0 X", &["line 3", "without a number"]),
-        ("G0 X5 \u{e4}", &["line 3", "begins no word"]),
-        ("G68 X0 Y0 R10", &["line 3", "G68"]),
-        ("G28\nG0 X5", &["line 4", "position of Y is not known"]),
-        ("M428", &["line 3", "M428", "--machine"]),
-    ] {
-        refuses(format!("{start}{line}\nM30\n"), &[], parts);
-    }
-    refuses("", &[], &["empty"]);
-    refuses("G21\rG90\rG0 X1\r", &[], &["line 1", "carriage return"]);
-    refuses("\u{feff}G21\n", &[], &["line 1", "byte order mark"]);
-    refuses("G0 (never ends\n", &[], &["line 1", "does not end"]);
-    refuses(vec![b'X'; 30_000], &[], &["line 1"]);
-    refuses(
-        "G21\nG0 X10\n",
-        &["--dialect", "fanuc"],
-        &["line 2", "X10", "decimal point"],
-    );
-}
-
-#[test]
 fn words_that_are_named_are_passed_and_pass_nothing_else() {
     let folder = Folder::new();
     let out = corrected(
@@ -274,6 +222,11 @@ fn words_that_are_named_are_passed_and_pass_nothing_else() {
         &["--pass", "G187"],
     );
     assert!(out.contains("\nG187 P1\n"));
+    refuses(
+        "G21 G90\nG68 X0 Y0 R5\nM30\n",
+        &["--pass", "G68"],
+        &["line 2", "G68", "what they mean is not known"],
+    );
 }
 
 #[test]
@@ -303,90 +256,48 @@ fn check_shows_what_is_left_on_the_part() {
     assert!((before / after - 1.0).abs() < 1e-3);
 }
 
-#[test]
-fn tool_centre_point_programs_stay_what_they_are() {
-    let folder = Folder::new();
-    let setup = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\nA = 0\nC = 0\n\
-travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]\nX = 200\nY = 150\nZ = -180\n";
-    let setup = folder.file("setup.toml", setup);
-    let program = "G21 G90\nM428\nG0 X30 Y0 Z20 A0 C0\nG93\nG1 A-30 C40 F20\nG1 X20 Y10 A-60 C90 F6\nG94\nG1 X10 F500\nM429\nM30\n";
-    let part = folder.file("part.ngc", program);
-    let out = folder.at("out.ngc");
-    let machine = example("linuxcnc-xyzac-trt/machine.toml");
-    let errors = example("linuxcnc-xyzac-trt/errors-11.toml");
-    let compensation = blob("xyzac-trt");
-    let said = answer(
-        0,
-        &[
-            "gcode",
-            &part,
-            "-o",
-            &out,
-            "--compensation",
-            &compensation,
-            "--setup",
-            &setup,
-            "--machine",
-            &machine,
-            "--errors",
-            &errors,
-            "--check",
-            "--json",
-        ],
-    );
-    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
-    let path = &said["check"]["tool_path"];
-    assert!(path["before_um"]["max"].as_f64().unwrap() > 20.0, "{said}");
-    assert!(path["after_um"]["max"].as_f64().unwrap() < 0.7, "{said}");
-    assert_eq!(said["check"]["times_differ"], 0, "{said}");
-    let text = std::fs::read_to_string(&out).unwrap();
-    assert!(text.contains("\nM428\n") && text.contains("\nM429\n"));
+/// The values of a letter's words.
+fn values(text: &str, letter: char) -> Vec<f64> {
+    let words = text.split_whitespace();
+    let words = words.filter_map(|w| w.strip_prefix(letter)?.parse().ok());
+    words.collect()
 }
 
 #[test]
-fn a_purely_rotary_move_does_not_rush() {
+fn g52_and_a_tool_that_the_program_sets_shift_words_and_no_positions() {
     let folder = Folder::new();
-    let setup = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\nA = 0\nC = 0\n\
-travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]\n";
-    let setup = folder.file("setup.toml", setup);
-    let part = folder.file(
-        "part.ngc",
-        "G21 G90\nG0 X200 Y150 Z-21 A1 C1\nG1 A2 C1.5 F360\nG1 X201 F360\nM30\n",
+    let plain = "G21 G90\nG0 X20 Y10 Z50\nG1 X40 Y30 F500\nM30\n";
+    let shifted = "G21 G90\nG52 X5\nG10 L1 P1 Z10\nG43 H1\nG0 X15 Y10 Z40\nG1 X35 Y30 F500\nM30\n";
+    let (plain, _) = run(&folder, plain, &["--check"]);
+    let (shifted, _) = run(&folder, shifted, &["--check"]);
+    assert!(
+        shifted.contains("\nG52 X5\nG10 L1 P1 Z10\nG43 H1\n"),
+        "{shifted}"
     );
-    let out = folder.at("out.ngc");
-    let said = answer(
-        0,
-        &[
-            "gcode",
-            &part,
-            "-o",
-            &out,
-            "--compensation",
-            &blob("xyzac-trt"),
-            "--setup",
-            &setup,
-            "--check",
-            "--json",
-        ],
-    );
-    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
-    assert_eq!(said["check"]["times_differ"], 0, "{said}");
-    let text = std::fs::read_to_string(&out).unwrap();
-    let feed = |line: &str| -> Option<f64> {
-        let word = line.split_whitespace().find(|w| w.starts_with('F'))?;
-        word[1..].parse().ok()
+    let same = |letter: char, from: usize, by: f64| {
+        let (plain, shifted) = (values(&plain, letter), values(&shifted, letter));
+        assert_eq!(plain.len(), shifted[from..].len());
+        let off = plain.iter().zip(&shifted[from..]);
+        let off = off.map(|(a, b)| (a - b - by).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-9, "{letter} {off}");
     };
-    let slow = text
-        .lines()
-        .find(|l| l.starts_with("G1 A"))
-        .and_then(feed)
-        .unwrap();
-    // A few µm in the time of 1.1 degrees at 360 degrees per minute.
-    assert!(slow < 5.0, "{text}");
-    let back = text
-        .lines()
-        .find(|l| l.starts_with("G1 X"))
-        .and_then(feed)
-        .unwrap();
-    assert_eq!(back, 360.0);
+    same('X', 1, 5.0);
+    same('Y', 0, 0.0);
+    same('Z', 1, 10.0);
+}
+
+#[test]
+fn moves_under_cutter_compensation_are_cut_only_if_asked() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17\nG0 X0 Y0 Z50\nG41 D1\nG1 X200 F500\nG40\nM30\n";
+    let between = |out: &str| -> usize {
+        let lines = out.lines().skip_while(|l| !l.starts_with("G41"));
+        lines.take_while(|l| !l.starts_with("G40")).count() - 1
+    };
+    let (out, said) = run(&folder, program, &["--check"]);
+    assert_eq!(between(&out), 1, "{out}");
+    assert!(said.contains("1 moves under G41 or G42"), "{said}");
+    let (out, said) = run(&folder, program, &["--check", "--cut-under-g41"]);
+    assert!(between(&out) > 5, "{out}");
+    assert!(!said.contains("under G41 or G42"), "{said}");
 }

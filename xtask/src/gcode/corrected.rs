@@ -1,7 +1,7 @@
 //! Corrected programs in `rs274`: every end point is the original's with the correction that `trueaxis eval` gives.
 
 use super::{bare, output, plain_copy, programs, rs274};
-use crate::process::{root, run, target};
+use crate::process::target;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -16,14 +16,7 @@ const LEAST: usize = 8;
 /// An end point that is not where it should be.
 pub fn check(work: &Path) -> Result<(), String> {
     let trueaxis = target("debug").join("trueaxis");
-    let example = root().join("examples/mill-21");
-    let blob = work.join("mill-21.trax");
-    run(Command::new(&trueaxis)
-        .arg("compile")
-        .args([example.join("machine.toml"), example.join("errors-21.toml")])
-        .arg("-o")
-        .arg(&blob)
-        .args(["--random", "200"]))?;
+    let blob = super::compensation(&trueaxis, work)?;
     let [x, y, z] = ZERO;
     let setup = work.join("setup.toml");
     let text = format!(
@@ -59,8 +52,8 @@ pub fn check(work: &Path) -> Result<(), String> {
             }
             continue;
         }
-        let before = rs274::run(&copy, &no_tools)?;
-        let after = rs274::run(&out, &no_tools)?;
+        let before = rs274::run(&copy, &no_tools, None)?;
+        let after = rs274::run(&out, &no_tools, None)?;
         let mut positions = String::from("X,Y,Z\n");
         for motion in &before {
             let at: Vec<String> = (0..3)

@@ -102,17 +102,20 @@ impl Offsets {
     }
 }
 
-/// Interprets a program.
+/// Interprets a program, with a configuration where there is one.
 ///
 /// # Errors
 /// What `rs274` refuses.
-pub fn run(program: &Path, tools: &Path) -> Result<Vec<Motion>, String> {
+pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motion>, String> {
     let mut command = Command::new("rs274");
     command
         .arg("-t")
         .arg(tools)
         .args(["-n", "2", "-g"])
         .arg(program);
+    if let Some(ini) = ini {
+        command.arg("-i").arg(ini);
+    }
     // It writes a file of parameters where it is.
     command.current_dir(program.parent().unwrap_or(Path::new(".")));
     let said = super::output(&mut command)?;
@@ -149,8 +152,9 @@ pub fn run(program: &Path, tools: &Path) -> Result<Vec<Motion>, String> {
         };
         let name = name.split_whitespace().last().unwrap_or_default();
         let numbers: Vec<f64> = inside
-            .split(',')
-            .filter_map(|n| n.trim().parse().ok())
+            // A tool offset has spaces between the letters of a group.
+            .split([',', ' '])
+            .filter_map(|n| n.parse().ok())
             .collect();
         match name {
             "USE_LENGTH_UNITS" => {

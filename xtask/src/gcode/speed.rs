@@ -1,6 +1,6 @@
 //! How fast: beside `rs274`, in one run, and how much memory a long program takes.
 
-use crate::process::{cargo, root, run, target};
+use crate::process::{cargo, run, target};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -69,14 +69,7 @@ pub fn measure(work: &Path) -> Result<(), String> {
         "trueaxis",
     ]))?;
     let trueaxis = target("release").join("trueaxis");
-    let example = root().join("examples/mill-21");
-    let blob = work.join("mill-21.trax");
-    run(Command::new(&trueaxis)
-        .arg("compile")
-        .args([example.join("machine.toml"), example.join("errors-21.toml")])
-        .arg("-o")
-        .arg(&blob)
-        .args(["--random", "200"]))?;
+    let blob = super::compensation(&trueaxis, work)?;
     let setup = work.join("setup.toml");
     let text = "units = \"mm\"\n[start]\nX = 250\nY = 150\nZ = -200\n[offset.G54]\nX = 250\nY = 150\nZ = -200\n";
     fs::write(&setup, text).map_err(|e| format!("{}: {e}", setup.display()))?;

@@ -5,7 +5,8 @@ use std::fmt::Write;
 use std::path::Path;
 use trueaxis_host::gcode::axes;
 use trueaxis_host::gcode::check::{Found, Statistics};
-use trueaxis_host::gcode::{Options, Report};
+use trueaxis_host::gcode::{Options, Report, Tables};
+use trueaxis_host::machine::Machine;
 
 /// The largest correction of an axis.
 #[derive(Serialize)]
@@ -16,11 +17,74 @@ struct Largest {
     line: u64,
 }
 
+/// Tools of a program, beside the one that a compensation without length input was made for.
+#[derive(Serialize)]
+pub struct Lengths {
+    /// What the program uses (mm), where it is known.
+    used_mm: Vec<f64>,
+    /// What the compensation was made for (mm), by the machine file; none if it takes the length in.
+    made_for_mm: Option<f64>,
+    /// True if the tool length is an input of the compensation.
+    is_input: bool,
+}
+
+impl Lengths {
+    pub fn new(report: &Report, tables: &Tables<'_>, machine: Option<&Machine>) -> Self {
+        let is_input = tables.takes_length;
+        let made_for = machine
+            .filter(|_| !is_input)
+            .map(|machine| machine.tool_length());
+        Self {
+            used_mm: report.lengths.iter().map(|um| *um as f64 * 1e-3).collect(),
+            made_for_mm: made_for,
+            is_input,
+        }
+    }
+
+    /// What there is to be warned of.
+    pub fn warning(&self, found: Option<&Found>) -> Option<String> {
+        let own = self.made_for_mm?;
+        let differs = |l: &f64| (l - own).abs() > 1e-3;
+        let others: Vec<f64> = self.used_mm.iter().copied().filter(differs).collect();
+        if others.is_empty() {
+            return None;
+        }
+        let cost = match found.filter(|f| f.tool_path.is_some()) {
+            Some(found) => format!(
+                "that makes up to {:.2} µm at the tip (line {})",
+                found.length_um, found.length_line
+            ),
+            None => "--check with --errors tells what that makes at the tip".to_owned(),
+        };
+        Some(format!(
+            "tool length {} mm, and the compensation was made for {own:.3} mm, without length input: {cost}",
+            shown(&others)
+        ))
+    }
+
+    /// What is not known.
+    pub fn note(&self) -> String {
+        match self.made_for_mm {
+            None if !self.is_input && !self.used_mm.is_empty() => format!(
+                "tool length {} mm: whether the compensation was made for it, --machine tells\n",
+                shown(&self.used_mm)
+            ),
+            _ => String::new(),
+        }
+    }
+}
+
+fn shown(lengths: &[f64]) -> String {
+    let lengths: Vec<String> = lengths.iter().map(|l| format!("{l:.3}")).collect();
+    lengths.join(", ")
+}
+
 /// For programs.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     file: &'a Path,
     compensation: &'a str,
+    tool_length: &'a Lengths,
     #[serde(flatten)]
     report: &'a Report,
     largest: Vec<Largest>,
@@ -44,11 +108,13 @@ impl<'a> Answer<'a> {
         file: &'a Path,
         report: &'a Report,
         compensation: &'a trueaxis::Largest<'_>,
+        tool_length: &'a Lengths,
         check: Option<&'a Found>,
     ) -> Self {
         Self {
             file,
             compensation: compensation.machine(),
+            tool_length,
             report,
             largest: largest(report),
             check,

@@ -1,18 +1,19 @@
 //! Tools: changes, offsets, and words of lengths.
 
-use super::{Step, bits};
-use crate::gcode::axes::{self, COUNT};
+use super::{Asked, Step, bits, unknown, whole};
+use crate::gcode::axes::{self, COUNT, PerLetter};
 use crate::gcode::codes::Length;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::Units;
 use crate::gcode::state::{Rules, State};
-use crate::gcode::words::{Block, Word};
+use crate::gcode::words::Word;
 
 impl State {
     /// M6: where it goes, and the tool in the spindle.
     pub(super) fn change_tool(&mut self, rules: &Rules, step: &mut Step) {
-        self.tool = self.next_tool.or(self.tool);
+        // Without any T before, which tool it takes is not known.
+        self.tool = self.next_tool;
         self.length = None;
         match rules.setup.tool_change {
             Some(to) => {
@@ -33,29 +34,30 @@ impl State {
     /// G43, G43.1, G49 and what they do to the offsets.
     pub(super) fn tool_length_word(
         &mut self,
-        block: &Block,
-        rules: &Rules,
+        asked: &Asked<'_>,
         word: &Word,
         length: Length,
     ) -> Result<(), Fault> {
         match length {
-            Length::Off => {
+            // The end of tool-centre-point control too: words are axis positions from here on.
+            Length::Off if asked.rules.dialect == Dialect::Fanuc => {
                 self.offsets.tool = [0.0; COUNT];
             }
+            Length::Off => self.set_tool_offset(word, [0.0; COUNT], self.length)?,
             Length::OfWords => {
-                for axis in 0..COUNT {
-                    if block.word(axes::LETTERS[axis]).is_some() {
-                        self.offsets.tool[axis] = self.value(block, rules, axis)?;
-                        if axis == 2 {
-                            self.length = Some(self.offsets.tool[2]);
-                        }
+                let (mut offset, mut length) = (self.offsets.tool, self.length);
+                for axis in bits(asked.axes) {
+                    offset[axis] = self.value(asked, axis)?;
+                    if axis == 2 {
+                        length = Some(offset[2]);
                     }
                 }
+                self.set_tool_offset(word, offset, length)?;
             }
             Length::OfTool => {
-                let number = match block.word(b'H') {
-                    Some(word) => Some(super::whole(word)?),
-                    None if rules.dialect == Dialect::LinuxCnc => self.tool,
+                let number = match asked.word(b'H') {
+                    Some(word) => Some(whole(word)?),
+                    None if asked.rules.dialect == Dialect::LinuxCnc => self.tool,
                     None => None,
                 };
                 let Some(number) = number else {
@@ -65,46 +67,69 @@ impl State {
                         "write H, or give the setup the tool in the spindle: [start] tool = …",
                     ));
                 };
-                let Some(offset) = rules.setup.tools.get(&number) else {
+                let Some(offset) = self.tool_offset(number, asked.rules) else {
                     return Err(Fault::new(
                         word.span(),
                         format!("the length of tool {number} is not known"),
                         format!("give it in the setup: [tool.{number}] length = …"),
                     ));
                 };
-                self.offsets.tool = *offset;
-                self.length = Some(offset[2]);
+                self.set_tool_offset(word, offset, Some(offset[2]))?;
             }
         }
         Ok(())
     }
 
+    /// Offsets of a tool, if they are known: those that the program has set, otherwise those of the setup.
+    pub(super) fn tool_offset(&self, tool: u32, rules: &Rules) -> Option<PerLetter> {
+        let set = self
+            .tools
+            .get(&tool)
+            .or_else(|| rules.setup.tools.get(&tool));
+        set.copied()
+    }
+
+    /// Under tool-centre-point control another offset would move the tip of a turned tool while no axis moves.
+    fn set_tool_offset(
+        &mut self,
+        word: &Word,
+        offset: PerLetter,
+        length: Option<f64>,
+    ) -> Result<(), Fault> {
+        // Corrections alone turn an axis by a few hundredths of a degree.
+        let turned = (3..6).any(|i| self.position.at[i].abs() > 0.1);
+        if self.tip && turned && offset != self.offsets.tool {
+            return Err(unknown(
+                word,
+                "another tool offset under tool-centre-point control, while rotary axes are not at 0",
+                "write it before tool-centre-point control is switched on, or turn the axes to 0",
+            ));
+        }
+        self.offsets.tool = offset;
+        self.length = length;
+        Ok(())
+    }
+
     /// The value of an axis' word: mm, degrees.
-    pub(super) fn value(&self, block: &Block, rules: &Rules, axis: usize) -> Result<f64, Fault> {
-        let Some(word) = block.word(axes::LETTERS[axis]) else {
+    pub(super) fn value(&self, asked: &Asked<'_>, axis: usize) -> Result<f64, Fault> {
+        let Some(word) = asked.word(axes::LETTERS[axis]) else {
             return Ok(0.0);
         };
         if axes::is_rotary(axis) {
-            let counts = rules.least_increments && !word.point;
+            let counts = asked.rules.least_increments && !word.point;
             return Ok(if counts {
                 word.value * 1e-3
             } else {
                 word.value
             });
         }
-        self.length_of(word, rules)
+        self.length_of(asked, word)
     }
 
     /// A word that is a length, in mm.
-    pub(super) fn length_of(&self, word: &Word, rules: &Rules) -> Result<f64, Fault> {
-        let Some(units) = self.units else {
-            return Err(Fault::new(
-                word.span(),
-                "mm or inches: that is not known here",
-                "write G20 or G21 before it, or give the setup with its units",
-            ));
-        };
-        let counts = rules.least_increments && !word.point;
+    pub(super) fn length_of(&self, asked: &Asked<'_>, word: &Word) -> Result<f64, Fault> {
+        let units = self.needs_units(word.span())?;
+        let counts = asked.rules.least_increments && !word.point;
         let least = match (counts, units) {
             (false, _) => 1.0,
             (true, Units::Millimetre) => 1e-3,

@@ -6,9 +6,10 @@ use crate::gcode::modal::Units;
 use crate::gcode::offsets::System;
 use crate::source::FileError;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Order of the axes in parameters: X Y Z A B C U V W, as everywhere here.
-type Parameters = BTreeMap<u32, f64>;
+type Parameters = BTreeMap<u32, (f64, Range<usize>)>;
 
 impl Setup {
     /// Adds what a file of parameters (`.var`) says, whose lengths are in the units of the machine.
@@ -39,14 +40,16 @@ impl Setup {
                     "give the PARAMETER_FILE of LinuxCNC: a number and a value in each line",
                 ));
             };
-            parameters.insert(number, value);
+            parameters.insert(number, (value, span));
         }
+        let number = |place: u32| parameters.get(&place).map(|(value, _)| *value);
         let group = |first: u32| -> Option<PerLetter> {
-            let value = |axis: usize| parameters.get(&(first + axis as u32));
+            let value = |axis: usize| number(first + axis as u32);
             value(0)?;
             let mut all = [0.0; COUNT];
             for (axis, place) in all.iter_mut().enumerate() {
-                let value = value(axis).copied().unwrap_or_default();
+                // As LinuxCNC itself: what the file leaves out is 0.
+                let value = value(axis).unwrap_or(0.0);
                 *place = super::in_mm(axis, value, units);
             }
             Some(all)
@@ -60,22 +63,29 @@ impl Setup {
                 self.homes[place] = Some(whole(at));
             }
         }
-        if parameters.get(&5210).is_some_and(|on| *on != 0.0)
-            && let Some(g92) = group(5211)
+        self.g92_stored = group(5211);
+        if let (Some(on), Some(g92)) = (number(5210), self.g92_stored)
+            && on != 0.0
         {
             self.g92 = g92;
         }
-        for number in 1..=9 {
-            if let Some(origin) = group(5201 + 20 * number) {
-                let rotation = parameters.get(&(5210 + 20 * number));
-                let rotation = rotation.copied().unwrap_or_default();
+        for system in 1..=9 {
+            if let Some(origin) = group(5201 + 20 * system) {
+                let rotation = number(5210 + 20 * system).unwrap_or(0.0);
                 self.systems
-                    .insert(number as u16, System { origin, rotation });
+                    .insert(system as u16, System { origin, rotation });
             }
         }
-        if let Some(selected) = parameters.get(&5220) {
-            let number = *selected as u16;
-            self.selected = (1..=9).contains(&number).then_some(number);
+        if let Some((selected, span)) = parameters.get(&5220) {
+            let number = (1..=9).find(|n| f64::from(*n) == *selected);
+            self.selected = Some(number.ok_or_else(|| {
+                FileError::at(
+                    span.clone(),
+                    "parameter 5220, the coordinate system that holds, is none of 1 to 9",
+                    "here",
+                    "give the file as LinuxCNC has written it",
+                )
+            })?);
         }
         Ok(())
     }
@@ -89,7 +99,7 @@ impl Setup {
         for line in text.split_inclusive('\n') {
             let span = start..start + line.trim_end().len();
             start += line.len();
-            let words = line.split(';').next().unwrap_or_default();
+            let words = line.split_once(';').map_or(line, |(words, _)| words);
             if words.trim().is_empty() {
                 continue;
             }
@@ -108,7 +118,10 @@ impl Setup {
                 let value = value.filter(|v| v.is_finite());
                 let value = value.ok_or_else(|| bad("a word without a number"))?;
                 match letter {
-                    b'T' => number = Some(value as u32),
+                    b'T' if value >= 0.0 && value.fract() == 0.0 && value < 1e6 => {
+                        number = Some(value as u32);
+                    }
+                    b'T' => return Err(bad("a tool number that is no whole one, or negative")),
                     b'P' | b'D' | b'I' | b'J' | b'Q' => {}
                     letter => {
                         let axis = axes::index(letter);

@@ -1,0 +1,39 @@
+//! Whether a motion arrives where another one does.
+
+use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
+use crate::gcode::correct::Options;
+use crate::gcode::moves::Rate;
+use crate::gcode::program::Segment;
+
+/// How near it must arrive: half of the last digit that is written, of all axes together (mm, degrees).
+pub(super) const NEAR: [f64; 2] = [1.5e-4, 2e-5];
+
+/// Whether a written motion ends where one of the program does. A cycle that stays one has the correction of its
+/// bottom everywhere: within the tolerance while it feeds, and over the hole as it comes.
+pub(super) fn arrives(
+    segment: &Segment,
+    written: &Segment,
+    at: &PerLetter,
+    end: &PerLetter,
+    options: &Options,
+) -> bool {
+    if !(segment.in_cycle && written.in_cycle) {
+        return near(at, end).is_none();
+    }
+    let allowed = match segment.rate {
+        Rate::Rapid => OVER_HOLE,
+        _ => options.tolerance + 2.0 * NEAR[0],
+    };
+    (segment.rate == Rate::Rapid) == (written.rate == Rate::Rapid)
+        && (0..COUNT).all(|i| (at[i] - end[i]).abs() <= allowed)
+}
+
+/// How far a rapid within a cycle may end from its own correction (mm): what corrections may differ over a hole.
+const OVER_HOLE: f64 = 0.5;
+
+/// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.
+pub(super) fn near(at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {
+    let off = (0..COUNT).map(|i| (i, (at[i] - end[i]).abs() / NEAR[usize::from(is_rotary(i))]));
+    let (axis, off) = off.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (off > 1.0).then(|| (axis, off * NEAR[usize::from(is_rotary(axis))]))
+}

@@ -1,0 +1,80 @@
+//! What a check finds.
+
+use super::spread::Statistics;
+use crate::gcode::stream::StreamError;
+use serde::Serialize;
+
+/// Before and after.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ToolPath {
+    /// Of the tip (µm), of the program as it is.
+    pub before_um: Statistics,
+    /// Of the tip (µm), corrected.
+    pub after_um: Statistics,
+    /// Of the tool's direction (µrad), before.
+    pub before_urad: Statistics,
+    /// Of the tool's direction (µrad), corrected.
+    pub after_urad: Statistics,
+    /// The line of the program with the largest error of the tip after.
+    pub worst_line: u64,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Found {
+    /// Lines of both programs.
+    pub lines: [u64; 2],
+    /// Motions of both programs.
+    pub motions: [u64; 2],
+    /// The largest distance from the corrected path (µm), but for rapids whose start is not known; and its line.
+    pub off_um: f64,
+    /// Its line in the program.
+    pub off_line: u64,
+    /// The largest angle of a rotary axis from the corrected path (µrad).
+    pub off_urad: f64,
+    /// Minutes of all feed moves, before and after.
+    pub minutes: [f64; 2],
+    /// Motions whose time differs by more than 1 %.
+    pub times_differ: u64,
+    /// The first of them.
+    pub first_time_line: u64,
+    /// The largest difference (µm) of the tool's error by a tool length other than that of the machine file, for which
+    /// a compensation without length input was made; and its line.
+    pub length_um: f64,
+    /// Its line in the program.
+    pub length_line: u64,
+    /// Errors of the tool on feed moves, if the machine and its errors are known.
+    pub tool_path: Option<ToolPath>,
+}
+
+/// Why two programs do not belong together.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckError {
+    /// The program itself.
+    #[error("the program: {0}")]
+    Program(StreamError),
+    /// The corrected one is no program.
+    #[error("the corrected program: {0}")]
+    Corrected(StreamError),
+    /// A motion is missing.
+    #[error(
+        "line {line} of the program: the corrected program does not arrive at the corrected end ({axis} is off by {off:.5})"
+    )]
+    Lost {
+        /// Line of the program.
+        line: u64,
+        /// The axis that is farthest off.
+        axis: char,
+        /// By so much (mm, deg).
+        off: f64,
+    },
+    /// The corrected program ends, or jumps, too early.
+    #[error("line {0} of the program: the corrected program has nothing for it")]
+    Missing(u64),
+    /// More motions than belong to the program.
+    #[error("the corrected program goes on in line {0} where the program has ended")]
+    More(u64),
+    /// A position that cannot be evaluated.
+    #[error("line {0} of the program leads where the compensation cannot follow")]
+    Outside(u64),
+}

@@ -1,0 +1,138 @@
+//! A motion that was written, beside the corrected path.
+
+use super::arriving::near;
+use super::{Along, Check};
+use crate::gcode::axes::{PerLetter, is_rotary};
+use crate::gcode::correct::Backlash;
+use crate::gcode::moves::Rate;
+use crate::gcode::program::Segment;
+use crate::gcode::trace::{Lost, Path};
+
+/// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.
+const NOWHERE: f64 = 2e-3;
+/// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): ever farther, for an axis may
+/// follow slowly, or turn round again.
+const BEYOND: f64 = 0.01;
+const FARTHER: f64 = 1.3;
+/// A step at a reversal, or onto the corrected path, is shorter (mm and degrees).
+const STEP: f64 = 0.2;
+/// Samples of a segment, at most.
+const SAMPLES: usize = 200;
+
+impl Check<'_> {
+    /// Looks along a motion that was written; true if it is a step at a reversal, or onto the corrected path.
+    pub(super) fn samples(
+        &mut self,
+        along: &mut Along<'_>,
+        written: &Segment,
+    ) -> Result<bool, Lost> {
+        let by = written.path.by();
+        let length =
+            (0..3).map(|i| by[i].abs()).sum::<f64>() + (3..6).map(|i| by[i].abs()).sum::<f64>();
+        let arc = match written.path {
+            Path::Arc(arc) => arc.length(),
+            Path::Line(..) => 0.0,
+        };
+        if !self.joined {
+            // From where the machine stands, uncorrected, to the corrected path.
+            return Ok(length + arc < STEP);
+        }
+        if !along.segment.whole || (self.over_hole && !written.in_cycle) {
+            return Ok(false);
+        }
+        if length < STEP && self.is_take_up(along, written, length)? {
+            return Ok(true);
+        }
+        let count = ((length + arc).ceil() as usize * 2).clamp(4, SAMPLES);
+        for k in 0..=count {
+            let at = written.path.at(k as f64 / count as f64);
+            self.sample(along, written, &at)?;
+        }
+        Ok(false)
+    }
+
+    /// True if a short motion is a step at a reversal: it goes nowhere on the path, if the axes go the other way from
+    /// there on. Those that follow slowly turn round later, maybe with a step of their own.
+    fn is_take_up(
+        &self,
+        along: &mut Along<'_>,
+        written: &Segment,
+        length: f64,
+    ) -> Result<bool, Lost> {
+        if self.tables.directional == 0 || self.options.backlash == Backlash::Leave {
+            return Ok(false);
+        }
+        let path = &along.segment.path;
+        let whole = match path {
+            Path::Arc(arc) => arc.length(),
+            Path::Line(..) => path.by().iter().map(|d| d.abs()).sum(),
+        };
+        let from = self.part(along, &written.path.at(0.0), &along.travel)?;
+        let mut turned = along.travel.clone();
+        let (mut beyond, mut ahead) = (BEYOND, from);
+        while ahead < 1.0 {
+            ahead = (from + beyond / whole).min(1.0);
+            beyond *= FARTHER;
+            let before = turned.travel;
+            turned.come_to(self.tables, &along.field.axes(&path.at(ahead))?);
+            if turned.travel == before {
+                continue;
+            }
+            let end = written.path.at(1.0);
+            let to = self.part(along, &end, &turned)?;
+            let there = along.field.node(to, &path.at(to), &turned)?;
+            if (to - from).abs() * whole <= 0.5 * length + NOWHERE
+                && near(&end, &there.to).is_none()
+            {
+                along.travel = turned;
+                along.turned_until = ahead;
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Looks at a place of a motion that was written.
+    fn sample(
+        &mut self,
+        along: &mut Along<'_>,
+        written: &Segment,
+        at: &PerLetter,
+    ) -> Result<(), Lost> {
+        let t = self.part(along, at, &along.travel)?;
+        along.last_t = t.max(along.last_t);
+        let command = along.segment.path.at(t);
+        if self.options.backlash != Backlash::Leave && t > along.turned_until {
+            let q = along.field.axes(&command)?;
+            along.travel.come_to(self.tables, &q);
+        }
+        let node = along.field.node(t, &command, &along.travel)?;
+        let segment = along.segment;
+        if written.in_cycle && segment.rate == Rate::Rapid {
+            return Ok(());
+        }
+        let (mut linear, mut rotary) = (0.0, 0.0_f64);
+        for (i, (at, to)) in at.iter().zip(&node.to).enumerate() {
+            let off = at - to;
+            if is_rotary(i) {
+                rotary += off.to_radians().powi(2);
+            } else {
+                linear += off * off;
+            }
+        }
+        let um = linear.sqrt() * 1e3;
+        let blended = self.options.backlash == Backlash::Blend && self.tables.directional != 0;
+        if !segment.cutter && !blended {
+            if um > self.found.off_um {
+                self.found.off_um = um;
+                self.found.off_line = segment.line;
+            }
+            self.found.off_urad = self.found.off_urad.max(rotary.sqrt() * 1e6);
+        }
+        if segment.rate != Rate::Rapid {
+            self.head(&along.field, segment, t)?;
+            self.tool(along, &node.q, at)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,120 @@
+//! Arcs: shifted where an arc keeps the corrected path, otherwise chords.
+
+use super::given::Moving;
+use super::piece::{Piece, Shape, Timing};
+use super::{Backlash, Corrector};
+use crate::gcode::arc::Arc;
+use crate::gcode::cut::{self, Limits};
+use crate::gcode::fault::Fault;
+use crate::gcode::moves::Rate;
+use crate::gcode::trace::Path;
+
+impl Corrector<'_> {
+    /// G2, G3.
+    pub(super) fn arc(
+        &mut self,
+        arc: &Arc,
+        rate: Rate,
+        moving: &Moving,
+    ) -> Result<Vec<Piece>, Fault> {
+        let path = Path::Arc(*arc);
+        let last = self.trace(&path, 0, moving)?;
+        self.corrected(&last);
+        let field = self.field();
+        let mut nodes = self.traced.nodes[1..].iter();
+        let reaches = nodes.try_for_each(|node| field.reaches(node));
+        reaches.map_err(|lost| moving.lost(lost))?;
+        let timing = self.timing(rate, &path);
+        let mut limits = self.limits();
+        if self.options.undo {
+            limits = limits.plus(1e6);
+            limits.rotary = 1e6;
+        }
+        if self.nominal.cutter || self.options.undo {
+            return self.in_one(arc, &limits, timing, moving);
+        }
+        if !self.nominal.tip
+            && let Some(pieces) = self.arc_runs(arc, &limits, timing)
+        {
+            self.report.arcs[0] += 1;
+            return Ok(pieces);
+        }
+        // Chords: nodes as close as a quarter of one.
+        let [r0, r1] = arc.radii();
+        let sagitta = (self.options.chord / r0.max(r1)).min(0.5);
+        let chord = 2.0 * (1.0 - sagitta).acos();
+        let finer = (4.0 * arc.sweep.abs() / chord).ceil().min(1e6) as usize;
+        // From the directions at its start again.
+        self.ways = self.start_ways.clone();
+        self.trace(&path, finer, moving)?;
+        let limits = limits.plus(self.options.chord);
+        let pieces = self.runs(&field, Shape::Feed, &limits, timing);
+        let pieces = pieces.map_err(|lost| moving.lost(lost))?;
+        self.report.arcs[1] += 1;
+        Ok(pieces)
+    }
+
+    /// An arc that must stay one: under cutter compensation, and where a correction is taken away.
+    fn in_one(
+        &mut self,
+        arc: &Arc,
+        limits: &Limits,
+        timing: Timing,
+        moving: &Moving,
+    ) -> Result<Vec<Piece>, Fault> {
+        if self.nominal.cutter {
+            self.report.under_cutter += 1;
+        }
+        let from = self.written.position.at;
+        let nodes = &self.traced.nodes;
+        let whole = match self.traced.breaks.last() {
+            None => &nodes[..],
+            Some(last) if self.options.undo => &nodes[*last..],
+            Some(_) => &[],
+        };
+        let shifted = match self.nominal.tip {
+            true => None,
+            false => cut::arc(arc, &from, whole, limits),
+        };
+        let Some(shifted) = shifted else {
+            return Err(Fault::new(
+                moving.span.clone(),
+                "an arc under cutter compensation that cannot stay one",
+                "give a larger --tolerance, or write the path out without G41 and G42",
+            ));
+        };
+        self.report.arcs[0] += 1;
+        Ok(vec![Piece::of(Shape::Arc(shifted), shifted.to, timing)])
+    }
+
+    /// Arcs along the nodes; `None` if the path is not kept by arcs.
+    fn arc_runs(&mut self, arc: &Arc, limits: &Limits, timing: Timing) -> Option<Vec<Piece>> {
+        let mut pieces = Vec::new();
+        let before = self.report.take_ups;
+        let mut from = self.written.position.at;
+        let mut last_t = 0.0;
+        for (number, run) in self.runs_of().into_iter().enumerate() {
+            if number > 0 {
+                let to = self.traced.nodes[run.start].to;
+                self.take_up(to, Shape::Feed, timing, &mut pieces);
+                if self.options.backlash == Backlash::Move {
+                    from = to;
+                }
+            }
+            if run.len() < 2 {
+                continue;
+            }
+            let nodes = &self.traced.nodes[run];
+            let Some(shifted) = cut::arc(arc, &from, nodes, limits) else {
+                self.report.take_ups = before;
+                return None;
+            };
+            from = shifted.to;
+            let t = nodes[nodes.len() - 1].t;
+            let timing = timing.shared(t - last_t);
+            pieces.push(Piece::of(Shape::Arc(shifted), shifted.to, timing));
+            last_t = t;
+        }
+        Some(pieces)
+    }
+}

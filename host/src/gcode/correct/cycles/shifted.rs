@@ -1,0 +1,184 @@
+//! A cycle that stays one, with corrected words.
+
+use crate::gcode::axes::{self, PerLetter};
+use crate::gcode::codes::{self, Code};
+use crate::gcode::correct::Corrector;
+use crate::gcode::correct::given::{Given, Moving};
+use crate::gcode::correct::piece::{Piece, Shape, Timing};
+use crate::gcode::cycle::Cycle;
+use crate::gcode::dialect::Dialect;
+use crate::gcode::edit::Edits;
+use crate::gcode::fault::Fault;
+use crate::gcode::interpret::bits;
+use crate::gcode::modal::{Motion, Retract, Units};
+use crate::gcode::number;
+use crate::gcode::words::Word;
+
+/// A word that a cycle needs: letter, value in units of the program, decimals.
+type Needed = (u8, f64, usize);
+
+impl Corrector<'_> {
+    /// The cycle with corrected words.
+    pub(super) fn shifted(
+        &mut self,
+        given: &Given<'_>,
+        cycle: &Cycle,
+        moving: &Moving,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let field = self.field();
+        let n = cycle.axes[2];
+        let mut hole = cycle.first;
+        hole[n] = cycle.bottom;
+        self.ways.come_to(self.tables, &hole);
+        if let Some(axis) = self.ways.missing(self.tables) {
+            return Err(moving.direction_unknown(axis));
+        }
+        let at = |height: f64| self.in_hole(&field, cycle, height);
+        let (node, top) = (at(cycle.bottom), at(cycle.r));
+        let node = node.map_err(|lost| moving.lost(lost))?;
+        let top = top.map_err(|lost| moving.lost(lost))?;
+        self.corrected(&node);
+        // A line before it ends the series for the controller: all words are written anew.
+        let moves = self.outside_first(given, cycle, &node.to, out)?;
+        let by = top.to[n] - top.q[n];
+        let mut edits = std::mem::take(&mut self.edits);
+        edits.clear();
+        self.cycle_words(
+            given,
+            cycle,
+            &self.needed(cycle, &node.to, by),
+            moves,
+            &mut edits,
+        );
+        let from = out.len();
+        edits.apply(given.line, out);
+        self.edits = edits;
+        self.follow(&out[from..], None)?;
+        out.extend_from_slice(given.eol);
+        let mut end = node.to;
+        end[n] = match (self.written.cycle, cycle.retract) {
+            (Some(written), Retract::Initial) => written.initial.max(cycle.r + by),
+            _ => cycle.r + by,
+        };
+        let at = &self.written.position.at;
+        if cycle.axes.iter().all(|i| (at[*i] - end[*i]).abs() < 1e-3) {
+            return Ok(());
+        }
+        Err(Fault::new(
+            moving.span.clone(),
+            "what would be written is wrong",
+            "this is a mistake of trueaxis: please report the line",
+        ))
+    }
+
+    /// Rotary axes and others outside the plane go to the hole in a line before; true if there is one.
+    fn outside_first(
+        &mut self,
+        given: &Given<'_>,
+        cycle: &Cycle,
+        to: &PerLetter,
+        out: &mut Vec<u8>,
+    ) -> Result<bool, Fault> {
+        let mut before = self.written.position.at;
+        let mut moves = false;
+        for axis in bits(self.tables.axes).filter(|axis| !cycle.axes.contains(axis)) {
+            let decimals = number::decimals(axis, Units::Millimetre);
+            let finest = 0.6 * 10_f64.powi(-(decimals as i32));
+            if (to[axis] - before[axis]).abs() >= finest {
+                before[axis] = to[axis];
+                moves = true;
+            }
+        }
+        if moves {
+            let piece = Piece::of(Shape::Rapid, before, Timing::None);
+            let motion = self.nominal.motion.replace(Motion::Rapid);
+            let done = self.write_next(given, &piece, out);
+            self.nominal.motion = motion;
+            done?;
+        }
+        Ok(moves)
+    }
+
+    /// The words of the hole and of R; `by` is the correction of the normal axis at R.
+    fn needed(&self, cycle: &Cycle, hole: &PerLetter, by: f64) -> [Needed; 4] {
+        let (unit, units) = (self.unit(), self.units());
+        let n = cycle.axes[2];
+        let offsets = &self.written.offsets;
+        let program = offsets.program(hole);
+        let mut at_r = *hole;
+        at_r[n] = cycle.r + by;
+        let word = |axis: usize| {
+            let decimals = number::decimals(axis, units);
+            (axes::LETTERS[axis], program[axis] / unit, decimals)
+        };
+        let [first, second, normal] = cycle.axes.map(word);
+        let r = offsets.program(&at_r)[n] / unit;
+        [first, second, normal, (b'R', r, number::decimals(n, units))]
+    }
+
+    /// Changes the words of the line, and adds those that it lacks; `anew`: also those that stay from the cycle
+    /// before.
+    fn cycle_words(
+        &self,
+        given: &Given<'_>,
+        cycle: &Cycle,
+        needed: &[Needed; 4],
+        anew: bool,
+        edits: &mut Edits,
+    ) {
+        let block = given.block;
+        let point = self.rules.dialect == Dialect::Fanuc;
+        let mut place = block.end;
+        let mut done = [false; 4];
+        for word in &block.words {
+            let same = |(letter, ..): &Needed| *letter == word.letter;
+            if let Some(k) = needed.iter().position(same) {
+                done[k] = true;
+                place = word.end;
+                let (_, value, decimals) = needed[k];
+                let decimals = decimals.max(word.decimals);
+                edits.replace(word.number..word.end, |to| {
+                    number::write(to, value, decimals, word.decimals.min(decimals), point)
+                });
+            }
+        }
+        let mut add = |letter: u8, value: f64, decimals: usize| {
+            edits.replace(place..place, |to| {
+                to.extend_from_slice(&[b' ', letter]);
+                number::write(to, value, decimals, 0, point);
+            });
+        };
+        for ((letter, value, decimals), done) in needed.iter().zip(done) {
+            if !done {
+                add(*letter, *value, *decimals);
+            }
+        }
+        let lacks = |letter: u8| block.word(letter).is_none();
+        if anew || self.written.cycle.is_none_or(|c| c.code != cycle.code) {
+            if let (true, Some(q)) = (lacks(b'Q'), cycle.q) {
+                add(b'Q', q / self.unit(), 6);
+            }
+            if let (true, Some(p)) = (lacks(b'P'), cycle.p) {
+                add(b'P', p, 6);
+            }
+        }
+        if let Some(feed) = self.nominal.feed
+            && lacks(b'F')
+            && self.written.feed != Some(feed)
+        {
+            add(b'F', feed, 6);
+        }
+        let is_cycle = |word: &Word| {
+            let code = codes::code(word, self.rules.dialect);
+            matches!(code, Some(Code::Motion(Motion::Cycle(_))))
+        };
+        let motion = Motion::Cycle(cycle.code);
+        if !block.words.iter().any(is_cycle) && self.written.motion != Some(motion) {
+            edits.replace(place..place, |to| {
+                to.push(b' ');
+                to.extend_from_slice(motion.word().as_bytes());
+            });
+        }
+    }
+}

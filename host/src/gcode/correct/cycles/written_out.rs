@@ -1,0 +1,100 @@
+//! A cycle as single moves.
+
+use crate::gcode::axes::COUNT;
+use crate::gcode::correct::Corrector;
+use crate::gcode::correct::given::{Given, Moving};
+use crate::gcode::correct::piece::{Piece, Shape};
+use crate::gcode::correct::write::Change;
+use crate::gcode::cycle::{Cycle, Part};
+use crate::gcode::fault::Fault;
+use crate::gcode::modal::Motion;
+use crate::gcode::moves::Rate;
+use crate::gcode::number;
+use crate::gcode::trace::Path;
+
+impl Corrector<'_> {
+    /// The cycle as single moves, the first of them in its line.
+    pub(super) fn write_out(
+        &mut self,
+        given: &Given<'_>,
+        cycle: &Cycle,
+        parts: &[Part],
+        moving: &Moving,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let eol = match given.eol {
+            [] => self.eol,
+            eol => eol,
+        };
+        let given = Given { eol, ..*given };
+        let mut at = cycle.from;
+        let mut first = true;
+        for part in parts {
+            let (shape, rate, to) = match part {
+                Part::Dwell(p) => {
+                    self.write_dwell(&given, *p, out)?;
+                    continue;
+                }
+                Part::Rapid(to) => (Shape::Rapid, Rate::Rapid, *to),
+                Part::Feed(to) => (Shape::Feed, cycle.rate, *to),
+            };
+            let path = Path::Line(at, to);
+            let last = self.trace(&path, 0, moving)?;
+            self.corrected(&last);
+            let timing = self.timing(rate, &path);
+            let field = self.field();
+            let pieces = self.runs(&field, shape, &self.limits(), timing);
+            for piece in pieces.map_err(|lost| moving.lost(lost))? {
+                // Motion words of the line become those of its first move.
+                let motion = self.nominal.motion.replace(Motion::Rapid);
+                let done = self.write_part(&given, &piece, first, out);
+                self.nominal.motion = motion;
+                done?;
+                first = false;
+            }
+            at = to;
+        }
+        if given.step.after {
+            self.write_after(&given, out)?;
+        }
+        debug_assert!((0..COUNT).all(|i| (at[i] - cycle.to()[i]).abs() < 1e-9));
+        Ok(())
+    }
+
+    fn write_dwell(&mut self, given: &Given<'_>, p: f64, out: &mut Vec<u8>) -> Result<(), Fault> {
+        let mut text = Vec::new();
+        if given.block.deleted {
+            text.push(b'/');
+        }
+        text.extend_from_slice(b"G4 P");
+        number::write(&mut text, p, 6, 0, false);
+        self.follow(&text, None)?;
+        out.extend_from_slice(&text);
+        out.extend_from_slice(given.eol);
+        self.report.lines[1] += 1;
+        Ok(())
+    }
+
+    /// A move of the cycle, in the line of the program or behind it.
+    fn write_part(
+        &mut self,
+        given: &Given<'_>,
+        piece: &Piece,
+        first: bool,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        if !first {
+            return self.write_next(given, piece, out);
+        }
+        let change = Change {
+            piece,
+            wanted: 0,
+            fresh: true,
+            without: b"RQPL",
+            without_after: given.step.after,
+        };
+        self.write_first(given, &change, out)?;
+        out.extend_from_slice(given.eol);
+        Ok(())
+    }
+}

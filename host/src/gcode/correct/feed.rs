@@ -1,0 +1,96 @@
+//! Time and feed: every piece takes its part of what the motion takes in the program.
+
+use super::Corrector;
+use super::piece::{Piece, Shape, Timing};
+use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
+use crate::gcode::dialect::Dialect;
+use crate::gcode::moves::Rate;
+use crate::gcode::trace::Path;
+
+impl Corrector<'_> {
+    /// The unit of the program in mm.
+    pub(super) fn unit(&self) -> f64 {
+        self.units().mm()
+    }
+
+    /// A difference of positions in units of the program.
+    fn in_program(&self, by: &PerLetter) -> PerLetter {
+        let unit = self.unit();
+        std::array::from_fn(|i| if is_rotary(i) { by[i] } else { by[i] / unit })
+    }
+
+    /// What a motion takes.
+    pub(super) fn timing(&self, rate: Rate, path: &Path) -> Timing {
+        let by = path.by();
+        let straight = self.in_program(&by);
+        let length = match path {
+            Path::Line(..) => self.rules.dialect.length(&straight),
+            Path::Arc(arc) => {
+                let linear = arc.length() / self.unit();
+                match self.rules.dialect {
+                    Dialect::LinuxCnc => linear,
+                    _ => linear.hypot(straight[3].hypot(straight[4]).hypot(straight[5])),
+                }
+            }
+        };
+        let minutes = match rate {
+            Rate::Rapid => return Timing::None,
+            Rate::PerMinute(f) | Rate::PerRevolution(f) => length / f,
+            Rate::Inverse(f) => 1.0 / f,
+        };
+        Timing::Part {
+            rate,
+            minutes,
+            share: 1.0,
+            turns: (0..COUNT).any(|i| is_rotary(i) && by[i] != 0.0),
+        }
+    }
+
+    /// The F of a piece: what must hold while it moves.
+    pub(super) fn feed(&self, piece: &Piece, to: &PerLetter) -> Option<f64> {
+        let by: PerLetter = std::array::from_fn(|i| {
+            let by = to[i] - self.written.position.at[i];
+            // Rounding in the last place of f64 is no motion.
+            if by.abs() < 1e-9 { 0.0 } else { by }
+        });
+        let by = self.in_program(&by);
+        match piece.timing {
+            Timing::None => None,
+            Timing::TakeUp => match piece.feed? {
+                Rate::Rapid => None,
+                Rate::PerMinute(f) | Rate::PerRevolution(f) => Some(f),
+                // A twentieth of a second, for a few µm.
+                Rate::Inverse(_) => Some(1200.0),
+            },
+            Timing::Part {
+                rate,
+                minutes,
+                share,
+                turns,
+            } => match rate {
+                Rate::Rapid => None,
+                Rate::Inverse(f) => Some(if share >= 1.0 - 1e-9 { f } else { f / share }),
+                Rate::PerMinute(f) | Rate::PerRevolution(f) => {
+                    let length = match piece.shape {
+                        Shape::Arc(arc) => arc.length() / self.unit(),
+                        _ => self.rules.dialect.length(&by),
+                    };
+                    let needed = length / (minutes * share);
+                    let turns = turns || (3..6).any(|i| by[i] != 0.0);
+                    let allowed = if turns { 1e-4 } else { 0.01 };
+                    let same = (needed / f - 1.0).abs() <= allowed;
+                    Some(if same || !needed.is_finite() || needed <= 0.0 {
+                        f
+                    } else {
+                        needed
+                    })
+                }
+            },
+        }
+    }
+}
+
+/// True if two feeds are written alike.
+pub(super) fn same_feed(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 2e-5 * b.abs()
+}

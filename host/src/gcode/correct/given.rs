@@ -1,0 +1,74 @@
+//! A line of the program, as it is given.
+
+use crate::gcode::axes::{self, is_rotary};
+use crate::gcode::fault::Fault;
+use crate::gcode::interpret::Step;
+use crate::gcode::trace::Lost;
+use crate::gcode::words::{Block, Word};
+use std::ops::Range;
+
+/// A line: its bytes, its words, and what it does.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'l> {
+    /// Without its end.
+    pub line: &'l [u8],
+    /// How it ends.
+    pub eol: &'l [u8],
+    pub block: &'l Block,
+    pub step: &'l Step,
+}
+
+/// What every correction of a motion needs besides its path.
+pub(super) struct Moving {
+    /// The bytes to be pointed at.
+    pub span: Range<usize>,
+    /// Length of the tool (mm), if it is known.
+    pub length: Option<f64>,
+}
+
+impl Moving {
+    /// What to say of a position that cannot be corrected.
+    pub fn lost(&self, lost: Lost) -> Fault {
+        let span = self.span.clone();
+        match lost {
+            Lost::Outside(axis, at, [low, high]) => {
+                let unit = if is_rotary(axis) { "deg" } else { "mm" };
+                Fault::new(
+                    span,
+                    format!(
+                        "{} would be at {at:.4} {unit}, outside its travel of {low} to {high} {unit}",
+                        axes::name(axis)
+                    ),
+                    "check the offsets in the setup and the position of the part",
+                )
+            }
+            Lost::NoPose => Fault::no_pose(span),
+            Lost::NoLength => Fault::new(
+                span,
+                "the compensation depends on the tool length, which is not known here",
+                "give the setup the tool in the spindle, [start] tool = 1, and its length, [tool.1] length = …",
+            ),
+        }
+    }
+
+    /// A direction that must be known.
+    pub fn direction_unknown(&self, axis: usize) -> Fault {
+        let letter = axes::name(axis);
+        Fault::new(
+            self.span.clone(),
+            format!(
+                "the compensation depends on the direction in which {letter} moved last, which is not known here"
+            ),
+            format!("give it in the setup: [start] travel = {{ {letter} = \"+\" }}, or \"-\""),
+        )
+    }
+}
+
+/// The bytes of a line to be pointed at: its words.
+pub(super) fn span_of(block: &Block) -> Range<usize> {
+    let is_axis = |w: &&Word| axes::index(w.letter).is_some();
+    let first = block.words.iter().find(is_axis);
+    first
+        .or(block.words.first())
+        .map_or(0..block.end, Word::span)
+}

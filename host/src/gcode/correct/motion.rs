@@ -1,0 +1,130 @@
+//! A motion of a line: what it needs, and the way it is corrected.
+
+use super::given::{Given, Moving, span_of};
+use super::{Backlash, Corrector};
+use crate::gcode::axes::{self, is_rotary};
+use crate::gcode::codes::{self, Code, Group};
+use crate::gcode::cut::Limits;
+use crate::gcode::fault::Fault;
+use crate::gcode::interpret::bits;
+use crate::gcode::moves::Move;
+use crate::gcode::trace::{Field, Node, Path};
+use crate::gcode::words::{Block, Word};
+
+impl<'a> Corrector<'a> {
+    /// A line with a motion.
+    pub(super) fn motion(
+        &mut self,
+        given: &Given<'_>,
+        motion: &Move,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let moving = self.moving(given.block);
+        // Words of linear axes are added where only others are commanded.
+        self.nominal.needs_units(moving.span.clone())?;
+        if let Some(length) = moving.length {
+            self.report.lengths.insert((length * 1e3).round() as i64);
+        }
+        self.modes_first(given.block)?;
+        let pieces = match motion {
+            Move::Straight(straight, rate) => self.straight(straight, *rate, &moving)?,
+            Move::Arc(arc, rate) => self.arc(arc, *rate, &moving)?,
+            Move::Cycle(cycle) => return self.cycle(given, cycle, &moving, out),
+        };
+        self.write_all(given, &pieces, out)
+    }
+
+    /// What is the same for all that is corrected in a line.
+    pub(super) fn moving(&self, block: &Block) -> Moving {
+        Moving {
+            span: span_of(block),
+            length: self.nominal.tool_length(&self.rules.setup),
+        }
+    }
+
+    /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
+    fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
+        let dialect = self.rules.dialect;
+        let is_motion = |word: &Word| {
+            let code = codes::code(word, dialect);
+            code.is_some_and(|c| c.group() == Group::Motion || c == Code::MachineCoordinates)
+        };
+        let changes = |word: &&Word| match word.letter {
+            b'G' => !is_motion(word),
+            b'M' | b'T' => true,
+            _ => false,
+        };
+        if !block.words.iter().any(|w| changes(&w)) {
+            return Ok(());
+        }
+        let mut modes = Block::default();
+        let stays = |word: &&Word| {
+            let moves = axes::index(word.letter).is_some() || b"IJKR".contains(&word.letter);
+            !moves && !is_motion(word)
+        };
+        block
+            .words
+            .iter()
+            .filter(stays)
+            .for_each(|word| modes.push(*word));
+        let mut state = self.written.clone();
+        state.step(&modes, self.rules)?;
+        state.ended = false;
+        self.before_modes = Some(std::mem::replace(&mut self.written, state));
+        Ok(())
+    }
+
+    pub(super) fn field(&self) -> Field<'a> {
+        Field {
+            tables: self.tables,
+            tip: self.tip.filter(|_| self.nominal.tip),
+            length: self
+                .nominal
+                .field_length(self.rules, self.tables.takes_length),
+            undo: self.options.undo,
+        }
+    }
+
+    /// How far from the corrected path it may be.
+    pub(super) fn limits(&self) -> Limits {
+        let rotary = bits(self.tables.axes).any(is_rotary);
+        Limits::new(
+            self.options.tolerance,
+            self.options.direction,
+            rotary,
+            !self.nominal.tip,
+        )
+    }
+
+    /// The nodes of a path, and the direction of each axis at its end; returns the last node.
+    pub(super) fn trace(
+        &mut self,
+        path: &Path,
+        finer: usize,
+        moving: &Moving,
+    ) -> Result<Node, Fault> {
+        let field = self.field();
+        let limits = self.limits();
+        let before = self.ways.clone();
+        self.start_ways = before.clone();
+        let mut ways = before.clone();
+        let last = field.trace(path, &limits, &mut ways, finer, &mut self.traced);
+        let last = last.map_err(|lost| moving.lost(lost))?;
+        let leave = self.options.backlash == Backlash::Leave;
+        if leave && before.missing(self.tables).is_none() {
+            // As if no axis had turned.
+            return Ok(last);
+        }
+        self.ways = ways;
+        match self.ways.missing(self.tables) {
+            Some(axis) => Err(moving.direction_unknown(axis)),
+            None => Ok(last),
+        }
+    }
+
+    /// Takes in how far a position was corrected.
+    pub(super) fn corrected(&mut self, node: &Node) {
+        let by = std::array::from_fn(|i| node.moved[i] - node.q[i]);
+        self.report.corrected(&by, self.line);
+    }
+}

@@ -1,0 +1,44 @@
+//! How a program is corrected.
+
+/// What becomes of the step where an axis turns round.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backlash {
+    /// A move of its own before the reversal.
+    #[default]
+    Move,
+    /// Part of the next move.
+    Blend,
+    /// Left out: corrections are those of the direction before.
+    Leave,
+}
+
+/// How a program is corrected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How far straight moves may be from the corrected path (mm).
+    pub tolerance: f64,
+    /// How far the direction of the tool may be (rad).
+    pub direction: f64,
+    /// Sagitta of the chords that arcs become (mm).
+    pub chord: f64,
+    /// Reversals.
+    pub backlash: Backlash,
+    /// Cut moves under G41 and G42 too.
+    pub cut_under_cutter: bool,
+    /// Take corrections away again.
+    pub undo: bool,
+}
+
+impl Default for Options {
+    /// 0.5 µm, 1 µrad, chords of 1 µm.
+    fn default() -> Self {
+        Self {
+            tolerance: 0.5e-3,
+            direction: 1e-6,
+            chord: 1e-3,
+            backlash: Backlash::Move,
+            cut_under_cutter: false,
+            undo: false,
+        }
+    }
+}

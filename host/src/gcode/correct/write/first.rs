@@ -1,0 +1,163 @@
+//! The line of the program with other words.
+
+use super::wording::{Wording, replace_number};
+use super::{Change, is_after};
+use crate::gcode::axes::{self, COUNT};
+use crate::gcode::codes::{self, Code};
+use crate::gcode::correct::Corrector;
+use crate::gcode::correct::feed::same_feed;
+use crate::gcode::correct::given::Given;
+use crate::gcode::dialect::Dialect;
+use crate::gcode::edit::Edits;
+use crate::gcode::fault::Fault;
+use crate::gcode::number;
+
+/// What the words of the line say already, and where others belong.
+#[derive(Default)]
+struct Said {
+    axes: u16,
+    centre: [bool; 2],
+    feed: bool,
+    motion: bool,
+    /// Where the first axis begins.
+    first_axis: Option<usize>,
+    /// Where the last axis, or word of a centre, ends.
+    last_axis: Option<usize>,
+}
+
+impl Corrector<'_> {
+    /// Writes the line with other words, without its end.
+    pub(in crate::gcode::correct) fn write_first(
+        &mut self,
+        given: &Given<'_>,
+        change: &Change<'_>,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let wording = self.wording(given.block, change.piece, change.wanted)?;
+        let mut edits = std::mem::take(&mut self.edits);
+        edits.clear();
+        let said = self.change_words(given, change, &wording, &mut edits);
+        self.add_words(given, &wording, &said, &mut edits);
+        let from = out.len();
+        edits.apply(given.line, out);
+        self.edits = edits;
+        self.follow(&out[from..], Some(&wording.words.to))
+    }
+
+    /// Changes or removes the words of the line.
+    fn change_words(
+        &mut self,
+        given: &Given<'_>,
+        change: &Change<'_>,
+        wording: &Wording,
+        edits: &mut Edits,
+    ) -> Said {
+        let (rules, words) = (self.rules, &wording.words);
+        let mut said = Said::default();
+        for word in &given.block.words {
+            if let Some(Code::Motion(was)) = codes::code(word, rules.dialect) {
+                if let Some(motion) = wording.motion {
+                    said.motion = true;
+                    if was != motion {
+                        edits.replace(word.span(), |to| {
+                            to.extend_from_slice(motion.word().as_bytes())
+                        });
+                    }
+                }
+                continue;
+            }
+            if let Some(axis) = axes::index(word.letter) {
+                if change.fresh || words.left_out & (1 << axis) != 0 {
+                    edits.remove(given.line, word.span());
+                } else if let Some(value) = words.value[axis] {
+                    said.axes |= 1 << axis;
+                    said.first_axis = said.first_axis.or(Some(word.start));
+                    said.last_axis = Some(word.end);
+                    replace_number(edits, rules, word, value, words.decimals[axis]);
+                }
+                continue;
+            }
+            if let Some(centre) = &wording.centre
+                && let Some(place) = centre.iter().position(|(letter, _)| *letter == word.letter)
+            {
+                said.centre[place] = true;
+                said.last_axis = Some(word.end);
+                let decimals = word.decimals.max(number::decimals(0, self.units()));
+                let value = number::rounded(centre[place].1, decimals);
+                replace_number(edits, rules, word, value, decimals);
+                continue;
+            }
+            if word.letter == b'F' {
+                if let Some(feed) = wording.feed {
+                    said.feed = true;
+                    if !same_feed(feed, word.value) {
+                        self.report.feeds += 1;
+                        let point = rules.dialect == Dialect::Fanuc;
+                        edits.replace(word.number..word.end, |to| {
+                            number::write_feed(to, feed, point)
+                        });
+                    }
+                }
+                continue;
+            }
+            let goes = change.without.contains(&word.letter)
+                || (change.without_after && is_after(word, rules.dialect));
+            if goes {
+                edits.remove(given.line, word.span());
+            }
+        }
+        said
+    }
+
+    /// Adds what the words of the line do not say.
+    fn add_words(&mut self, given: &Given<'_>, wording: &Wording, said: &Said, edits: &mut Edits) {
+        let (block, words) = (given.block, &wording.words);
+        let point = self.rules.dialect == Dialect::Fanuc;
+        let mut before = given.line[..block.end].iter();
+        let spaced = block.words.len() < 2 || before.any(|b| matches!(b, b' ' | b'\t'));
+        let separator: &[u8] = if spaced { b" " } else { b"" };
+        let place = said.last_axis.unwrap_or(block.end);
+        if let (false, Some(motion)) = (said.motion, wording.motion)
+            && self.written.motion != Some(motion)
+        {
+            match said.first_axis {
+                Some(at) => edits.replace(at..at, |to| {
+                    to.extend_from_slice(motion.word().as_bytes());
+                    to.extend_from_slice(separator);
+                }),
+                None => edits.replace(place..place, |to| {
+                    to.extend_from_slice(separator);
+                    to.extend_from_slice(motion.word().as_bytes());
+                }),
+            }
+        }
+        for axis in 0..COUNT {
+            if let Some(value) = words.value[axis]
+                && said.axes & (1 << axis) == 0
+            {
+                edits.replace(place..place, |to| {
+                    to.extend_from_slice(separator);
+                    to.push(axes::LETTERS[axis]);
+                    number::write(to, value, words.decimals[axis], 0, point);
+                });
+            }
+        }
+        for (k, (letter, value)) in wording.centre.iter().flatten().enumerate() {
+            if !said.centre[k] {
+                edits.replace(place..place, |to| {
+                    to.extend_from_slice(separator);
+                    to.push(*letter);
+                    number::write(to, *value, number::decimals(0, self.units()), 0, point);
+                });
+            }
+        }
+        if let (false, Some(feed)) = (said.feed, self.feed_word(wording)) {
+            self.report.feeds += 1;
+            edits.replace(place..place, |to| {
+                to.extend_from_slice(separator);
+                to.push(b'F');
+                number::write_feed(to, feed, point);
+            });
+        }
+    }
+}

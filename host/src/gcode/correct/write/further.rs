@@ -1,0 +1,68 @@
+//! Further lines: those of a motion that is cut.
+
+use crate::gcode::axes::{self, COUNT};
+use crate::gcode::correct::Corrector;
+use crate::gcode::correct::given::Given;
+use crate::gcode::correct::piece::Piece;
+use crate::gcode::dialect::Dialect;
+use crate::gcode::fault::Fault;
+use crate::gcode::number;
+
+impl Corrector<'_> {
+    /// Writes a further line, unless it would move nothing.
+    pub(in crate::gcode::correct) fn write_next(
+        &mut self,
+        given: &Given<'_>,
+        piece: &Piece,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
+        let wording = self.wording(given.block, piece, 0)?;
+        let words = &wording.words;
+        if !words.moves && wording.centre.is_none() {
+            return Ok(());
+        }
+        let point = self.rules.dialect == Dialect::Fanuc;
+        let mut text = std::mem::take(&mut self.text);
+        text.clear();
+        if given.block.deleted {
+            text.push(b'/');
+        }
+        if wording.machine {
+            text.extend_from_slice(b"G53 ");
+        }
+        if let Some(motion) = wording.motion
+            && self.written.motion != Some(motion)
+        {
+            text.extend_from_slice(motion.word().as_bytes());
+            text.push(b' ');
+        }
+        for axis in 0..COUNT {
+            if let Some(value) = words.value[axis] {
+                text.push(axes::LETTERS[axis]);
+                number::write(&mut text, value, words.decimals[axis], 0, point);
+                text.push(b' ');
+            }
+        }
+        for (letter, value) in wording.centre.iter().flatten() {
+            let decimals = number::decimals(0, self.units());
+            text.push(*letter);
+            number::write(&mut text, *value, decimals, 0, point);
+            text.push(b' ');
+        }
+        if let Some(feed) = self.feed_word(&wording) {
+            self.report.feeds += 1;
+            text.push(b'F');
+            number::write_feed(&mut text, feed, point);
+            text.push(b' ');
+        }
+        while text.last() == Some(&b' ') {
+            text.pop();
+        }
+        let done = self.follow(&text, Some(&words.to));
+        out.extend_from_slice(&text);
+        out.extend_from_slice(given.eol);
+        self.text = text;
+        self.report.lines[1] += 1;
+        done
+    }
+}

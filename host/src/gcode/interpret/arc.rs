@@ -1,0 +1,132 @@
+//! Arcs from their words: I, J, K or R, in the plane that holds.
+
+use super::needs::{axis_span, missing};
+use super::{Asked, whole};
+use crate::gcode::arc::{Arc, centre_by_radius};
+use crate::gcode::axes::{COUNT, PerLetter};
+use crate::gcode::fault::Fault;
+use crate::gcode::modal::{Distance, Plane};
+use crate::gcode::state::State;
+use crate::gcode::words::Word;
+
+impl State {
+    /// The plane, where it must be known.
+    pub(super) fn plane(&self, asked: &Asked<'_>) -> Result<Plane, Fault> {
+        let plane = self.plane.ok_or_else(|| {
+            Fault::new(
+                axis_span(asked.block),
+                "the plane is not known here",
+                "write G17, G18 or G19 before it",
+            )
+        })?;
+        if self.offsets.is_turned() && plane != Plane::Xy {
+            return Err(Fault::new(
+                axis_span(asked.block),
+                "an arc or a cycle outside the XY plane under a rotation",
+                "write it without rotation",
+            ));
+        }
+        Ok(plane)
+    }
+
+    /// G2, G3.
+    pub(super) fn arc(&self, asked: &Asked<'_>, clockwise: bool) -> Result<Arc, Fault> {
+        let plane = self.plane(asked)?.axes();
+        let [i, j, _] = plane;
+        if let Some(axis) = self.position.missing(asked.rules.axes) {
+            return Err(missing(asked.block, axis));
+        }
+        let from = self.position.at;
+        let to = self.target(asked, asked.free, false)?.at;
+        // The letters I, J, K belong to X, Y, Z.
+        let letters = plane.map(|axis| b"IJK"[axis]);
+        if let Some(word) = asked.word(letters[2]) {
+            return Err(Fault::new(
+                word.span(),
+                "a centre along the normal of the plane",
+                "check the plane: G17, G18 or G19",
+            ));
+        }
+        let turns = match asked.word(b'P') {
+            Some(word) => whole(word)?.max(1),
+            None => 1,
+        };
+        let radius = asked.word(b'R');
+        let offsets = [asked.word(letters[0]), asked.word(letters[1])];
+        let given = offsets.iter().flatten().next().copied();
+        if let Some(word) = given.or(radius) {
+            // Full turns have no words of axes, and are written with them.
+            self.needs_system(word)?;
+        }
+        let centre = match (radius, given) {
+            (Some(word), None) => {
+                let r = self.length_of(asked, word)?;
+                centre_by_radius([from[i], from[j]], [to[i], to[j]], r, clockwise).map_err(
+                    |cause| Fault::new(word.span(), cause, "check the radius and the end"),
+                )?
+            }
+            (Some(word), Some(_)) => {
+                return Err(Fault::new(
+                    word.span(),
+                    "a radius and a centre",
+                    "write one of them",
+                ));
+            }
+            (None, None) => {
+                return Err(Fault::new(
+                    axis_span(asked.block),
+                    "an arc without a centre or a radius",
+                    "write I, J, K or R",
+                ));
+            }
+            (None, Some(given)) => self.centre(asked, &from, [i, j], offsets, given)?,
+        };
+        let arc = Arc::new(from, to, plane, centre, clockwise, turns);
+        let [r0, r1] = arc.radii();
+        let off = (r0 - r1).abs();
+        if r0 < 1e-9 || r1 < 1e-9 || off > 0.5 || (off > 0.005 && off > 1e-3 * r0.max(r1)) {
+            return Err(Fault::new(
+                given.or(radius).map_or(0..asked.block.end, Word::span),
+                format!(
+                    "the radius does not fit: {r0:.4} mm at the start of the arc, {r1:.4} mm at its end"
+                ),
+                "check the centre and the end",
+            ));
+        }
+        Ok(arc)
+    }
+
+    /// The centre from I, J, K; `given` is the first of the words.
+    fn centre(
+        &self,
+        asked: &Asked<'_>,
+        from: &PerLetter,
+        [i, j]: [usize; 2],
+        words: [Option<&Word>; 2],
+        given: &Word,
+    ) -> Result<[f64; 2], Fault> {
+        let mut by = [0.0; 2];
+        for (by, word) in by.iter_mut().zip(words) {
+            if let Some(word) = word {
+                *by = self.length_of(asked, word)?;
+            }
+        }
+        if self.arc_distance == Distance::Incremental {
+            if self.offsets.is_turned() {
+                by = self.offsets.turned(by);
+            }
+            return Ok([from[i] + by[0], from[j] + by[1]]);
+        }
+        let [Some(_), Some(_)] = words else {
+            return Err(Fault::new(
+                given.span(),
+                "one half of a centre under G90.1",
+                "write both words of the centre",
+            ));
+        };
+        let mut program: PerLetter = [0.0; COUNT];
+        [program[i], program[j]] = by;
+        let at = self.offsets.machine(&program);
+        Ok([at[i], at[j]])
+    }
+}

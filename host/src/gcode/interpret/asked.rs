@@ -1,0 +1,205 @@
+//! What the words of a line ask for, before anything is done.
+
+use super::unknown;
+use crate::gcode::axes;
+use crate::gcode::codes::{self, Code, Group, Length};
+use crate::gcode::dialect::Dialect;
+use crate::gcode::fault::Fault;
+use crate::gcode::modal::Units;
+use crate::gcode::state::Rules;
+use crate::gcode::words::{Block, Word};
+
+/// A line whose words G and letters are all known, at most one of each group.
+pub(super) struct Asked<'l> {
+    /// The line.
+    pub block: &'l Block,
+    /// What is the same for all lines.
+    pub rules: &'l Rules,
+    /// Group 1.
+    pub motion: Option<(Code, &'l Word)>,
+    /// Group 0.
+    pub once: Option<(Code, &'l Word)>,
+    /// G53.
+    pub machine_coordinates: Option<&'l Word>,
+    /// G20, G21.
+    pub units: Option<(Units, &'l Word)>,
+    /// Axes that have words, a bit each.
+    pub axes: u16,
+    /// Those that are left for the motion.
+    pub free: u16,
+}
+
+impl<'l> Asked<'l> {
+    /// # Errors
+    /// A word that is not known, or a second one of a group.
+    pub fn read(block: &'l Block, rules: &'l Rules) -> Result<Self, Fault> {
+        let mut asked = Self {
+            block,
+            rules,
+            motion: None,
+            once: None,
+            machine_coordinates: None,
+            units: None,
+            axes: axis_words(block),
+            free: 0,
+        };
+        asked.look_at_g()?;
+        asked.look_at_letters()?;
+        if !asked.takes_axes() {
+            asked.free = asked.axes;
+        }
+        Ok(asked)
+    }
+
+    /// The word of a letter other than G and M.
+    pub fn word(&self, letter: u8) -> Option<&'l Word> {
+        self.block.word(letter)
+    }
+
+    /// What a word G asks for.
+    pub fn code(&self, word: &Word) -> Option<Code> {
+        codes::code(word, self.rules.dialect)
+    }
+
+    /// True if a word other than one of motion takes the axes.
+    fn takes_axes(&self) -> bool {
+        let once = matches!(
+            self.once,
+            Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _))
+        );
+        let of_words = |word: &Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
+        once || self.block.words.iter().any(of_words)
+    }
+
+    fn look_at_g(&mut self) -> Result<(), Fault> {
+        let mut groups = 0_u32;
+        for word in self.block.words.iter().filter(|w| w.letter == b'G') {
+            let Some(code) = self.code(word) else {
+                if is_passed(word, self.rules) {
+                    if self.axes == 0 {
+                        continue;
+                    }
+                    return Err(Fault::new(
+                        word.span(),
+                        "axes in a line with a G word that is passed: what they mean is not known",
+                        "write two lines",
+                    ));
+                }
+                return Err(unknown(word, unknown_g(word), &remedy_g(word)));
+            };
+            // G53 stands beside others of its group in LinuxCNC's order: it is none of what takes axes.
+            if code == Code::MachineCoordinates {
+                self.machine_coordinates = Some(word);
+                continue;
+            }
+            let bit = 1 << code.group() as u32;
+            if groups & bit != 0 {
+                return Err(Fault::new(
+                    word.span(),
+                    match code.group() {
+                        Group::Motion => "a second motion word in the line",
+                        _ => "a second word of its group in the line",
+                    },
+                    "write two lines",
+                ));
+            }
+            groups |= bit;
+            match code {
+                Code::Units(units) => self.units = Some((units, word)),
+                code if code.group() == Group::Motion => self.motion = Some((code, word)),
+                code if code.group() == Group::Once => self.once = Some((code, word)),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Letters that mean something here.
+    fn look_at_letters(&self) -> Result<(), Fault> {
+        let rules = self.rules;
+        for word in &self.block.words {
+            let is_axis = axes::index(word.letter).is_some();
+            if !is_axis && !b"GMNFSTHDPQRLIJKEO".contains(&word.letter) {
+                return Err(unknown(
+                    word,
+                    "no word that is known",
+                    "write axes, G, M, F, S, T, D, H, I, J, K, L, P, Q, R or N",
+                ));
+            }
+            let needs_point = rules.dialect == Dialect::Fanuc
+                && !rules.least_increments
+                && !word.point
+                && word.value != 0.0
+                && (is_axis || b"IJKRQ".contains(&word.letter));
+            if needs_point {
+                return Err(Fault::new(
+                    word.span(),
+                    "a length without a decimal point: Fanuc controllers take it for mm or for least \
+                     increments, as a parameter says",
+                    "write a decimal point, or say --least-increment if such words count 1 µm",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The axes that have words, a bit each.
+fn axis_words(block: &Block) -> u16 {
+    let axes = block.words.iter().filter_map(|w| axes::index(w.letter));
+    axes.fold(0, |mask, axis| mask | 1 << axis)
+}
+
+/// True if a word is passed although nobody knows it.
+pub(super) fn is_passed(word: &Word, rules: &Rules) -> bool {
+    let name = format!("{}{}", char::from(word.letter), word.value);
+    rules
+        .pass
+        .iter()
+        .any(|passed| passed.eq_ignore_ascii_case(&name))
+}
+
+fn unknown_g(word: &Word) -> &'static str {
+    match word.tenths() {
+        Some(50..=59) => "splines (G5) are not corrected",
+        Some(70 | 80) => "lathes (G7, G8) are not corrected",
+        Some(650 | 660..=669) => "macro calls (G65, G66) compute",
+        Some(150 | 160) => "polar coordinates (G15, G16) are not followed",
+        Some(435) => "tool directions as vectors (G43.5) are not followed",
+        Some(500 | 510 | 501 | 511) => {
+            "scaled and mirrored coordinates (G50, G51) are not followed"
+        }
+        Some(680..=689) => "rotated coordinates (G68) are not followed",
+        Some(700 | 710) => "finishing and roughing cycles of lathes (G70, G71) are not corrected",
+        Some(870 | 880) => "cycles with a stopped spindle (G87, G88) are not corrected",
+        Some(760) => "threading cycles of lathes (G76) are not corrected",
+        _ => "no G word that is known in this dialect",
+    }
+}
+
+fn remedy_g(word: &Word) -> String {
+    match word.tenths() {
+        Some(
+            50..=59
+            | 70
+            | 80
+            | 650
+            | 660..=669
+            | 150
+            | 160
+            | 435
+            | 500..=511
+            | 680..=689
+            | 700
+            | 710
+            | 870
+            | 880
+            | 760,
+        ) => "write the program out with G0 to G3, or use the compensation in the controller"
+            .to_owned(),
+        _ => format!(
+            "check --dialect; if it moves nothing and changes no coordinates, pass it with --pass G{}",
+            word.value
+        ),
+    }
+}

@@ -1,0 +1,137 @@
+//! Canned cycles from their words, and those that stay from the line before.
+
+use super::needs::{axis_span, missing};
+use super::{Asked, bits, whole};
+use crate::gcode::axes::{self, COUNT};
+use crate::gcode::cycle::{Cycle, Sticky};
+use crate::gcode::fault::Fault;
+use crate::gcode::modal::{Distance, FeedMode};
+use crate::gcode::rate::Rate;
+use crate::gcode::state::State;
+use crate::gcode::words::Word;
+
+impl State {
+    /// G73, G74, G81 to G86, G89.
+    pub(super) fn canned(&mut self, asked: &Asked<'_>, code: u16) -> Result<Cycle, Fault> {
+        let block = asked.block;
+        let plane = self.plane(asked)?.axes();
+        let n = plane[2];
+        if self.tip {
+            return Err(Fault::new(
+                axis_span(block),
+                "a cycle under tool-centre-point control",
+                "write it out",
+            ));
+        }
+        if let Some(axis) = self.position.missing(asked.rules.axes) {
+            return Err(missing(block, axis));
+        }
+        if let Some(axis) = bits(asked.free).find(|axis| !plane.contains(axis)) {
+            let word = asked.word(axes::LETTERS[axis]);
+            return Err(Fault::new(
+                word.map_or(0..block.end, Word::span),
+                "an axis outside the plane in a cycle",
+                "write a line before",
+            ));
+        }
+        let relative = self.needs_distance(block)? == Distance::Incremental;
+        let from = self.position.at;
+        let sticky = self.sticky(asked, code, n)?;
+        let rate = self.rate_of_cycle(asked)?;
+        let repeat = match asked.word(b'L') {
+            Some(word) => whole(word)?,
+            None => 1,
+        };
+        if repeat == 0 || repeat > 10_000 {
+            return Err(Fault::new(
+                asked.word(b'L').map_or(0..block.end, Word::span),
+                "a cycle that is done never or too often",
+                "write L1 to L10000",
+            ));
+        }
+        let first = self.target(asked, asked.free & !(1 << n), false)?.at;
+        let (r, bottom, by);
+        if relative {
+            by = std::array::from_fn(|i| first[i] - from[i]);
+            r = from[n] + sticky.r;
+            bottom = r + sticky.depth;
+        } else {
+            by = [0.0; COUNT];
+            r = self.offsets.machine_axis(n, sticky.r);
+            bottom = self.offsets.machine_axis(n, sticky.depth);
+        }
+        if bottom > r {
+            return Err(Fault::new(
+                axis_span(block),
+                "a cycle whose depth is above R",
+                "check R and the depth",
+            ));
+        }
+        self.cycle = Some(sticky);
+        Ok(Cycle {
+            code,
+            axes: plane,
+            from,
+            first,
+            by,
+            repeat,
+            r,
+            bottom,
+            initial: sticky.initial,
+            retract: self.retract,
+            q: sticky.q,
+            p: sticky.p,
+            rate,
+        })
+    }
+
+    fn rate_of_cycle(&self, asked: &Asked<'_>) -> Result<Rate, Fault> {
+        match (self.feed.filter(|f| *f > 0.0), self.feed_mode) {
+            (Some(f), FeedMode::PerMinute) => Ok(Rate::PerMinute(f)),
+            (Some(f), FeedMode::PerRevolution) => Ok(Rate::PerRevolution(f)),
+            (None, _) | (_, FeedMode::InverseTime) => Err(Fault::new(
+                axis_span(asked.block),
+                "a cycle without a feed per minute or revolution",
+                "write F before it",
+            )),
+        }
+    }
+
+    /// The words of a cycle: those of the line, otherwise those of the line before in its series.
+    fn sticky(&self, asked: &Asked<'_>, code: u16, normal: usize) -> Result<Sticky, Fault> {
+        let before = self.cycle.filter(|c| c.code == code);
+        let initial = self.cycle.map_or(self.position.at[normal], |c| c.initial);
+        let lacking = |what: &str| {
+            Fault::new(
+                axis_span(asked.block),
+                format!("a cycle without {what}"),
+                format!("write {what}"),
+            )
+        };
+        let length = |letter: u8, before: Option<f64>| match asked.word(letter) {
+            Some(word) => self.length_of(asked, word).map(Some),
+            None => Ok(before),
+        };
+        let r = length(b'R', before.map(|c| c.r))?.ok_or_else(|| lacking("R"))?;
+        let letter = axes::LETTERS[normal];
+        let depth = length(letter, before.map(|c| c.depth))?;
+        let depth = depth.ok_or_else(|| lacking(&format!("{}, its depth", char::from(letter))))?;
+        let q = length(b'Q', before.and_then(|c| c.q))?;
+        let p = asked.word(b'P').map(|w| w.value);
+        let p = p.or(before.and_then(|c| c.p));
+        if matches!(code, 730 | 830) && q.is_none_or(|q| q <= 0.0) {
+            return Err(lacking("Q, the depth of a peck, which is positive"));
+        }
+        if matches!(code, 820 | 860 | 890) && p.is_none() {
+            return Err(lacking("P, the time at the bottom"));
+        }
+        Ok(Sticky {
+            code,
+            initial,
+            r,
+            depth,
+            q,
+            p,
+        })
+    }
+}

@@ -1,0 +1,134 @@
+//! Words that hold in their line only: going home, G92, G52.
+
+use super::needs::not_known;
+use super::{Asked, Step, bits, unknown};
+use crate::gcode::axes::COUNT;
+use crate::gcode::codes::Code;
+use crate::gcode::dialect::Dialect;
+use crate::gcode::fault::Fault;
+use crate::gcode::state::State;
+use crate::gcode::words::Word;
+
+impl State {
+    /// Does the word of the line that holds there only.
+    pub(super) fn do_once(&mut self, asked: &Asked<'_>, step: &mut Step) -> Result<(), Fault> {
+        let Some((code, word)) = asked.once else {
+            return Ok(());
+        };
+        match code {
+            Code::Data => self.set_data(asked, word, step)?,
+            Code::Home(home) => self.go_home(asked, word, home, step)?,
+            Code::StoreHome(home) => {
+                self.not_with_tip(word)?;
+                self.homes[home] = Some(self.position);
+            }
+            Code::Shift(0) => self.shift(asked, word, step)?,
+            Code::Local => self.local(asked, word)?,
+            Code::Shift(1) => {
+                self.offsets.g92 = [0.0; COUNT];
+                self.offsets.g92_stored = Some([0.0; COUNT]);
+            }
+            Code::Shift(2) => self.offsets.g92 = [0.0; COUNT],
+            Code::Shift(3) => {
+                self.offsets.g92 = self.offsets.g92_stored.ok_or_else(|| {
+                    Fault::new(
+                        word.span(),
+                        "the offsets that G92.3 brings back are not known",
+                        "give LinuxCNC's parameters with --var, or write G92 in the program",
+                    )
+                })?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// G28, G30.
+    fn go_home(
+        &mut self,
+        asked: &Asked<'_>,
+        word: &Word,
+        home: usize,
+        step: &mut Step,
+    ) -> Result<(), Fault> {
+        self.not_with_tip(word)?;
+        let moved = match asked.axes {
+            0 => asked.rules.axes,
+            axes => axes & asked.rules.axes,
+        };
+        let to = self.homes[home];
+        for axis in bits(moved) {
+            match to.filter(|to| to.knows(axis)) {
+                Some(to) => self.position.set(axis, to.at[axis]),
+                None => self.position.forget(axis),
+            }
+        }
+        step.passed = Some("G28 and G30");
+        Ok(())
+    }
+
+    /// G92.
+    fn shift(&mut self, asked: &Asked<'_>, word: &Word, step: &mut Step) -> Result<(), Fault> {
+        if asked.axes == 0 {
+            return Err(Fault::new(
+                word.span(),
+                "G92 without axes",
+                "write the axes",
+            ));
+        }
+        self.not_both_shifts(asked, word, false)?;
+        let at = self.offsets.program(&self.position.at);
+        self.needs_system(word)?;
+        let turned = self.offsets.is_turned() && asked.axes & 0b11 != 0;
+        let needed = asked.axes | if turned { 0b11 } else { 0 };
+        if let Some(axis) = self.position.missing(needed) {
+            return Err(not_known(word, axis));
+        }
+        for axis in bits(asked.axes) {
+            // Machine = word + g92: the word is smaller by what the shift is larger.
+            self.offsets.g92[axis] += at[axis] - self.value(asked, axis)?;
+        }
+        self.offsets.local = false;
+        self.offsets.g92_stored = Some(self.offsets.g92);
+        step.reference = Some(None);
+        Ok(())
+    }
+
+    /// G52: offsets as they are written, which the corrected program has too.
+    fn local(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
+        if asked.axes == 0 {
+            return Err(Fault::new(
+                word.span(),
+                "G52 without axes",
+                "write the axes; G52 X0 Y0 Z0 takes the offset back",
+            ));
+        }
+        self.not_both_shifts(asked, word, true)?;
+        for axis in bits(asked.axes) {
+            self.offsets.g92[axis] = self.value(asked, axis)?;
+        }
+        self.offsets.local = true;
+        self.offsets.g92_stored = Some(self.offsets.g92);
+        Ok(())
+    }
+
+    /// LinuxCNC keeps G52 and G92 in one place; of Fanuc's controllers parameters say what one does to the other.
+    fn not_both_shifts(&self, asked: &Asked<'_>, word: &Word, local: bool) -> Result<(), Fault> {
+        let holds = self.offsets.g92 != [0.0; COUNT];
+        if asked.rules.dialect != Dialect::Fanuc || !holds || self.offsets.local == local {
+            return Ok(());
+        }
+        let (this, other) = if local {
+            ("G52", "G92")
+        } else {
+            ("G92", "G52")
+        };
+        Err(unknown(
+            word,
+            &format!(
+                "{this} while {other} holds: what becomes of both is a parameter of the controller"
+            ),
+            &format!("take {other} back before it"),
+        ))
+    }
+}

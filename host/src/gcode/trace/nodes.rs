@@ -1,0 +1,162 @@
+//! Points of a corrected path, so close that corrections between them are straight.
+
+use super::{Field, Lost, Node, Path};
+use crate::gcode::axes::{COUNT, is_rotary};
+use crate::gcode::cut::Limits;
+use crate::gcode::tables::Ways;
+
+/// A path with its corrections.
+#[derive(Debug, Default)]
+pub struct Traced {
+    /// Points of it, from t = 0 to 1.
+    pub nodes: Vec<Node>,
+    /// Numbers of nodes at which an axis has turned round: the node there is at the same place as the one before it,
+    /// with other corrections.
+    pub breaks: Vec<usize>,
+}
+
+/// A path while it is traced.
+struct Tracing<'t> {
+    field: &'t Field<'t>,
+    path: &'t Path,
+    limits: &'t Limits,
+    ways: &'t mut Ways,
+    traced: &'t mut Traced,
+}
+
+/// How far corrections may be from the straight line in the middle between nodes, in parts of what is allowed: at a
+/// point of a linear table they are twice as far off at most.
+const BETWEEN: f64 = 0.1;
+/// A part of a move is halved so often at most: at a step of the tables no number is enough.
+const HALVINGS: u32 = 8;
+/// Most parts of one move; more would be a move of hundreds of metres.
+const MOST_PARTS: f64 = 1e6;
+
+impl Field<'_> {
+    /// The nodes of a path, so close that corrections between them are straight to a part of `limits`; the vectors
+    /// are used again. `finer` is how many there are at least, and `ways` the directions at its start, then at its end.
+    ///
+    /// Returns the last node.
+    ///
+    /// # Errors
+    /// A position that cannot be corrected.
+    pub fn trace(
+        &self,
+        path: &Path,
+        limits: &Limits,
+        ways: &mut Ways,
+        finer: usize,
+        traced: &mut Traced,
+    ) -> Result<Node, Lost> {
+        traced.nodes.clear();
+        traced.breaks.clear();
+        let parts = self.parts(path).max(finer).max(4);
+        let turns = match path {
+            Path::Arc(arc) if self.tables.directional != 0 => arc.turns_round(),
+            _ => Vec::new(),
+        };
+        let mut turns = turns.into_iter().peekable();
+        let mut last = self.node(0.0, &path.at(0.0), ways)?;
+        traced.nodes.push(last);
+        let mut tracing = Tracing {
+            field: self,
+            path,
+            limits,
+            ways,
+            traced,
+        };
+        for part in 1..=parts {
+            let t = part as f64 / parts as f64;
+            while let Some(turn) = turns.next_if(|turn| *turn < t) {
+                tracing.go_on(turn, HALVINGS)?;
+            }
+            last = tracing.go_on(t, HALVINGS)?;
+        }
+        Ok(last)
+    }
+
+    /// How many parts a path needs so that no interval of the tables is passed over.
+    fn parts(&self, path: &Path) -> usize {
+        let by = path.by();
+        let spacing = &self.tables.spacing;
+        let mut parts = 0.0_f64;
+        for i in 0..COUNT {
+            let mut way = by[i].abs();
+            if let Path::Arc(arc) = path
+                && arc.axes[..2].contains(&i)
+            {
+                let [r0, r1] = arc.radii();
+                way = arc.sweep.abs() * r0.max(r1);
+            }
+            if self.tip.is_some() {
+                // The axes follow in curves: a part for every degree of the rotary ones, at least.
+                way = if is_rotary(i) {
+                    way.max(way / 1.0 * spacing[i].min(1.0))
+                } else {
+                    way
+                };
+                parts += way
+                    / if is_rotary(i) {
+                        spacing[i].min(1.0)
+                    } else {
+                        spacing[i].min(50.0)
+                    };
+            } else {
+                parts = parts.max(way / spacing[i]);
+            }
+        }
+        if let Path::Arc(arc) = path {
+            parts = parts.max(arc.sweep.abs() * 6.0);
+        }
+        parts.ceil().clamp(0.0, MOST_PARTS) as usize
+    }
+}
+
+impl Tracing<'_> {
+    /// Nodes up to a part of the way: as many as it takes.
+    fn go_on(&mut self, t: f64, halvings: u32) -> Result<Node, Lost> {
+        if halvings > 0
+            && let Some(last) = self.traced.nodes.last()
+        {
+            let middle = 0.5 * (last.t + t);
+            // In the directions that axes have at the end: where one turns round is not for nodes to find.
+            let mut ahead = self.ways.clone();
+            ahead.come_to(self.field.tables, &self.field.axes(&self.path.at(t))?);
+            let added = |t: f64| {
+                let command = self.path.at(t);
+                let node = self.field.node(t, &command, &ahead)?;
+                Ok(std::array::from_fn::<f64, COUNT, _>(|i| {
+                    node.to[i] - command[i]
+                }))
+            };
+            let (start, between, end) = (added(last.t)?, added(middle)?, added(t)?);
+            let off = std::array::from_fn(|i| between[i] - 0.5 * (start[i] + end[i]));
+            if self.limits.of(&off) > BETWEEN {
+                self.go_on(middle, halvings - 1)?;
+                return self.go_on(t, halvings - 1);
+            }
+        }
+        self.add(t)
+    }
+
+    fn add(&mut self, t: f64) -> Result<Node, Lost> {
+        let (field, path) = (self.field, self.path);
+        let command = path.at(t);
+        if field.tables.directional != 0 {
+            let before = self.ways.travel;
+            self.ways.come_to(field.tables, &field.axes(&command)?);
+            if before != self.ways.travel
+                && let Some(last) = self.traced.nodes.last().copied()
+            {
+                let turned = field.node(last.t, &path.at(last.t), self.ways)?;
+                if turned.to != last.to {
+                    self.traced.breaks.push(self.traced.nodes.len());
+                    self.traced.nodes.push(turned);
+                }
+            }
+        }
+        let node = field.node(t, &command, self.ways)?;
+        self.traced.nodes.push(node);
+        Ok(node)
+    }
+}

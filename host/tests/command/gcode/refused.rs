@@ -1,0 +1,223 @@
+//! What is refused: by line and word, with what to do; nothing is written.
+
+use super::{corrected, refuses};
+use crate::program::{Folder, blob, example, refused};
+
+const START: &str = "G21 G90\nG0 X10 Y10 Z50\n";
+
+#[test]
+fn bad_programs_are_refused_by_line_and_word() {
+    for (line, parts) in [
+        ("X[1+2]", &["line 3", "expression", "flat"][..]),
+        ("X#5", &["line 3", "parameter"]),
+        ("o100 sub", &["line 3", "O-word"]),
+        ("G1 X5", &["line 3", "X5", "feed"]),
+        ("G187 P1", &["line 3", "G187", "--pass G187"]),
+        ("M100", &["line 3", "M100", "--pass M100"]),
+        ("G0 G1 X5 F1", &["line 3", "G1", "second motion word"]),
+        ("G0 X900", &["line 3", "X900", "outside its travel", "500"]),
+        (
+            "G0 Z99999999999999999999",
+            &["line 3", "Z9999", "outside its travel"],
+        ),
+        ("G0 A5", &["line 3", "A5", "no axis A"]),
+        ("G55 G0 X5", &["line 3", "X5", "G55", "[offset.\"G55\"]"]),
+        ("G43 H7", &["line 3", "G43", "tool 7", "[tool.7]"]),
+        (
+            "G2 X20 Y10 I3 F100",
+            &["line 3", "I3", "radius does not fit"],
+        ),
+        (
+            "G2 X20 Y10 R3 F100",
+            &["line 3", "R3", "radius does not fit"],
+        ),
+        ("G2 X20 Y10 F100", &["line 3", "without a centre"]),
+        ("/G0 X5", &["line 3", "--block-delete"]),
+        ("G0 X5 X6", &["line 3", "X6", "second word X"]),
+        ("G0 X", &["line 3", "without a number"]),
+        ("G0 X5 \u{e4}", &["line 3", "begins no word"]),
+        ("G28\nG0 X5", &["line 4", "position of Y is not known"]),
+        ("M428", &["line 3", "M428", "--machine"]),
+        ("M61", &["line 3", "M61", "without Q"]),
+        ("G92.3", &["line 3", "G92.3", "--var"]),
+        ("G52", &["line 3", "G52", "without axes"]),
+        (
+            "G10 L2 P2 X1",
+            &["line 3", "G10", "G55", "[offset.\"G55\"]"],
+        ),
+        (
+            "G10 L2 P2 X1 Y2 Z3",
+            &["line 3", "rotation", "[offset.\"G55\"]"],
+        ),
+        ("G10 L1 P9 Z30", &["line 3", "G10", "tool 9", "[tool.9]"]),
+        ("M6\nG43", &["line 4", "G43", "without H", "[start] tool"]),
+    ] {
+        refuses(format!("{START}{line}\nM30\n"), &[], parts);
+    }
+}
+
+#[test]
+fn what_is_not_built_is_refused_by_its_name() {
+    let flat = "write the program out";
+    for (line, parts) in [
+        ("G5 X1 Y1 I1 J1 P1 Q1", &["G5", "splines", flat][..]),
+        ("G5.1 X1 Y1 I1 J1", &["G5.1", "splines", flat]),
+        ("G5.2 X1 Y1 P1 L3", &["G5.2", "splines", flat]),
+        ("G7", &["G7", "lathes", flat]),
+        ("G8", &["G8", "lathes", flat]),
+        (
+            "G76 P1 Z-1 I-1 J1 K1",
+            &["G76", "threading cycles of lathes", flat],
+        ),
+        ("G68 X0 Y0 R10", &["G68", "rotated coordinates", flat]),
+        (
+            "G81 @10 ^60 Z1 R2",
+            &["@10", "polar coordinates", "X and Y"],
+        ),
+        ("G16", &["G16", "polar coordinates", flat]),
+        ("G51 X0 Y0 P2", &["G51", "scaled", flat]),
+        ("G87 X1 Z1 R2", &["G87", "stopped spindle", flat]),
+        ("G88 X1 Z1 R2 P1", &["G88", "stopped spindle", flat]),
+        ("G70 Q1", &["G70", "lathes", flat]),
+        ("G10 L10 P1 Z30", &["G10", "L10", "setup"]),
+        ("G10 L11 P1 Z30", &["G10", "L11", "setup"]),
+        ("G10 L0", &["G10", "L20", "setup"]),
+        ("M70", &["M70", "stored and brought back"]),
+        ("M72", &["M72", "stored and brought back", "the modes"]),
+        ("M98 P1", &["M98", "subprogram", "flat"]),
+        ("G65 P9000", &["G65", "macro calls", flat]),
+    ] {
+        let parts: Vec<&str> = ["line 3"].iter().chain(parts).copied().collect();
+        refuses(format!("{START}{line}\nM30\n"), &[], &parts);
+    }
+    let fanuc = ["--dialect", "fanuc"];
+    let start = "G21 G90 G17\nG0 X10. Y10. Z50.\n";
+    for (line, parts) in [
+        ("G68 X0. Y0. R10.", &["G68", "rotated coordinates"][..]),
+        ("G43.5 H1", &["G43.5", "vectors"]),
+        (
+            "G52 X1.\nG92 X0.",
+            &["line 4", "G92 while G52 holds", "take G52 back"],
+        ),
+        (
+            "G92 X0.\nG52 X1.",
+            &["line 4", "G52 while G92 holds", "take G92 back"],
+        ),
+        ("M98 P1000", &["M98", "subprogram", "flat"]),
+    ] {
+        refuses(format!("{start}{line}\nM30\n"), &fanuc, parts);
+    }
+    refuses(
+        format!("{START}G52 X1\nM30\n"),
+        &["--dialect", "grbl"],
+        &["line 3", "G52", "--dialect"],
+    );
+}
+
+#[test]
+fn files_that_are_no_programs_are_refused() {
+    refuses("", &[], &["line 1", "empty"]);
+    for text in [
+        "G21\rG90\rG0 X1\r",
+        "(part 7)\rG21\r",
+        "; part 7\rG21 G90\rG0 X1\r",
+        "%\rG21\rM30\r%\r",
+    ] {
+        refuses(text, &[], &["line 1", "carriage return", "CR alone"]);
+    }
+    refuses("; part\r".repeat(3000), &[], &["line 1", "CR alone"]);
+    for text in [
+        "\u{feff}G21\n",
+        "\u{feff}%\nG21\nM30\n%\n",
+        "\u{feff}(part 7)\nG21\n",
+    ] {
+        refuses(text, &[], &["line 1", "byte order mark", "UTF-8 without"]);
+    }
+    refuses("G0 (never ends\n", &[], &["line 1", "does not end"]);
+    refuses(vec![b'X'; 30_000], &[], &["line 1"]);
+    refuses(vec![0; 300], &[], &["line 1", "begins no word"]);
+    refuses(
+        "G21\nG0 X10\n",
+        &["--dialect", "fanuc"],
+        &["line 2", "X10", "decimal point"],
+    );
+    let remedy = "get the whole file";
+    refuses(
+        format!("{START}G0 X1"),
+        &[],
+        &["line 3", "within a line", remedy],
+    );
+    refuses(
+        format!("%\n{START}G0 X1\n"),
+        &[],
+        &["line 4", "begins with %", remedy],
+    );
+    refuses(
+        format!("%\n{START}G0 X"),
+        &[],
+        &["line 4", "without a number"],
+    );
+    // Whole ones.
+    let folder = Folder::new();
+    for end in ["G0 X1\n", "G0 X1\nM30", "G0 X1\nM2\n%", "%"] {
+        let out = corrected(&folder, &format!("{START}{end}"), &[]);
+        assert!(out.ends_with(end.split('\n').next_back().unwrap()), "{out}");
+    }
+    // What stands behind the end is no program.
+    let out = corrected(
+        &folder,
+        &format!("%\n{START}%\nwhat [this] is\rnobody knows"),
+        &[],
+    );
+    assert!(out.ends_with("%\nwhat [this] is\rnobody knows"), "{out}");
+}
+
+/// What is refused of files beside the program.
+fn refuses_files(folder: &Folder, options: &[&str], parts: &[&str]) {
+    let (part, out) = (folder.file("part.ngc", START), folder.at("out.ngc"));
+    let mut arguments = vec!["gcode", &part, "-o", &out];
+    arguments.extend(options);
+    refused(&arguments, parts);
+    assert!(!folder.names().contains(&"out.ngc".to_owned()));
+}
+
+#[test]
+fn a_compensation_or_a_machine_for_other_axes_is_refused() {
+    let folder = Folder::new();
+    let setup = folder.file("setup.toml", super::SETUP);
+    let [mill, trunnion] = ["mill-21", "xyzac-trt"].map(blob);
+    let machines = ["mill-21/machine.toml", "linuxcnc-xyzac-trt/machine.toml"].map(example);
+    let names = ["xyzac-trt", "Mill with 21 errors"];
+    let other = "the machine file from which the compensation was compiled";
+    for (compensation, machine) in [(&mill, &machines[1]), (&trunnion, &machines[0])] {
+        let options = ["--setup", &setup, "--compensation", compensation];
+        let options = [&options[..], &["--machine", machine]].concat();
+        refuses_files(&folder, &options, &[names[0], names[1], other]);
+    }
+    // Axes that the program does not name, and whose corrections would be written: where they are is not known.
+    refuses_files(
+        &folder,
+        &["--setup", &setup, "--compensation", &trunnion],
+        &["line 2", "position of A is not known", "[start] A"],
+    );
+}
+
+#[test]
+fn setups_that_cannot_be_are_refused_at_their_place() {
+    let folder = Folder::new();
+    let mill = blob("mill-21");
+    let with = |name: &str, text: &str, option: &str, parts: &[&str]| {
+        let file = folder.file(name, text);
+        let options = [option, &file, "--units", "mm", "--compensation", &mill];
+        refuses_files(&folder, &options, parts);
+    };
+    for tool in ["T-1 P1 Z5", "T1.5 P1 Z5", "T99999999999 P1 Z5"] {
+        let table = format!("T1 P1 Z3\n{tool}\n");
+        with("tools.tbl", &table, "--tools", &[tool, "tool number"]);
+    }
+    with("tools.tbl", "P1 Z3\n", "--tools", &["without a number"]);
+    for index in ["0", "10", "1.5", "-1"] {
+        let text = format!("5221 0\n5220 {index}\n");
+        with("linuxcnc.var", &text, "--var", &["5220", "1 to 9"]);
+    }
+}

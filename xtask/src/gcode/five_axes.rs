@@ -1,0 +1,68 @@
+//! LinuxCNC's demonstrations of five axes, corrected and checked with the exact machine.
+
+use super::{output, programs};
+use crate::process::{root, run, target};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// Programs of the package, under tool-centre-point control (M428), and what may be left at the tip (µm): the tolerance
+/// of the program and that of the tables, and where arcs become chords the sagitta of these.
+const DEMONSTRATIONS: [(&str, f64); 2] = [
+    ("demos/boat-xyzac.ngc", 0.5 + 0.1 + 1.0),
+    ("demos/impeller-7bl-xyzac.ngc", 0.5 + 0.1),
+];
+/// Where the zero of the part is: near the axes of the trunnion, so that it stays in the travel at all angles.
+const SETUP: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\nA = 0\nC = 0\ntool = 1\n\
+travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]\nX = 200\nY = 150\nZ = -160\n\
+[tool.1]\nlength = 100\n";
+
+/// # Errors
+/// A program that is refused, whose check does not hold, or on whose path more is left.
+pub fn check(work: &Path) -> Result<(), String> {
+    let trueaxis = target("debug").join("trueaxis");
+    let example = root().join("examples/linuxcnc-xyzac-trt");
+    let [machine, errors] = ["machine-endless.toml", "errors-11.toml"].map(|f| example.join(f));
+    let blob = work.join("xyzac-trt.trax");
+    run(Command::new(&trueaxis)
+        .arg("compile")
+        .args([&machine, &errors])
+        .arg("-o")
+        .arg(&blob)
+        .args(["--random", "200"]))?;
+    let setup = work.join("five-axes.toml");
+    fs::write(&setup, SETUP).map_err(|e| format!("{}: {e}", setup.display()))?;
+    for (name, left) in DEMONSTRATIONS {
+        let listed = programs()?;
+        let path = listed.iter().find(|p| p.ends_with(name));
+        let path = path.ok_or_else(|| format!("the package has no {name}"))?;
+        let out = work.join("corrected.ngc");
+        let mut command = Command::new(&trueaxis);
+        command.arg("gcode").arg(path).arg("-o").arg(&out);
+        command
+            .arg("--compensation")
+            .arg(&blob)
+            .arg("--setup")
+            .arg(&setup);
+        command
+            .arg("--machine")
+            .arg(&machine)
+            .arg("--errors")
+            .arg(&errors);
+        command.arg("--check");
+        let said = output(&mut command)?;
+        let last = said.lines().last().unwrap_or("");
+        let words: Vec<&str> = last.split([' ', ',']).collect();
+        let numbers: Vec<f64> = words.iter().filter_map(|w| w.parse().ok()).collect();
+        let [before, after] = numbers.get(..2).unwrap_or_default() else {
+            return Err(format!(
+                "{name} is refused, or its check does not hold:\n{said}"
+            ));
+        };
+        println!("{name}: {last}");
+        if !(*after <= left && before > after) {
+            return Err(format!("{name}: more than {left} µm is left:\n{said}"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,51 @@
+//! Words that no program of the package has, beside `rs274` too.
+
+use super::{moves, rs274, same};
+use std::fs;
+use std::path::Path;
+
+/// Offsets that share their place (G52, G92), and a tool that the program sets.
+const OFFSETS: &str = "G21 G90 F100\nG0 X1 Y2 Z3\nG52 X10 Z1\nG0 X1 Z1\nG92 Y5\nG0 X0 Y0\nG92.2\nG0 X0 Y0\nG92.3\nG0 X0 Y1\n\
+G52 X0 Y0 Z0\nG0 X1 Y1 Z1\nG92 X7\nG92.2\nG92.2\nG92.3\nG0 X8\nG1 X9\nG10 L1 P1 Z5\nG43 H1\nG0 Z0\nG10 L1 P1 X0.5\nG43 H1\n\
+G1 X0 Y3\nG49\nG1 X2 Z2\nG20\nG52 X1 Y-1\nF10\nG1 X0.5 Y0.25\nM2\n";
+
+/// An axis that goes round for ever.
+const WRAPPED: &str = "G21 G90 F100\nG1 C90\nC-90\nG0 C10\nG92 C20\nC30\nC-350\nG91 C5\nG90 C-0\nC0\nC350\nC-10 X1\nG91\nC-400\n\
+G90\nG1 C20 X2\nM2\n";
+
+/// # Errors
+/// A motion that differs.
+pub fn check(work: &Path) -> Result<(), String> {
+    let write = |name: &str, text: &str| {
+        let path = work.join(name);
+        let done = fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()));
+        done.map(|()| path)
+    };
+    let tools = write("own.tbl", "T1 P1 Z3\n")?;
+    let parameters = work.join("own.var");
+    let ini = format!(
+        "[AXIS_C]\nWRAPPED_ROTARY = 1\n[RS274NGC]\nPARAMETER_FILE = {}\n",
+        parameters.display()
+    );
+    let ini = write("own.ini", &ini)?;
+    let mut count = 0;
+    for (name, text, ini, options) in [
+        ("offsets.ngc", OFFSETS, None, &["--tool=1=3"][..]),
+        (
+            "wrapped.ngc",
+            WRAPPED,
+            Some(ini.as_path()),
+            &["--wrapped=C"],
+        ),
+    ] {
+        // What the last run has stored.
+        let _ = fs::remove_file(&parameters);
+        let program = write(name, text)?;
+        let ours = moves(std::slice::from_ref(&program), options)?;
+        let rivals = rs274::run(&program, &tools, ini)?;
+        let ours = &ours[&program.display().to_string()];
+        count += same(ours, &rivals).map_err(|cause| format!("{name}: {cause}"))?;
+    }
+    println!("{count:>4} motions under G52, G92, G10 L1 and with a wrapped axis, the same");
+    Ok(())
+}
