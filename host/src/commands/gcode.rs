@@ -125,9 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         )?),
         false => None,
     };
-    let holds = found
-        .as_ref()
-        .is_none_or(|found| screen::holds(found, &options));
+    let holds = found.as_ref().is_none_or(|found| found.holds(&options));
     if arguments.json {
         let answer = screen::Answer::new(&arguments.output, report, compensation, found.as_ref());
         files::print_json(&answer)?;

@@ -18,9 +18,10 @@ use super::edit::Edits;
 use super::fault::{Fault, Refusal};
 use super::report::Report;
 use super::state::{Rules, State};
-use super::tables::{Tables, Ways};
+use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::Traced;
+use super::ways::Ways;
 use super::words::Block;
 use given::Given;
 pub use options::{Backlash, Options};
@@ -52,6 +53,9 @@ pub struct Corrector<'a> {
     before_modes: Option<State>,
     /// The cycle (tenths) of a series that is being written out.
     written_out: Option<u16>,
+    /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
+    /// passes, or over a hole.
+    joined: bool,
     /// The first comment, until it is written.
     mark: Option<String>,
 }
@@ -101,6 +105,7 @@ impl<'a> Corrector<'a> {
             eol: b"\n",
             before_modes: None,
             written_out: None,
+            joined: false,
             mark,
         })
     }

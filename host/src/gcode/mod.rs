@@ -7,6 +7,7 @@
 
 pub mod arc;
 pub mod axes;
+mod bend;
 pub mod check;
 mod codes;
 pub mod correct;
@@ -28,6 +29,7 @@ pub mod stream;
 mod tables;
 mod tip;
 pub mod trace;
+mod ways;
 pub mod words;
 
 pub use correct::{Backlash, Corrector, Options};

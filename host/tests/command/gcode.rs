@@ -1,6 +1,7 @@
 //! `trueaxis gcode`: programs corrected.
 
 mod random;
+mod reversals;
 
 use crate::program::{Folder, answer, blob, example, refused};
 
