@@ -216,7 +216,7 @@ impl Change {
             let step = f64::from(grid.axes[axis].step);
             behind(node, axis).map(|next| (sample(next) - sample(node)) / step)
         };
-        for i in 0..count {
+        for (i, &stride) in strides.iter().enumerate() {
             let Some(first) = letter(grid.axes[i].input) else {
                 continue;
             };
@@ -224,7 +224,7 @@ impl Change {
             let points = grid.axes[i].points as usize;
             for node in 0..grid.nodes() as usize {
                 let Some(here) = slope(node, i) else { continue };
-                let place = node / strides[i] % points;
+                let place = node / stride % points;
                 if !grid.axes[i].modulo && (place == 0 || place + 2 == points) {
                     kink = kink.max(here.abs());
                 }
