@@ -79,7 +79,7 @@ fn what_is_undone_turns_round_where_the_program_did_and_not_where_corrections_di
 fn a_full_turn_stays_an_arc_without_an_end_that_rounding_could_move() {
     let folder = Folder::new();
     let program = "G21 G90 G17\nG0 X50.0123 Y50 Z50\nG1 X50 F300\nG2 I1 (round)\nG3 X50 Y50 I0 J0.5 Z49.9 (helix)\n\
-                   G91 G2 X0 I-1 (again)\nG20 F20\nG2 I0.02 (inches)\nM30\n";
+                   G91 G2 X0 I-1 (again)\nG20\nF20\nG2 I0.02 (inches)\nM30\n";
     let (out, said) = run(&folder, program, &["--check"]);
     assert!(said.contains("arcs: 4 stay, 0 are chords"), "{said}\n{out}");
     for comment in ["(round)", "(helix)", "(again)", "(inches)"] {
