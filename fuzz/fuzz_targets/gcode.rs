@@ -1,66 +1,202 @@
 //! Any bytes as a program: never a panic, and nothing is written that the check does not accept.
 #![no_main]
 
+use std::sync::LazyLock;
+
 use libfuzzer_sys::fuzz_target;
-use std::sync::OnceLock;
-use trueaxis::AlignedBlob;
+use trueaxis::{
+    AlignedBlob, Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term,
+};
 use trueaxis_host::gcode::check::check;
 use trueaxis_host::gcode::modal::Units;
 use trueaxis_host::gcode::offsets::System;
-use trueaxis_host::gcode::{Corrector, Dialect, Options, Rules, Setup, Tables, stream};
+use trueaxis_host::gcode::{
+    Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream,
+};
+use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::Runtime;
 
-fn blob() -> &'static AlignedBlob {
-    static BLOB: OnceLock<AlignedBlob> = OnceLock::new();
-    BLOB.get_or_init(|| AlignedBlob::from_bytes(include_bytes!("../../shared/examples/huron-13.trax")))
+/// What a mode byte chooses between: dialects, and their switches.
+const DIALECTS: [Dialect; 3] = [Dialect::LinuxCnc, Dialect::Grbl, Dialect::Fanuc];
+
+/// Everything that does not depend on the input, made once.
+struct Bench {
+    tables: Tables<'static>,
+    tip: Tip<'static>,
+    /// For each dialect, with `/` lines done or left out, with or without least increments.
+    rules: Vec<Rules>,
 }
+
+/// The axes of the machine, in its order, with their travel.
+const AXES: [(u8, [f32; 2]); 5] = [
+    (b'Y', [0.0, 300.0]),
+    (b'X', [0.0, 400.0]),
+    (b'A', [-100.0, 100.0]),
+    (b'C', [-360.0, 360.0]),
+    (b'Z', [-250.0, 0.0]),
+];
+
+/// A small compensation with everything that cuts, turns and steps: curves, a product, backlash of a linear and of a
+/// rotary axis.
+fn draft() -> Draft {
+    let axis = |(name, travel): (u8, [f32; 2])| Axis {
+        name,
+        travel,
+        period: 0.0,
+        value_bound: 1.0,
+        rate_bound: 1.0,
+        hysteresis: 0.001,
+        ramp_rate: 1.0,
+    };
+    let bank =
+        |input: u8, start: f32, step: f32, direction: Direction, column: Vec<f32>| DraftBank {
+            input,
+            start,
+            step,
+            modulo: false,
+            direction,
+            interpolation: Interpolation::Linear,
+            format: SampleFormat::F32,
+            columns: vec![column],
+        };
+    let term = |output: u8, weight: f32, factors: &[u8]| Term {
+        output,
+        weight,
+        limits: None,
+        factors: factors.iter().copied().collect(),
+    };
+    let (y, x, a, c, z) = (0, 1, 2, 3, 4);
+    Draft {
+        machine: "xyzac-trt".to_owned(),
+        policy: Policy::default(),
+        axes: AXES.map(axis).to_vec(),
+        auxiliaries: Vec::new(),
+        banks: vec![
+            bank(
+                x,
+                0.0,
+                100.0,
+                Direction::Both,
+                vec![0.0, 0.003, 0.005, 0.009, 0.011],
+            ),
+            bank(
+                c,
+                -360.0,
+                90.0,
+                Direction::Both,
+                vec![0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0, -1.0, 0.0],
+            ),
+            bank(x, 0.0, 400.0, Direction::Signed, vec![0.002, 0.002]),
+            bank(c, -360.0, 720.0, Direction::Signed, vec![0.003, 0.003]),
+            bank(
+                a,
+                -100.0,
+                50.0,
+                Direction::Both,
+                vec![-0.5, 0.2, 0.0, 0.3, 0.9],
+            ),
+        ],
+        terms: vec![
+            term(x, 1.0, &[0]),
+            term(x, 1.0, &[2]),
+            term(y, 0.01, &[1]),
+            term(z, 1.0, &[0, 1]),
+            term(z, 0.01, &[4]),
+            term(a, 0.002, &[4]),
+            term(c, 1.0, &[3]),
+        ],
+        grids: Vec::new(),
+    }
+}
+
+static BENCH: LazyLock<Bench> = LazyLock::new(|| {
+    let blob: &'static AlignedBlob = Box::leak(Box::new(draft().encode().expect("a blob")));
+    let runtime: &'static Runtime<'static> =
+        Box::leak(Box::new(Runtime::load(blob).expect("it loads")));
+    let tables = Tables::new(runtime.compensation()).expect("letters of programs");
+    let text = include_str!("../../examples/linuxcnc-xyzac-trt/machine.toml");
+    let machine: &'static Machine =
+        Box::leak(Box::new(Machine::from_toml(text).expect("a machine")));
+    let tip = Tip::new(machine).expect("workpiece coordinates");
+    let mut setup = Setup {
+        units: Some(Units::Millimetre),
+        ..Setup::default()
+    };
+    let mut zero = System::default();
+    let mut turned = System {
+        rotation: 30.0,
+        ..System::default()
+    };
+    for axis in 0..6 {
+        if let Some([low, high]) = tables.travel[axis] {
+            let middle = 0.5 * (low + high);
+            setup.start.set(axis, middle);
+            setup.travel[axis] = trueaxis::Travel::Positive;
+            // A short number leads somewhere.
+            zero.origin[axis] = middle;
+            turned.origin[axis] = 0.5 * middle;
+        }
+    }
+    setup.systems.insert(1, zero);
+    setup.systems.insert(2, turned);
+    setup.systems.insert(101, zero);
+    setup.homes = [Some(setup.start), None];
+    setup.tools.insert(1, [0.0; 9]);
+    setup
+        .tools
+        .insert(2, [0.0, 0.0, 12.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let rules = |dialect, delete, least| Rules {
+        dialect,
+        setup: setup.clone(),
+        axes: tables.axes,
+        block_delete: Some(delete),
+        least_increments: least,
+        has_machine: true,
+        ..Rules::default()
+    };
+    let mut all = Vec::new();
+    for dialect in DIALECTS {
+        for switches in 0..4 {
+            all.push(rules(dialect, switches & 1 != 0, switches & 2 != 0));
+        }
+    }
+    Bench {
+        tables,
+        tip,
+        rules: all,
+    }
+});
 
 fuzz_target!(|data: &[u8]| {
     let Some((mode, program)) = data.split_first() else {
         return;
     };
-    let Ok(runtime) = Runtime::load(blob()) else {
-        return;
+    let Bench { tables, tip, rules } = &*BENCH;
+    let rules = &rules[usize::from(mode % 12)];
+    let backlash = [Backlash::Move, Backlash::Blend, Backlash::Leave];
+    let options = Options {
+        backlash: backlash[usize::from(mode / 12 % 3)],
+        ..Options::default()
     };
-    let Ok(tables) = Tables::new(runtime.compensation()) else {
-        return;
-    };
-    let mut setup = Setup {
-        units: Some(Units::Millimetre),
-        ..Setup::default()
-    };
-    for axis in 0..6 {
-        if let Some([low, high]) = tables.travel[axis] {
-            setup.start.set(axis, 0.5 * (low + high));
-        }
-    }
-    setup.systems.insert(1, System::default());
-    setup.systems.insert(
-        2,
-        System {
-            rotation: 30.0,
-            ..System::default()
-        },
-    );
-    setup.tools.insert(1, [0.0; 9]);
-    let dialect = [Dialect::LinuxCnc, Dialect::Grbl, Dialect::Fanuc][usize::from(mode % 3)];
-    let rules = Rules {
-        dialect,
-        setup,
-        axes: tables.axes,
-        block_delete: Some(mode & 0x40 != 0),
-        least_increments: mode & 0x80 != 0,
-        ..Rules::default()
-    };
-    let options = Options::default();
-    let Ok(mut corrector) = Corrector::new(&rules, &tables, None, options, None) else {
+    let Ok(mut corrector) = Corrector::new(rules, tables, Some(tip), options, None) else {
         return;
     };
     let mut written = Vec::new();
-    if stream::correct(program, &mut written, &mut corrector, |_| {}).is_ok() {
-        let found = check(program, written.as_slice(), &rules, &tables, None, None, options);
-        if let Err(error) = found {
-            panic!("{error}:\n{}", String::from_utf8_lossy(&written));
-        }
+    if stream::correct(program, &mut written, &mut corrector, |_| {}).is_err() {
+        return;
+    }
+    let found = check(
+        program,
+        written.as_slice(),
+        rules,
+        tables,
+        Some(tip),
+        None,
+        options,
+    );
+    let written = || String::from_utf8_lossy(&written);
+    match found {
+        Ok(found) => assert!(found.holds(&options), "{found:?}:\n{}", written()),
+        Err(error) => panic!("{error}:\n{}", written()),
     }
 });

@@ -43,7 +43,8 @@ usage: cargo xtask COMMAND
                                  twentieth and five times of it: how many meet it, what is worse for it
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
                                  how fast, and how much memory
-  fuzz [--seconds N] [--runs N]  every fuzz target, N seconds (60) or N executions each
+  fuzz [TARGET…] [--seconds N] [--runs N]
+                                 every fuzz target, or those named, N seconds (60) or N executions each
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
   deny                           licences, advisories and sources of the dependencies";
 

@@ -128,9 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         )?),
         false => None,
     };
-    let holds = found
-        .as_ref()
-        .is_none_or(|found| screen::holds(found, &options));
+    let holds = found.as_ref().is_none_or(|found| found.holds(&options));
     let lengths = screen::Lengths::new(report, &tables, machine.as_ref());
     if let Some(warning) = lengths.warning(found.as_ref()) {
         eprintln!("warning: {warning}");

@@ -109,6 +109,17 @@ impl Arc {
         square.sqrt()
     }
 
+    /// The axes of the plane (bits) of one that ends where it begins in the plane, otherwise none.
+    #[must_use]
+    pub fn closed(&self) -> u16 {
+        let [i, j, _] = self.axes;
+        let meets = |axis: usize| self.from[axis] == self.to[axis];
+        match meets(i) && meets(j) {
+            true => 1 << i | 1 << j,
+            false => 0,
+        }
+    }
+
     /// True if any rotary axis moves along.
     #[must_use]
     pub fn turns_axes(&self) -> bool {

@@ -14,7 +14,13 @@ pub type PerLetter = [f64; COUNT];
 /// The place of a letter in a [`PerLetter`].
 #[must_use]
 pub fn index(letter: u8) -> Option<usize> {
-    LETTERS.iter().position(|l| *l == letter)
+    let place = match letter {
+        b'X'..=b'Z' => letter - b'X',
+        b'A'..=b'C' => letter - b'A' + 3,
+        b'U'..=b'W' => letter - b'U' + 6,
+        _ => return None,
+    };
+    Some(usize::from(place))
 }
 
 /// The place of an axis of a machine: machines and programs have the same nine letters.

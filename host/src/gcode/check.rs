@@ -17,15 +17,17 @@ use super::interpret::bits;
 use super::moves::Rate;
 use super::program::{Event, Program, Segment};
 use super::state::{Rules, State};
-use super::tables::{Tables, Ways};
+use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::{Field, Path};
+use super::ways::Ways;
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use arriving::{NEAR, arrives, near};
 pub use found::{CheckError, Found, ToolPath};
 pub use spread::{Spread, Statistics};
+use std::f64::consts::TAU;
 use std::io::BufRead;
 
 /// The real machine: without it, what the tool does is not known.
@@ -52,8 +54,6 @@ struct Check<'a> {
     at: PerLetter,
     /// False until it has arrived at a corrected position.
     joined: bool,
-    /// True behind a cycle, whose end has the correction of its bottom.
-    over_hole: bool,
 }
 
 /// A motion of the program, while what was written for it is looked at.
@@ -100,7 +100,6 @@ pub fn check(
         spreads: std::array::from_fn(|_| Spread::default()),
         at: start.at,
         joined: false,
-        over_hole: false,
     };
     while let Some(event) = before.next_event().map_err(CheckError::Program)? {
         match event {
@@ -149,6 +148,7 @@ impl Check<'_> {
             tip: self.tip.filter(|_| segment.tip),
             length: segment.field_length,
             undo: false,
+            keeps_directions: false,
         };
         let lost = |_| CheckError::Outside(segment.line);
         // Directions before the motion, and at its end.
@@ -168,9 +168,13 @@ impl Check<'_> {
         };
         let mut in_cycle = false;
         let mut is_there = stands && near(&self.at, &end).is_none();
-        // Where it ends a full turn has been before.
-        let turns = matches!(segment.path, Path::Arc(_)) && segment.whole && self.joined;
-        let turns = turns && near(&segment.path.at(0.0), &segment.to()).is_none();
+        // Where it ends an arc has been before, a turn ago.
+        let last_turn = match &segment.path {
+            Path::Arc(arc) if segment.whole && arc.sweep.abs() > 0.999 * TAU => {
+                1.0 - 0.5 * TAU / arc.sweep.abs()
+            }
+            _ => 0.0,
+        };
         while !is_there {
             let event = after.next_event().map_err(CheckError::Corrected)?;
             let Some(Event::Moved(written)) = event else {
@@ -191,14 +195,14 @@ impl Check<'_> {
             self.at = written.to();
             in_cycle = written.in_cycle;
             is_there = arrives(segment, &written, &self.at, &end, &self.options)
-                && !(turns && along.last_t < 0.5);
+                && along.last_t >= last_turn;
             if is_there || !is_take_up {
                 minutes += took;
             }
         }
-        self.over_hole = in_cycle;
         self.pass_tiny(after)?;
-        self.joined = true;
+        // Behind a cycle it has the correction of its bottom.
+        self.joined = !in_cycle;
         if segment.rate != Rate::Rapid {
             let planned = segment.minutes(self.rules.dialect);
             self.found.minutes[0] += planned;

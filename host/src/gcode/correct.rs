@@ -18,9 +18,10 @@ use super::edit::Edits;
 use super::fault::{Fault, Refusal};
 use super::report::Report;
 use super::state::{Rules, State};
-use super::tables::{Tables, Ways};
+use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::Traced;
+use super::ways::Ways;
 use super::words::Block;
 use given::Given;
 pub use options::{Backlash, Options};
@@ -56,6 +57,9 @@ pub struct Corrector<'a> {
     in_line: bool,
     /// True if there is a line `%`.
     percent: bool,
+    /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
+    /// passes, or over a hole.
+    joined: bool,
     /// The first comment, until it is written.
     mark: Option<String>,
 }
@@ -119,6 +123,7 @@ impl<'a> Corrector<'a> {
             written_out: None,
             in_line: false,
             percent: false,
+            joined: false,
             mark,
         })
     }

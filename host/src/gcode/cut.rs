@@ -48,15 +48,18 @@ impl Limits {
     /// A difference of positions, in parts of what is allowed.
     #[must_use]
     pub fn of(&self, difference: &PerLetter) -> f64 {
-        let (mut linear, mut rotary) = (0.0, 0.0);
-        for (i, d) in difference.iter().enumerate() {
-            if is_rotary(i) {
-                rotary += d * d;
-            } else {
-                linear += d * d;
-            }
-        }
-        (linear.sqrt() / self.linear).max(rotary.sqrt() / self.rotary)
+        let norm = |rotary: bool| {
+            let squares = difference.iter().enumerate();
+            let squares = squares.filter(|(i, _)| is_rotary(*i) == rotary);
+            squares.map(|(_, d)| d * d).sum::<f64>().sqrt()
+        };
+        self.of_lengths([norm(false), norm(true)])
+    }
+
+    /// The same of the lengths of its linear part (mm) and of its rotary part (degrees).
+    #[must_use]
+    pub fn of_lengths(&self, [linear, rotary]: [f64; 2]) -> f64 {
+        (linear / self.linear).max(rotary / self.rotary)
     }
 }
 
@@ -108,12 +111,15 @@ pub fn is_straight(nodes: &[Node], limits: &Limits) -> bool {
         .all(|node| limits.of(&off_line(first, last, node)) <= 1.0)
 }
 
+/// Ends of an arc that are no farther apart are one place (mm): what words are rounded by, in two axes.
+const MEETS: f64 = 2e-4;
+
 /// An arc from one place to another that keeps the corrected nodes of an arc, if there is one.
 #[must_use]
 pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Option<Arc> {
     let (first, last) = (nodes.first()?, nodes.last()?);
     let [i, j, _] = arc.axes;
-    let to = last.to;
+    let mut to = last.to;
     // The centre goes along with the mean of the nodes.
     let mut moved = [0.0; 2];
     for node in nodes {
@@ -128,12 +134,14 @@ pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Opti
     let whole = (part.abs() / TAU).round();
     let closes = (part.abs() - whole * TAU).abs() < 1e-9 && whole > 0.0;
     if closes {
-        // Ends that nearly meet would make a full turn nothing or two.
-        if length > 1e-9 {
+        // It ends where it begins, but for the last digits of words.
+        if length > MEETS {
             return None;
         }
+        (to[i], to[j]) = (from[i], from[j]);
     } else {
-        if length < 1e-6 {
+        // The last digits of words could make a full turn of it, or nothing.
+        if length < 10.0 * MEETS {
             return None;
         }
         // As far from one end as from the other: on the line that halves the chord.

@@ -7,6 +7,7 @@
 
 pub mod arc;
 pub mod axes;
+mod bend;
 pub mod check;
 mod codes;
 pub mod correct;
@@ -29,6 +30,7 @@ pub mod stream;
 mod tables;
 mod tip;
 pub mod trace;
+mod ways;
 pub mod words;
 
 pub use correct::{Backlash, Corrector, Options};

@@ -1,7 +1,8 @@
 //! The compensation, at positions of a program's axes.
 
 use super::axes::{self, COUNT, PerLetter};
-use trueaxis::{AuxiliaryKind, Direction, Inputs, Largest, Reversal, Travel, Travelling, Weights};
+use super::bend::Bend;
+use trueaxis::{AuxiliaryKind, Direction, Inputs, Largest, Travel, Travelling, Weights};
 
 /// Most axes of a blob.
 const MOST: usize = 16;
@@ -24,16 +25,11 @@ pub struct Tables<'a> {
     pub travel: [Option<[f64; 2]>; COUNT],
     /// The turn of endless axes (degrees), otherwise 0.
     pub period: PerLetter,
-    hysteresis: PerLetter,
+    /// How far corrections can bend along a move.
+    pub bend: Bend,
+    /// What an axis must come back by before it counts as turned round (mm, degrees).
+    pub hysteresis: PerLetter,
     farthest: PerLetter,
-}
-
-/// Which way each axis has moved last, along a program.
-#[derive(Clone, Debug)]
-pub struct Ways {
-    reversals: [Reversal; COUNT],
-    /// As [`Reversal`] tells.
-    pub travel: [Travel; COUNT],
 }
 
 impl<'a> Tables<'a> {
@@ -50,6 +46,7 @@ impl<'a> Tables<'a> {
             takes_length: false,
             travel: [None; COUNT],
             period: [0.0; COUNT],
+            bend: Bend::default(),
             hysteresis: [0.0; COUNT],
             farthest: [f64::INFINITY; COUNT],
         };
@@ -84,6 +81,7 @@ impl<'a> Tables<'a> {
         tables.takes_length = auxiliaries
             .into_iter()
             .any(|a| a.kind == AuxiliaryKind::ToolLength);
+        tables.bend = Bend::new(compensation, &tables.letters);
         Ok(tables)
     }
 
@@ -156,62 +154,5 @@ impl<'a> Tables<'a> {
             let inside = q[letter] >= limits[0] - slack && q[letter] <= limits[1] + slack;
             (!inside).then_some((letter, limits))
         })
-    }
-}
-
-impl Ways {
-    /// Before the first line: where axes stand, and which way they have moved before, if that is known.
-    #[must_use]
-    pub fn new(
-        tables: &Tables<'_>,
-        start: &super::axes::Position,
-        travel: &[Travel; COUNT],
-    ) -> Self {
-        let mut ways = Self {
-            reversals: [Reversal::new(); COUNT],
-            travel: [Travel::Unknown; COUNT],
-        };
-        for (axis, way) in travel.iter().enumerate() {
-            if !start.knows(axis) {
-                continue;
-            }
-            let before = match way {
-                Travel::Unknown => 0.0,
-                Travel::Positive => -1.0,
-                Travel::Negative => 1.0,
-            };
-            let far = 2.0 * tables.hysteresis[axis] + 0.01;
-            if before != 0.0 {
-                ways.axis_to(tables, axis, start.at[axis] + before * far);
-            }
-            ways.axis_to(tables, axis, start.at[axis]);
-        }
-        ways
-    }
-
-    fn axis_to(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
-        let hysteresis = tables.hysteresis[axis] as f32;
-        let period = tables.period[axis] as f32;
-        self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
-    }
-
-    /// The axes have come to a position.
-    pub fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
-        for axis in super::interpret::bits(tables.directional) {
-            self.axis_to(tables, axis, q[axis]);
-        }
-    }
-
-    /// Which way an axis comes is no longer known.
-    pub fn forget(&mut self, axis: usize) {
-        self.reversals[axis] = Reversal::new();
-        self.travel[axis] = Travel::Unknown;
-    }
-
-    /// The first axis whose direction matters and is not known.
-    #[must_use]
-    pub fn missing(&self, tables: &Tables<'_>) -> Option<usize> {
-        super::interpret::bits(tables.directional)
-            .find(|axis| self.travel[*axis] == Travel::Unknown)
     }
 }

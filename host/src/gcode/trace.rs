@@ -4,8 +4,9 @@ mod nodes;
 
 use super::arc::Arc;
 use super::axes::PerLetter;
-use super::tables::{Tables, Ways};
+use super::tables::Tables;
 use super::tip::Tip;
+use super::ways::Ways;
 pub use nodes::Traced;
 
 /// The path that a move commands, in words' coordinates (mm, degrees).
@@ -53,6 +54,8 @@ pub struct Field<'a> {
     pub length: Option<f64>,
     /// True if corrections are taken away instead.
     pub undo: bool,
+    /// True if directions stay what they are along a path, whichever way axes go.
+    pub keeps_directions: bool,
 }
 
 /// Why a position cannot be corrected.

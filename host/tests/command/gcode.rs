@@ -4,6 +4,7 @@ mod five_axes;
 mod hemisphere;
 mod random;
 mod refused;
+mod reversals;
 mod tool_length;
 mod wrapped;
 

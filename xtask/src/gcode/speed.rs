@@ -1,19 +1,26 @@
-//! How fast: beside `rs274`, in one run, and how much memory a long program takes.
+//! How fast programs are corrected, beside `rs274` in one run, and how much memory a long one takes.
 
 use crate::process::{cargo, run, target};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+/// How many times each is run; the fastest counts.
+const RUNS: usize = 5;
+/// A corrected program is to be ready in a quarter of the time that `rs274` takes to interpret the original.
+const LEAST: f64 = 4.0;
+/// What the memory of a long program may differ from that of a short one: pages that the allocator keeps (kB).
+const PAGES: u64 = 1024;
+
 /// A program of short moves of three axes, none of which needs a cut.
-fn program(path: &Path, bytes: u64) -> Result<(), String> {
+fn program(path: &Path, megabytes: u64) -> Result<(), String> {
     let failed = |e: std::io::Error| format!("{}: {e}", path.display());
     let mut file = BufWriter::new(File::create(path).map_err(failed)?);
     writeln!(file, "G21 G90 G17 G54\nG0 X0 Y0 Z0\nF1200\nG1 X0").map_err(failed)?;
     let (mut written, mut k) = (0, 0_u64);
-    while written < bytes {
+    while written < megabytes * 1_000_000 {
         let t = k as f64 * 0.002;
         let line = format!(
             "X{:.4} Y{:.4} Z{:.4}\n",
@@ -29,8 +36,15 @@ fn program(path: &Path, bytes: u64) -> Result<(), String> {
     file.flush().map_err(failed)
 }
 
-/// Time, and the most memory (kB) where the system tells.
-fn timed(command: &mut Command) -> Result<(Duration, u64), String> {
+/// What a run takes.
+#[derive(Clone, Copy)]
+struct Took {
+    time: Duration,
+    /// The most memory (kB), where the system tells.
+    memory: u64,
+}
+
+fn timed(command: &mut Command) -> Result<Took, String> {
     let start = Instant::now();
     let mut child = command
         .stdin(Stdio::null())
@@ -38,15 +52,18 @@ fn timed(command: &mut Command) -> Result<(Duration, u64), String> {
         .spawn()
         .map_err(|e| format!("{command:?} does not start: {e}"))?;
     let status = format!("/proc/{}/status", child.id());
-    let mut most = 0;
+    let mut memory = 0;
     loop {
         if let Ok(text) = fs::read_to_string(&status) {
             let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:"));
             let kb = line.and_then(|l| l.trim().split(' ').next()?.parse::<u64>().ok());
-            most = most.max(kb.unwrap_or_default());
+            memory = memory.max(kb.unwrap_or_default());
         }
         match child.try_wait() {
-            Ok(Some(status)) if status.success() => return Ok((start.elapsed(), most)),
+            Ok(Some(status)) if status.success() => {
+                let time = start.elapsed();
+                return Ok(Took { time, memory });
+            }
             Ok(Some(status)) => return Err(format!("{command:?}: {status}")),
             Ok(None) => std::thread::sleep(Duration::from_millis(2)),
             Err(error) => return Err(error.to_string()),
@@ -54,67 +71,117 @@ fn timed(command: &mut Command) -> Result<(Duration, u64), String> {
     }
 }
 
+/// Files and the command.
+struct Bench<'w> {
+    work: &'w Path,
+    trueaxis: PathBuf,
+    blob: PathBuf,
+    setup: PathBuf,
+    long: PathBuf,
+    out: PathBuf,
+}
+
+impl<'w> Bench<'w> {
+    fn new(work: &'w Path) -> Result<Self, String> {
+        run(cargo().args([
+            "build",
+            "-q",
+            "--release",
+            "-p",
+            "trueaxis-host",
+            "--bin",
+            "trueaxis",
+        ]))?;
+        let trueaxis = target("release").join("trueaxis");
+        let bench = Self {
+            work,
+            blob: super::compensation(&trueaxis, work)?,
+            trueaxis,
+            setup: work.join("setup.toml"),
+            long: work.join("long.ngc"),
+            out: work.join("long-corrected.ngc"),
+        };
+        let text = "units = \"mm\"\n[start]\nX = 250\nY = 150\nZ = -200\n[offset.G54]\nX = 250\nY = 150\nZ = -200\n";
+        fs::write(&bench.setup, text).map_err(|e| format!("{}: {e}", bench.setup.display()))?;
+        Ok(bench)
+    }
+
+    fn corrected(&self, options: &[&str]) -> Result<Took, String> {
+        timed(
+            Command::new(&self.trueaxis)
+                .arg("gcode")
+                .arg(&self.long)
+                .arg("-o")
+                .arg(&self.out)
+                .arg("--compensation")
+                .arg(&self.blob)
+                .arg("--setup")
+                .arg(&self.setup)
+                .args(options),
+        )
+    }
+
+    fn interpreted(&self) -> Result<Took, String> {
+        timed(
+            Command::new("rs274")
+                .arg("-g")
+                .arg(&self.long)
+                .current_dir(self.work),
+        )
+    }
+
+    /// Both in turn, so that what else the computer does slows both; the fastest of each.
+    fn race(&self) -> Result<(), String> {
+        program(&self.long, 6)?;
+        let (mut ours, mut rival) = (Duration::MAX, Duration::MAX);
+        for _ in 0..RUNS {
+            ours = ours.min(self.corrected(&[])?.time);
+            rival = rival.min(self.interpreted()?.time);
+        }
+        let ratio = rival.as_secs_f64() / ours.as_secs_f64();
+        println!(
+            "6 MB of G1 lines: corrected in {:.3} s; rs274 -g interprets them in {:.3} s, {ratio:.1} times as long",
+            ours.as_secs_f64(),
+            rival.as_secs_f64()
+        );
+        match ratio >= LEAST {
+            true => Ok(()),
+            false => Err(format!("less than {LEAST} times as fast as rs274")),
+        }
+    }
+
+    /// A short and a long program: the same memory.
+    fn memory(&self, what: &str, sizes: [u64; 2], options: &[&str]) -> Result<(), String> {
+        let mut most = Vec::new();
+        for megabytes in sizes {
+            program(&self.long, megabytes)?;
+            let took = self.corrected(options)?;
+            println!(
+                "{megabytes:>4} MB {what} in {:.2} s, with at most {} kB of memory",
+                took.time.as_secs_f64(),
+                took.memory
+            );
+            most.push(took.memory);
+        }
+        match most[1] <= most[0] + PAGES {
+            true => Ok(()),
+            false => Err(format!("{what}: memory grows with the program")),
+        }
+    }
+}
+
 /// Prints times, the ratio, and memory.
 ///
 /// # Errors
-/// What cannot be built or run.
+/// What cannot be built or run, too slow, or with memory that grows.
 pub fn measure(work: &Path) -> Result<(), String> {
-    run(cargo().args([
-        "build",
-        "-q",
-        "--release",
-        "-p",
-        "trueaxis-host",
-        "--bin",
-        "trueaxis",
-    ]))?;
-    let trueaxis = target("release").join("trueaxis");
-    let blob = super::compensation(&trueaxis, work)?;
-    let setup = work.join("setup.toml");
-    let text = "units = \"mm\"\n[start]\nX = 250\nY = 150\nZ = -200\n[offset.G54]\nX = 250\nY = 150\nZ = -200\n";
-    fs::write(&setup, text).map_err(|e| format!("{}: {e}", setup.display()))?;
-    let out = work.join("long-corrected.ngc");
-    for megabytes in [6, 100] {
-        let long = work.join("long.ngc");
-        program(&long, megabytes * 1_000_000)?;
-        let ours = || {
-            timed(
-                Command::new(&trueaxis)
-                    .arg("gcode")
-                    .arg(&long)
-                    .arg("-o")
-                    .arg(&out)
-                    .arg("--compensation")
-                    .arg(&blob)
-                    .arg("--setup")
-                    .arg(&setup),
-            )
-        };
-        let (ours, memory) = (0..3)
-            .map(|_| ours())
-            .collect::<Result<Vec<_>, _>>()?
-            .into_iter()
-            .min()
-            .unwrap_or_default();
-        print!(
-            "{megabytes:>4} MB of G1 lines: corrected in {:.2} s, {} MB of memory",
-            ours.as_secs_f64(),
-            memory / 1000
-        );
-        if megabytes < 50 {
-            let rival = || timed(Command::new("rs274").arg("-g").arg(&long).current_dir(work));
-            let rivals = (0..3).map(|_| rival()).collect::<Result<Vec<_>, _>>()?;
-            let rival = rivals.into_iter().min().unwrap_or_default().0;
-            let ratio = rival.as_secs_f64() / ours.as_secs_f64();
-            print!(
-                "; rs274 -g interprets them in {:.2} s, {ratio:.1} times as long",
-                rival.as_secs_f64()
-            );
-        }
-        println!();
-        for path in [&long, &out] {
-            let _ = fs::remove_file(path);
-        }
+    let bench = Bench::new(work)?;
+    let done = bench
+        .race()
+        .and_then(|()| bench.memory("corrected", [1, 100], &[]))
+        .and_then(|()| bench.memory("corrected and checked", [1, 10], &["--check"]));
+    for path in [&bench.long, &bench.out] {
+        let _ = fs::remove_file(path);
     }
-    Ok(())
+    done
 }

@@ -186,13 +186,6 @@ pub fn report(file: &Path, report: &Report) -> String {
     text
 }
 
-/// True if the check holds: along the path, and in time.
-pub fn holds(found: &Found, options: &Options) -> bool {
-    found.off_um <= (options.tolerance + options.chord) * 1e3
-        && found.off_urad <= options.direction * 1e6
-        && found.times_differ == 0
-}
-
 /// What the check says, for people.
 pub fn check(found: &Found, options: &Options) -> String {
     let mut text = String::from("check: both programs read anew\n");
@@ -244,7 +237,7 @@ pub fn check(found: &Found, options: &Options) -> String {
             path.before_um.max, path.after_um.max, path.worst_line
         );
     }
-    if !holds(found, options) {
+    if !found.holds(options) {
         text += "check: does not hold\n";
     }
     text

@@ -1,6 +1,7 @@
 //! What a check finds.
 
 use super::spread::Statistics;
+use crate::gcode::correct::Options;
 use crate::gcode::stream::StreamError;
 use serde::Serialize;
 
@@ -45,6 +46,16 @@ pub struct Found {
     pub length_line: u64,
     /// Errors of the tool on feed moves, if the machine and its errors are known.
     pub tool_path: Option<ToolPath>,
+}
+
+impl Found {
+    /// True if the check holds: along the path, and in time.
+    #[must_use]
+    pub fn holds(&self, options: &Options) -> bool {
+        self.off_um <= (options.tolerance + options.chord) * 1e3
+            && self.off_urad <= options.direction * 1e6
+            && self.times_differ == 0
+    }
 }
 
 /// Why two programs do not belong together.

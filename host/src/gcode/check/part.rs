@@ -2,8 +2,8 @@
 
 use super::{Along, Check};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
-use crate::gcode::tables::Ways;
 use crate::gcode::trace::{Field, Lost, Path};
+use crate::gcode::ways::Ways;
 
 impl Check<'_> {
     /// The part of the way at which a written position belongs: the nearest, where the tolerances of linear and of

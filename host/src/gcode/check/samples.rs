@@ -33,12 +33,23 @@ impl Check<'_> {
             Path::Arc(arc) => arc.length(),
             Path::Line(..) => 0.0,
         };
-        if !self.joined {
-            // From where the machine stands, uncorrected, to the corrected path.
-            return Ok(length + arc < STEP);
-        }
-        if !along.segment.whole || (self.over_hole && !written.in_cycle) {
+        if !along.segment.whole {
             return Ok(false);
+        }
+        if !self.joined && !written.in_cycle {
+            // From where the machine stands, uncorrected, to the corrected path, or to a corrected end.
+            let is_step = matches!(written.path, Path::Line(..)) && length < STEP;
+            let begin = along
+                .field
+                .node(0.0, &along.segment.path.at(0.0), &along.travel)?;
+            if is_step && near(&written.to(), &begin.to).is_none() {
+                self.joined = along.segment.rate != Rate::Rapid;
+                return Ok(true);
+            }
+            if along.segment.rate == Rate::Rapid {
+                return Ok(false);
+            }
+            self.joined = true;
         }
         if length < STEP && self.is_take_up(along, written, length)? {
             return Ok(true);

@@ -4,6 +4,7 @@ use super::given::Moving;
 use super::piece::{Piece, Shape, Timing};
 use super::{Backlash, Corrector};
 use crate::gcode::arc::Arc;
+use crate::gcode::axes::PerLetter;
 use crate::gcode::cut::{self, Limits};
 use crate::gcode::fault::Fault;
 use crate::gcode::moves::Rate;
@@ -33,11 +34,17 @@ impl Corrector<'_> {
         if self.nominal.cutter || self.options.undo {
             return self.in_one(arc, &limits, timing, moving);
         }
-        if !self.nominal.tip
-            && let Some(pieces) = self.arc_runs(arc, &limits, timing)
-        {
-            self.report.arcs[0] += 1;
-            return Ok(pieces);
+        let join = self.join(&self.traced.nodes[0], &limits, timing);
+        let joined = |mut pieces: Vec<Piece>| {
+            join.into_iter().for_each(|join| pieces.insert(0, join));
+            pieces
+        };
+        if !self.nominal.tip {
+            let from = join.map_or(self.written.position.at, |join| join.to);
+            if let Some(pieces) = self.arc_runs(arc, from, &limits, timing) {
+                self.report.arcs[0] += 1;
+                return Ok(joined(pieces));
+            }
         }
         // Chords: nodes as close as a quarter of one.
         let [r0, r1] = arc.radii();
@@ -51,7 +58,7 @@ impl Corrector<'_> {
         let pieces = self.runs(&field, Shape::Feed, &limits, timing);
         let pieces = pieces.map_err(|lost| moving.lost(lost))?;
         self.report.arcs[1] += 1;
-        Ok(pieces)
+        Ok(joined(pieces))
     }
 
     /// An arc that must stay one: under cutter compensation, and where a correction is taken away.
@@ -88,10 +95,15 @@ impl Corrector<'_> {
     }
 
     /// Arcs along the nodes; `None` if the path is not kept by arcs.
-    fn arc_runs(&mut self, arc: &Arc, limits: &Limits, timing: Timing) -> Option<Vec<Piece>> {
+    fn arc_runs(
+        &mut self,
+        arc: &Arc,
+        mut from: PerLetter,
+        limits: &Limits,
+        timing: Timing,
+    ) -> Option<Vec<Piece>> {
         let mut pieces = Vec::new();
         let before = self.report.take_ups;
-        let mut from = self.written.position.at;
         let mut last_t = 0.0;
         for (number, run) in self.runs_of().into_iter().enumerate() {
             if number > 0 {

@@ -33,6 +33,8 @@ impl Corrector<'_> {
         if stays && in_series {
             self.written_out = None;
             self.report.cycles[0] += 1;
+            // Above the hole it has the correction of the bottom.
+            self.joined = false;
             return self.shifted(given, cycle, moving, out);
         }
         let Some(parts) = cycle.parts() else {
@@ -47,6 +49,7 @@ impl Corrector<'_> {
         };
         self.written_out = Some(cycle.code);
         self.report.cycles[1] += 1;
+        self.joined = true;
         self.write_out(given, cycle, &parts, moving, out)
     }
 

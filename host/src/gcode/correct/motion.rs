@@ -1,14 +1,16 @@
 //! A motion of a line: what it needs, and the way it is corrected.
 
 use super::given::{Given, Moving, span_of};
+use super::piece::{Piece, Shape, Timing};
 use super::{Backlash, Corrector};
-use crate::gcode::axes::{self, is_rotary};
+use crate::gcode::axes::{self, PerLetter, is_rotary};
 use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::cut::Limits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
 use crate::gcode::moves::Move;
 use crate::gcode::trace::{Field, Node, Path};
+use crate::gcode::ways::Ways;
 use crate::gcode::words::{Block, Word};
 
 impl<'a> Corrector<'a> {
@@ -31,7 +33,9 @@ impl<'a> Corrector<'a> {
             Move::Arc(arc, rate) => self.arc(arc, *rate, &moving)?,
             Move::Cycle(cycle) => return self.cycle(given, cycle, &moving, out),
         };
-        self.write_all(given, &pieces, out)
+        self.write_all(given, &pieces, out)?;
+        self.joined = true;
+        Ok(())
     }
 
     /// What is the same for all that is corrected in a line.
@@ -82,6 +86,7 @@ impl<'a> Corrector<'a> {
                 .nominal
                 .field_length(self.rules, self.tables.takes_length),
             undo: self.options.undo,
+            keeps_directions: false,
         }
     }
 
@@ -103,23 +108,55 @@ impl<'a> Corrector<'a> {
         finer: usize,
         moving: &Moving,
     ) -> Result<Node, Fault> {
-        let field = self.field();
+        let mut field = self.field();
         let limits = self.limits();
-        let before = self.ways.clone();
-        self.start_ways = before.clone();
-        let mut ways = before.clone();
+        self.start_ways = self.ways.clone();
+        let leave = self.options.backlash == Backlash::Leave;
+        if self.options.undo {
+            // Axes of a corrected program turn round between its moves.
+            self.go_back(&path.at(1.0), moving)?;
+            field.keeps_directions = true;
+        } else if leave && self.ways.missing(self.tables).is_none() {
+            field.keeps_directions = true;
+        }
+        let mut ways = self.ways.clone();
         let last = field.trace(path, &limits, &mut ways, finer, &mut self.traced);
         let last = last.map_err(|lost| moving.lost(lost))?;
-        let leave = self.options.backlash == Backlash::Leave;
-        if leave && before.missing(self.tables).is_none() {
-            // As if no axis had turned.
-            return Ok(last);
-        }
         self.ways = ways;
         match self.ways.missing(self.tables) {
             Some(axis) => Err(moving.direction_unknown(axis)),
             None => Ok(last),
         }
+    }
+
+    /// The directions in which the axes of a corrected program have come to a position.
+    pub(super) fn go_back(&mut self, to: &PerLetter, moving: &Moving) -> Result<(), Fault> {
+        let field = self.field();
+        let leave = self.options.backlash == Backlash::Leave;
+        if !leave || self.ways.missing(self.tables).is_some() {
+            let at = |ways: &Ways| field.node(1.0, to, ways).map(|node| node.moved);
+            let done = self.ways.come_by(self.tables, at);
+            done.map_err(|lost| moving.lost(lost))?;
+        }
+        match self.ways.missing(self.tables) {
+            Some(axis) => Err(moving.direction_unknown(axis)),
+            None => Ok(()),
+        }
+    }
+
+    /// The step onto the corrected path, where a motion that feeds begins elsewhere.
+    pub(super) fn join(&self, first: &Node, limits: &Limits, timing: Timing) -> Option<Piece> {
+        let at = self.written.position.at;
+        let off = std::array::from_fn(|i| first.to[i] - at[i]);
+        let stays = self.joined || self.options.undo || self.nominal.cutter;
+        if stays || limits.of(&off) <= 1.0 {
+            return None;
+        }
+        let piece = Piece::of(Shape::Feed, first.to, timing);
+        Some(Piece {
+            timing: Timing::TakeUp,
+            ..piece
+        })
     }
 
     /// Takes in how far a position was corrected.

@@ -28,6 +28,7 @@ impl Corrector<'_> {
             self.written.step(given.block, self.rules)?;
         }
         if step.passed.is_some() {
+            self.joined = false;
             for axis in bits(self.tables.axes) {
                 if !self.nominal.position.knows(axis) {
                     self.ways.forget(axis);

@@ -1,13 +1,17 @@
 //! Straight moves: their corrected ends, and cuts where the correction bends them.
 
-use super::Corrector;
 use super::given::Moving;
 use super::piece::{Piece, Shape, Timing};
+use super::{Backlash, Corrector};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cut::{self, Limits};
 use crate::gcode::fault::Fault;
 use crate::gcode::moves::{Rate, Straight};
 use crate::gcode::trace::{Node, Path};
+use crate::gcode::ways::Ways;
+
+/// What a bound of corrections may be, in parts of what is allowed: evaluation rounds in f32.
+const SURELY: f64 = 0.9;
 
 impl Corrector<'_> {
     /// G0, G1, G33.
@@ -23,11 +27,19 @@ impl Corrector<'_> {
         };
         let to = straight.to;
         let path = Path::Line(straight.from.at, to);
-        if straight.from.missing(self.tables.axes).is_some() || self.options.undo {
+        if self.options.undo {
+            self.go_back(&to, moving)?;
+            let node = self.end(&to, moving)?;
+            return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
+        }
+        if straight.from.missing(self.tables.axes).is_some() {
             // Where it comes from is not known, only where it ends.
             let q = self.field().axes(&to);
             let q = q.map_err(|lost| moving.lost(lost))?;
-            self.ways.come_to(self.tables, &q);
+            let leave = self.options.backlash == Backlash::Leave;
+            if !leave || self.ways.missing(self.tables).is_some() {
+                self.ways.come_to(self.tables, &q);
+            }
             if let Some(axis) = self.ways.missing(self.tables) {
                 return Err(moving.direction_unknown(axis));
             }
@@ -38,6 +50,11 @@ impl Corrector<'_> {
             // Nothing moves, and no axis turns.
             let node = self.end(&to, moving)?;
             return Ok(vec![Piece::of(shape, node.to, Timing::None)]);
+        }
+        if let Some(ways) = self.without_cut(straight) {
+            let node = self.end(&to, moving)?;
+            self.ways = ways;
+            return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
         }
         let last = self.trace(&path, 0, moving)?;
         self.corrected(&last);
@@ -59,11 +76,31 @@ impl Corrector<'_> {
             self.note_cutter(&limits);
             return Ok(vec![Piece::of(shape, last.to, timing)]);
         }
+        let join = match shape {
+            Shape::Feed => self.join(&self.traced.nodes[0], &limits, timing),
+            _ => None,
+        };
         let pieces = self.runs(&field, shape, &limits, timing);
-        let pieces = pieces.map_err(|lost| moving.lost(lost))?;
+        let mut pieces = pieces.map_err(|lost| moving.lost(lost))?;
+        join.into_iter().for_each(|join| pieces.insert(0, join));
         let cuts = pieces.iter().filter(|p| p.timing != Timing::TakeUp);
         self.report.cut += u64::from(cuts.count() > 1);
         Ok(pieces)
+    }
+
+    /// The directions at the end of a move that certainly needs no cut, whatever corrections are along it.
+    fn without_cut(&self, straight: &Straight) -> Option<Ways> {
+        let leave = self.options.backlash == Backlash::Leave && self.tables.directional != 0;
+        let looks = leave || straight.with_spindle || self.nominal.cutter || self.nominal.tip;
+        if looks || !self.joined {
+            return None;
+        }
+        let by = std::array::from_fn(|i| straight.to[i] - straight.from.at[i]);
+        let most = self.limits().of_lengths(self.tables.bend.at_most(&by));
+        if most > SURELY {
+            return None;
+        }
+        self.ways.straight_on(self.tables, &straight.to)
     }
 
     /// The corrected end of a motion, by the directions that hold.

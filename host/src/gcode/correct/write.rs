@@ -21,8 +21,8 @@ pub(super) struct Change<'p> {
     pub piece: &'p Piece,
     /// Axes that have to be written, whatever they are.
     pub wanted: u16,
-    /// Words of the program's axes go, rather than staying with other values.
-    pub fresh: bool,
+    /// Axes whose words go, rather than staying with other values.
+    pub gone: u16,
     /// Letters that go.
     pub without: &'p [u8],
     /// True if words behind the motion go too, for they are written later.
@@ -45,10 +45,15 @@ impl Corrector<'_> {
             self.nominal.motion,
             Some(Motion::Clockwise | Motion::Counterclockwise)
         );
+        // A full turn has no end of its own, which rounding could make another one.
+        let gone = match pieces[0].shape {
+            Shape::Arc(arc) => arc.closed(),
+            _ => 0,
+        };
         let change = Change {
             piece: &pieces[0],
-            wanted,
-            fresh: false,
+            wanted: wanted & !gone,
+            gone,
             without: match pieces[0].shape {
                 _ if !is_arc => b"",
                 Shape::Arc(_) if several => b"RP",

@@ -9,6 +9,11 @@ use crate::gcode::modal::{Distance, Plane};
 use crate::gcode::state::State;
 use crate::gcode::words::Word;
 
+/// Least radius (mm): of less, the last digits of words are a part that counts.
+const LEAST_RADIUS: f64 = 1e-3;
+/// Most turns of a line.
+const MOST_TURNS: u32 = 1000;
+
 impl State {
     /// The plane, where it must be known.
     pub(super) fn plane(&self, asked: &Asked<'_>) -> Result<Plane, Fault> {
@@ -48,7 +53,16 @@ impl State {
             ));
         }
         let turns = match asked.word(b'P') {
-            Some(word) => whole(word)?.max(1),
+            Some(word) => match whole(word)?.max(1) {
+                turns if turns > MOST_TURNS => {
+                    return Err(Fault::new(
+                        word.span(),
+                        format!("an arc of more than {MOST_TURNS} turns"),
+                        "write several arcs",
+                    ));
+                }
+                turns => turns,
+            },
             None => 1,
         };
         let radius = asked.word(b'R');
@@ -84,7 +98,11 @@ impl State {
         let arc = Arc::new(from, to, plane, centre, clockwise, turns);
         let [r0, r1] = arc.radii();
         let off = (r0 - r1).abs();
-        if r0 < 1e-9 || r1 < 1e-9 || off > 0.5 || (off > 0.005 && off > 1e-3 * r0.max(r1)) {
+        if r0 < LEAST_RADIUS
+            || r1 < LEAST_RADIUS
+            || off > 0.5
+            || (off > 0.005 && off > 1e-3 * r0.max(r1))
+        {
             return Err(Fault::new(
                 given.or(radius).map_or(0..asked.block.end, Word::span),
                 format!(

@@ -10,6 +10,9 @@ use crate::gcode::rate::Rate;
 use crate::gcode::state::State;
 use crate::gcode::words::Word;
 
+/// Most pecks of a line: a hundred holes of a hundred pecks.
+const MOST_PECKS: f64 = 10_000.0;
+
 impl State {
     /// G73, G74, G81 to G86, G89.
     pub(super) fn canned(&mut self, asked: &Asked<'_>, code: u16) -> Result<Cycle, Fault> {
@@ -65,6 +68,17 @@ impl State {
                 axis_span(block),
                 "a cycle whose depth is above R",
                 "check R and the depth",
+            ));
+        }
+        let pecks = match (code, sticky.q) {
+            (730 | 830, Some(q)) => ((r - bottom) / q).ceil(),
+            _ => 1.0,
+        };
+        if pecks * f64::from(repeat) > MOST_PECKS {
+            return Err(Fault::new(
+                asked.word(b'Q').map_or(axis_span(block), Word::span),
+                format!("a cycle of more than {MOST_PECKS} pecks in one line"),
+                "check Q: it is the depth of a peck",
             ));
         }
         self.cycle = Some(sticky);

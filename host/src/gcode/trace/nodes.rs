@@ -3,7 +3,7 @@
 use super::{Field, Lost, Node, Path};
 use crate::gcode::axes::{COUNT, is_rotary};
 use crate::gcode::cut::Limits;
-use crate::gcode::tables::Ways;
+use crate::gcode::ways::Ways;
 
 /// A path with its corrections.
 #[derive(Debug, Default)]
@@ -52,7 +52,7 @@ impl Field<'_> {
         traced.breaks.clear();
         let parts = self.parts(path).max(finer).max(4);
         let turns = match path {
-            Path::Arc(arc) if self.tables.directional != 0 => arc.turns_round(),
+            Path::Arc(arc) if self.looks_for_turns() => arc.turns_round(),
             _ => Vec::new(),
         };
         let mut turns = turns.into_iter().peekable();
@@ -73,6 +73,11 @@ impl Field<'_> {
             last = tracing.go_on(t, HALVINGS)?;
         }
         Ok(last)
+    }
+
+    /// True if corrections may step along a path, where an axis turns round.
+    fn looks_for_turns(&self) -> bool {
+        self.tables.directional != 0 && !self.keeps_directions
     }
 
     /// How many parts a path needs so that no interval of the tables is passed over.
@@ -121,7 +126,9 @@ impl Tracing<'_> {
             let middle = 0.5 * (last.t + t);
             // In the directions that axes have at the end: where one turns round is not for nodes to find.
             let mut ahead = self.ways.clone();
-            ahead.come_to(self.field.tables, &self.field.axes(&self.path.at(t))?);
+            if self.field.looks_for_turns() {
+                ahead.come_to(self.field.tables, &self.field.axes(&self.path.at(t))?);
+            }
             let added = |t: f64| {
                 let command = self.path.at(t);
                 let node = self.field.node(t, &command, &ahead)?;
@@ -142,7 +149,7 @@ impl Tracing<'_> {
     fn add(&mut self, t: f64) -> Result<Node, Lost> {
         let (field, path) = (self.field, self.path);
         let command = path.at(t);
-        if field.tables.directional != 0 {
+        if field.looks_for_turns() {
             let before = self.ways.travel;
             self.ways.come_to(field.tables, &field.axes(&command)?);
             if before != self.ways.travel

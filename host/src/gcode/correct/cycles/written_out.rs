@@ -89,7 +89,7 @@ impl Corrector<'_> {
         let change = Change {
             piece,
             wanted: 0,
-            fresh: true,
+            gone: u16::MAX,
             without: b"RQPL",
             without_after: given.step.after,
         };

@@ -67,7 +67,7 @@ impl Corrector<'_> {
                 continue;
             }
             if let Some(axis) = axes::index(word.letter) {
-                if change.fresh || words.left_out & (1 << axis) != 0 {
+                if (change.gone | words.left_out) & (1 << axis) != 0 {
                     edits.remove(given.line, word.span());
                 } else if let Some(value) = words.value[axis] {
                     said.axes |= 1 << axis;

@@ -1,0 +1,149 @@
+//! Which way axes have moved last.
+
+use super::axes::{COUNT, PerLetter, Position};
+use super::interpret::bits;
+use super::tables::Tables;
+use trueaxis::{Reversal, Travel};
+
+/// Which way each axis has moved last, along a program.
+#[derive(Clone, Debug)]
+pub struct Ways {
+    reversals: [Reversal; COUNT],
+    /// As [`Reversal`] tells.
+    pub travel: [Travel; COUNT],
+    /// Where they have come to.
+    last: PerLetter,
+}
+
+impl Ways {
+    /// Before the first line: where axes stand, and which way they have moved before, if that is known.
+    #[must_use]
+    pub fn new(tables: &Tables<'_>, start: &Position, travel: &[Travel; COUNT]) -> Self {
+        let mut ways = Self {
+            reversals: [Reversal::new(); COUNT],
+            travel: [Travel::Unknown; COUNT],
+            last: start.at,
+        };
+        for (axis, way) in travel.iter().enumerate() {
+            if !start.knows(axis) {
+                continue;
+            }
+            ways.arrives(tables, axis, start.at[axis], *way);
+        }
+        ways
+    }
+
+    fn axis_to(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
+        let hysteresis = tables.hysteresis[axis] as f32;
+        let period = tables.period[axis] as f32;
+        self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
+    }
+
+    /// An axis has come to a position in a direction.
+    fn arrives(&mut self, tables: &Tables<'_>, axis: usize, q: f64, way: Travel) {
+        self.reversals[axis] = Reversal::new();
+        let far = 2.0 * tables.hysteresis[axis] + 0.01;
+        if way != Travel::Unknown {
+            self.axis_to(tables, axis, q - sign(way) * far);
+        }
+        self.axis_to(tables, axis, q);
+    }
+
+    /// The axes have come to a position that depends on the directions in which they came, as those of a corrected
+    /// program do: `at` says where they are by such directions. As few axes have turned round as it takes; one that has
+    /// may have gone nowhere yet, but not on.
+    ///
+    /// # Errors
+    /// Those of `at`.
+    pub fn come_by<E>(
+        &mut self,
+        tables: &Tables<'_>,
+        at: impl Fn(&Self) -> Result<PerLetter, E>,
+    ) -> Result<(), E> {
+        let axes: Vec<usize> = bits(tables.directional).collect();
+        let mut choices: Vec<u32> = (0..1 << axes.len()).collect();
+        choices.sort_by_key(|choice| choice.count_ones());
+        for choice in choices {
+            let has_turned = |place: usize| choice >> place & 1 != 0;
+            let mut trial = self.clone();
+            for (place, axis) in axes.iter().enumerate() {
+                if has_turned(place) {
+                    trial.travel[*axis] = opposite(self.travel[*axis]);
+                }
+            }
+            let q = at(&trial)?;
+            let mut fits = true;
+            for (place, axis) in axes.iter().copied().enumerate() {
+                let (before, way) = (self.travel[axis], trial.travel[axis]);
+                if has_turned(place) {
+                    let on = sign(before) * (q[axis] - self.last[axis]);
+                    fits &= before != Travel::Unknown && on <= tables.hysteresis[axis];
+                    trial.arrives(tables, axis, q[axis], way);
+                } else {
+                    trial.axis_to(tables, axis, q[axis]);
+                    fits &= before == Travel::Unknown || trial.travel[axis] == before;
+                }
+            }
+            if fits {
+                trial.last = q;
+                *self = trial;
+                return Ok(());
+            }
+        }
+        let q = at(self)?;
+        self.come_to(tables, &q);
+        Ok(())
+    }
+
+    /// The directions behind a straight move to a position, if no axis turns round on it.
+    #[must_use]
+    pub fn straight_on(&self, tables: &Tables<'_>, to: &PerLetter) -> Option<Self> {
+        let mut ways = self.clone();
+        ways.come_to(tables, to);
+        let keeps = bits(tables.directional).all(|axis| {
+            let by = (to[axis] - self.last[axis]).abs();
+            // More than half a turn of an endless axis would look like less, the other way.
+            let is_plain = tables.period[axis] == 0.0 || by < 0.25 * tables.period[axis];
+            let way = ways.travel[axis];
+            is_plain && way == self.travel[axis] && way != Travel::Unknown
+        });
+        keeps.then_some(ways)
+    }
+
+    /// The axes have come to a position.
+    pub fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
+        self.last = *q;
+        for axis in bits(tables.directional) {
+            self.axis_to(tables, axis, q[axis]);
+        }
+    }
+
+    /// Which way an axis comes is no longer known.
+    pub fn forget(&mut self, axis: usize) {
+        self.reversals[axis] = Reversal::new();
+        self.travel[axis] = Travel::Unknown;
+    }
+
+    /// The first axis whose direction matters and is not known.
+    #[must_use]
+    pub fn missing(&self, tables: &Tables<'_>) -> Option<usize> {
+        bits(tables.directional).find(|axis| self.travel[*axis] == Travel::Unknown)
+    }
+}
+
+/// +1 and −1.
+fn sign(way: Travel) -> f64 {
+    match way {
+        Travel::Positive => 1.0,
+        Travel::Negative => -1.0,
+        Travel::Unknown => 0.0,
+    }
+}
+
+fn opposite(way: Travel) -> Travel {
+    match way {
+        Travel::Positive => Travel::Negative,
+        Travel::Negative => Travel::Positive,
+        Travel::Unknown => Travel::Unknown,
+    }
+}

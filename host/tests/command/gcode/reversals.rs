@@ -1,0 +1,164 @@
+//! What an attack with another interpreter and other kinematics has found: full turns, moves that begin beside the
+//! corrected path, and directions of travel in programs whose correction is taken away.
+
+use super::{corrected, refuses, run};
+use crate::program::{Folder, answer, blob};
+
+/// A setup for `xyzac-trt` in the middle of its travel, with every axis known to have gone up.
+const FIVE: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -125\nA = 0\nC = 0\n\
+travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]\nX = 200\nY = 150\nZ = -125\n";
+
+/// Corrects a program for `xyzac-trt`, which the check must accept, or takes the correction away.
+fn five(folder: &Folder, program: &str, options: &[&str]) -> String {
+    let (part, setup) = (
+        folder.file("part.ngc", program),
+        folder.file("setup.toml", FIVE),
+    );
+    let (out, compensation) = (folder.at("out.ngc"), blob("xyzac-trt"));
+    let mut arguments = vec!["gcode", &part, "-o", &out];
+    arguments.extend(["--compensation", &compensation, "--setup", &setup]);
+    arguments.extend(options);
+    answer(0, &arguments);
+    std::fs::read_to_string(&out).unwrap()
+}
+
+/// Where the line with this comment leads: X, Y, Z, A, C, as commanded by then.
+fn end(program: &str, comment: &str) -> [f64; 5] {
+    let mut at = [0.0; 5];
+    let mut found = None;
+    for line in program.lines() {
+        // The lines behind one with a comment belong to it.
+        if line.contains('(') && found.is_some() {
+            break;
+        }
+        for word in line.split_whitespace().filter(|w| !w.contains('(')) {
+            if let Some(axis) = "XYZAC".find(&word[..1]) {
+                at[axis] = word[1..].parse().unwrap();
+            }
+        }
+        if line.contains(comment) || found.is_some() {
+            found = Some(at);
+        }
+    }
+    found.unwrap()
+}
+
+#[test]
+fn what_is_undone_turns_round_where_the_program_did_and_not_where_corrections_did() {
+    let folder = Folder::new();
+    // Y and C move while X stands, whose correction creeps back by more than its hysteresis; then X turns round, and C.
+    let program = "G21 G90\nG0 X10 Y0 Z0 A0 C0 (one)\nG1 X20 Y-60 F800 (two)\nY60 C30 A20 (three)\nC31 (four)\n\
+                   X15 (five)\nC20 (six)\nX15.5 Y0 (seven)\nM30\n";
+    let ends = [
+        ("one", [10.0, 0.0, 0.0, 0.0, 0.0]),
+        ("two", [20.0, -60.0, 0.0, 0.0, 0.0]),
+        ("three", [20.0, 60.0, 0.0, 20.0, 30.0]),
+        ("four", [20.0, 60.0, 0.0, 20.0, 31.0]),
+        ("five", [15.0, 60.0, 0.0, 20.0, 31.0]),
+        ("six", [15.0, 60.0, 0.0, 20.0, 20.0]),
+        ("seven", [15.5, 0.0, 0.0, 20.0, 20.0]),
+    ];
+    for backlash in ["move", "blend", "leave"] {
+        let out = five(&folder, program, &["--check", "--backlash", backlash]);
+        let back = five(&folder, &out, &["--undo", "--backlash", backlash]);
+        for (comment, expected) in ends {
+            let at = end(&back, comment);
+            for (axis, (at, expected)) in at.iter().zip(expected).enumerate() {
+                // Half of the last digit, twice; a correction that has the other direction is off by 8 µm.
+                let near = if axis < 3 { 1.1e-4 } else { 1.1e-5 };
+                assert!(
+                    (at - expected).abs() < near,
+                    "{backlash}, {comment}, {axis}: {at}\n{out}\n{back}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_full_turn_stays_an_arc_without_an_end_that_rounding_could_move() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17\nG0 X50.0123 Y50 Z50\nG1 X50 F300\nG2 I1 (round)\nG3 X50 Y50 I0 J0.5 Z49.9 (helix)\n\
+                   G91 G2 X0 I-1 (again)\nG20\nF20\nG2 I0.02 (inches)\nM30\n";
+    let (out, said) = run(&folder, program, &["--check"]);
+    assert!(said.contains("arcs: 4 stay, 0 are chords"), "{said}\n{out}");
+    for comment in ["(round)", "(helix)", "(again)", "(inches)"] {
+        let line = out.lines().find(|l| l.contains(comment)).unwrap();
+        assert!(!line.contains(['X', 'Y']), "{line}");
+    }
+    // Nearly closed, rounding could make it a full turn, or nothing.
+    let nearly = "G21 G90 G17\nG0 X50 Y50 Z50\nG2 X50 Y50.0005 I1 F300\nM30\n";
+    let (_, said) = run(&folder, nearly, &["--check"]);
+    assert!(said.contains("arcs: 0 stay, 1 are chords"), "{said}");
+}
+
+#[test]
+fn a_move_that_feeds_begins_on_the_corrected_path() {
+    let folder = Folder::new();
+    // From an uncorrected start, and from over a hole, where the correction is that of its bottom.
+    for before in ["", "G81 X20 Y20 Z-20 R-19 F90\nG80\n"] {
+        let program = format!("G21 G90 G17 F300\n{before}G1 X30 (on)\nG2 I2 (round)\nM30\n");
+        let (out, _) = run(&folder, &program, &["--check"]);
+        let first = out.lines().find(|l| l.contains("(on)")).unwrap();
+        let word = first.split_whitespace().find(|w| w.starts_with('X'));
+        let x: f64 = word.map_or(0.0, |w| w[1..].parse().unwrap());
+        assert!(x < 25.0, "it does not step onto the path first: {out}");
+    }
+    let program = "G21 G90 G17 F300\nG2 I0.5 (round)\nG1 X1\nM30\n";
+    let (out, _) = run(&folder, program, &["--check"]);
+    let round = out.lines().find(|l| l.contains("(round)")).unwrap();
+    assert!(round.starts_with("G1 "), "{out}");
+}
+
+#[test]
+fn pecks_and_turns_without_end_are_refused() {
+    let start = "G21 G90 F100\nG0 X0 Y0 Z50\n";
+    for (line, parts) in [
+        (
+            "G83 X1 Z0 R10 Q0.0001",
+            &["line 3", "Q0.0001", "10000 pecks"][..],
+        ),
+        (
+            "G83 X1 Z0 R10 Q.000000000000000000001",
+            &["line 3", "pecks"],
+        ),
+        ("G83 X1 Z0 R10 Q1 L5000", &["line 3", "pecks"]),
+        ("G2 I1 P5000", &["line 3", "P5000", "1000 turns"]),
+    ] {
+        refuses(format!("{start}{line}\nM30\n"), &[], parts);
+    }
+}
+
+#[test]
+fn thousands_of_incremental_lines_end_where_absolute_ones_do() {
+    let folder = Folder::new();
+    let mut incremental = String::from("G21 G90\nG0 X0 Y0 Z50\nG91 F600\n");
+    let mut absolute = String::from("G21 G90\nG0 X0 Y0 Z50\nF600\n");
+    for k in 1..=4000 {
+        incremental += "G1 X0.0123 Y0.007\n";
+        absolute += &format!(
+            "G1 X{:.4} Y{:.4}\n",
+            0.0123 * f64::from(k),
+            0.007 * f64::from(k)
+        );
+    }
+    let out = corrected(&folder, &incremental, &["--check"]);
+    let (mut at, mut relative) = ([0.0; 3], false);
+    for line in out.lines() {
+        relative |= line.contains("G91");
+        for word in line.split_whitespace() {
+            if let Some(axis) = "XYZ".find(&word[..1]) {
+                let value: f64 = word[1..].parse().unwrap();
+                at[axis] = if relative { at[axis] + value } else { value };
+            }
+        }
+    }
+    let out = corrected(&folder, &absolute, &["--check"]);
+    let last = out.lines().last().unwrap();
+    for (axis, letter) in ["X", "Y"].iter().enumerate() {
+        let word = last.split_whitespace().find(|w| w.starts_with(letter));
+        let expected: f64 = word.unwrap()[1..].parse().unwrap();
+        // Both are rounded once, to four decimals.
+        assert!((at[axis] - expected).abs() < 1.1e-4, "{at:?} {last}");
+    }
+}
