@@ -187,7 +187,7 @@ pub fn mill_21() -> String {
         SEED,
         "Mill with 21 errors",
     );
-    text += "\n[parameters]  # rad\n";
+    text += "slopes_beside_squareness = true\n\n[parameters]  # rad\n";
     for name in ["EC0X", "EA0Z", "EB0Z"] {
         let _ = writeln!(text, "{name} = {:.1}e-6", random.within(-60.0, 60.0));
     }

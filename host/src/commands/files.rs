@@ -121,7 +121,11 @@ pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
 /// Reads and checks the errors of a machine, and warns of what is counted twice.
 pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let errors = read_known_errors(path, machine)?;
-    for doubt in counted_twice(machine, &errors) {
+    let doubts = match errors.slopes_beside_squareness {
+        true => Vec::new(),
+        false => counted_twice(machine, &errors),
+    };
+    for doubt in doubts {
         eprintln!("warning: {}: {doubt}", path.display());
         eprintln!("  {}", doubt.remedy());
     }

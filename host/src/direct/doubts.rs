@@ -83,7 +83,7 @@ impl Doubt {
             Self::Oblique { .. } => "measure it too, or give what is known of it with --update",
             Self::Gap { .. } => "measure the whole turn if that matters",
             Self::Slope { .. } => {
-                "found in one run of `trueaxis measured` they belong together; otherwise take the slope off the straightness, or leave the squareness out"
+                "take the slope off the straightness, or leave the squareness out; or write `slopes_beside_squareness = true` into the file if they belong together"
             }
         }
     }

@@ -1,5 +1,6 @@
 //! What was measured, as an error file.
 
+use super::doubts::counted_twice;
 use super::measurement::{Measured, Measurement};
 use super::motion::name;
 use super::solve::Found;
@@ -12,6 +13,10 @@ use std::fmt::Write;
 pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Found) -> String {
     let errors = &found.errors;
     let mut text = format!("machine = {}\n", toml::Value::from(machine.name.as_str()));
+    if !counted_twice(machine, errors).is_empty() {
+        // What was known was taken into account.
+        text += "slopes_beside_squareness = true\n";
+    }
     if !errors.parameters.is_empty() {
         text += "\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n";
     }

@@ -22,6 +22,8 @@ use trueaxis_kinematics::{MAX_DEGREE, MAX_HARMONIC};
 struct ErrorsFile {
     machine: Spanned<String>,
     #[serde(default)]
+    slopes_beside_squareness: bool,
+    #[serde(default)]
     parameters: BTreeMap<Spanned<String>, Spanned<f64>>,
     #[serde(default)]
     standard_uncertainty: BTreeMap<Spanned<String>, Spanned<f64>>,
@@ -125,6 +127,7 @@ impl ErrorModel {
             ));
         }
         let mut model = ErrorModel::perfect(machine);
+        model.slopes_beside_squareness = file.slopes_beside_squareness;
         model.read_parameters(&file, machine)?;
         model.read_thermal(&file, machine)?;
         model.read_tabulated(&file, machine, read)?;

@@ -35,6 +35,8 @@ pub struct ErrorModel {
     /// Standard uncertainties of tabulated motions, where given: by axis (index) and component 0…5, of each value
     /// (mm or rad).
     pub table_uncertainty: BTreeMap<(usize, usize), Vec<f64>>,
+    /// Slopes of tabulated straightnesses count beside the squareness of the same axes, and not twice: the file says so.
+    pub slopes_beside_squareness: bool,
     /// The sensors that thermal coefficients name.
     pub sensors: Vec<Thermal>,
     model: trueaxis_kinematics::ErrorModel<Vec<f64>>,
@@ -49,6 +51,7 @@ impl ErrorModel {
             standard_uncertainty: BTreeMap::new(),
             correlated: None,
             table_uncertainty: BTreeMap::new(),
+            slopes_beside_squareness: false,
             sensors: Vec::new(),
             model: trueaxis_kinematics::ErrorModel::new(machine),
         }

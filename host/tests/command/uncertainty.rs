@@ -347,11 +347,18 @@ fn a_straightness_that_leans_beside_a_squareness_is_told_wherever_it_is_read() {
         for part in [
             "EYX leans by 20.0 µrad and EC0X is 10.0 µrad",
             "may be counted twice",
-            "take the slope off the straightness",
+            "take the slope off the straightness, or leave",
         ] {
             assert!(said.contains(part), "{said}");
         }
     }
+    let text = std::fs::read_to_string(&leaning).unwrap();
+    let text = text.replace(
+        "[parameters]",
+        "slopes_beside_squareness = true\n[parameters]",
+    );
+    folder.file("errors.toml", text);
+    assert!(!said(&compile).contains("counted twice"));
     // Not without a slope, and not without a squareness.
     for (slope, squareness) in [(0.0, 1e-5), (2e-5, 0.0)] {
         errors(slope, squareness);
