@@ -17,7 +17,7 @@ mod touches;
 
 pub use band::{Band, Spread};
 pub use candidates::{Allowed, AllowedError, Setup, Unreachable};
-pub use compare::{Ratios, as_good_as};
+pub use compare::{AsGood, Ratios, as_good_as};
 pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
 pub use judge::{JudgeError, Judgement, judge, placed};
 pub use program::{Feeds, NotTouched, linuxcnc, table};

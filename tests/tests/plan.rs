@@ -373,9 +373,9 @@ fn a_plan_for_the_document_s_machines_takes_fewer_probings() {
                 &published,
                 criterion,
             );
-            let found = found
-                .unwrap()
-                .unwrap_or_else(|| panic!("{folder} {criterion:?}: none"));
+            let found = found.unwrap();
+            assert!(found.is_whole, "{folder} {criterion:?}");
+            let found = (found.strategy).unwrap_or_else(|| panic!("{folder} {criterion:?}: none"));
             let planned = judge(&setup, &case.parameters, &found, assumed);
             let planned = planned.unwrap();
             let ratios = Ratios::of(&planned, &published);

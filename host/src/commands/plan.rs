@@ -341,7 +341,11 @@ impl Arguments {
         if let Some(other) = other {
             let criterion = self.best_for.into();
             let found = as_good_as(setup, &allowed, parameters, assumed, other, criterion);
-            return found.map_err(not_designed)?.ok_or_else(|| {
+            let found = found.map_err(not_designed)?;
+            if !found.is_whole {
+                eprintln!("note: the search was ended: fewer probings may do");
+            }
+            return found.strategy.ok_or_else(|| {
                 BadInput::new(
                     format!(
                         "none of the strategies tried with {} probings or fewer leaves nothing less known",

@@ -36,6 +36,9 @@ pub(super) struct Exchange {
     effect: DMatrix<f64>,
     /// What an unknown of 1 is here.
     scales: Vec<f64>,
+    /// Numbers that changes have gone through so far, and after how many no more exchanges are tried.
+    work: u64,
+    most_work: u64,
 }
 
 /// As long as nothing is chosen, unknowns are known by this part of what one row tells on average: far less
@@ -79,9 +82,30 @@ impl Exchange {
             known,
             effect: scaled(effect, &scales),
             scales,
+            work: 0,
+            most_work: u64::MAX,
         };
         exchange.refresh();
         exchange
+    }
+
+    /// No more exchanges than so much work.
+    pub fn limited_to(self, most_work: u64) -> Self {
+        Self { most_work, ..self }
+    }
+
+    /// True if that has been done.
+    pub fn is_done(&self) -> bool {
+        self.work > self.most_work
+    }
+
+    /// An earlier state, with the work since then done.
+    pub fn back_to(&mut self, earlier: &Self) {
+        *self = Self {
+            work: self.work,
+            most_work: self.most_work,
+            ..earlier.clone()
+        };
     }
 
     /// Other things matter from now on.
@@ -107,6 +131,9 @@ impl Exchange {
     /// Exchanges rows as long as that helps.
     pub fn improve(&mut self, measure: Measure) {
         for _ in 0..PATIENCE * self.chosen().len() {
+            if self.is_done() {
+                return;
+            }
             let Some((new, gain)) = self.best(measure) else {
                 return;
             };
@@ -183,6 +210,7 @@ impl Exchange {
 
     /// Adds a row or takes it away (Woodbury).
     fn change(&mut self, number: usize, add: bool) {
+        self.work += (self.rows.len() * (self.scales.len() + self.effect.nrows())) as u64;
         let row = &mut self.rows[number];
         row.chosen = add;
         let w = &self.covariance * &row.equations;
@@ -284,6 +312,21 @@ mod tests {
         let exact = information(&rows, &chosen).try_inverse().unwrap();
         // The ignorance is 1e-9 of the information of a row; what is taken away costs digits.
         assert!((exchange.covariance(4) - exact).amax() < 1e-6);
+    }
+
+    #[test]
+    fn exchanges_end_when_they_have_done_their_work_and_choices_are_made_all_the_same() {
+        let rows = rows();
+        let mut exchange = exchange(&rows).limited_to(0);
+        exchange.choose(5, Measure::Effect);
+        assert!(exchange.is_done() && exchange.chosen().len() == 5);
+        let chosen = exchange.chosen();
+        exchange.improve(Measure::Effect);
+        assert_eq!(exchange.chosen(), chosen);
+        let done = exchange.work;
+        let earlier = self::exchange(&rows);
+        exchange.back_to(&earlier);
+        assert_eq!((exchange.work, exchange.chosen().len()), (done, 0));
     }
 
     #[test]
