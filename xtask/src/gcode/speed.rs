@@ -177,9 +177,9 @@ impl<'w> Bench<'w> {
 pub fn measure(work: &Path) -> Result<(), String> {
     let bench = Bench::new(work)?;
     let done = bench
-        .race()
-        .and_then(|()| bench.memory("corrected", [1, 100], &[]))
-        .and_then(|()| bench.memory("corrected and checked", [1, 10], &["--check"]));
+        .memory("corrected", [6, 100], &[])
+        .and_then(|()| bench.memory("corrected and checked", [6, 100], &["--check"]))
+        .and_then(|()| bench.race());
     for path in [&bench.long, &bench.out] {
         let _ = fs::remove_file(path);
     }
