@@ -81,6 +81,7 @@ impl Bend {
     pub fn new(compensation: &Largest<'_>, letters: &[usize]) -> Self {
         let letter = |input: u8| letters.get(usize::from(input)).copied();
         let mut shapes = Vec::new();
+        // Tables, points and nodes are counted as the compensation itself says: all of them are there.
         for bank in compensation.banks() {
             for _ in 0..bank.tables {
                 let table = shapes.len();
