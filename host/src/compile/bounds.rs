@@ -100,7 +100,8 @@ impl<'a> Survey<'a> {
         }
         commands.append(&mut corners);
         progress.stage("bounding the corrections", commands.len());
-        let mut largest = peaks(machine, runtime, &commands, progress);
+        let mut found = evaluated(machine, runtime, &commands, progress);
+        let mut largest = peaks(machine, &commands, &found);
         if let Policy::Direction { damping } = kinematics.policy {
             // Peaks may be narrower than random positions are apart.
             let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -110,16 +111,16 @@ impl<'a> Survey<'a> {
                 (0..AROUND).map(around).collect::<Vec<_>>()
             });
             let near: Vec<Command> = near.collect();
-            let found = peaks(machine, runtime, &near, progress);
-            largest = worse(largest, found);
             commands.extend(near);
+            let near = &commands[found.len()..];
+            found.extend(evaluated(machine, runtime, near, progress));
+            largest = peaks(machine, &commands, &found);
         }
         let as_large = (0..machine.axes.len()).map(|i| {
             let most = AS_LARGE * largest[i].value;
-            let place = commands
-                .par_iter()
-                .find_first(|c| f64::from(runtime.evaluate(c)[i].abs()) >= most);
-            place.copied().unwrap_or(largest[i].at)
+            let is_as_large = |found: &Evaluated| f64::from(found.values[i].abs()) >= most;
+            let place = found.iter().position(is_as_large);
+            place.map_or(largest[i].at, |place| commands[place])
         });
         Ok(Self {
             as_large: as_large.collect(),
@@ -157,56 +158,54 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// The largest corrections and rates at some positions.
-fn peaks(
+/// What tables do at a position.
+struct Evaluated {
+    /// Corrections (mm, deg).
+    values: [f32; MAX_AXES],
+    /// Their rates of change at top speed of all axes (mm/s, deg/s).
+    rates: [f64; MAX_AXES],
+}
+
+/// Evaluates tables at some positions.
+fn evaluated(
     machine: &Machine,
     runtime: &Runtime<'_>,
     commands: &[Command],
     progress: &dyn Progress,
-) -> Vec<Peak> {
-    let start = || {
-        let at = Command::at(machine, &[]);
-        let none = Peak {
+) -> Vec<Evaluated> {
+    let commands = commands.par_iter();
+    let found = commands.map(|command| {
+        let values = runtime.evaluate(command);
+        let rates = rates(machine, runtime, command, &values);
+        progress.step();
+        Evaluated { values, rates }
+    });
+    found.collect()
+}
+
+/// The largest corrections and rates at some positions; of equal ones the first.
+fn peaks(machine: &Machine, commands: &[Command], found: &[Evaluated]) -> Vec<Peak> {
+    let at = Command::at(machine, &[]);
+    let of_axis = |i: usize| {
+        let mut peak = Peak {
             value: 0.0,
             correction: 0.0,
             rate: 0.0,
             at,
             steepest: at,
         };
-        vec![none; machine.axes.len()]
-    };
-    commands
-        .par_iter()
-        .fold(start, |mut peaks, command| {
-            let values = runtime.evaluate(command);
-            let rates = rates(machine, runtime, command, &values);
-            for (i, peak) in peaks.iter_mut().enumerate() {
-                let correction = f64::from(values[i]);
-                if correction.abs() > peak.value {
-                    (peak.value, peak.correction, peak.at) =
-                        (correction.abs(), correction, *command);
-                }
-                if rates[i] > peak.rate {
-                    (peak.rate, peak.steepest) = (rates[i], *command);
-                }
+        for (command, Evaluated { values, rates }) in commands.iter().zip(found) {
+            let correction = f64::from(values[i]);
+            if correction.abs() > peak.value {
+                (peak.value, peak.correction, peak.at) = (correction.abs(), correction, *command);
             }
-            progress.step();
-            peaks
-        })
-        .reduce(start, worse)
-}
-
-/// The larger of each two.
-fn worse(mut a: Vec<Peak>, b: Vec<Peak>) -> Vec<Peak> {
-    for (a, b) in a.iter_mut().zip(b) {
-        if b.rate > a.rate {
-            (a.rate, a.steepest) = (b.rate, b.steepest);
+            if rates[i] > peak.rate {
+                (peak.rate, peak.steepest) = (rates[i], *command);
+            }
         }
-        if b.value > a.value {
-            (a.value, a.correction, a.at) = (b.value, b.correction, b.at);
-        }
-    }
-    a
+        peak
+    };
+    (0..machine.axes.len()).map(of_axis).collect()
 }
 
 /// The same position with each rotary axis up to so many degrees off.
@@ -250,7 +249,10 @@ fn rates(
     values: &[f32; MAX_AXES],
 ) -> [f64; MAX_AXES] {
     let mut rates = [0.0; MAX_AXES];
-    for (j, axis) in machine.axes.iter().enumerate() {
+    let used = runtime.compensation().inputs_used();
+    // What no table reads changes nothing.
+    let moving = machine.axes.iter().enumerate();
+    for (j, axis) in moving.filter(|(j, _)| used >> j & 1 == 1) {
         let [low, high] = axis.travel;
         let way = (axis.max_speed * RATE_TIME).min(0.5 * (high - low));
         let q = f64::from(command.axes[j]);

@@ -22,6 +22,11 @@ pub struct Attempt {
 }
 
 impl Attempt {
+    /// The functions of every variable.
+    pub fn bases(&self) -> &[Basis] {
+        &self.bases
+    }
+
     /// With what its tables are sampled from.
     pub fn found<'a>(
         &'a self,

@@ -78,6 +78,28 @@ impl Verdict {
     }
 }
 
+/// What a draft did where it was confirmed.
+#[derive(Clone, Copy, Debug)]
+pub struct Confirmation {
+    /// If it kept the multiple of the tolerance that was asked.
+    pub is_kept: bool,
+    verdict: Verdict,
+}
+
+impl Confirmation {
+    /// What was measured before, with it. What is kept counts as what it was measured to be: a little less
+    /// than the multiple was asked there.
+    pub fn added_to(self, before: Verdict) -> Verdict {
+        Verdict {
+            error: match self.is_kept {
+                true => before.error,
+                false => before.error.max(self.verdict.error),
+            },
+            harm: before.harm.max(self.verdict.harm),
+        }
+    }
+}
+
 impl<'a> Judge<'a> {
     /// Draws the positions: over the travel, and where no motion holds; half of them with axes at
     /// their ends, where most functions are largest.
@@ -154,53 +176,68 @@ impl<'a> Judge<'a> {
             .try_reduce(|| Verdict::NOTHING, |a, b| Some(a.worse(b)))
     }
 
-    /// The harm that a draft does at many more positions than it was measured at, if it keeps a multiple of
-    /// the tolerance there. If not, those where it does not are among the first from now on.
-    pub fn confirm(&mut self, draft: &Draft, factor: f64) -> Result<Option<f64>, SchemeError> {
+    /// Measures a draft at many more positions than it was measured at. Those where it does not keep a
+    /// multiple of the tolerance are among the first from now on.
+    pub fn confirm(&mut self, draft: &Draft, factor: f64) -> Result<Confirmation, SchemeError> {
         self.draw_others()?;
         let blob = draft.encode();
         let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {
-            return Ok(None);
+            return Ok(Confirmation {
+                is_kept: false,
+                verdict: Verdict::NOTHING,
+            });
         };
         let verdicts: Vec<Verdict> = self
             .others
             .par_iter()
             .map(|place| self.at(place, &runtime))
             .collect();
-        let errors: Vec<f64> = verdicts.iter().map(|verdict| verdict.error).collect();
-        let mut order: Vec<usize> = (0..errors.len()).collect();
-        order.sort_by(|a, b| errors[*b].total_cmp(&errors[*a]));
-        let starts = order
-            .iter()
-            .take(CLIMBS)
-            .map(|i| (errors[*i], self.others[*i].clone()));
-        let starts: Vec<_> = starts.collect();
-        let climbed: Result<Vec<_>, NotConverged> = starts
-            .into_par_iter()
-            .map(|(error, place)| self.climb(error, place, &runtime))
-            .collect();
-        let climbed = climbed?.into_iter().filter(|(error, _)| *error > factor);
-        let missed = order.iter().take_while(|i| errors[**i] > factor);
+        let mut order: Vec<usize> = (0..verdicts.len()).collect();
+        order.sort_by(|a, b| verdicts[*b].error.total_cmp(&verdicts[*a].error));
+        let misses = |verdict: &Verdict| verdict.error > factor;
+        let missed = order.iter().take_while(|i| misses(&verdicts[**i]));
         let missed = missed.take(MOST_MISSED).map(|i| self.others[*i].clone());
-        let missed: Vec<Place> = climbed.map(|(_, place)| place).chain(missed).collect();
+        let mut missed: Vec<Place> = missed.collect();
+        let mut worst = verdicts
+            .iter()
+            .copied()
+            .fold(Verdict::NOTHING, Verdict::worse);
+        // Where random positions tell enough, corners may wait until these are kept.
+        if missed.len() < CLIMBS {
+            let starts = order.iter().take(CLIMBS);
+            let starts: Vec<_> = starts
+                .map(|i| (verdicts[*i], self.others[*i].clone()))
+                .collect();
+            let climbed: Result<Vec<_>, NotConverged> = starts
+                .into_par_iter()
+                .map(|(verdict, place)| self.climb(verdict, place, &runtime))
+                .collect();
+            for (verdict, place) in climbed?.into_iter().filter(|(v, _)| misses(v)) {
+                worst = worst.worse(verdict);
+                missed.push(place);
+            }
+        }
         let is_kept = missed.is_empty();
-        self.places.extend(missed);
-        let harm = verdicts.iter().map(|v| v.harm).fold(0.0, f64::max);
-        Ok(is_kept.then_some(harm))
+        // The first to be measured: what fails there needs no others.
+        self.places.splice(0..0, missed);
+        Ok(Confirmation {
+            is_kept,
+            verdict: worst,
+        })
     }
 
     /// Moves one input after the other, mostly to an end of its range, as long as the tables become worse
     /// there: the worst corner is one of thousands, which random positions may miss.
     fn climb(
         &self,
-        mut error: f64,
+        mut verdict: Verdict,
         mut place: Place,
         runtime: &Runtime<'_>,
-    ) -> Result<(f64, Place), NotConverged> {
+    ) -> Result<(Verdict, Place), NotConverged> {
         let axes = self.kinematics.machine.axes.len();
         let moves = moves(self.kinematics);
         for _ in 0..CLIMB_ROUNDS {
-            let before = error;
+            let before = verdict.error;
             for &(input, end) in &moves {
                 let mut command = place.command;
                 match end {
@@ -208,16 +245,16 @@ impl<'a> Judge<'a> {
                     End::Travel(travel) => command.travel[input] = travel,
                 }
                 let next = self.climbed_to(command)?;
-                let found = self.at(&next, runtime).error;
-                if found > error {
-                    (error, place) = (found, next);
+                let found = self.at(&next, runtime);
+                if found.error > verdict.error {
+                    (verdict, place) = (found, next);
                 }
             }
-            if error == before {
+            if verdict.error == before {
                 break;
             }
         }
-        Ok((error, place))
+        Ok((verdict, place))
     }
 
     /// [`Place::inside`], once for each command.
@@ -513,21 +550,24 @@ mod tests {
         let at = |axes: &[f64]| {
             let command = Command::at(&machine, axes);
             let place = Place::inside(&kinematics, &judge.zero, command).unwrap();
-            (judge.at(&place, &runtime).error, place)
+            (judge.at(&place, &runtime), place)
         };
-        let (error, place) = at(&[10.0, 20.0, -30.0, 5.0]);
-        let (worst, corner) = judge.climb(error, place, &runtime).unwrap();
+        let (start, place) = at(&[10.0, 20.0, -30.0, 5.0]);
+        let (worst, corner) = judge.climb(start, place, &runtime).unwrap();
+        let (error, worst) = (start.error, worst.error);
         let corners = (0..16).map(|bits| {
             let end = |i: usize, range: f64| if bits >> i & 1 == 1 { range } else { -range };
-            at(&[end(0, 200.0), end(1, 200.0), end(2, 200.0), end(3, 60.0)]).0
+            at(&[end(0, 200.0), end(1, 200.0), end(2, 200.0), end(3, 60.0)])
+                .0
+                .error
         });
         let most = corners.fold(0.0, f64::max);
         assert!(worst > 2.0 * error && worst >= most, "{worst} {most}");
         assert!(!corner.holds);
         // Where the tables are worse than they may be is measured from then on.
-        assert!(judge.confirm(&draft, most * 1.01).unwrap().is_some());
+        assert!(judge.confirm(&draft, most * 1.01).unwrap().is_kept);
         let before = judge.places.len();
-        assert!(judge.confirm(&draft, most * 0.9).unwrap().is_none());
+        assert!(!judge.confirm(&draft, most * 0.9).unwrap().is_kept);
         assert!(judge.places.len() > before);
     }
 

@@ -1,6 +1,7 @@
 //! The way to the best draft: structures, then points, each measured.
 
 use super::attempt::{self, Attempt, attempt};
+use super::basis::Basis;
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
@@ -203,7 +204,9 @@ impl<'a> Search<'a> {
         if !self.judge.is_of_tool() || first.error < STARVING {
             return self.finish(tolerance, first, false);
         }
-        let closer = &mut self.attempt(tolerance, CLOSER * share, false)?;
+        // The functions are the same: what they may leave hardly differs.
+        let bases = first.attempt.bases();
+        let closer = &mut self.attempt_with(bases, tolerance, CLOSER * share, false)?;
         let expected = self.expected_cost(tolerance, first)?;
         let order = match self.expected_cost(tolerance, closer)? < expected {
             true => [closer, first],
@@ -312,19 +315,19 @@ impl<'a> Search<'a> {
             let meets = best.meets();
             let good = verdict.error <= GOOD;
             let factor = if good { 1.0 } else { meets.unwrap_or(1.0) };
-            let confirmed = self.judge.confirm(&draft, factor)?.is_some();
-            if !confirmed {
-                verdict = self.judge.measure(&draft, target).unwrap_or(verdict);
+            let confirmed = self.judge.confirm(&draft, factor)?;
+            verdict = confirmed.added_to(verdict);
+            if !confirmed.is_kept {
                 let known = self.judge.measure(&best.draft, target);
                 best.verdict = known.unwrap_or(best.verdict);
             }
-            let keeps = confirmed || best.meets().is_none();
+            let keeps = confirmed.is_kept || best.meets().is_none();
             let harmless = verdict.harm <= HARMLESS;
             if keeps && harmless && verdict.error < best.verdict.error {
                 best.draft = draft;
                 best.verdict = verdict;
             }
-            if good && confirmed && harmless {
+            if good && confirmed.is_kept && harmless {
                 return Ok(true);
             }
             if verdict.error > OUT_OF_REACH {
@@ -401,11 +404,23 @@ impl<'a> Search<'a> {
     /// motions add or without.
     fn attempt(&self, tolerance: &PerAxis, share: f64, pairs: bool) -> Result<Tried, SchemeError> {
         let components = &self.components[..self.count(pairs)];
+        let bases = attempt::bases(&self.sampler, components, tolerance, self.minimize, share)?;
+        self.attempt_with(&bases, tolerance, share, pairs)
+    }
+
+    /// [`Self::attempt`] with functions that are known.
+    fn attempt_with(
+        &self,
+        bases: &[Basis],
+        tolerance: &PerAxis,
+        share: f64,
+        pairs: bool,
+    ) -> Result<Tried, SchemeError> {
+        let components = &self.components[..self.count(pairs)];
         let sampler = &self.sampler;
         let target = (self.minimize, &self.options.target);
-        let bases = attempt::bases(sampler, components, tolerance, self.minimize, share)?;
         let try_with = |before: f64| -> Result<(Attempt, f64), SchemeError> {
-            let bases = bases.clone();
+            let bases = bases.to_vec();
             let next = attempt(sampler, components, bases, tolerance, target, share, before)?;
             let error = self
                 .trials
@@ -509,14 +524,13 @@ impl<'a> Search<'a> {
             }
             let mut good = verdict.error <= GOOD * wanted;
             if good {
-                if let Some(harm) = self.judge.confirm(&draft, wanted)? {
-                    verdict.harm = verdict.harm.max(harm);
-                } else {
+                let confirmed = self.judge.confirm(&draft, wanted)?;
+                verdict = confirmed.added_to(verdict);
+                if !confirmed.is_kept {
                     good = false;
-                    let measure = |draft: &Draft| self.judge.measure(draft, &self.options.target);
-                    verdict = measure(&draft).unwrap_or(verdict);
                     if let Some(best) = &mut self.best {
-                        best.verdict = measure(&best.draft).unwrap_or(best.verdict);
+                        let known = self.judge.measure(&best.draft, &self.options.target);
+                        best.verdict = known.unwrap_or(best.verdict);
                     }
                 }
             }
@@ -542,7 +556,9 @@ impl<'a> Search<'a> {
                 return Ok(verdict.harm <= HARMLESS);
             }
             if let Some(enough) = coarsening.enough_so_far() {
-                share = coarsening.was_too_few(share, enough);
+                // It failed where it was confirmed: what was hardly finer would fail there too.
+                let less = enough.min(LITTLE_LESS * share);
+                share = coarsening.was_too_few(share, less);
                 continue;
             }
             let blameless = share * factor < BLAMELESS * verdict.error;

@@ -2,9 +2,9 @@
 //! what is divided by them.
 
 use super::variables;
-use crate::errors::{Parameter, ParameterKind, Situation};
+use crate::errors::{Parameter, ParameterKind, Situation, Switches};
 use crate::kinematics::{Kinematics, Linearised};
-use crate::machine::{Machine, PerAxis};
+use crate::machine::{MAX_AXES, Machine, PerAxis};
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -27,6 +27,9 @@ const BASE: usize = 13;
 const PLACES: usize = 6;
 /// More nodes than functions.
 const SPARE: usize = 2;
+/// Corrections that differ by less than this part of the largest, which counts as 0.01 mm at least, are the same:
+/// they are iterated to 1e-12 mm or rad.
+const ALIKE: f64 = 1e-10;
 /// An angle (rad) counts like a displacement (mm) on a lever of this length.
 const LEVER: f64 = 300.0;
 
@@ -53,6 +56,13 @@ impl Turning {
 
     /// Of a rotary axis; functions smaller than `relative` of the largest do not count.
     pub fn of(kinematics: &Kinematics<'_>, index: usize, relative: f64) -> Self {
+        if turns_all_alike(kinematics, index) {
+            let count = 1 + SPARE;
+            return Self {
+                base: count,
+                others: count,
+            };
+        }
         let machine = kinematics.machine;
         let range = machine.axes[index].travel.map(f64::to_radians);
         let at = positions(range, SEEN);
@@ -96,6 +106,39 @@ impl Turning {
             others: count,
         }
     }
+}
+
+/// True if the correction does not depend on where a rotary axis stands: the last one before the workpiece, or
+/// before the tool, without motions of its own that vary, turns everything alike.
+fn turns_all_alike(kinematics: &Kinematics<'_>, index: usize) -> bool {
+    let range = kinematics.machine.axes[index].travel.map(f64::to_radians);
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let mut situation = Situation {
+        sign: [1.0; MAX_AXES],
+        ..Situation::default()
+    };
+    for (kelvin, sensor) in situation.kelvin.iter_mut().zip(&kinematics.errors.sensors) {
+        *kelvin = sensor.range_kelvin[1];
+    }
+    (0..PLACES).all(|_| {
+        let start = within_travel(kinematics.machine, &mut random);
+        let mut corrections = positions(range, 3).into_iter().map(|x| {
+            let mut q = start;
+            q[index] = x;
+            let found = kinematics.correction(&q, &situation, &Switches::ALL);
+            found.ok().map(|correction| correction.dq)
+        });
+        let Some(Some(first)) = corrections.next() else {
+            return false;
+        };
+        let most = ALIKE * first.iter().fold(0.01_f64, |most, c| most.max(c.abs()));
+        corrections.all(|other| {
+            other.is_some_and(|other| {
+                let mut pairs = first.iter().zip(other);
+                pairs.all(|(a, b)| (a - b).abs() <= most)
+            })
+        })
+    })
 }
 
 /// A random position in the travel (mm, rad).
@@ -152,7 +195,11 @@ mod tests {
     use crate::kinematics::Policy;
 
     fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
-        let errors = errors(machine, "");
+        // A motion of each, so that none turns everything alike.
+        let rotary = machine.axes.iter().filter(|axis| axis.letter.is_rotary());
+        let motions = rotary.map(|axis| format!("EX{}1 = 1e-3\n", axis.letter.char()));
+        let text: String = motions.collect();
+        let errors = errors(machine, &format!("[parameters]\n{text}"));
         let kinematics = Kinematics::new(machine, &errors).with_policy(Policy::Orientation);
         Turning::of(&kinematics, index, relative)
     }
@@ -165,6 +212,24 @@ mod tests {
             assert!(turning.others <= 5 + SPARE, "{turning:?}");
             assert_eq!(turning.base, BASE);
         }
+    }
+
+    #[test]
+    fn what_turns_everything_alike_needs_no_nodes() {
+        let machine = with_rotary(&[('A', [-120.0, 120.0]), ('C', [-360.0, 360.0])]);
+        let last = |text: &str| {
+            let errors = errors(&machine, text);
+            let kinematics = Kinematics::new(&machine, &errors);
+            [3, 4].map(|index| turns_all_alike(&kinematics, index))
+        };
+        let location = "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\nEX0C = 30e-3\nEA0C = 1e-4\n";
+        // One of them stands next to the workpiece or to the tool, the other between.
+        let found = last(location);
+        assert!(found[0] != found[1], "{found:?}");
+        let own = last(&format!("{location}EXC1 = 1e-3\nEXA1 = 1e-3\n"));
+        assert_eq!(own, [false, false]);
+        let backlash = last(&format!("{location}EXCb = 1e-3\nEXAb = 1e-3\n"));
+        assert_eq!(backlash, [false, false]);
     }
 
     #[test]
