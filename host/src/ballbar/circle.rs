@@ -122,9 +122,8 @@ fn hysteresis(turns: &Turns, common: &Fitted) -> f64 {
         }
     };
     let pairs = forth.iter().zip(&common.residuals);
-    let differences = pairs.map(|((angle, _), r)| {
-        (r - at(angle.rem_euclid(std::f64::consts::TAU))).abs()
-    });
+    let differences =
+        pairs.map(|((angle, _), r)| (r - at(angle.rem_euclid(std::f64::consts::TAU))).abs());
     differences.fold(0.0, f64::max)
 }
 

@@ -24,7 +24,9 @@ pub struct Place {
 
 /// The meridians and the steps do not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{steps} steps of half a meridian are no whole number of steps between {meridians} meridians, or odd")]
+#[error(
+    "{steps} steps of half a meridian are no whole number of steps between {meridians} meridians, or odd"
+)]
 pub struct Uneven {
     meridians: u32,
     steps: u32,
@@ -127,7 +129,9 @@ mod tests {
         // A step is 0.1 degrees, on meridians and on the equator.
         let read: Vec<_> = path.iter().filter(|place| place.is_read).collect();
         for pair in read.windows(2) {
-            let square: f64 = (0..3).map(|i| (pair[1].at[i] - pair[0].at[i]).powi(2)).sum();
+            let square: f64 = (0..3)
+                .map(|i| (pair[1].at[i] - pair[0].at[i]).powi(2))
+                .sum();
             let step = 300.0 * (0.05_f64).to_radians().sin();
             assert!((square.sqrt() - step).abs() < 1e-9, "{pair:?}");
         }

@@ -22,7 +22,8 @@ impl Fitted {
     /// The farthest less the nearest.
     #[must_use]
     pub fn range(&self) -> f64 {
-        let fold = |start: f64, f: fn(f64, f64) -> f64| self.residuals.iter().copied().fold(start, f);
+        let fold =
+            |start: f64, f: fn(f64, f64) -> f64| self.residuals.iter().copied().fold(start, f);
         fold(f64::NEG_INFINITY, f64::max) - fold(f64::INFINITY, f64::min)
     }
 
@@ -146,7 +147,8 @@ mod tests {
         };
         let path = few.path().unwrap();
         let read = path.iter().filter(|place| place.is_read);
-        read.map(|place| Vector3::from(place.at).normalize()).collect()
+        read.map(|place| Vector3::from(place.at).normalize())
+            .collect()
     }
 
     /// Readings of a sphere that is larger and elsewhere, exactly.
@@ -176,7 +178,10 @@ mod tests {
         let centre = Vector3::new(0.01, -0.02, 0.015);
         let found = Sphere::of(150.0, &elsewhere(centre, 150.0, 150.0)).unwrap();
         assert!((Vector3::from(found.setup) - centre).norm() < 0.03_f64.powi(2) / 150.0);
-        let most = found.without_setup.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+        let most = found
+            .without_setup
+            .iter()
+            .fold(0.0_f64, |m, r| m.max(r.abs()));
         assert!(most < 0.03_f64.powi(2) / 150.0, "{most}");
     }
 

@@ -42,8 +42,7 @@ struct Heading {
     _at: Option<toml::Table>,
 }
 
-const HEADING: &str =
-    "begin the file with # radius_mm = 150.0 and # unit = \"um\" (or \"mm\"), each in a line of its own";
+const HEADING: &str = "begin the file with # radius_mm = 150.0 and # unit = \"um\" (or \"mm\"), each in a line of its own";
 const COLUMNS: &str = "name the columns: angle,ccw,cw or angle,ccw or angle,cw on a circle (degrees), X,Y,Z,radial on a sphere (mm from the centre of the test)";
 /// Lengths of bars (mm).
 const LENGTHS: Range<f64> = 1.0..10_000.0;
@@ -119,8 +118,12 @@ pub fn read(text: &str) -> Result<Radii, FileError> {
 impl Heading {
     /// Radius (mm), and the mm in a unit of the readings.
     fn numbers(&self) -> Result<(f64, f64), FileError> {
-        let missing = |key: &str| FileError::whole(format!("the file does not say `{key}`"), HEADING);
-        let radius = self.radius_mm.as_ref().ok_or_else(|| missing("radius_mm"))?;
+        let missing =
+            |key: &str| FileError::whole(format!("the file does not say `{key}`"), HEADING);
+        let radius = self
+            .radius_mm
+            .as_ref()
+            .ok_or_else(|| missing("radius_mm"))?;
         let at = |span: Range<usize>, message: String, remedy: &str| {
             FileError::at(span, message, "here", remedy)
         };
@@ -149,18 +152,29 @@ fn readings(rows: &[(&str, usize)], radius: f64, factor: f64) -> Result<Readings
     let mut columns = Vec::new();
     for (name, span) in cells(names, *start) {
         let column = Column::named(name).filter(|column| !columns.contains(column));
-        let wrong = || FileError::at(span, format!("`{name}` is no column, or there twice"), "here", COLUMNS);
+        let wrong = || {
+            FileError::at(
+                span,
+                format!("`{name}` is no column, or there twice"),
+                "here",
+                COLUMNS,
+            )
+        };
         columns.push(column.ok_or_else(wrong)?);
     }
     let has = |column: Column| columns.contains(&column);
-    let is_sphere = columns.len() == 4
-        && has(Column::Radial)
-        && (0..3).all(|k| has(Column::Place(k)));
+    let is_sphere =
+        columns.len() == 4 && has(Column::Radial) && (0..3).all(|k| has(Column::Place(k)));
     let turns = usize::from(has(Column::CounterClockwise)) + usize::from(has(Column::Clockwise));
     let is_circle = has(Column::Angle) && turns > 0 && columns.len() == turns + 1;
     if !is_sphere && !is_circle {
         let span = *start..start + names.len();
-        return Err(FileError::at(span, "these columns are no test".to_owned(), "here", COLUMNS));
+        return Err(FileError::at(
+            span,
+            "these columns are no test".to_owned(),
+            "here",
+            COLUMNS,
+        ));
     }
     let mut found = Turns::default();
     let mut sphere = Vec::new();
@@ -176,7 +190,12 @@ fn readings(rows: &[(&str, usize)], radius: f64, factor: f64) -> Result<Readings
         };
         let whole = *start..start + line.len();
         let missing = |what: &str| {
-            FileError::at(whole.clone(), format!("the row has no {what}"), "here", COLUMNS)
+            FileError::at(
+                whole.clone(),
+                format!("the row has no {what}"),
+                "here",
+                COLUMNS,
+            )
         };
         if is_circle {
             let angle = value(Column::Angle).ok_or_else(|| missing("angle"))?;
@@ -194,7 +213,10 @@ fn readings(rows: &[(&str, usize)], radius: f64, factor: f64) -> Result<Readings
         if (place.norm() - radius).abs() > OFF * radius {
             return Err(FileError::at(
                 whole,
-                format!("the position is {:.3} mm from the centre, the bar is {radius} mm long", place.norm()),
+                format!(
+                    "the position is {:.3} mm from the centre, the bar is {radius} mm long",
+                    place.norm()
+                ),
                 "here",
                 "positions count from the centre of the test, in mm",
             ));
@@ -214,7 +236,10 @@ fn numbers(line: &str, start: usize, wanted: usize) -> Result<Vec<Option<f64>>, 
     if cells.len() != wanted {
         return Err(FileError::at(
             start..start + line.len(),
-            format!("the row has {} columns, the first line names {wanted}", cells.len()),
+            format!(
+                "the row has {} columns, the first line names {wanted}",
+                cells.len()
+            ),
             "here",
             COLUMNS,
         ));
@@ -260,20 +285,72 @@ mod tests {
     fn every_mistake_is_told_with_its_line() {
         let head = "# radius_mm = 100\n# unit = \"um\"\n";
         for (text, line, message) in [
-            ("angle,ccw\n0,1\n".to_owned(), None, "the file does not say `radius_mm`"),
-            ("# radius_mm = 100\nangle,ccw\n".to_owned(), None, "the file does not say `unit`"),
-            ("# radius_mm = 0.1\n# unit = \"um\"\nangle,ccw\n".to_owned(), Some(1), "0.1 mm is no length of a ball-bar"),
-            ("# radius_mm = 100\n# unit = \"inch\"\nangle,ccw\n".to_owned(), Some(2), "`inch` is no unit of a length"),
+            (
+                "angle,ccw\n0,1\n".to_owned(),
+                None,
+                "the file does not say `radius_mm`",
+            ),
+            (
+                "# radius_mm = 100\nangle,ccw\n".to_owned(),
+                None,
+                "the file does not say `unit`",
+            ),
+            (
+                "# radius_mm = 0.1\n# unit = \"um\"\nangle,ccw\n".to_owned(),
+                Some(1),
+                "0.1 mm is no length of a ball-bar",
+            ),
+            (
+                "# radius_mm = 100\n# unit = \"inch\"\nangle,ccw\n".to_owned(),
+                Some(2),
+                "`inch` is no unit of a length",
+            ),
             (head.to_owned(), None, "the file has no readings"),
-            (format!("{head}angle;ccw\n"), Some(3), "the columns are separated by semicolons"),
-            (format!("{head}angle,phi\n"), Some(3), "`phi` is no column, or there twice"),
-            (format!("{head}angle,angle\n"), Some(3), "`angle` is no column, or there twice"),
-            (format!("{head}X,Y,radial\n"), Some(3), "these columns are no test"),
-            (format!("{head}angle,ccw\n0,1,2\n"), Some(4), "the row has 3 columns, the first line names 2"),
-            (format!("{head}angle,ccw\n0,inf\n"), Some(4), "`inf` is no finite number"),
-            (format!("{head}angle,ccw\n,1\n"), Some(4), "the row has no angle"),
-            (format!("{head}X,Y,Z,radial\n1,2,3,0\n"), Some(4), "the position is 3.742 mm from the centre, the bar is 100 mm long"),
-            (format!("{head}angle,ccw\n0,1\n# unit = \"mm\"\n"), Some(5), "a line with # stands between the readings"),
+            (
+                format!("{head}angle;ccw\n"),
+                Some(3),
+                "the columns are separated by semicolons",
+            ),
+            (
+                format!("{head}angle,phi\n"),
+                Some(3),
+                "`phi` is no column, or there twice",
+            ),
+            (
+                format!("{head}angle,angle\n"),
+                Some(3),
+                "`angle` is no column, or there twice",
+            ),
+            (
+                format!("{head}X,Y,radial\n"),
+                Some(3),
+                "these columns are no test",
+            ),
+            (
+                format!("{head}angle,ccw\n0,1,2\n"),
+                Some(4),
+                "the row has 3 columns, the first line names 2",
+            ),
+            (
+                format!("{head}angle,ccw\n0,inf\n"),
+                Some(4),
+                "`inf` is no finite number",
+            ),
+            (
+                format!("{head}angle,ccw\n,1\n"),
+                Some(4),
+                "the row has no angle",
+            ),
+            (
+                format!("{head}X,Y,Z,radial\n1,2,3,0\n"),
+                Some(4),
+                "the position is 3.742 mm from the centre, the bar is 100 mm long",
+            ),
+            (
+                format!("{head}angle,ccw\n0,1\n# unit = \"mm\"\n"),
+                Some(5),
+                "a line with # stands between the readings",
+            ),
         ] {
             let error = read(&text).unwrap_err();
             assert_eq!(error.message, message);

@@ -10,13 +10,11 @@ use trueaxis_host::formats::radii::{self, Readings};
 
 /// Say what readings tell: size and form of a sphere, G, F and H of circles (ISO 230-4)
 #[derive(Args)]
-#[command(
-    after_help = "Example:\n  trueaxis ballbar analyse readings.csv\n\n\
+#[command(after_help = "Example:\n  trueaxis ballbar analyse readings.csv\n\n\
 A file begins with the length of the bar and the unit of the readings; then come the columns, on a circle the\n\
 angle (degrees, from the first axis towards the second) and a reading for each direction of turning:\n  \
 # radius_mm = 100.0\n  # plane = \"XY\"\n  # unit = \"um\"\n  angle,ccw,cw\n  0,1.2,-0.4\n  1,1.3,-0.3\n\n\
-on a sphere the position from its centre in mm:\n  X,Y,Z,radial\n  150,0,0,1.2"
-)]
+on a sphere the position from its centre in mm:\n  X,Y,Z,radial\n  150,0,0,1.2")]
 pub struct Analyse {
     /// Readings (CSV), as `ballbar simulate` and `simulate ballbar` write them
     #[arg(value_name = "READINGS.csv")]
