@@ -2,6 +2,7 @@
 
 mod at;
 mod bad_input;
+mod ballbar;
 mod blame;
 mod compile;
 mod control;
@@ -66,6 +67,7 @@ enum Command {
     Measured(measured::Arguments),
     #[command(name = "iso230-2")]
     Iso2302(iso230_2::Arguments),
+    Ballbar(ballbar::Arguments),
     Simulate(simulate::Arguments),
     Gcode(gcode::Arguments),
     Flash(flash::Arguments),
@@ -98,6 +100,7 @@ pub fn run() -> ExitCode {
         Command::Probings(arguments) => probings::run(&arguments),
         Command::Measured(arguments) => measured::run(&arguments),
         Command::Iso2302(arguments) => iso230_2::run(&arguments),
+        Command::Ballbar(arguments) => ballbar::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Gcode(arguments) => gcode::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),

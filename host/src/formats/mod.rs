@@ -8,5 +8,6 @@ pub mod ini;
 pub mod measured;
 pub mod positions;
 pub mod probings;
+pub mod radii;
 pub mod runs;
 pub(crate) mod units;

@@ -3,6 +3,7 @@
 
 use crate::program::{Folder, answer, example};
 use trueaxis::{AlignedBlob, Axis, Draft, DraftGrid, GridAxis, SampleFormat};
+use trueaxis_host::ballbar::{Hemisphere, Place, program};
 use trueaxis_host::errors::{ErrorModel, Situation, Switches};
 use trueaxis_host::gcode::axes::{self, COUNT, PerLetter};
 use trueaxis_host::gcode::modal::Units;
@@ -13,53 +14,9 @@ use trueaxis_host::kinematics::{Kinematics, Policy};
 use trueaxis_host::machine::{Machine, PerAxis};
 use trueaxis_host::validate::Runtime;
 
-/// Length of the ball-bar (mm).
-const RADIUS: f64 = 150.0;
 /// Where the centre of the hemisphere is (machine, mm): where the program's zero is.
 const CENTRE: [f64; 3] = [12.0, -7.0, 5.0];
 const POSITIONS: usize = 19_809;
-
-/// A place in program coordinates: azimuth and height over the equator (degrees), and how far outside (mm).
-fn place(azimuth: f64, height: f64, outside: f64) -> [f64; 3] {
-    let (sine, cosine) = azimuth.to_radians().sin_cos();
-    let (up, flat) = height.to_radians().sin_cos();
-    [flat * cosine, flat * sine, up].map(|part| (RADIUS + outside) * part)
-}
-
-/// The path, and whether each position is on the hemisphere: the others feed in and out.
-fn path() -> Vec<([f64; 3], bool)> {
-    let mut path: Vec<_> = [0.6, 0.4, 0.2]
-        .map(|outside| (place(0.0, 0.0, outside), false))
-        .to_vec();
-    path.push((place(0.0, 0.0, 0.0), true));
-    for meridian in 0..5 {
-        let azimuth = 36.0 * f64::from(meridian);
-        for step in 1..=1800 {
-            path.push((place(azimuth, 0.1 * f64::from(step), 0.0), true));
-            if meridian == 2 && step == 900 {
-                path.extend([-0.2, 0.0].map(|outside| (place(azimuth, 90.0, outside), false)));
-            }
-        }
-        let back = (0..1800).rev().map(|step| 0.1 * f64::from(step));
-        path.extend(back.map(|height| (place(azimuth, height, 0.0), true)));
-        path.extend((1..=360).map(|k| (place(azimuth + 0.1 * f64::from(k), 0.0, 0.0), true)));
-    }
-    path.extend([0.2, 0.4, 0.6].map(|outside| (place(180.0, 0.0, outside), false)));
-    path
-}
-
-fn text(path: &[([f64; 3], bool)]) -> String {
-    let mut text = String::from("%\nG21 G90 G17 G94 G54\n");
-    for (number, ([x, y, z], _)) in path.iter().enumerate() {
-        text += match number {
-            0 => "G0 ",
-            1 => "G1 F200 ",
-            _ => "",
-        };
-        text += &format!("X{x:.4} Y{y:.4} Z{z:.4}\n");
-    }
-    text + "M30\n%\n"
-}
 
 struct Bench {
     machine: Machine,
@@ -107,7 +64,7 @@ impl Bench {
     fn measure(&self, blob: &AlignedBlob) -> [f64; 4] {
         let runtime = Runtime::load(blob).unwrap();
         let tables = Tables::new(runtime.compensation()).unwrap();
-        let path = path();
+        let path = Hemisphere::default().path().unwrap();
         assert_eq!(path.len(), POSITIONS);
         let mut setup = Setup {
             units: Some(Units::Millimetre),
@@ -122,7 +79,7 @@ impl Bench {
             setup,
             ..Rules::default()
         };
-        let text = text(&path);
+        let text = program(&path, 200.0);
         let mut corrector =
             Corrector::new(&rules, &tables, None, Options::default(), None).unwrap();
         let mut written = Vec::new();
@@ -152,8 +109,8 @@ impl Bench {
                 let Event::Moved(segment) = event else {
                     panic!("{event:?}")
                 };
-                if let Some((_, (_, on))) = wanted.next_if(|(line, _)| **line == segment.line)
-                    && *on
+                if let Some((_, place)) = wanted.next_if(|(line, _)| **line == segment.line)
+                    && place.is_read
                 {
                     ends.push(segment.to());
                 }
@@ -165,8 +122,8 @@ impl Bench {
         let digits = |value: f64| (value * 1e4).round() / 1e4;
         let nominal: Vec<PerLetter> = path
             .iter()
-            .filter(|(_, on)| *on)
-            .map(|(at, _)| {
+            .filter(|place| place.is_read)
+            .map(|Place { at, .. }| {
                 let mut q = [0.0; COUNT];
                 (0..3).for_each(|i| q[i] = digits(at[i]) + CENTRE[i]);
                 q

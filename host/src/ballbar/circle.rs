@@ -1,0 +1,311 @@
+//! Circular tests (ISO 230-4): the circular deviation G, the radial deviation F and the circular hysteresis H.
+
+use super::sphere::{Fitted, fitted};
+use nalgebra::{Matrix4, Vector3, Vector4};
+
+/// Readings of one or two turns: angles (rad) from the first axis towards the second, and by how much (mm) the bar
+/// is longer than nominal.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Turns {
+    /// Turning from the first axis towards the second.
+    pub counter_clockwise: Vec<(f64, f64)>,
+    /// Turning back.
+    pub clockwise: Vec<(f64, f64)>,
+}
+
+/// What they tell (mm).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Circle {
+    /// Centre of the circle of least squares through all readings: the setup, along the first and the second axis.
+    pub centre: [f64; 2],
+    /// Its radius less the nominal one.
+    pub size: f64,
+    /// G of each turn that was made: the radial separation of the two nearest concentric circles that enclose it.
+    pub deviation: [Option<f64>; 2],
+    /// The same about the circle of least squares of the turn.
+    pub least_squares: [Option<f64>; 2],
+    /// G of both turns together, if both were made.
+    pub bidirectional: Option<f64>,
+    /// F: largest and smallest radius less the nominal one, about the centre of least squares.
+    pub radial: [f64; 2],
+    /// H: largest difference of the two turns at one angle, about the common centre, if both were made.
+    pub hysteresis: Option<f64>,
+}
+
+/// Why there is no circle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CircleError {
+    /// The readings lie on too short an arc, or there are fewer than four.
+    #[error("the readings are no part of a circle that would tell centre and radius apart")]
+    TooFew,
+}
+
+/// Exchanges at most; each makes the band wider, and a dozen are common.
+const EXCHANGES: usize = 500;
+/// A band that is wider by this part of itself is rounding.
+const SAME: f64 = 1e-9;
+
+impl Circle {
+    /// Of readings with a bar of a nominal length (mm).
+    ///
+    /// # Errors
+    /// [`CircleError`].
+    pub fn of(radius: f64, turns: &Turns) -> Result<Self, CircleError> {
+        let point = |(angle, reading): &(f64, f64)| {
+            let (sine, cosine) = angle.sin_cos();
+            Vector3::new(cosine, sine, 0.0) * (radius + reading)
+        };
+        let both = [&turns.counter_clockwise, &turns.clockwise];
+        let points = both.map(|turn| turn.iter().map(point).collect::<Vec<_>>());
+        let all = points.concat();
+        let common = fit(&all)?;
+        let off = [common.centre.x, common.centre.y];
+        let made = |points: &Vec<Vector3<f64>>| (!points.is_empty()).then_some(());
+        let mut deviation = [None; 2];
+        let mut least_squares = [None; 2];
+        for (turn, points) in points.iter().enumerate() {
+            if made(points).is_some() {
+                least_squares[turn] = Some(fit(points)?.range());
+                deviation[turn] = Some(band(points, &common)?);
+            }
+        }
+        let is_both = deviation.iter().all(Option::is_some);
+        let extreme = |start: f64, f: fn(f64, f64) -> f64| {
+            let residuals = common.residuals.iter().copied();
+            residuals.fold(start, f) + common.radius - radius
+        };
+        Ok(Self {
+            centre: off,
+            size: common.radius - radius,
+            deviation,
+            least_squares,
+            bidirectional: is_both.then(|| band(&all, &common)).transpose()?,
+            radial: [
+                extreme(f64::NEG_INFINITY, f64::max),
+                extreme(f64::INFINITY, f64::min),
+            ],
+            hysteresis: is_both.then(|| hysteresis(turns, &common)),
+        })
+    }
+}
+
+fn fit(points: &[Vector3<f64>]) -> Result<Fitted, CircleError> {
+    match points.len() {
+        0..4 => Err(CircleError::TooFew),
+        _ => fitted(points).map_err(|_| CircleError::TooFew),
+    }
+}
+
+/// Largest difference of the second turn, between its readings on a straight line, to the readings of the first.
+fn hysteresis(turns: &Turns, common: &Fitted) -> f64 {
+    let [forth, back] = [&turns.counter_clockwise, &turns.clockwise];
+    let split = forth.len();
+    let mut other: Vec<(f64, f64)> = back
+        .iter()
+        .zip(&common.residuals[split..])
+        .map(|((angle, _), r)| (angle.rem_euclid(std::f64::consts::TAU), *r))
+        .collect();
+    other.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let at = |angle: f64| {
+        let next = other.partition_point(|(a, _)| *a < angle);
+        let (after, before) = (
+            other[next % other.len()],
+            other[(next + other.len() - 1) % other.len()],
+        );
+        let way = (after.0 - before.0).rem_euclid(std::f64::consts::TAU);
+        match way > 0.0 {
+            true => {
+                let part = (angle - before.0).rem_euclid(std::f64::consts::TAU) / way;
+                before.1 + part.min(1.0) * (after.1 - before.1)
+            }
+            false => after.1,
+        }
+    };
+    let pairs = forth.iter().zip(&common.residuals);
+    let differences =
+        pairs.map(|((angle, _), r)| (r - at(angle.rem_euclid(std::f64::consts::TAU))).abs());
+    differences.fold(0.0, f64::max)
+}
+
+/// The radial separation of the nearest two concentric circles that enclose points: the smallest band, by
+/// exchange. Linear about a circle that is close: what is of second order is the square of a few µm by the radius.
+fn band(points: &[Vector3<f64>], about: &Fitted) -> Result<f64, CircleError> {
+    let rows: Vec<(Vector3<f64>, f64)> = points
+        .iter()
+        .map(|point| {
+            let off = point - about.centre;
+            let distance = off.norm();
+            (
+                Vector3::new(off.x / distance, off.y / distance, 1.0),
+                distance - about.radius,
+            )
+        })
+        .collect();
+    // Four readings in the four quarters, or four of them at all.
+    let quarter = |k: usize| k * rows.len() / 4;
+    let mut chosen = [0, 1, 2, 3].map(quarter);
+    let mut level = reference(&rows, chosen).ok_or(CircleError::TooFew)?;
+    for _ in 0..EXCHANGES {
+        let [u, v, r, half] = level;
+        let off = |(row, wanted): &(Vector3<f64>, f64)| wanted - row.dot(&Vector3::new(u, v, r));
+        let worst = (0..rows.len())
+            .max_by(|a, b| off(&rows[*a]).abs().total_cmp(&off(&rows[*b]).abs()))
+            .ok_or(CircleError::TooFew)?;
+        if off(&rows[worst]).abs() <= half.abs() * (1.0 + SAME) {
+            break;
+        }
+        // The exchange that makes the band of the four widest.
+        let exchanged = (0..4).map(|place| {
+            let mut next = chosen;
+            next[place] = worst;
+            next
+        });
+        let levels = exchanged.filter_map(|next| Some((next, reference(&rows, next)?)));
+        let best = levels.max_by(|a, b| a.1[3].abs().total_cmp(&b.1[3].abs()));
+        match best {
+            Some((next, found)) if found[3].abs() > half.abs() => (chosen, level) = (next, found),
+            _ => break,
+        }
+    }
+    Ok(2.0 * level[3].abs())
+}
+
+/// The centre, the radius and half the width of the band that four readings make: each is as far off, outside where
+/// the sum of rows that is 0 has it with a positive factor, inside where it is negative.
+fn reference(rows: &[(Vector3<f64>, f64)], chosen: [usize; 4]) -> Option<[f64; 4]> {
+    let row = |k: usize| rows[chosen[k]].0;
+    // Factors of the vanishing sum: the minors.
+    let minor = |skip: usize| {
+        let rest: Vec<usize> = (0..4).filter(|k| *k != skip).collect();
+        let sign = if skip.is_multiple_of(2) { 1.0 } else { -1.0 };
+        sign * row(rest[0]).dot(&row(rest[1]).cross(&row(rest[2])))
+    };
+    let factors = [0, 1, 2, 3].map(minor);
+    if factors.iter().all(|f| *f == 0.0) {
+        return None;
+    }
+    let matrix = Matrix4::from_fn(|k, c| match c {
+        0..3 => row(k)[c],
+        _ => factors[k].signum(),
+    });
+    let wanted = Vector4::from_fn(|k, _| rows[chosen[k]].1);
+    let solved = matrix.lu().solve(&wanted)?;
+    Some(solved.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn turn(count: u32, reading: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        let angles = (0..count).map(|k| TAU * f64::from(k) / f64::from(count));
+        angles.map(|angle| (angle, reading(angle))).collect()
+    }
+
+    /// The smallest band by a fine search over centres, independent of the exchange.
+    fn searched(readings: &[(f64, f64)]) -> f64 {
+        let mut centre = [0.0, 0.0];
+        let width = |[u, v]: [f64; 2]| {
+            let left = readings.iter().map(|(a, r)| r - u * a.cos() - v * a.sin());
+            let (low, high) = left.fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(r), h.max(r)));
+            high - low
+        };
+        let mut step = 0.01;
+        while step > 1e-9 {
+            let mut best = (width(centre), centre);
+            for k in 0..64 {
+                let (sine, cosine) = (TAU * f64::from(k) / 64.0).sin_cos();
+                let next = [centre[0] + step * cosine, centre[1] + step * sine];
+                let found = width(next);
+                if found < best.0 {
+                    best = (found, next);
+                }
+            }
+            if best.1 == centre {
+                step *= 0.5;
+            }
+            centre = best.1;
+        }
+        width(centre)
+    }
+
+    #[test]
+    fn squareness_makes_an_ellipse_of_known_deviation() {
+        // 40 µrad of squareness on a bar of 100 mm: 4 µm sin cos, so a band of 4 µm, and F of ±2 µm.
+        let reading = |a: f64| 4e-3 * a.sin() * a.cos();
+        let turns = Turns {
+            counter_clockwise: turn(360, reading),
+            clockwise: turn(360, |a| reading(a) + 1e-3),
+        };
+        let found = Circle::of(100.0, &turns).unwrap();
+        // Of second order: 2 µm squared by 100 mm.
+        for deviation in found.deviation.into_iter().chain(found.least_squares) {
+            assert!((deviation.unwrap() - 4e-3).abs() < 1e-7, "{found:?}");
+        }
+        assert!((found.hysteresis.unwrap() - 1e-3).abs() < 1e-9);
+        assert!((found.bidirectional.unwrap() - 5e-3).abs() < 1e-7);
+        assert!((found.radial[0] - 3e-3).abs() < 1e-7 && (found.radial[1] + 2e-3).abs() < 1e-7);
+        assert!((found.size - 0.5e-3).abs() < 1e-7);
+    }
+
+    #[test]
+    fn the_smallest_band_is_that_of_a_search_and_never_wider_than_that_of_least_squares() {
+        for seed in 0..60_u32 {
+            let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(12_345);
+            let mut random = move || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                f64::from(state >> 8) / f64::from(1 << 24)
+            };
+            let count = 4 + (random() * 60.0) as u32;
+            let readings = turn(count, |_| 0.0);
+            let readings: Vec<_> = readings
+                .into_iter()
+                .map(|(a, _)| (a, 5e-3 * random() * random()))
+                .collect();
+            let turns = Turns {
+                counter_clockwise: readings.clone(),
+                clockwise: Vec::new(),
+            };
+            let found = Circle::of(1e4, &turns).unwrap();
+            let (band, squares) = (found.deviation[0].unwrap(), found.least_squares[0].unwrap());
+            let searched = searched(&readings);
+            // Steps of the search end at 1e-9; second order is 5 µm squared by 10 m.
+            assert!((band - searched).abs() < 1e-8, "{seed}: {band} {searched}");
+            assert!(band <= squares + 1e-9, "{seed}");
+            assert_eq!(found.hysteresis, None);
+        }
+    }
+
+    #[test]
+    fn a_bar_off_the_centre_is_no_deviation() {
+        let off = |a: f64| 0.02 * a.cos() - 0.03 * a.sin();
+        let exact = |a: f64| {
+            let along = off(a);
+            let across = 0.02_f64.powi(2) + 0.03_f64.powi(2) - along * along;
+            along + (1e4 - across).sqrt() - 100.0
+        };
+        let turns = Turns {
+            counter_clockwise: turn(90, exact),
+            clockwise: turn(45, exact),
+        };
+        let found = Circle::of(100.0, &turns).unwrap();
+        assert!((found.centre[0] - 0.02).abs() < 1e-11 && (found.centre[1] + 0.03).abs() < 1e-11);
+        assert!(found.deviation.into_iter().all(|g| g.unwrap() < 1e-11));
+        assert!(found.size.abs() < 1e-11);
+    }
+
+    #[test]
+    fn too_short_an_arc_and_too_few_readings_are_refused() {
+        let three = Turns {
+            counter_clockwise: turn(3, |_| 0.0),
+            clockwise: Vec::new(),
+        };
+        assert_eq!(Circle::of(100.0, &three), Err(CircleError::TooFew));
+        let arc = Turns {
+            counter_clockwise: (0..50).map(|k| (1e-7 * f64::from(k), 0.0)).collect(),
+            clockwise: Vec::new(),
+        };
+        assert_eq!(Circle::of(100.0, &arc), Err(CircleError::TooFew));
+    }
+}

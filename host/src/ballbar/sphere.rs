@@ -1,0 +1,214 @@
+//! What readings of a ball-bar on a sphere tell: the setup, the size and the form (Eqs. 15 to 17, Table 4-4).
+
+use nalgebra::{Matrix4, Vector3, Vector4};
+
+/// Fewer readings, or in fewer directions, than there are unknowns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the readings do not tell the centre and the radius apart")]
+pub struct TooFew;
+
+/// The sphere, or circle, of least squares through points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    /// Its centre.
+    pub centre: Vector3<f64>,
+    /// Its radius.
+    pub radius: f64,
+    /// How much farther than the radius every point is from the centre.
+    pub residuals: Vec<f64>,
+}
+
+impl Fitted {
+    /// The farthest less the nearest.
+    #[must_use]
+    pub fn range(&self) -> f64 {
+        let fold =
+            |start: f64, f: fn(f64, f64) -> f64| self.residuals.iter().copied().fold(start, f);
+        fold(f64::NEG_INFINITY, f64::max) - fold(f64::INFINITY, f64::min)
+    }
+
+    /// The standard deviation of the residuals.
+    #[must_use]
+    pub fn deviation(&self) -> f64 {
+        let count = self.residuals.len() as f64;
+        let mean = self.residuals.iter().sum::<f64>() / count;
+        let squares: f64 = self.residuals.iter().map(|r| (r - mean).powi(2)).sum();
+        (squares / (count - 1.0)).sqrt()
+    }
+}
+
+/// Steps of Gauss and Newton at most: each gains the size of the last one by the radius.
+const STEPS: usize = 30;
+/// Of the largest of the singular values, which are squares here, those below are none: directions in a plane.
+const FLAT: f64 = 1e-10;
+/// A step that is this part of the radius is rounding.
+const STILL: f64 = 1e-14;
+
+/// Fits a sphere by least squares of the distances; where all points are in a plane, a circle in it about an axis
+/// through the plane's nearest point to zero: its centre does not move off the plane.
+///
+/// # Errors
+/// [`TooFew`].
+pub fn fitted(points: &[Vector3<f64>]) -> Result<Fitted, TooFew> {
+    let count = points.len() as f64;
+    if points.len() < 3 {
+        return Err(TooFew);
+    }
+    let mut centre = points.iter().sum::<Vector3<f64>>() / count;
+    // A hemisphere's mean is half a radius above its centre: begin where its points are about.
+    let mut radius = points.iter().map(|p| (p - centre).norm()).sum::<f64>() / count;
+    for _ in 0..STEPS {
+        let mut normal = Matrix4::zeros();
+        let mut wanted = Vector4::zeros();
+        for point in points {
+            let off = point - centre;
+            let distance = off.norm();
+            if distance == 0.0 {
+                return Err(TooFew);
+            }
+            let row = Vector4::new(off.x / distance, off.y / distance, off.z / distance, 1.0);
+            normal += row * row.transpose();
+            wanted += row * (distance - radius);
+        }
+        let svd = normal.svd(true, true);
+        let least = FLAT * svd.singular_values.max();
+        // A plane takes one; what takes more is a line.
+        if svd.singular_values.iter().filter(|s| **s > least).count() < 3 {
+            return Err(TooFew);
+        }
+        let step = svd.solve(&wanted, least).map_err(|_| TooFew)?;
+        centre += step.xyz();
+        radius += step.w;
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(TooFew);
+        }
+        if step.norm() < STILL * radius {
+            break;
+        }
+    }
+    let residuals = points.iter().map(|p| (p - centre).norm() - radius);
+    Ok(Fitted {
+        centre,
+        radius,
+        residuals: residuals.collect(),
+    })
+}
+
+/// What readings of a ball-bar tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sphere {
+    /// The setup of Eq. 16: how far (mm, in X, Y and Z) the tool's centre of motion is from the workpiece ball.
+    pub setup: [f64; 3],
+    /// Readings without the setup (mm), Eq. 17.
+    pub without_setup: Vec<f64>,
+    /// Size error (mm): radius of the fitted sphere less the nominal one (Table 4-4).
+    pub size: f64,
+    /// The sphere through the readings: its residuals are the form error.
+    pub fitted: Fitted,
+}
+
+impl Sphere {
+    /// Of readings: nominal directions of the bar, of length 1, and by how much (mm) it is longer than `radius`.
+    ///
+    /// # Errors
+    /// [`TooFew`].
+    pub fn of(radius: f64, readings: &[(Vector3<f64>, f64)]) -> Result<Self, TooFew> {
+        let mut normal = nalgebra::Matrix3::zeros();
+        let mut wanted = Vector3::zeros();
+        for (direction, reading) in readings {
+            normal += direction * direction.transpose();
+            wanted += direction * *reading;
+        }
+        let svd = normal.svd(true, true);
+        let least = FLAT * svd.singular_values.max();
+        let setup = svd.solve(&wanted, least).map_err(|_| TooFew)?;
+        let without = readings.iter().map(|(d, reading)| reading - d.dot(&setup));
+        let points = readings.iter().map(|(d, reading)| d * (radius + reading));
+        let fitted = fitted(&points.collect::<Vec<_>>())?;
+        Ok(Self {
+            setup: setup.into(),
+            without_setup: without.collect(),
+            size: fitted.radius - radius,
+            fitted,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Hemisphere;
+    use super::*;
+
+    fn directions() -> Vec<Vector3<f64>> {
+        let few = Hemisphere {
+            radius: 1.0,
+            meridians: 5,
+            steps: 60,
+        };
+        let path = few.path().unwrap();
+        let read = path.iter().filter(|place| place.is_read);
+        read.map(|place| Vector3::from(place.at).normalize())
+            .collect()
+    }
+
+    /// Readings of a sphere that is larger and elsewhere, exactly.
+    fn elsewhere(centre: Vector3<f64>, radius: f64, nominal: f64) -> Vec<(Vector3<f64>, f64)> {
+        let all = directions().into_iter();
+        all.map(|d| {
+            let along = d.dot(&centre);
+            let across = centre.norm_squared() - along * along;
+            (d, along + (radius * radius - across).sqrt() - nominal)
+        })
+        .collect()
+    }
+
+    #[test]
+    fn a_sphere_that_is_elsewhere_and_larger_has_no_form_error() {
+        let centre = Vector3::new(0.03, -0.05, 0.02);
+        let found = Sphere::of(150.0, &elsewhere(centre, 150.0193, 150.0)).unwrap();
+        // f64 positions of 150 mm are good to 3e-14 mm, sums of 600 to some more.
+        assert!((found.size - 0.0193).abs() < 1e-11, "{}", found.size);
+        assert!((found.fitted.centre - centre).norm() < 1e-11);
+        assert!(found.fitted.range() < 1e-11);
+    }
+
+    #[test]
+    fn the_setup_of_the_document_is_taken_out_as_its_equations_say() {
+        // Without another error the linear setup is the centre, but for its square by twice the radius.
+        let centre = Vector3::new(0.01, -0.02, 0.015);
+        let found = Sphere::of(150.0, &elsewhere(centre, 150.0, 150.0)).unwrap();
+        assert!((Vector3::from(found.setup) - centre).norm() < 0.03_f64.powi(2) / 150.0);
+        let most = found
+            .without_setup
+            .iter()
+            .fold(0.0_f64, |m, r| m.max(r.abs()));
+        assert!(most < 0.03_f64.powi(2) / 150.0, "{most}");
+    }
+
+    #[test]
+    fn form_is_what_no_sphere_explains() {
+        let mut readings = elsewhere(Vector3::zeros(), 10.0, 10.0);
+        let wave = |d: &Vector3<f64>| 1e-3 * (d.x * d.y);
+        for (direction, reading) in &mut readings {
+            *reading += wave(direction);
+        }
+        let found = Sphere::of(10.0, &readings).unwrap();
+        let waves = readings.iter().map(|(d, _)| wave(d));
+        let (low, high) = waves.fold((f64::MAX, f64::MIN), |(l, h), w| (l.min(w), h.max(w)));
+        // A product of x and y is orthogonal to every sphere on evenly spread directions; these are nearly so.
+        assert!((found.fitted.range() / (high - low) - 1.0).abs() < 0.1);
+        assert!(found.fitted.deviation() < 0.5 * found.fitted.range());
+    }
+
+    #[test]
+    fn a_circle_is_fitted_in_its_plane_and_a_line_is_refused() {
+        let circle = |k: f64| Vector3::new(3.0 + 2.0 * k.cos(), 1.0 + 2.0 * k.sin(), 0.0);
+        let points: Vec<_> = (0..40).map(|k| circle(0.15 * f64::from(k))).collect();
+        let found = fitted(&points).unwrap();
+        assert!((found.centre - Vector3::new(3.0, 1.0, 0.0)).norm() < 1e-12);
+        assert!((found.radius - 2.0).abs() < 1e-12);
+        let line: Vec<_> = (0..9).map(|k| Vector3::x() * f64::from(k)).collect();
+        assert_eq!(fitted(&line), Err(TooFew));
+        assert_eq!(fitted(&points[..2]), Err(TooFew));
+    }
+}

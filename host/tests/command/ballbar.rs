@@ -1,0 +1,128 @@
+//! The ball-bar: path, simulation and analysis through the command.
+
+use crate::program::{Folder, answer, example, refused};
+
+const CENTRE: &str = "X=12,Y=-7,Z=5";
+
+/// A figure of the answer.
+fn figure(json: &str, pointer: &str) -> f64 {
+    let value: serde_json::Value = serde_json::from_str(json).unwrap();
+    let found = value.pointer(pointer).and_then(serde_json::Value::as_f64);
+    found.unwrap_or_else(|| panic!("{pointer} in {json}"))
+}
+
+#[test]
+fn a_hemisphere_is_written_simulated_and_its_readings_analysed() {
+    let folder = Folder::new();
+    let (machine, errors) = (example("hu40/machine.toml"), example("hu40/errors-13.toml"));
+    let (blob, csv, ngc) = (
+        folder.at("hu40.trax"),
+        folder.at("r.csv"),
+        folder.at("p.ngc"),
+    );
+    answer(
+        0,
+        &["compile", &machine, &errors, "-o", &blob, "--random", "200"],
+    );
+    let said = answer(
+        0,
+        &["ballbar", "path", &machine, "--at", CENTRE, "-o", &ngc],
+    );
+    assert!(said.ends_with(": 19809 positions\n"), "{said}");
+    let program = std::fs::read_to_string(&ngc).unwrap();
+    assert_eq!(
+        program.lines().filter(|line| line.contains('X')).count(),
+        19_809
+    );
+    let few = ["--at", CENTRE, "--steps", "180"];
+    let simulated = ["ballbar", "simulate", &machine, &errors];
+    let options = ["--compensation", &blob, "-o", &csv, "--json"];
+    let json = answer(0, &[&simulated[..], &few, &options].concat());
+    let [before, after] = ["/before/form_um", "/after/form_um"].map(|name| figure(&json, name));
+    // Squareness of some 100 µrad on a bar of 150 mm; tables of 0.05 µm at both balls.
+    assert!(before > 5.0 && after < 0.2, "{json}");
+    assert!(figure(&json, "/after/size_um").abs() < 0.1, "{json}");
+    let analysed = answer(0, &["ballbar", "analyse", &csv, "--json"]);
+    // The file has readings to 0.1 nm at positions to 0.1 µm.
+    for name in ["size_um", "form_um", "form_deviation_um", "rms_um"] {
+        let off = figure(&json, &format!("/after/{name}"))
+            - figure(&analysed, &format!("/measured/{name}"));
+        assert!(off.abs() < 1e-3, "{name}: {off}");
+    }
+}
+
+#[test]
+fn squareness_alone_makes_the_form_and_the_circle_that_geometry_says() {
+    let folder = Folder::new();
+    let machine = example("mill-21/machine.toml");
+    let name = std::fs::read_to_string(&machine).unwrap();
+    let name = name.lines().find(|line| line.starts_with("name")).unwrap();
+    let errors = folder.file(
+        "errors.toml",
+        &format!(
+            "{}\n[parameters]\nEC0X = 40e-6\n",
+            name.replace("name", "machine")
+        ),
+    );
+    let at = ["--at", "X=250,Y=150,Z=-200", "--radius", "100"];
+    let simulated = [
+        "ballbar", "simulate", &machine, &errors, "--steps", "180", "--json",
+    ];
+    let json = answer(0, &[&simulated[..], &at].concat());
+    // 40 µrad · 100 mm · x y, x y between -1/2 and 1/2 on a hemisphere: 4 µm.
+    assert!(
+        (figure(&json, "/before/form_um") - 4.0).abs() < 0.05,
+        "{json}"
+    );
+    let circle = folder.at("circle.csv");
+    let plane = [
+        "simulate", "ballbar", &machine, &errors, "--plane", "XY", "-o", &circle,
+    ];
+    answer(0, &[&plane[..], &at].concat());
+    let json = answer(0, &["ballbar", "analyse", &circle, "--json"]);
+    for pointer in [
+        "/circle/g_um/0",
+        "/circle/g_um/1",
+        "/circle/g_bidirectional_um",
+    ] {
+        assert!(
+            (figure(&json, pointer) - 4.0).abs() < 1e-3,
+            "{pointer}: {json}"
+        );
+    }
+    assert!((figure(&json, "/circle/f_max_um") - 2.0).abs() < 1e-3);
+    assert!(figure(&json, "/circle/h_um") < 1e-3);
+    let said = answer(0, &["ballbar", "analyse", &circle]);
+    assert!(
+        said.contains("G(XY) counter-clockwise") && said.contains("H(XY)"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let folder = Folder::new();
+    let machine = example("hu40/machine.toml");
+    let path = |options: &[&str], parts: &[&str]| {
+        refused(&[&["ballbar", "path", &machine], options].concat(), parts);
+    };
+    path(&["--at", "X=5000"], &["its travel is", "--at"]);
+    path(
+        &["--at", CENTRE, "--meridians", "7"],
+        &["no whole number of steps between 7 meridians", "1400 for 7"],
+    );
+    path(&["--at", "Q=1"], &["the machine has no axis `Q`"]);
+    let line = folder.file(
+        "line.csv",
+        "# radius_mm = 100\n# unit = \"um\"\nX,Y,Z,radial\n100,0,0,1\n-100,0,0,2\n100,0,0,1\n",
+    );
+    refused(
+        &["ballbar", "analyse", &line],
+        &["do not tell the centre and the radius apart", "hemisphere"],
+    );
+    let unknown = folder.file("unknown.csv", "# radius = 100\nangle,ccw\n");
+    refused(
+        &["ballbar", "analyse", &unknown],
+        &["radius", "radius_mm = 150.0"],
+    );
+}
