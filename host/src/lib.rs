@@ -1,6 +1,7 @@
 //! From measured geometric errors of a machine tool to the fewest compensation tables that null them.
 #![forbid(unsafe_code)]
 
+pub mod cec;
 pub mod compile;
 pub mod direct;
 pub mod errors;
