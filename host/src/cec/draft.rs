@@ -6,8 +6,8 @@ use trueaxis::{Auxiliary, Direction, Draft, DraftBank, Interpolation, Policy, Sa
 
 /// A compensation that does what a controller with these tables does. Its bounds are those of `axes`.
 ///
-/// Terms are in the order of the tables; the factors of a product are the table that is named by
-/// `MULT_BY_TABLE`, then the one that names it.
+/// Terms are in the order of the tables, but for factors, which come before what is multiplied by them; the
+/// factors of a product are the table that is named by `MULT_BY_TABLE`, then the one that names it.
 #[must_use]
 pub fn draft(
     machine: &str,
@@ -47,12 +47,32 @@ pub fn draft(
         // More than 255 are refused when the file is read, and when a plan is made.
         numbers[*member] = number as u8;
     }
+    Draft {
+        terms: terms(tables, &numbers, factor_tables),
+        machine: machine.to_owned(),
+        policy,
+        axes: axes.axes.clone(),
+        auxiliaries,
+        banks: banks.into_iter().map(|(bank, _)| bank).collect(),
+        grids: Vec::new(),
+    }
+}
+
+/// The terms of tables that have these numbers; the own term of a factor comes before its products.
+fn terms(tables: &[Table], numbers: &[u8], factor_tables: FactorTables) -> Vec<Term> {
     let is_factor = named(tables);
     let mut terms = Vec::new();
-    for (index, table) in tables.iter().enumerate() {
+    let mut done = vec![false; tables.len()];
+    let mut put = |index: usize, terms: &mut Vec<Term>| {
+        let table = &tables[index];
+        let is_there = std::mem::replace(&mut done[index], true);
+        let is_only_factor =
+            table.times.is_none() && is_factor[index] && factor_tables == FactorTables::NotAdded;
+        if is_there || is_only_factor {
+            return;
+        }
         let factors: &[u8] = match table.times {
             Some(named) => &[numbers[named], numbers[index]],
-            None if is_factor[index] && factor_tables == FactorTables::NotAdded => continue,
             None => &[numbers[index]],
         };
         terms.push(Term {
@@ -61,16 +81,14 @@ pub fn draft(
             limits: None,
             factors: factors.iter().copied().collect(),
         });
+    };
+    for (index, table) in tables.iter().enumerate() {
+        if let Some(named) = table.times {
+            put(named, &mut terms);
+        }
+        put(index, &mut terms);
     }
-    Draft {
-        machine: machine.to_owned(),
-        policy,
-        axes: axes.axes.clone(),
-        auxiliaries,
-        banks: banks.into_iter().map(|(bank, _)| bank).collect(),
-        terms,
-        grids: Vec::new(),
-    }
+    terms
 }
 
 /// The bank of a table, without its column.

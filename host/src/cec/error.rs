@@ -8,6 +8,9 @@ pub enum PlanError {
     /// Grids have two or three inputs.
     #[error("the compensation has a grid, and a table of the controller has one input")]
     Grid,
+    /// No table is left.
+    #[error("the compensation corrects nothing that tables of the controller can")]
+    Nothing,
     /// More axes than this program knows.
     #[error("the compensation has {0} axes, more than a machine")]
     Axes(usize),
@@ -67,6 +70,7 @@ impl PlanError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Grid => "compile it with --scheme exact, which makes products of tables",
+            Self::Nothing => "look at it with `trueaxis inspect`",
             Self::Axes(_) => "give a compensation that trueaxis has compiled",
             Self::NoLength => {
                 "leave out --tool-length, or compile with length_range_mm in the machine file"

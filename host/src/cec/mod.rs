@@ -20,8 +20,12 @@ mod collect;
 mod controller;
 mod draft;
 mod error;
+mod extent;
 mod function;
 mod literal;
+mod multiplied;
+#[cfg(test)]
+mod oracle;
 mod plan;
 mod plausible;
 mod print;
@@ -29,6 +33,8 @@ mod probe;
 mod prove;
 mod raw;
 mod read;
+#[cfg(test)]
+mod round_trip;
 mod source;
 mod spacing;
 mod statement;

@@ -252,6 +252,9 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
             tables
         }
     };
+    if tables.is_empty() {
+        return Err(PlanError::Nothing);
+    }
     let Limits {
         first, tables: all, ..
     } = options.limits;

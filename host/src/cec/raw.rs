@@ -1,8 +1,7 @@
 //! What a file says of a table, and whether that is one.
 
 use super::read::{EncoderValues, Kind, Reading, Units, unknown_axis};
-use super::spacing::{Spacing, whole};
-use super::{FactorTables, Table, Travel};
+use super::{Table, Travel};
 use crate::source::FileError;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -60,7 +59,7 @@ impl Known {
         Some((kind, known))
     }
 
-    fn name(self, key: Key) -> &'static str {
+    pub fn name(self, key: Key) -> &'static str {
         match (self, key) {
             (Self::Value, Key::Table(_)) => "$AN_CEC",
             (Self::Value, Key::Encoder { .. }) => "$AA_ENC_COMP",
@@ -119,7 +118,7 @@ fn number(text: &str) -> Option<f64> {
 }
 
 /// Largest magnitude of a number: far above any position, and of any value that a blob holds.
-const MOST: f64 = 1e9;
+pub const MOST: f64 = 1e9;
 
 fn no_number((text, span): &Written<'_>) -> FileError {
     FileError::at(
@@ -139,7 +138,7 @@ impl<'t> Raw<'t> {
         }
     }
 
-    fn error(&self, message: String, label: &str, remedy: impl Into<String>) -> FileError {
+    pub fn error(&self, message: String, label: &str, remedy: impl Into<String>) -> FileError {
         FileError::at(self.span.clone(), message, label, remedy)
     }
 
@@ -157,7 +156,7 @@ impl<'t> Raw<'t> {
         Ok(Some((value, written.1.clone())))
     }
 
-    fn needed(&self, known: Known, key: Key) -> Result<(f64, Range<usize>), FileError> {
+    pub fn needed(&self, known: Known, key: Key) -> Result<(f64, Range<usize>), FileError> {
         self.set(known)?.ok_or_else(|| {
             let name = known.name(key);
             self.error(
@@ -236,8 +235,9 @@ impl<'t> Raw<'t> {
         let sign = self.sign(key, keys, reading)?;
         let mut values = Vec::with_capacity(self.values.len());
         for written in self.values.values() {
-            let value = number(written.0).ok_or_else(|| no_number(written))?;
-            values.push((sign * of_output * value) as f32);
+            let value = number(written.0).map(|value| sign * of_output * value);
+            let value = value.filter(|value| value.abs() <= MOST);
+            values.push(value.ok_or_else(|| no_number(written))? as f32);
         }
         if modulo {
             let last = values.pop();
@@ -383,211 +383,4 @@ impl<'t> Raw<'t> {
             )),
         }
     }
-
-    /// MIN, MAX and STEP with the values that they make.
-    fn spacing(
-        &self,
-        key: Key,
-        modulo: bool,
-        unit: f64,
-        doubts: &mut Vec<FileError>,
-    ) -> Result<Spacing, FileError> {
-        let (min, _) = self.needed(Known::Min, key)?;
-        let (max, at_max) = self.needed(Known::Max, key)?;
-        let (step, at_step) = self.needed(Known::Step, key)?;
-        let table = key.said();
-        if max <= min {
-            return Err(FileError::at(
-                at_max,
-                format!("MAX of {table} is not above MIN"),
-                "here",
-                format!("MIN is {min}"),
-            ));
-        }
-        if step <= 0.0 || step > max - min {
-            return Err(FileError::at(
-                at_step,
-                format!("STEP of {table} is not between 0 and MAX - MIN"),
-                "here",
-                format!("{} mm or degrees are from MIN to MAX", max - min),
-            ));
-        }
-        let span = max - min;
-        let exact = whole(span, step);
-        if modulo && exact.is_none() {
-            return Err(FileError::at(
-                at_step,
-                format!(
-                    "STEP goes {} times into MAX - MIN of {table}, which repeats",
-                    span / step
-                ),
-                "no whole number",
-                "write STEP with all its decimals, or choose one that divides the period",
-            ));
-        }
-        let below = exact.unwrap_or((span / step).floor());
-        let values = self.values_in_a_row(key, below)?;
-        let intervals = values - 1;
-        if modulo && intervals < 2 {
-            return Err(self.error(
-                format!("{table} repeats and has no point within its period"),
-                "this table",
-                "write a STEP of half the period or less",
-            ));
-        }
-        let spacing = Spacing {
-            start: (unit * min) as f32,
-            step: (unit * step) as f32,
-            points: if modulo { intervals } else { values },
-            modulo,
-        };
-        if exact.is_none() {
-            let last = min + intervals as f64 * step;
-            doubts.push(FileError::at(
-                at_step.clone(),
-                format!(
-                    "the last point of {table} is at {last}, not at MAX = {max}: STEP is rounded"
-                ),
-                "here",
-                "write STEP with all its decimals, or the MAX that is meant",
-            ));
-        }
-        let is_told = spacing.step > 0.0 && (1.0 / spacing.step).is_finite();
-        if !is_told
-            || f64::from(spacing.start) + f64::from(spacing.step) == f64::from(spacing.start)
-        {
-            return Err(FileError::at(
-                at_step,
-                format!("STEP of {table} is too small for its MIN"),
-                "here",
-                "points of a table must be apart",
-            ));
-        }
-        Ok(spacing)
-    }
-
-    /// The number of values, from the first to the one at MAX without a gap.
-    fn values_in_a_row(&self, key: Key, intervals: f64) -> Result<usize, FileError> {
-        let table = key.said();
-        let name = Known::Value.name(key);
-        let expected = intervals as usize + 1;
-        let missing = |from: usize, to: usize| {
-            let places = match from == to {
-                true => format!("value {from}"),
-                false => format!("values {from} to {to}"),
-            };
-            let remedy = format!(
-                "{table} needs {name} 0 to {}, as MIN, MAX and STEP say: write all of them",
-                expected - 1
-            );
-            FileError {
-                label: MISSING.to_owned(),
-                ..self.error(format!("{places} of {table} are missing"), MISSING, remedy)
-            }
-        };
-        let mut next = 0;
-        for (k, (_, span)) in &self.values {
-            if *k > next {
-                return Err(missing(next, k - 1));
-            }
-            if next == expected {
-                return Err(FileError::at(
-                    span.clone(),
-                    format!("value {k} of {table} lies beyond MAX"),
-                    "here",
-                    format!(
-                        "MIN, MAX and STEP make {expected} values: leave it out, or correct them"
-                    ),
-                ));
-            }
-            next += 1;
-        }
-        match next < expected {
-            true => Err(missing(next, expected - 1)),
-            false => Ok(next),
-        }
-    }
-
-    /// On an axis that turns without end a table repeats with the turn.
-    fn check_period(
-        &self,
-        key: Key,
-        spacing: &Spacing,
-        input: usize,
-        reading: &Reading<'_>,
-    ) -> Result<(), FileError> {
-        let period = reading.axes.axes[input].period;
-        let own = spacing.points as f32 * spacing.step;
-        let times = period / own;
-        if period > 0.0 && ((times - times.round()).abs() > 1e-7 * times.round() || times < 0.5) {
-            let letter = reading.axes.letter(input);
-            return Err(self.error(
-                format!(
-                    "{} repeats after {own}, which does not divide the turn of {letter}",
-                    key.said()
-                ),
-                "this table",
-                format!("MAX - MIN must be {period} or a whole part of it"),
-            ));
-        }
-        Ok(())
-    }
-}
-
-/// The rules of products.
-pub fn check_products(
-    tables: &[Table],
-    raw: &[&Raw<'_>],
-    reading: &Reading<'_>,
-    units: Option<Units>,
-) -> Result<(), FileError> {
-    for (index, table) in tables.iter().enumerate() {
-        let Some(named) = table.times else {
-            continue;
-        };
-        let at = |known: Known, index: usize| {
-            let set = raw[index].settings.get(&known);
-            set.map_or(raw[index].span.clone(), |(_, span)| span.clone())
-        };
-        let error = |message: &str, remedy: &str| {
-            FileError::at(at(Known::Times, index), message, "multiplied here", remedy)
-        };
-        let factor = &tables[named];
-        if factor.output != table.output {
-            return Err(error(
-                "the tables of a product correct different axes",
-                "a product is of tables with one OUTPUT_AXIS: copy the factor",
-            ));
-        }
-        if named == index && reading.factor_tables == FactorTables::Added {
-            return Err(error(
-                "a table is multiplied by itself, where factor tables are added",
-                "it is not known whether it is added too then: multiply by a copy of it",
-            ));
-        }
-        if named != index && factor.times.is_some() {
-            return Err(error(
-                "the factor is itself multiplied by a table",
-                "it is not known whether that would be a product of three: copy the factor, with MULT_BY_TABLE=0",
-            ));
-        }
-        if let Some(weighted) = [index, named]
-            .into_iter()
-            .find(|i| tables[*i].weight != 1.0)
-        {
-            return Err(FileError::at(
-                at(Known::Weight, weighted),
-                "a table of a product has a weight",
-                "here",
-                "it is not known whether weights enter products: multiply the values by it, and leave it out",
-            ));
-        }
-        if units == Some(Units::Inch) && !reading.axes.is_rotary(table.output) {
-            return Err(error(
-                "a product of tables in inches",
-                "it is not known in which unit the controller multiplies: write the file in METRIC",
-            ));
-        }
-    }
-    Ok(())
 }

@@ -4,6 +4,7 @@ mod bad_blobs;
 mod bad_errors;
 mod bad_machines;
 mod bad_positions;
+mod cec;
 mod endless;
 mod gcode;
 mod hints;
