@@ -164,8 +164,8 @@ impl Output {
         groups
     }
 
-    /// The factor in mm or degrees, what it is multiplied by at most 1 or what the limit leaves; `None` if
-    /// that is nothing.
+    /// The factor in mm or degrees, what it is multiplied by at most 1, or more where only that keeps the factor
+    /// within its limit; `None` if that is nothing.
     fn scaled(
         &mut self,
         mut group: Group,
@@ -178,24 +178,26 @@ impl Output {
             return Ok(None);
         }
         let most = match tables {
-            FactorTables::Added => (limit - 1.0).min(1.0),
-            FactorTables::NotAdded => limit.min(1.0),
+            FactorTables::Added => limit - 1.0,
+            FactorTables::NotAdded => limit,
         };
         if most <= 0.0 {
             return Err(PlanError::Limit(limit));
         }
-        // A power of two changes no digit.
-        let scale = (peak / most).log2().ceil().exp2();
-        let named = Column::new(&group.named, scale);
-        for column in &mut group.by {
-            column.values.iter_mut().for_each(|v| *v /= scale);
-        }
-        if named.peak() > limit {
+        // A power of two changes no digit; if that makes the factor too large, as little as can be.
+        let usual = (peak / most.min(1.0)).log2().ceil().exp2();
+        let scales = [usual, peak / most].into_iter();
+        let named = scales.map(|scale| (scale, Column::new(&group.named, scale)));
+        let fits = |(_, named): &(f64, Column)| named.peak() <= limit;
+        let Some((scale, named)) = named.clone().find(fits) else {
             return Err(PlanError::Factor {
                 axis: letter,
-                peak: named.peak(),
+                peak: named.last().map_or(0.0, |(_, named)| named.peak()),
                 limit,
             });
+        };
+        for column in &mut group.by {
+            column.values.iter_mut().for_each(|v| *v /= scale);
         }
         if tables == FactorTables::Added {
             // f·(g − 1) + f = f·g; where g is there for one direction only, −f takes it off.

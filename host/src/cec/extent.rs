@@ -1,8 +1,9 @@
 //! Where the values of a table in a file are.
 
-use super::raw::{Key, Known, MISSING, MOST, Raw};
-use super::read::Reading;
+use super::raw::{MISSING, MOST, Raw};
+use super::read::{HIGHEST, Reading};
 use super::spacing::{Spacing, whole};
+use super::variable::{Key, Known};
 use crate::source::FileError;
 
 impl Raw<'_> {
@@ -48,6 +49,17 @@ impl Raw<'_> {
             ));
         }
         let below = exact.unwrap_or((span / step).floor());
+        if below > HIGHEST as f64 {
+            return Err(FileError::at(
+                at_step,
+                format!(
+                    "MIN, MAX and STEP of {table} make {:.0} values",
+                    below + 1.0
+                ),
+                "here",
+                "no table of a controller has so many: correct STEP",
+            ));
+        }
         let values = self.values_in_a_row(key, below)?;
         let intervals = values - 1;
         if modulo && intervals < 2 {

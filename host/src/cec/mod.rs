@@ -24,8 +24,6 @@ mod extent;
 mod function;
 mod literal;
 mod multiplied;
-#[cfg(test)]
-mod oracle;
 mod plan;
 mod plausible;
 mod print;
@@ -33,12 +31,22 @@ mod probe;
 mod prove;
 mod raw;
 mod read;
-#[cfg(test)]
-mod round_trip;
 mod source;
 mod spacing;
 mod statement;
 mod terms;
+mod variable;
+
+#[cfg(test)]
+mod dialects;
+#[cfg(test)]
+mod oracle;
+#[cfg(test)]
+mod planned;
+#[cfg(test)]
+mod round_trip;
+#[cfg(test)]
+mod specimen;
 
 pub use axes::{Axes, AxesError, is_name};
 pub use controller::Limits;

@@ -1,7 +1,8 @@
 //! Whether the products of a file are ones.
 
-use super::raw::{Known, Raw};
+use super::raw::Raw;
 use super::read::{Reading, Units};
+use super::variable::Known;
 use super::{FactorTables, Table};
 use crate::source::FileError;
 

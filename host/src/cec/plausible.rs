@@ -76,14 +76,15 @@ fn steepest(table: &Table) -> Option<(usize, f64)> {
 
 /// The one value that does not fit to its neighbours, where all others do.
 fn outlier(values: &[f32]) -> Option<usize> {
-    if values.len() < 6 {
+    // One value that is off makes three bends, which must be fewer than half of them.
+    if values.len() < 8 {
         return None;
     }
     let off = |w: &[f32]| f64::from(w[1]) - 0.5 * (f64::from(w[0]) + f64::from(w[2]));
     let bends: Vec<f64> = values.windows(3).map(off).collect();
     let mut sizes: Vec<f64> = bends.iter().map(|b| b.abs()).collect();
     sizes.sort_by(f64::total_cmp);
-    let usual = sizes[sizes.len() / 2];
+    let usual = sizes[(sizes.len() - 1) / 2];
     let (worst, bend) = bends
         .iter()
         .enumerate()

@@ -63,10 +63,12 @@ impl Spacing {
     pub fn written(&self) -> Written {
         let intervals = self.intervals() as f64;
         let min = shortest(self.start);
+        // From the number that is written, which is not quite the f32 that it stands for.
+        let end = min + intervals * f64::from(self.step);
         let max = (0..=17)
-            .map(|decimals| rounded(self.end(), decimals))
+            .map(|decimals| rounded(end, decimals))
             .find(|max| ((max - min) / intervals) as f32 == self.step)
-            .unwrap_or_else(|| self.end());
+            .unwrap_or(end);
         let exact = (max - min) / intervals;
         let fits = |step: &f64| *step as f32 == self.step && whole(max - min, *step).is_some();
         let step = (0..=17).map(|decimals| rounded(exact, decimals)).find(fits);
