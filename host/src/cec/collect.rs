@@ -186,16 +186,17 @@ impl Output {
         }
         // A power of two changes no digit; if that makes the factor too large, as little as can be.
         let usual = (peak / most.min(1.0)).log2().ceil().exp2();
-        let scales = [usual, peak / most].into_iter();
-        let named = scales.map(|scale| (scale, Column::new(&group.named, scale)));
-        let fits = |(_, named): &(f64, Column)| named.peak() <= limit;
-        let Some((scale, named)) = named.clone().find(fits) else {
+        let own = group.named.peak();
+        let fits = |scale: &f64| own * scale <= limit;
+        let least = peak / most;
+        let Some(scale) = [usual, least].into_iter().find(fits) else {
             return Err(PlanError::Factor {
                 axis: letter,
-                peak: named.last().map_or(0.0, |(_, named)| named.peak()),
+                peak: own * least,
                 limit,
             });
         };
+        let named = Column::new(&group.named, scale);
         for column in &mut group.by {
             column.values.iter_mut().for_each(|v| *v /= scale);
         }

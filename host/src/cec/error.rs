@@ -52,6 +52,9 @@ pub enum PlanError {
     Periods(char),
 }
 
+/// Products that are named with their costs, those that cost most.
+const SHOWN: usize = 4;
+
 fn count(long: &[Long]) -> String {
     match long.len() {
         1 => "a product".to_owned(),
@@ -60,7 +63,14 @@ fn count(long: &[Long]) -> String {
 }
 
 fn list(long: &[Long]) -> String {
-    let each: Vec<String> = long.iter().map(ToString::to_string).collect();
+    let mut sorted: Vec<&Long> = long.iter().collect();
+    sorted.sort_by(|a, b| b.dropped.total_cmp(&a.dropped));
+    let (shown, rest) = sorted.split_at(sorted.len().min(SHOWN));
+    let mut each: Vec<String> = shown.iter().map(ToString::to_string).collect();
+    if !rest.is_empty() {
+        let most = rest[0].dropped;
+        each.push(format!("{} more of at most {most:.3} each", rest.len()));
+    }
     each.join("; ")
 }
 

@@ -32,9 +32,12 @@ impl Function {
         self.values.iter().fold(0.0, |peak, v| v.abs().max(peak))
     }
 
-    /// Lowest and highest value.
+    /// Lowest and highest value; for one direction of travel also 0, which it is for the other.
     pub fn range(&self) -> [f64; 2] {
-        let start = [f64::INFINITY, f64::NEG_INFINITY];
+        let start = match self.travel {
+            Travel::Both => [f64::INFINITY, f64::NEG_INFINITY],
+            _ => [0.0, 0.0],
+        };
         self.values
             .iter()
             .fold(start, |[low, high], v| [low.min(*v), high.max(*v)])

@@ -60,6 +60,25 @@ fn products_of_three_axes_cost_what_is_said() {
 }
 
 #[test]
+fn a_function_of_one_direction_is_not_constant_however_flat_it_is() {
+    // Backlash of C, times functions of X and A: held at half of it, which costs the other half.
+    let blob = with(
+        tables(),
+        vec![term(0, 100.0, &[0, 2, 5]), term(1, 1.0, &[1])],
+    );
+    let error = written(&blob.encode().unwrap(), &options(FactorTables::Added)).unwrap_err();
+    let PlanError::Long(long) = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(long[0].held_inputs, ['C']);
+    // 100 · 12 µm · 1 · 0.002
+    assert!(
+        (long[0].dropped - 2.4).abs() < 1e-3 && (long[0].held - 1.2).abs() < 1e-3,
+        "{error}"
+    );
+}
+
+#[test]
 fn tables_hold_for_one_tool_length() {
     let mut draft = with(
         tables(),

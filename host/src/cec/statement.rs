@@ -94,10 +94,8 @@ impl<'t> Rest<'t> {
             "..." | "…" => return one_word(Statement::Gap),
             _ => {}
         }
-        if let Some(name) = upper.strip_prefix("%_N_") {
-            if is_name(name) {
-                return one_word(Statement::Place);
-            }
+        if upper.strip_prefix("%_N_").is_some_and(is_name) {
+            return one_word(Statement::Place);
         }
         if let Some(channel) = upper.strip_prefix("CHANDATA(") {
             let channel = channel.strip_suffix(')').unwrap_or("").trim();
