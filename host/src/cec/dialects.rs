@@ -171,15 +171,15 @@ fn a_table_that_repeats_has_both_ends_and_the_blob_one() {
             "the first and the last value of table 0 differ",
         ),
         ("STEP[0]=90", "STEP[0]=89.9", "STEP goes 4.00444"),
-        ("STEP[0]=90", "STEP[0]=360", "values 0 to 1 of table 0"),
+        (
+            "STEP[0]=90",
+            "STEP[0]=360",
+            "value 2 of table 0 lies beyond MAX",
+        ),
     ] {
         let text = file(&table(0, &values, &more)).replace(from, to);
         let error = reader(&text, |_| {}).unwrap_err();
-        assert!(
-            error.message.contains(cause) || to.ends_with("360"),
-            "{}",
-            error.message
-        );
+        assert!(error.message.contains(cause), "{}", error.message);
     }
 }
 
@@ -222,13 +222,13 @@ fn what_is_not_understood_is_refused_at_its_line() {
             "$AN_CEC[0,1]=0.002",
             "...",
             5,
-            "value 1 of table 0 are missing",
+            "value 1 of table 0 is missing",
         ),
         (
             "$AN_CEC[0,2]=-0.001\n",
             "",
             4,
-            "value 2 of table 0 are missing",
+            "value 2 of table 0 is missing",
         ),
         ("[0,2]", "[0,7]", 4, "values 2 to 6 of table 0 are missing"),
         ("M17", "...", 15, "no value is missing"),
@@ -277,7 +277,7 @@ fn what_is_not_understood_is_refused_at_its_line() {
             "STEP[0]=50",
             "STEP[0]=1EX-300",
             9,
-            "STEP of table 0 make 1000",
+            "STEP of table 0 make more than 99999",
         ),
         ("MAX[0]=0", "MAX[0]=-100", 11, "not above MIN"),
         ("MODULO[0]=0", "MODULO[0]=2", 12, "neither 0 nor 1"),
@@ -299,10 +299,7 @@ fn what_is_not_understood_is_refused_at_its_line() {
         assert!(text.contains(from), "{from}");
         let text = text.replacen(from, to, 1);
         let error = reader(&text, |_| {}).unwrap_err();
-        assert!(
-            error.message.contains(cause) || cause.contains(" are "),
-            "{from} {to}: {error}"
-        );
+        assert!(error.message.contains(cause), "{from} {to}: {error}");
         assert_eq!(error.line(&text), Some(line), "{from} {to}: {error}");
         assert!(!error.remedy.is_empty());
     }

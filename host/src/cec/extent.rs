@@ -52,10 +52,7 @@ impl Raw<'_> {
         if below > HIGHEST as f64 {
             return Err(FileError::at(
                 at_step,
-                format!(
-                    "MIN, MAX and STEP of {table} make {:.0} values",
-                    below + 1.0
-                ),
+                format!("MIN, MAX and STEP of {table} make more than {HIGHEST} values"),
                 "here",
                 "no table of a controller has so many: correct STEP",
             ));
@@ -109,8 +106,8 @@ impl Raw<'_> {
         let expected = intervals as usize + 1;
         let missing = |from: usize, to: usize| {
             let places = match from == to {
-                true => format!("value {from}"),
-                false => format!("values {from} to {to}"),
+                true => format!("value {from} of {table} is"),
+                false => format!("values {from} to {to} of {table} are"),
             };
             let remedy = format!(
                 "{table} needs {name} 0 to {}, as MIN, MAX and STEP say: write all of them",
@@ -118,7 +115,7 @@ impl Raw<'_> {
             );
             FileError {
                 label: MISSING.to_owned(),
-                ..self.error(format!("{places} of {table} are missing"), MISSING, remedy)
+                ..self.error(format!("{places} missing"), MISSING, remedy)
             }
         };
         let mut next = 0;
