@@ -175,6 +175,21 @@ impl CompileError {
     }
 }
 
+/// Bounds of a compensation that was not compiled from errors of the machine, from what its tables do.
+///
+/// # Errors
+/// [`CompileError`] where positions cannot be drawn.
+pub fn bounds_of(
+    machine: &Machine,
+    runtime: &Runtime<'_>,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Vec<AxisBounds>, CompileError> {
+    let errors = ErrorModel::perfect(machine);
+    let survey = bounds::Survey::new(machine, &errors, runtime, seed, progress)?;
+    Ok(survey.bounds())
+}
+
 /// Runs the scheme, sets the bounds, writes the blob and loads it once.
 ///
 /// # Errors

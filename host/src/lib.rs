@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod ballbar;
+pub mod cec;
 pub mod compile;
 pub mod direct;
 pub mod errors;

@@ -5,13 +5,22 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-const TARGETS: [&str; 5] = ["decode", "evaluate", "slots", "link", "gcode"];
+const TARGETS: [&str; 6] = ["decode", "evaluate", "slots", "link", "gcode", "cec"];
 /// Longest input, bytes: short ones are many times faster and reach every branch.
 const MAX_LEN: u64 = 2048;
 /// The same of programs: about ten lines.
 const MAX_PROGRAM: u64 = 192;
-/// Words that programs are put together from.
-const WORDS: &str = "fuzz/gcode.dict";
+/// The same of tables of a Sinumerik: three of them.
+const MAX_CEC: u64 = 1536;
+
+/// Targets whose inputs are text: how long it is. What it is put together from stands in `fuzz/NAME.dict`.
+fn text(name: &str) -> Option<u64> {
+    match name {
+        "gcode" => Some(MAX_PROGRAM),
+        "cec" => Some(MAX_CEC),
+        _ => None,
+    }
+}
 
 /// How long to run each target.
 enum Length {
@@ -50,10 +59,10 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     for name in &chosen {
         let name = *name;
         let corpus = root().join("fuzz/corpus").join(name);
-        if name == "gcode" {
-            seed_gcode(&corpus)?;
-        } else {
-            seed(name, &corpus)?;
+        match name {
+            "gcode" => seed_gcode(&corpus)?,
+            "cec" => seed_cec(&corpus)?,
+            _ => seed(name, &corpus)?,
         }
         if name == "link" {
             seed_link(&corpus)?;
@@ -70,17 +79,17 @@ pub fn run(options: &[&str]) -> Result<(), String> {
             command.env("RUSTC_BOOTSTRAP", "1");
         }
         command.args(["fuzz", "run", name]);
-        if name == "gcode" {
+        let text = text(name);
+        if text.is_some() {
             // Without the address sanitizer, which finds what `unsafe` does wrong: it is forbidden there, and indices
             // of the evaluation are checked. Twice as many programs in the same time.
             command.args(["--sanitizer", "none"]);
         }
         command.args(["--", &limit, "-timeout=20", "-print_final_stats=1"]);
-        if name == "gcode" {
-            command.arg(format!("-max_len={MAX_PROGRAM}"));
-            command.arg(format!("-dict={}", root().join(WORDS).display()));
-        } else {
-            command.arg(format!("-max_len={MAX_LEN}"));
+        command.arg(format!("-max_len={}", text.unwrap_or(MAX_LEN)));
+        if text.is_some() {
+            let words = root().join("fuzz").join(name).with_extension("dict");
+            command.arg(format!("-dict={}", words.display()));
         }
         process::run(&mut command)?;
     }
@@ -139,6 +148,49 @@ fn seed_gcode(corpus: &Path) -> Result<(), String> {
             let mut bytes = vec![mode];
             bytes.extend(program.as_bytes());
             fs::write(corpus.join(format!("program-{number}-{mode}")), bytes).map_err(failed)?;
+        }
+    }
+    Ok(())
+}
+
+/// Puts tables of every kind into the corpus, behind the byte that chooses the reading.
+fn seed_cec(corpus: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("seeds of cec: {error}");
+    fs::create_dir_all(corpus).map_err(failed)?;
+    let table = |number: usize, values: &[&str], set: &str| {
+        let each = values.iter().enumerate();
+        let each = each.map(|(k, value)| format!("$AN_CEC[{number},{k}]={value}\n"));
+        let set = set.split_whitespace().map(|s| {
+            let (name, value) = s.split_once('=').unwrap_or((s, ""));
+            format!("$AN_CEC_{name}[{number}]={value}\n")
+        });
+        each.chain(set).collect::<String>()
+    };
+    let plain = "INPUT_AXIS=AX2 OUTPUT_AXIS=AX1 STEP=60 MIN=-120 MAX=0 IS_MODULO=0 DIRECTION=0 MULT_BY_TABLE=0";
+    let turn = "INPUT_AXIS=C1 OUTPUT_AXIS=AX1 STEP=120 MIN=0 MAX=360 IS_MODULO=1 DIRECTION=0 MULT_BY_TABLE=1";
+    let one_way =
+        "INPUT_AXIS=(AX1) OUTPUT_AXIS=AX1 STEP=300 MIN=-300 MAX=300 IS_MODULO=-1 DIRECTION=1";
+    let values = ["0.004", "0.002", "-0.001"];
+    let product = table(0, &values, plain) + &table(1, &["0.5", "1", "-1", "0.5"], turn);
+    let encoder = "$AA_ENC_COMP[0,0,AX1]=0.01\n$AA_ENC_COMP[0,1,AX1]=0.02\n$AA_ENC_COMP_STEP[0,AX1]=10\n\
+                   $AA_ENC_COMP_MIN[0,AX1]=0\n$AA_ENC_COMP_MAX[0,AX1]=10\n$AA_ENC_COMP_IS_MODULO[0,AX1]=0\n";
+    let files = [
+        format!("%_N_NC_CEC_INI\nMETRIC\nCHANDATA(1)\n{product}M17\n"),
+        format!(
+            "INCH\n{}M30\n",
+            table(7, &values, one_way).replace(',', ".")
+        ),
+        format!("METRIC ; both\n{encoder}{}", table(2, &values, plain)),
+        format!(
+            "METRIC\n{}$SN_CEC_TABLE_WEIGHT[1]=0.5\n",
+            table(1, &values, one_way)
+        ),
+    ];
+    for (number, file) in files.iter().enumerate() {
+        for mode in [0, 1, 8, 17_u8] {
+            let mut bytes = vec![mode];
+            bytes.extend(file.as_bytes());
+            fs::write(corpus.join(format!("tables-{number}-{mode}")), bytes).map_err(failed)?;
         }
     }
     Ok(())

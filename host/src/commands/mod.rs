@@ -4,15 +4,18 @@ mod at;
 mod bad_input;
 mod ballbar;
 mod blame;
+mod cec;
 mod compile;
 mod control;
 mod correct;
 mod eval;
 mod explain;
+mod export;
 mod files;
 mod flash;
 mod gcode;
 mod identify;
+mod import;
 mod inspect;
 mod iso230_2;
 mod linuxcnc;
@@ -74,6 +77,8 @@ enum Command {
     Monitor(monitor::Arguments),
     Control(control::Arguments),
     Linuxcnc(linuxcnc::Arguments),
+    Export(export::Arguments),
+    Import(import::Arguments),
 }
 
 /// How a command ended that had good input.
@@ -107,6 +112,8 @@ pub fn run() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Control(arguments) => control::run(&arguments),
         Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Import(arguments) => import::run(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -5,6 +5,7 @@ mod bad_errors;
 mod bad_machines;
 mod bad_positions;
 mod ballbar;
+mod cec;
 mod endless;
 mod gcode;
 mod hints;

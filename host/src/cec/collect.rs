@@ -1,0 +1,239 @@
+//! All tables of one output axis.
+
+use super::function::{Function, Origin};
+use super::spacing::Spacing;
+use super::{FactorTables, PlanError, Table, Travel};
+use std::collections::BTreeMap;
+
+/// A term in a form that the controller can have.
+#[derive(Clone, Debug)]
+pub enum Normal {
+    Constant(f64),
+    /// A function, its weight, and whether that may be set at run time.
+    Plain(Function, f64, bool),
+    Product(Function, Function, f64),
+}
+
+/// A table to be, of values in f64.
+#[derive(Clone, Debug)]
+struct Column {
+    input: usize,
+    spacing: Spacing,
+    travel: Travel,
+    values: Vec<f64>,
+    /// What is written as the weight of the table.
+    weight: Option<f64>,
+}
+
+/// A factor, and what it is multiplied by.
+struct Group {
+    named: Function,
+    by: Vec<Column>,
+}
+
+/// What corrects one axis.
+#[derive(Debug, Default)]
+pub struct Output {
+    constant: f64,
+    plain: Vec<Column>,
+    products: Vec<(Function, Function, f64)>,
+}
+
+/// What factors must keep to.
+#[derive(Clone, Copy, Debug)]
+pub struct Factors {
+    pub tables: FactorTables,
+    /// Largest magnitude of a factor.
+    pub limit: f64,
+}
+
+impl Column {
+    fn new(function: &Function, weight: f64) -> Self {
+        Self {
+            input: function.input,
+            spacing: function.spacing,
+            travel: function.travel,
+            values: function.values.iter().map(|v| v * weight).collect(),
+            weight: None,
+        }
+    }
+
+    fn peak(&self) -> f64 {
+        self.values.iter().fold(0.0, |peak, v| v.abs().max(peak))
+    }
+
+    fn table(&self, output: usize, times: Option<usize>) -> Table {
+        Table {
+            input: self.input,
+            output,
+            spacing: self.spacing,
+            values: self.values.iter().map(|v| *v as f32).collect(),
+            travel: self.travel,
+            weight: self.weight.unwrap_or(1.0) as f32,
+            times,
+        }
+    }
+}
+
+/// Adds a column to one with the same points, or puts it beside them.
+fn add(columns: &mut Vec<Column>, column: Column) {
+    let is_same = |c: &&mut Column| {
+        let same = (c.input, c.spacing, c.travel) == (column.input, column.spacing, column.travel);
+        same && c.weight.is_none() && column.weight.is_none()
+    };
+    match columns.iter_mut().find(is_same) {
+        Some(known) => {
+            for (a, b) in known.values.iter_mut().zip(&column.values) {
+                *a += b;
+            }
+        }
+        None => columns.push(column),
+    }
+}
+
+impl Output {
+    pub fn take(&mut self, term: Normal) {
+        match term {
+            Normal::Constant(value) => self.constant += value,
+            Normal::Plain(function, weight, true) => self.plain.push(Column {
+                weight: Some(weight),
+                ..Column::new(&function, 1.0)
+            }),
+            Normal::Plain(function, weight, false) => {
+                add(&mut self.plain, Column::new(&function, weight));
+            }
+            Normal::Product(one, other, weight) => self.products.push((one, other, weight)),
+        }
+    }
+
+    /// The tables of the axis, added to those there are; `travel` is its own (mm, deg).
+    pub fn tables(
+        mut self,
+        output: usize,
+        (letter, travel): (char, [f64; 2]),
+        factors: Factors,
+        tables: &mut Vec<Table>,
+    ) -> Result<(), PlanError> {
+        let mut products = Vec::new();
+        for group in self.groups(factors) {
+            products.extend(self.scaled(group, letter, factors)?);
+        }
+        self.settle_constant(output, travel);
+        let is_zero = |c: &Column| c.peak() == 0.0;
+        self.plain.retain(|c| !is_zero(c) || c.weight.is_some());
+        tables.extend(self.plain.iter().map(|column| column.table(output, None)));
+        for (named, by) in products {
+            let place = tables.len();
+            tables.push(named.table(output, None));
+            tables.extend(by.iter().map(|column| column.table(output, Some(place))));
+        }
+        Ok(())
+    }
+
+    /// Products by the factor that they share.
+    fn groups(&mut self, factors: Factors) -> Vec<Group> {
+        let products = std::mem::take(&mut self.products);
+        let mut uses: BTreeMap<Origin, usize> = BTreeMap::new();
+        for (one, other, _) in &products {
+            for function in [one, other] {
+                *uses.entry(function.origin.clone()).or_default() += 1;
+            }
+        }
+        let mut groups: Vec<Group> = Vec::new();
+        for (one, other, weight) in products {
+            let of = |f: &Function| (uses[&f.origin], std::cmp::Reverse(f.spacing.points));
+            // Only a factor that is always there may be added, and be taken off again by the other one.
+            let is_one_way = |f: &Function| f.travel != Travel::Both;
+            let turned = match factors.tables {
+                FactorTables::Added if is_one_way(&one) != is_one_way(&other) => is_one_way(&other),
+                _ => of(&other) > of(&one),
+            };
+            let (named, by) = if turned { (other, one) } else { (one, other) };
+            let column = Column::new(&by, weight);
+            match groups
+                .iter_mut()
+                .find(|g| g.named.origin == named.origin && g.named.spacing == named.spacing)
+            {
+                Some(group) => add(&mut group.by, column),
+                None => groups.push(Group {
+                    named,
+                    by: vec![column],
+                }),
+            }
+        }
+        groups
+    }
+
+    /// The factor in mm or degrees, what it is multiplied by at most 1, or more where only that keeps the factor
+    /// within its limit; `None` if that is nothing.
+    fn scaled(
+        &mut self,
+        mut group: Group,
+        letter: char,
+        Factors { tables, limit }: Factors,
+    ) -> Result<Option<(Column, Vec<Column>)>, PlanError> {
+        group.by.retain(|column| column.peak() > 0.0);
+        let peak = group.by.iter().map(Column::peak).fold(0.0, f64::max);
+        if peak == 0.0 || group.named.peak() == 0.0 {
+            return Ok(None);
+        }
+        let most = match tables {
+            FactorTables::Added => limit - 1.0,
+            FactorTables::NotAdded => limit,
+        };
+        if most <= 0.0 {
+            return Err(PlanError::Limit(limit));
+        }
+        // A power of two changes no digit; if that makes the factor too large, as little as can be.
+        let usual = (peak / most.min(1.0)).log2().ceil().exp2();
+        let own = group.named.peak();
+        let fits = |scale: &f64| own * scale <= limit;
+        let least = peak / most;
+        let Some(scale) = [usual, least].into_iter().find(fits) else {
+            return Err(PlanError::Factor {
+                axis: letter,
+                peak: own * least,
+                limit,
+            });
+        };
+        let named = Column::new(&group.named, scale);
+        for column in &mut group.by {
+            column.values.iter_mut().for_each(|v| *v /= scale);
+        }
+        if tables == FactorTables::Added {
+            // f·(g − 1) + f = f·g; where g is there for one direction only, −f takes it off.
+            match group.by.iter_mut().find(|c| c.travel == Travel::Both) {
+                Some(column) => column.values.iter_mut().for_each(|v| *v -= 1.0),
+                None => {
+                    let mut off = named.clone();
+                    off.values.iter_mut().for_each(|v| *v = -*v);
+                    add(&mut self.plain, off);
+                }
+            }
+        }
+        Ok(Some((named, group.by)))
+    }
+
+    /// Adds the constant to a table that always holds, or makes one.
+    fn settle_constant(&mut self, output: usize, travel: [f64; 2]) {
+        if self.constant == 0.0 {
+            return;
+        }
+        let holds = |c: &&mut Column| c.travel == Travel::Both && c.weight.is_none();
+        match self.plain.iter_mut().find(holds) {
+            Some(column) => column.values.iter_mut().for_each(|v| *v += self.constant),
+            None => self.plain.push(Column {
+                input: output,
+                spacing: Spacing {
+                    start: travel[0] as f32,
+                    step: (travel[1] - travel[0]) as f32,
+                    points: 2,
+                    modulo: false,
+                },
+                travel: Travel::Both,
+                values: vec![self.constant; 2],
+                weight: None,
+            }),
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! From tables to a compensation.
+
+use super::axes::Axes;
+use super::{FactorTables, Table, Travel, named};
+use trueaxis::{Auxiliary, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term};
+
+/// A compensation that does what a controller with these tables does. Its bounds are those of `axes`.
+///
+/// Terms are in the order of the tables, but for factors, which come before what is multiplied by them; the
+/// factors of a product are the table that is named by `MULT_BY_TABLE`, then the one that names it.
+#[must_use]
+pub fn draft(
+    machine: &str,
+    policy: Policy,
+    axes: &Axes,
+    auxiliaries: Vec<Auxiliary>,
+    tables: &[Table],
+    factor_tables: FactorTables,
+) -> Draft {
+    let mut banks: Vec<(DraftBank, Vec<usize>)> = Vec::new();
+    for (index, table) in tables.iter().enumerate() {
+        let bank = bank(table);
+        let is_same = |known: &DraftBank| {
+            let empty = DraftBank {
+                columns: Vec::new(),
+                ..known.clone()
+            };
+            empty == bank && known.columns[0].len() == table.values.len()
+        };
+        match banks.iter_mut().find(|(known, _)| is_same(known)) {
+            Some((known, members)) => {
+                known.columns.push(table.values.clone());
+                members.push(index);
+            }
+            None => banks.push((
+                DraftBank {
+                    columns: vec![table.values.clone()],
+                    ..bank
+                },
+                vec![index],
+            )),
+        }
+    }
+    let mut numbers = vec![0_u8; tables.len()];
+    let members = banks.iter().flat_map(|(_, members)| members);
+    for (number, member) in members.enumerate() {
+        // More than 255 are refused when the file is read, and when a plan is made.
+        numbers[*member] = number as u8;
+    }
+    Draft {
+        terms: terms(tables, &numbers, factor_tables),
+        machine: machine.to_owned(),
+        policy,
+        axes: axes.axes.clone(),
+        auxiliaries,
+        banks: banks.into_iter().map(|(bank, _)| bank).collect(),
+        grids: Vec::new(),
+    }
+}
+
+/// The terms of tables that have these numbers; the own term of a factor comes before its products.
+fn terms(tables: &[Table], numbers: &[u8], factor_tables: FactorTables) -> Vec<Term> {
+    let is_factor = named(tables);
+    let mut terms = Vec::new();
+    let mut done = vec![false; tables.len()];
+    let mut put = |index: usize, terms: &mut Vec<Term>| {
+        let table = &tables[index];
+        let is_there = std::mem::replace(&mut done[index], true);
+        let is_only_factor =
+            table.times.is_none() && is_factor[index] && factor_tables == FactorTables::NotAdded;
+        if is_there || is_only_factor {
+            return;
+        }
+        let factors: &[u8] = match table.times {
+            Some(named) => &[numbers[named], numbers[index]],
+            None => &[numbers[index]],
+        };
+        terms.push(Term {
+            output: table.output as u8,
+            weight: table.weight,
+            limits: None,
+            factors: factors.iter().copied().collect(),
+        });
+    };
+    for (index, table) in tables.iter().enumerate() {
+        if let Some(named) = table.times {
+            put(named, &mut terms);
+        }
+        put(index, &mut terms);
+    }
+    terms
+}
+
+/// The bank of a table, without its column.
+fn bank(table: &Table) -> DraftBank {
+    DraftBank {
+        input: table.input as u8,
+        start: table.spacing.start,
+        step: table.spacing.step,
+        modulo: table.spacing.modulo,
+        direction: match table.travel {
+            Travel::Both => Direction::Both,
+            Travel::Positive => Direction::Positive,
+            Travel::Negative => Direction::Negative,
+        },
+        interpolation: Interpolation::Linear,
+        format: SampleFormat::F32,
+        columns: Vec::new(),
+    }
+}

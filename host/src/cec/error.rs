@@ -1,0 +1,102 @@
+//! Why a compensation cannot be exported.
+
+use super::plan::Long;
+
+/// What the tables of the controller cannot hold.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// Grids have two or three inputs.
+    #[error("the compensation has a grid, and a table of the controller has one input")]
+    Grid,
+    /// No table is left.
+    #[error("the compensation corrects nothing that tables of the controller can")]
+    Nothing,
+    /// More axes than this program knows.
+    #[error("the compensation has {0} axes, more than a machine")]
+    Axes(usize),
+    /// A tool length without an input for it.
+    #[error(
+        "the tool length is no input of the compensation: its tables hold for one tool already"
+    )]
+    NoLength,
+    /// Products of more than two axes.
+    #[error("{} of more than two tables, and the controller multiplies two: {}", count(.0), list(.0))]
+    Long(Vec<Long>),
+    /// More tables than there are.
+    #[error("the compensation takes {needed} tables, and there are {room} from number {first} on")]
+    Tables {
+        /// Tables that it takes.
+        needed: usize,
+        /// Tables that there are.
+        room: usize,
+        /// Number of the first.
+        first: usize,
+    },
+    /// A factor that is too large.
+    #[error("a factor table of axis {axis} would reach {peak:.4}, more than {limit}")]
+    Factor {
+        /// Letter of the axis that it corrects.
+        axis: char,
+        /// Its largest value.
+        peak: f64,
+        /// What was allowed.
+        limit: f64,
+    },
+    /// Where factor tables are added, one of each product is near −1.
+    #[error("where factor tables are added, they cannot stay within {0}")]
+    Limit(f64),
+    /// A modulo table times one that does not repeat with it, on an axis without end.
+    #[error(
+        "tables of the axis {0} with different periods are multiplied, or one without a period"
+    )]
+    Periods(char),
+}
+
+/// Products that are named with their costs, those that cost most.
+const SHOWN: usize = 4;
+
+fn count(long: &[Long]) -> String {
+    match long.len() {
+        1 => "a product".to_owned(),
+        n => format!("{n} products"),
+    }
+}
+
+fn list(long: &[Long]) -> String {
+    let mut sorted: Vec<&Long> = long.iter().collect();
+    sorted.sort_by(|a, b| b.dropped.total_cmp(&a.dropped));
+    let (shown, rest) = sorted.split_at(sorted.len().min(SHOWN));
+    let mut each: Vec<String> = shown.iter().map(ToString::to_string).collect();
+    if !rest.is_empty() {
+        let most = rest[0].dropped;
+        each.push(format!("{} more of at most {most:.3} each", rest.len()));
+    }
+    each.join("; ")
+}
+
+impl PlanError {
+    /// What would work.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Grid => "compile it with --scheme exact, which makes products of tables",
+            Self::Nothing => "look at it with `trueaxis inspect`",
+            Self::Axes(_) => "give a compensation that trueaxis has compiled",
+            Self::NoLength => {
+                "leave out --tool-length, or compile with length_range_mm in the machine file"
+            }
+            Self::Long(_) => {
+                "accept the cost with --long-products drop or hold (each as stated), or compile with a larger \
+                 --tolerance or --policy position"
+            }
+            Self::Tables { .. } => {
+                "compile with --minimize tables or a larger --tolerance, or raise --tables if the controller has more"
+            }
+            Self::Factor { .. } => "raise --factor-limit, or look why corrections are so large",
+            Self::Limit(_) => {
+                "give a --factor-limit above 1: 2 is enough. It bounds what a wrong reading could do"
+            }
+            Self::Periods(_) => "compile it again with a larger --tolerance",
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Sinumerik 840D: a compensation as tables of the *interpolatory compensation* (CEC), and back.
+//!
+//! A controller with these tables adds to the commanded position of an axis the values of all tables for that
+//! axis, each a function of the commanded position of one axis, and products of two of them. Rules (source
+//! document, §2.4.5.3 and Figure 7.3; manual *Extended Functions*):
+//!
+//! - One input axis and one output axis per table; values at `MIN + k · STEP`, straight lines between, the
+//!   first and the last value held beyond.
+//! - `MULT_BY_TABLE` of a table is the *number* of another of the same output, its index + 1: the product of
+//!   both is added. Whether the table named there is added by itself too is not settled: [`FactorTables`].
+//! - `IS_MODULO`: the period is `MAX − MIN`, and both ends are stored, with equal values.
+//! - `DIRECTION` 1 or −1: the table holds for that direction of travel of its input only.
+//! - The table weight multiplies its values; here only of tables that take part in no product.
+//!
+//! [`read()`] and [`print()`] know the language, [`plan()`] brings a compensation under the rules, [`draft()`]
+//! makes one of tables, [`prove()`] compares both.
+
+mod axes;
+mod collect;
+mod controller;
+mod draft;
+mod error;
+mod extent;
+mod function;
+mod literal;
+mod multiplied;
+mod plan;
+mod plausible;
+mod print;
+mod probe;
+mod prove;
+mod raw;
+mod read;
+mod source;
+mod spacing;
+mod statement;
+mod terms;
+mod variable;
+
+#[cfg(test)]
+mod dialects;
+#[cfg(test)]
+mod oracle;
+#[cfg(test)]
+mod planned;
+#[cfg(test)]
+mod round_trip;
+#[cfg(test)]
+mod specimen;
+
+pub use axes::{Axes, AxesError, is_name};
+pub use controller::Limits;
+pub use draft::draft;
+pub use error::PlanError;
+pub use plan::{Long, LongProducts, Note, Options, Plan, Tolerance, plan};
+pub use print::print;
+pub use probe::probe;
+pub use prove::{Difference, Proof, ProveError, prove};
+pub use read::{EncoderValues, Read, Reading, Units, read};
+
+pub use spacing::Spacing;
+
+use serde::Serialize;
+
+/// Whether a table that another one names by `MULT_BY_TABLE` is added by itself, besides being a factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FactorTables {
+    /// It is: f·g + f.
+    Added,
+    /// It is not: f·g.
+    NotAdded,
+}
+
+impl FactorTables {
+    /// The other reading.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Added => Self::NotAdded,
+            Self::NotAdded => Self::Added,
+        }
+    }
+}
+
+/// For which direction of travel of its input a table holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Travel {
+    /// Always.
+    Both,
+    /// While the input last moved positive.
+    Positive,
+    /// While the input last moved negative.
+    Negative,
+}
+
+/// One table of the controller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Number of the axis that it is a function of.
+    pub input: usize,
+    /// Number of the axis that it corrects.
+    pub output: usize,
+    /// Where its points are.
+    pub spacing: Spacing,
+    /// Values at the points: mm or degrees, or a number that the table it is multiplied by is multiplied
+    /// by. With modulo the last one, which is the first once more, is left out.
+    pub values: Vec<f32>,
+    /// For which direction of travel.
+    pub travel: Travel,
+    /// What its values are multiplied by.
+    pub weight: f32,
+    /// Index, among the tables, of the one it is multiplied by.
+    pub times: Option<usize>,
+}
+
+impl Table {
+    /// Largest magnitude.
+    #[must_use]
+    pub fn peak(&self) -> f32 {
+        self.values.iter().fold(0.0, |peak, v| v.abs().max(peak))
+    }
+
+    /// Values as the controller stores them: with modulo the first one twice.
+    #[must_use]
+    pub fn stored(&self) -> usize {
+        self.values.len() + usize::from(self.spacing.modulo)
+    }
+}
+
+/// True of the tables that others name by `MULT_BY_TABLE`.
+#[must_use]
+pub fn named(tables: &[Table]) -> Vec<bool> {
+    let mut named = vec![false; tables.len()];
+    for index in tables.iter().filter_map(|t| t.times) {
+        named[index] = true;
+    }
+    named
+}

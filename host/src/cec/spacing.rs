@@ -1,0 +1,142 @@
+//! Where the points of a table are, in the numbers of a blob and in those of a file.
+
+use trueaxis::Bank;
+
+/// Equidistant points, as a blob knows them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spacing {
+    /// The first point (mm, deg).
+    pub start: f32,
+    /// From one to the next (mm, deg).
+    pub step: f32,
+    /// How many; with modulo without the last, which is the first once more.
+    pub points: usize,
+    /// The table repeats after `points · step`.
+    pub modulo: bool,
+}
+
+/// The numbers of a file: MIN, MAX and STEP, as short as they can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Written {
+    /// `$AN_CEC_MIN`
+    pub min: f64,
+    /// `$AN_CEC_MAX`
+    pub max: f64,
+    /// `$AN_CEC_STEP`
+    pub step: f64,
+}
+
+/// How far (MAX − MIN)/STEP may be from a whole number, in parts of it: far above the rounding of f64, far
+/// below what a decimal of STEP that was cut off makes.
+const WHOLE: f64 = 1e-9;
+
+impl Spacing {
+    /// That of a bank of linear tables.
+    pub fn of(bank: &Bank) -> Self {
+        Self {
+            start: bank.start,
+            step: bank.step,
+            points: bank.points as usize,
+            modulo: bank.modulo,
+        }
+    }
+
+    /// Distances between points from MIN to MAX.
+    pub fn intervals(&self) -> usize {
+        match self.modulo {
+            true => self.points,
+            false => self.points - 1,
+        }
+    }
+
+    /// Position of a point (mm, deg).
+    pub fn at(&self, point: usize) -> f64 {
+        f64::from(self.start) + point as f64 * f64::from(self.step)
+    }
+
+    /// The last point, or with modulo where the first one comes again (mm, deg).
+    pub fn end(&self) -> f64 {
+        self.at(self.intervals())
+    }
+
+    /// The shortest numbers that are read as this.
+    pub fn written(&self) -> Written {
+        let intervals = self.intervals() as f64;
+        let min = shortest(self.start);
+        // From the number that is written, which is not quite the f32 that it stands for.
+        let end = min + intervals * f64::from(self.step);
+        let max = (0..=17)
+            .map(|decimals| rounded(end, decimals))
+            .find(|max| ((max - min) / intervals) as f32 == self.step)
+            .unwrap_or(end);
+        let exact = (max - min) / intervals;
+        let fits = |step: &f64| *step as f32 == self.step && whole(max - min, *step).is_some();
+        let step = (0..=17).map(|decimals| rounded(exact, decimals)).find(fits);
+        Written {
+            min,
+            max,
+            step: step.unwrap_or(exact),
+        }
+    }
+}
+
+/// How many times `step` goes into `span`, if that is a whole number of times.
+pub fn whole(span: f64, step: f64) -> Option<f64> {
+    let times = span / step;
+    let nearest = times.round();
+    ((times - nearest).abs() <= WHOLE * nearest.max(1.0)).then_some(nearest)
+}
+
+/// The decimal number that an f32 is printed as.
+fn shortest(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or_else(|_| value.into())
+}
+
+fn rounded(value: f64, decimals: usize) -> f64 {
+    format!("{value:.decimals$}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn read(written: &Written, points: usize, modulo: bool) -> Spacing {
+        Spacing {
+            start: written.min as f32,
+            step: written.step as f32,
+            points,
+            modulo,
+        }
+    }
+
+    #[test]
+    fn a_turn_in_seven_parts_ends_where_it_began() {
+        let spacing = Spacing {
+            start: -180.0,
+            step: 360.0 / 7.0,
+            points: 7,
+            modulo: true,
+        };
+        let written = spacing.written();
+        assert_eq!((written.min, written.max), (-180.0, 180.0));
+        assert_eq!(whole(360.0, written.step), Some(7.0));
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_as_the_same_points(
+            start in -1000.0_f32..1000.0,
+            span in 1.0_f32..2000.0,
+            points in 2_usize..3000,
+            modulo: bool,
+        ) {
+            let step = span / points as f32;
+            let spacing = Spacing { start, step, points, modulo };
+            let written = spacing.written();
+            prop_assert_eq!(read(&written, points, modulo), spacing);
+            let times = whole(written.max - written.min, written.step);
+            prop_assert_eq!(times, Some(spacing.intervals() as f64));
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Terms as the controller can have them: a function of one axis, or a product of two.
+
+use super::PlanError;
+use super::axes::Axes;
+use super::function::{Function, Origin, sampled};
+use super::plan::{Long, LongProducts, Note, Tolerance};
+use super::source::{Term, is_linear};
+use super::{Travel, collect::Normal};
+use trueaxis::Interpolation;
+
+/// Most values of a table, where the controller has no limit: more than any correction needs.
+const MOST_POINTS: usize = 5000;
+/// Part of the tolerance that straight lines instead of what was compiled may take, of each term.
+const PART: f64 = 0.25;
+
+/// What terms are brought into form with.
+pub struct Form<'a> {
+    pub axes: &'a Axes,
+    /// Values of a table.
+    pub points: Option<usize>,
+    /// What may be left of each axis.
+    pub tolerance: Tolerance,
+    pub long: LongProducts,
+}
+
+impl Form<'_> {
+    /// What an amount on an axis (mm, deg) is in µm or µrad.
+    pub fn fine(&self, output: usize, amount: f64) -> f64 {
+        match self.axes.is_rotary(output) {
+            true => amount.to_radians() * 1e6,
+            false => amount * 1e3,
+        }
+    }
+
+    /// Brings a term into form; `None` if it is always 0 or is dropped.
+    pub fn normal(
+        &self,
+        term: Term,
+        notes: &mut Vec<Note>,
+        long: &mut Vec<Long>,
+    ) -> Result<Option<Normal>, PlanError> {
+        let output = term.output;
+        let mut weight = term.weight;
+        let mut factors: Vec<Vec<Function>> = Vec::new();
+        for factor in term.factors {
+            match factors
+                .iter_mut()
+                .find(|same| same[0].input == factor.input)
+            {
+                Some(same) => same.push(factor),
+                None => factors.push(vec![factor]),
+            }
+        }
+        let whole: f64 = factors.iter().flatten().map(Function::peak).product();
+        let mut functions = Vec::new();
+        for same in factors {
+            let own: f64 = same.iter().map(Function::peak).product();
+            let gain = if own > 0.0 {
+                (weight * whole / own).abs()
+            } else {
+                0.0
+            };
+            match self.one(output, same, gain, notes)? {
+                Some(function) => functions.push(function),
+                None => return Ok(None),
+            }
+        }
+        if functions.len() > 2 {
+            let cost = Long::new(self, output, weight, &functions);
+            match self.long {
+                LongProducts::Refuse => {
+                    long.push(cost);
+                    return Ok(None);
+                }
+                LongProducts::Drop => {
+                    notes.push(Note::Dropped(cost));
+                    return Ok(None);
+                }
+                LongProducts::Hold => {
+                    notes.push(Note::Held(cost));
+                    while functions.len() > 2 {
+                        let held = cheapest(&functions);
+                        let [low, high] = functions.remove(held).range();
+                        weight *= 0.5 * (low + high);
+                    }
+                }
+            }
+        }
+        let mut functions = functions.into_iter();
+        Ok(Some(match (functions.next(), functions.next()) {
+            (Some(one), Some(other)) => Normal::Product(one, other, weight),
+            (Some(one), None) => Normal::Plain(one, weight, term.adjustable),
+            _ => Normal::Constant(weight),
+        }))
+    }
+
+    /// The product of functions of one axis as one with straight lines; `None` if it is always 0.
+    fn one(
+        &self,
+        output: usize,
+        mut same: Vec<Function>,
+        gain: f64,
+        notes: &mut Vec<Note>,
+    ) -> Result<Option<Function>, PlanError> {
+        let fits = |f: &Function| {
+            let stored = f.spacing.points + usize::from(f.spacing.modulo);
+            is_linear(f) && self.points.is_none_or(|most| stored <= most)
+        };
+        if same.len() == 1 && fits(&same[0]) {
+            return Ok(same.pop());
+        }
+        let mut travel = Travel::Both;
+        for function in &same {
+            travel = match (travel, function.travel) {
+                (Travel::Both, one) | (one, Travel::Both) => one,
+                (one, other) if one == other => one,
+                _ => return Ok(None),
+            };
+        }
+        let (span, modulo) = self.span(&same)?;
+        let product = |x: f64| same.iter().map(|f| f.at(x)).product::<f64>();
+        let most = self.points.unwrap_or(MOST_POINTS).max(3) - 1;
+        let enough = match self.axes.is_rotary(output) {
+            true => (PART * self.tolerance.urad * 1e-6).to_degrees(),
+            false => PART * self.tolerance.um * 1e-3,
+        };
+        let origins: Vec<Origin> = same.iter().map(|f| f.origin.clone()).collect();
+        let finest = same.iter().map(|f| f64::from(f.spacing.step));
+        let finest = finest.fold(f64::INFINITY, f64::min);
+        let mut intervals = (((span[1] - span[0]) / finest).round() as usize).clamp(2, most);
+        loop {
+            let (spacing, values) = sampled(&product, span, intervals, modulo);
+            let made = Function {
+                origin: match origins.as_slice() {
+                    [only] => only.clone(),
+                    many => {
+                        let mut many = many.to_vec();
+                        many.sort();
+                        Origin::Product(many)
+                    }
+                },
+                input: same[0].input,
+                spacing,
+                travel,
+                interpolation: Interpolation::Linear,
+                values,
+            };
+            let cost = gain * made.difference(&product, span);
+            if cost <= enough || intervals == most {
+                notes.push(Note::Resampled {
+                    output: self.axes.letter(output),
+                    input: self.axes.letter(made.input),
+                    points: made.spacing.points + usize::from(modulo),
+                    cost: self.fine(output, cost),
+                    unit: Note::unit(self.axes, output),
+                });
+                return Ok(Some(made));
+            }
+            intervals = (2 * intervals).min(most);
+        }
+    }
+
+    /// Over what functions of an axis are multiplied, and whether that repeats.
+    fn span(&self, same: &[Function]) -> Result<([f64; 2], bool), PlanError> {
+        let [first, rest @ ..] = same else {
+            return Ok(([0.0, 1.0], false));
+        };
+        let input = first.input;
+        let travel = self.axes.travel(input);
+        let period = |f: &Function| f.span()[1] - f.span()[0];
+        let together = |f: &Function| {
+            f.spacing.modulo && (period(f) - period(first)).abs() < 1e-6 * period(first)
+        };
+        if rest.is_empty() || (first.spacing.modulo && rest.iter().all(together)) {
+            return Ok((first.span(), first.spacing.modulo));
+        }
+        if self.axes.axes[input].period == 0.0 {
+            return Ok((travel, false));
+        }
+        match same.iter().all(|f| f.spacing.modulo) {
+            true => Ok((travel, true)),
+            false => Err(PlanError::Periods(self.axes.letter(input))),
+        }
+    }
+}
+
+/// The function that costs least if it is held at the middle of its values.
+pub fn cheapest(functions: &[Function]) -> usize {
+    let part = |f: &Function| {
+        let [low, high] = f.range();
+        0.5 * (high - low) / f.peak()
+    };
+    let parts = functions.iter().map(part).enumerate();
+    parts
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(0, |(i, _)| i)
+}

@@ -1,0 +1,90 @@
+//! The variables of the controller, and which table they belong to.
+
+/// Which family a variable belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Table,
+    Encoder,
+}
+
+/// Which table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Key {
+    /// By its index.
+    Table(usize),
+    /// Of the encoder of an axis.
+    Encoder { axis: usize, encoder: usize },
+}
+
+/// A variable of the compensation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Known {
+    Value,
+    Input,
+    Output,
+    Step,
+    Min,
+    Max,
+    Modulo,
+    Direction,
+    Times,
+    Weight,
+    Enable,
+}
+
+impl Known {
+    /// The variable of a name in capitals.
+    pub fn of(name: &str) -> Option<(Kind, Self)> {
+        let known = match name {
+            "AN_CEC" | "AA_ENC_COMP" => Self::Value,
+            "AN_CEC_INPUT_AXIS" => Self::Input,
+            "AN_CEC_OUTPUT_AXIS" => Self::Output,
+            "AN_CEC_STEP" | "AA_ENC_COMP_STEP" => Self::Step,
+            "AN_CEC_MIN" | "AA_ENC_COMP_MIN" => Self::Min,
+            "AN_CEC_MAX" | "AA_ENC_COMP_MAX" => Self::Max,
+            // The second is what the manual calls it in one place.
+            "AN_CEC_IS_MODULO" | "AA_CEC_COMP_IS_MODULO" | "AA_ENC_COMP_IS_MODULO" => Self::Modulo,
+            "AN_CEC_DIRECTION" => Self::Direction,
+            "AN_CEC_MULT_BY_TABLE" => Self::Times,
+            "SN_CEC_TABLE_WEIGHT" => Self::Weight,
+            "SN_CEC_TABLE_ENABLE" => Self::Enable,
+            _ => return None,
+        };
+        let kind = match name.starts_with("AA_ENC") {
+            true => Kind::Encoder,
+            false => Kind::Table,
+        };
+        Some((kind, known))
+    }
+
+    pub fn name(self, key: Key) -> &'static str {
+        match (self, key) {
+            (Self::Value, Key::Table(_)) => "$AN_CEC",
+            (Self::Value, Key::Encoder { .. }) => "$AA_ENC_COMP",
+            (Self::Input, _) => "$AN_CEC_INPUT_AXIS",
+            (Self::Output, _) => "$AN_CEC_OUTPUT_AXIS",
+            (Self::Step, Key::Table(_)) => "$AN_CEC_STEP",
+            (Self::Step, Key::Encoder { .. }) => "$AA_ENC_COMP_STEP",
+            (Self::Min, Key::Table(_)) => "$AN_CEC_MIN",
+            (Self::Min, Key::Encoder { .. }) => "$AA_ENC_COMP_MIN",
+            (Self::Max, Key::Table(_)) => "$AN_CEC_MAX",
+            (Self::Max, Key::Encoder { .. }) => "$AA_ENC_COMP_MAX",
+            (Self::Modulo, Key::Table(_)) => "$AN_CEC_IS_MODULO",
+            (Self::Modulo, Key::Encoder { .. }) => "$AA_ENC_COMP_IS_MODULO",
+            (Self::Direction, _) => "$AN_CEC_DIRECTION",
+            (Self::Times, _) => "$AN_CEC_MULT_BY_TABLE",
+            (Self::Weight, _) => "$SN_CEC_TABLE_WEIGHT",
+            (Self::Enable, _) => "$SN_CEC_TABLE_ENABLE",
+        }
+    }
+}
+
+impl Key {
+    /// As messages name it.
+    pub fn said(self) -> String {
+        match self {
+            Self::Table(number) => format!("table {number}"),
+            Self::Encoder { encoder, .. } => format!("the compensation of encoder {encoder}"),
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! `export cec` and `import cec`: what is written, and what is refused.
+
+use crate::program::{Folder, answer, blob, example, refused, trueaxis};
+
+const AXES: &str = "X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5";
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap()
+}
+
+fn export<'a>(blob: &'a str, factor_tables: &'a str, out: &'a str) -> Vec<&'a str> {
+    vec![
+        "export",
+        "cec",
+        blob,
+        "--axes",
+        AXES,
+        "--factor-tables",
+        factor_tables,
+        "-o",
+        out,
+    ]
+}
+
+fn import<'a>(
+    file: &'a str,
+    machine: &'a str,
+    factor_tables: &'a str,
+    out: &'a str,
+) -> Vec<&'a str> {
+    let mut arguments = vec!["import", "cec", file, "--machine", machine, "--axes", AXES];
+    arguments.extend(["--factor-tables", factor_tables, "-o", out]);
+    arguments
+}
+
+#[test]
+fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
+    let folder = Folder::new();
+    let machine = example("huron-k2x8/machine.toml");
+    let errors = example("huron-k2x8/errors-13.toml");
+    for policy in ["direction", "orientation"] {
+        let huron = folder.at("huron.trax");
+        answer(
+            0,
+            &[
+                "compile", &machine, &errors, "--policy", policy, "-o", &huron,
+            ],
+        );
+        for factor_tables in ["added", "not-added"] {
+            let cec = folder.at("cec.mpf");
+            let mut arguments = export(&huron, factor_tables, &cec);
+            arguments.push("--json");
+            let told = json(&answer(0, &arguments));
+            let tables = told["tables"].as_u64().unwrap();
+            // One output per table: at most F0 and three products for each linear axis, one for each rotary one.
+            assert!(tables <= 23, "{policy} {factor_tables}: {tables}");
+            for axis in told["proof"]["axes"].as_array().unwrap() {
+                // 0.05 µm or µrad; the rounding of f32 is a thousandth of it.
+                assert!(axis["difference"].as_f64().unwrap() < 0.05, "{axis}");
+            }
+            assert!(told["largest_factor"].as_f64().unwrap() <= 2.0);
+            let [again, twice] = ["again.trax", "twice.mpf"].map(|name| folder.at(name));
+            // The policy is not in the file.
+            let mut arguments = import(&cec, &machine, factor_tables, &again);
+            arguments.extend(["--policy", policy]);
+            answer(0, &arguments);
+            answer(0, &export(&again, factor_tables, &twice));
+            let [first, second] = [&cec, &twice].map(|path| std::fs::read_to_string(path).unwrap());
+            assert!(
+                first == second,
+                "{policy} {factor_tables}: not the same file again"
+            );
+            // And what is imported keeps the tolerance that it was compiled with.
+            answer(
+                0,
+                &["verify", &machine, &errors, &again, "--random", "2000"],
+            );
+        }
+    }
+}
+
+#[test]
+fn reading_it_the_wrong_way_is_what_the_export_has_foretold() {
+    let folder = Folder::new();
+    let cec = folder.at("cec.mpf");
+    let printed = answer(0, &export(&blob("huron"), "not-added", &cec));
+    assert!(
+        printed.contains("on the other kind of controller"),
+        "{printed}"
+    );
+    let machine = example("huron-k2x8/machine.toml");
+    let position = folder.file("p.csv", "Y,A,C,X,Z\n350,120,0,350,350\n");
+    let mut found = Vec::new();
+    for factor_tables in ["added", "not-added"] {
+        let again = folder.at("again.trax");
+        answer(0, &import(&cec, &machine, factor_tables, &again));
+        let text = answer(0, &["eval", &again, "--positions", &position]);
+        let line = text.lines().nth(1).unwrap();
+        let dy = line.split(',').next().unwrap();
+        found.push(dy.parse::<f64>().unwrap());
+    }
+    assert!((found[0] - found[1]).abs() > 0.01, "{found:?}");
+}
+
+#[test]
+fn the_probe_needs_no_compensation() {
+    let folder = Folder::new();
+    let probe = folder.at("probe.mpf");
+    let printed = answer(0, &["export", "cec", "--probe", "AX1", "-o", &probe]);
+    assert!(
+        printed.contains("0.005 --factor-tables not-added, 0.010 --factor-tables added"),
+        "{printed}"
+    );
+    let text = std::fs::read_to_string(&probe).unwrap();
+    for line in [
+        "$AN_CEC[0,0]=0.005",
+        "$AN_CEC[1,0]=1",
+        "$AN_CEC_MULT_BY_TABLE[0]=0",
+        "$AN_CEC_MULT_BY_TABLE[1]=1",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line} is not in {text}");
+    }
+    refused(
+        &["export", "cec", "--probe", "1X", "-o", &probe],
+        &["`1X` is no name of an axis"],
+    );
+}
+
+#[test]
+fn the_reading_has_no_default() {
+    let folder = Folder::new();
+    let cec = folder.at("cec.mpf");
+    let output = trueaxis(&["export", "cec", &blob("huron"), "--axes", AXES, "-o", &cec]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("--factor-tables <FACTOR_TABLES>"), "{said}");
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn what_the_controller_cannot_hold_is_refused_and_nothing_written() {
+    let folder = Folder::new();
+    let cec = folder.at("cec.mpf");
+    let huron = blob("huron");
+    let refuses = |more: &[&str], parts: &[&str]| {
+        let mut arguments = export(&huron, "added", &cec);
+        arguments.extend(more);
+        refused(&arguments, parts);
+    };
+    refuses(
+        &["--tables", "12"],
+        &["takes 20 tables, and there are 12", "--minimize tables"],
+    );
+    refuses(&["--controller", "828d"], &["there are 8 from number 0"]);
+    refuses(&["--first", "50"], &["there are 12 from number 50"]);
+    refuses(
+        &["--factor-limit", "1"],
+        &["cannot stay within 1", "above 1"],
+    );
+    refuses(&["--tool-length", "100"], &["no input", "length_range_mm"]);
+    let mut arguments = export(&huron, "added", &cec);
+    arguments[4] = "X=AX1,Y=AX2";
+    refused(&arguments, &["--axes: axis A has no name"]);
+    arguments[4] = "X=AX1,B=AX2";
+    refused(&arguments, &["--axes: the machine has no axis `B`"]);
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn tables_of_a_tool_length_name_the_one_that_they_hold_for() {
+    let folder = Folder::new();
+    let cec = folder.at("cec.mpf");
+    let length = blob("length");
+    let mut arguments = export(&length, "not-added", &cec);
+    let printed = answer(0, &arguments);
+    assert!(printed.contains("for one tool length: 130 mm"), "{printed}");
+    assert!(
+        printed.contains("per mm that the tool is longer"),
+        "{printed}"
+    );
+    arguments.extend(["--tool-length", "100"]);
+    answer(0, &arguments);
+    let text = std::fs::read_to_string(&cec).unwrap();
+    assert!(text.contains("; for one tool length: 100 mm\n"), "{text}");
+}
+
+#[test]
+fn a_file_that_is_not_understood_is_refused_at_its_line_and_leaves_nothing() {
+    let folder = Folder::new();
+    let machine = example("huron-k2x8/machine.toml");
+    let out = folder.at("out.trax");
+    let file = |text: &str| folder.file("cec.mpf", text);
+    for (text, parts) in [
+        (
+            "METRIC\n$AN_CEC[0,0]=1\n...\n",
+            vec!["cec.mpf, line 2", "has no $AN_CEC_INPUT_AXIS"],
+        ),
+        ("METRIC\nG0 X0\n", vec!["cec.mpf, line 2", "not understood"]),
+        ("", vec!["cec.mpf: there is no table in the file"]),
+        (
+            "$AN_CEC[0,0]=0.1\n$AN_CEC_INPUT_AXIS[0]=AX9\n",
+            vec!["line 2", "`AX9` is not in the map", "--axes"],
+        ),
+    ] {
+        refused(&import(&file(text), &machine, "added", &out), &parts);
+    }
+    let path = file("METRIC\n");
+    std::fs::write(&path, b"METRIC\n\xff\n").unwrap();
+    refused(
+        &import(&path, &machine, "added", &out),
+        &["line 2", "no UTF-8 text"],
+    );
+    // A millimetre slip: 5 mm where 5 µm are meant.
+    let large = "METRIC\n$AN_CEC[0,0]=5\n$AN_CEC[0,1]=5\n$AN_CEC_INPUT_AXIS[0]=AX1\n$AN_CEC_OUTPUT_AXIS[0]=AX1\n\
+                 $AN_CEC_STEP[0]=700\n$AN_CEC_MIN[0]=-350\n$AN_CEC_MAX[0]=350\n";
+    refused(
+        &import(&file(large), &machine, "added", &out),
+        &["the correction of X reaches 5.000 mm", "--allow-large"],
+    );
+    assert_eq!(folder.names(), ["cec.mpf"]);
+}
