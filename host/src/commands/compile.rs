@@ -9,6 +9,7 @@ use super::blame;
 use super::files::{self, MachineFiles};
 use super::policy::PolicyArguments;
 use super::progress::Bar;
+use super::scheme::SchemeArguments;
 use super::target;
 use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
@@ -17,7 +18,7 @@ use trueaxis::SampleFormat;
 use trueaxis_host::compile::{self, CompileError, Full, Refusal};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{stored, tolerance_urad};
-use trueaxis_host::schemes::{self, exact};
+use trueaxis_host::schemes;
 use trueaxis_host::target::Target;
 use trueaxis_host::uncertainty::over_travel;
 use trueaxis_host::validate::Runtime;
@@ -32,7 +33,8 @@ use trueaxis_host::validate::Runtime;
 /// value, unless --best-effort is given. If that is because the target holds too little, it says
 /// so, and which tolerance fits, if one was found. Tables that deviate from the kinematic
 /// correction by more than it is large are never written. An older file of the same name stays as
-/// it was.
+/// it was. The schemes of the source document have as many tables as they have: they are written in
+/// any case, and what they miss is a warning.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
@@ -45,12 +47,8 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     policy: PolicyArguments,
-    /// How tables are found
-    #[arg(long, value_enum, default_value = "exact")]
-    scheme: Scheme,
-    /// What is to be least: instructions per evaluation, or the number of tables
-    #[arg(long, value_enum, default_value = "cost")]
-    minimize: Minimize,
+    #[command(flatten)]
+    scheme: SchemeArguments,
     /// Largest difference to the kinematic correction, in µm: at the tip, with the same number of µrad
     /// for the tool's direction, but at least 1; under the other policies of every axis, in µm and µrad
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
@@ -91,20 +89,6 @@ pub struct Random {
     /// Seed of the random positions
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Scheme {
-    /// Finds the factors itself, for any machine and any errors
-    Exact,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Minimize {
-    /// Instructions per evaluation
-    Cost,
-    /// The number of tables
-    Tables,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -156,8 +140,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         meets_tolerance: false,
         written: false,
         proven: None,
+        missed: &[],
         refusals: &[],
         shortages: &[],
+        smaller: options.scheme.smaller(),
         full: None,
     };
     let built = match compile::build(&machine, &errors, &options, &bar) {
@@ -191,7 +177,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     .map_err(blame)?;
     let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), options.seed)
         .map_err(|error| blame(error.into()))?;
-    let refusals = proof.refusals(*tolerance);
+    let (refusals, missed) = match options.scheme.keeps_tolerance() {
+        true => (proof.refusals(*tolerance), Vec::new()),
+        false => (Vec::new(), proof.refusals(*tolerance)),
+    };
     let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
     let written = refusals.iter().all(accepted);
     drop(bar);
@@ -202,6 +191,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         meets_tolerance: proof.meets(*tolerance),
         written,
         proven: Some(Proven::new(&built, &proof, uncertainty, *tolerance)),
+        missed: &missed,
         refusals: &refusals,
         full: Full::of(&built, &proof, &options),
         ..answer
@@ -222,14 +212,8 @@ impl Arguments {
             .as_deref()
             .map(|text| at::zero_position(text, machine))
             .transpose()?;
-        let minimize = match self.minimize {
-            Minimize::Cost => exact::Minimize::Cost,
-            Minimize::Tables => exact::Minimize::Tables,
-        };
         Ok(compile::Options {
-            scheme: match self.scheme {
-                Scheme::Exact => schemes::Scheme::Exact { minimize },
-            },
+            scheme: self.scheme.scheme()?,
             tables: schemes::Options {
                 policy: self.policy.kinematic()?,
                 tolerance: self.tolerance * 1e-3,

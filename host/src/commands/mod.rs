@@ -27,6 +27,7 @@ mod probings;
 mod progress;
 mod quantity;
 mod replace;
+mod scheme;
 mod screen;
 mod simulate;
 mod target;

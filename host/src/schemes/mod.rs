@@ -1,20 +1,23 @@
 //! Schemes: from errors to tables.
 //!
-//! A scheme is a folder here, a value of [`Scheme`] and a line in [`find`]. It is given what is
-//! common to all of them, [`Options`], and returns what is: [`Found`] or a [`SchemeError`].
+//! A scheme is a folder or a file here, a value of [`Scheme`] with its name, and a line in [`find`]. It is
+//! given what is common to all of them, [`Options`], and returns what is: [`Found`] or a [`SchemeError`].
 
+mod blank;
 pub mod exact;
+mod name;
 mod options;
 mod result;
 
 use crate::errors::ErrorModel;
 use crate::machine::Machine;
 use exact::Minimize;
+pub use name::UnknownScheme;
 pub use options::Options;
 pub use result::{Found, SchemeError};
 
 /// How tables are found, with what only this scheme is asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Scheme {
     /// Finds the factors itself, for any machine and any errors.
     Exact {
@@ -24,11 +27,22 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// Its name in the command and in its answers.
+    /// True if it finds as many tables as the tolerance needs. The others have the tables that they have: they
+    /// are written also when they miss the tolerance, or leave a machine worse than nothing, and say so.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub const fn keeps_tolerance(&self) -> bool {
         match self {
-            Self::Exact { .. } => "exact",
+            Self::Exact { .. } => true,
+        }
+    }
+
+    /// What to do where a controller holds less than it needs.
+    #[must_use]
+    pub const fn smaller(&self) -> &'static str {
+        match self {
+            Self::Exact { .. } => {
+                "raise --tolerance, store --samples i16 if bytes are short, or give another --target"
+            }
         }
     }
 }
@@ -51,7 +65,7 @@ pub fn find(
     scheme: &Scheme,
     options: &Options,
 ) -> Result<Found, SchemeError> {
-    match *scheme {
-        Scheme::Exact { minimize } => exact::compile(machine, errors, minimize, options),
+    match scheme {
+        Scheme::Exact { minimize } => exact::compile(machine, errors, *minimize, options),
     }
 }

@@ -1,6 +1,7 @@
 //! What every scheme returns.
 
 use crate::kinematics::NotConverged;
+use crate::machine::Machine;
 use crate::validate::DrawError;
 use trueaxis::Draft;
 
@@ -36,6 +37,18 @@ pub enum SchemeError {
         /// How many.
         tables: usize,
     },
+    /// The scheme is made for machines with other axes.
+    #[error("{scheme} needs {needs}: this machine has {linear} linear and {rotary} rotary axes")]
+    Axes {
+        /// Name of the scheme.
+        scheme: String,
+        /// Which axes it needs.
+        needs: &'static str,
+        /// Linear axes of the machine.
+        linear: usize,
+        /// Rotary axes of the machine.
+        rotary: usize,
+    },
     /// The zero position has another number of values than the machine has axes.
     #[error("the zero position has {given} values, the machine has {axes} axes")]
     ZeroPosition {
@@ -56,6 +69,25 @@ impl From<DrawError> for SchemeError {
 }
 
 impl SchemeError {
+    /// Refuses machines without three linear and two rotary axes, for a scheme of this name.
+    ///
+    /// # Errors
+    /// [`SchemeError::Axes`].
+    pub fn unless_five_axes(machine: &Machine, scheme: &str) -> Result<(), Self> {
+        let axes = machine.axes.iter();
+        let rotary = axes.filter(|axis| axis.letter.is_rotary()).count();
+        let linear = machine.axes.len() - rotary;
+        match (linear, rotary) {
+            (3, 2) => Ok(()),
+            _ => Err(Self::Axes {
+                scheme: scheme.to_owned(),
+                needs: "three linear and two rotary axes",
+                linear,
+                rotary,
+            }),
+        }
+    }
+
     /// What to do about it.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
@@ -69,6 +101,7 @@ impl SchemeError {
             Self::TooManyTables { .. } => {
                 "raise --tolerance, or --minimize cost where another was chosen"
             }
+            Self::Axes { .. } => "use --scheme exact, which takes any machine",
             Self::ZeroPosition { .. } => "give one position for each axis",
         }
     }

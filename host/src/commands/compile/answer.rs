@@ -17,7 +17,7 @@ use trueaxis_host::uncertainty::OverTravel;
 pub struct Answer<'a> {
     pub file: &'a Path,
     pub machine: &'a str,
-    pub scheme: &'static str,
+    pub scheme: String,
     /// The position whose correction the tables leave out.
     pub zero_at: Option<&'a str>,
     #[serde(flatten)]
@@ -33,10 +33,15 @@ pub struct Answer<'a> {
     /// What was proven, if it fits into the target.
     #[serde(flatten)]
     pub proven: Option<Proven<'a>>,
+    /// What a scheme that promises nothing has missed.
+    pub missed: &'a [Refusal],
     /// Why it is not written, or not as it should be.
     pub refusals: &'a [Refusal],
     /// What the target lacks, if it does not fit.
     pub shortages: &'a [Shortage],
+    /// What to do about that.
+    #[serde(skip)]
+    pub smaller: &'static str,
     /// Why the tolerance is not met, if the target is full.
     pub full: Option<Full>,
 }
@@ -114,6 +119,9 @@ impl Answer<'_> {
                 eprintln!("warning: {}", warning.message);
             }
         }
+        for missed in self.missed {
+            eprintln!("warning: {missed}");
+        }
         for refusal in self.refusals {
             eprintln!("{refusal}");
         }
@@ -122,6 +130,9 @@ impl Answer<'_> {
                 "the target {} holds too little: {shortage}",
                 self.target.name
             );
+        }
+        if !self.shortages.is_empty() {
+            eprintln!("  {}", self.smaller);
         }
         if let Some(full) = &self.full {
             eprintln!("{full}");
