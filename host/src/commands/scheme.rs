@@ -3,12 +3,14 @@
 use super::bad_input::BadInput;
 use clap::{Args, ValueEnum};
 use std::str::FromStr;
-use trueaxis_host::schemes::{Scheme, exact};
+use trueaxis_host::schemes::{Scheme, exact, poly25};
 
 /// How tables are found.
 #[derive(Args)]
 pub struct SchemeArguments {
-    /// How tables are found: exact (finds the factors itself, for any machine and any errors)
+    /// How tables are found: exact (finds the factors itself, for any machine and any errors), or as in the
+    /// source document: poly25 (sums of cubic polynomials), trigo23 (products with trigonometric functions),
+    /// trigo23:free (with a free function for each constant)
     #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
     scheme: Scheme,
     #[command(flatten)]
@@ -22,6 +24,21 @@ pub struct OwnArguments {
     /// tables
     #[arg(long, value_enum, value_name = "WHAT")]
     minimize: Option<Minimize>,
+    /// poly25: what is made least: what is missing of the kinematic correction of each axis (corrections, the
+    /// default), or the volumetric error that is left, mm and rad in one sum (error, Eqs. 28 to 30)
+    #[arg(long, value_enum, value_name = "WHAT")]
+    objective: Option<Objective>,
+    /// poly25, trigo23: positions along each axis of the grid that tables are fitted on (default: 10)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=30))]
+    nodes: Option<u32>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Objective {
+    /// What is missing of the kinematic correction
+    Corrections,
+    /// The volumetric error that is left
+    Error,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -39,22 +56,32 @@ impl SchemeArguments {
         let name = scheme.name();
         let chosen = name.split(':').next().unwrap_or_default();
         let given = self.own.given();
-        match given.into_iter().find(|(_, owner)| *owner != chosen) {
+        let stranger = given
+            .into_iter()
+            .find(|(_, owners)| !owners.contains(&chosen));
+        match stranger {
             None => Ok(scheme),
-            Some((option, owner)) => Err(BadInput::new(
+            Some((option, owners)) => Err(BadInput::new(
                 format!("{option} is given, but --scheme {name} knows nothing of it"),
-                format!("leave out {option}, or use --scheme {owner}"),
+                format!(
+                    "leave out {option}, or use --scheme {}",
+                    owners.join(" or ")
+                ),
             )),
         }
     }
 }
 
 impl OwnArguments {
-    /// The options that are given, each with the scheme that has it.
-    fn given(&self) -> Vec<(&'static str, &'static str)> {
-        let all = [("--minimize", "exact", self.minimize.is_some())];
+    /// The options that are given, each with the schemes that have it.
+    fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
+        let all: [(_, &[_], _); 3] = [
+            ("--minimize", &["exact"], self.minimize.is_some()),
+            ("--objective", &["poly25"], self.objective.is_some()),
+            ("--nodes", &["poly25", "trigo23"], self.nodes.is_some()),
+        ];
         let given = all.into_iter().filter(|(_, _, is_given)| *is_given);
-        given.map(|(option, owner, _)| (option, owner)).collect()
+        given.map(|(option, owners, _)| (option, owners)).collect()
     }
 
     /// A scheme with what is given of its own options.
@@ -68,6 +95,17 @@ impl OwnArguments {
                         Minimize::Tables => exact::Minimize::Tables,
                     };
                 }
+            }
+            Scheme::Poly25(wanted) => {
+                wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
+                wanted.objective = match self.objective {
+                    None => wanted.objective,
+                    Some(Objective::Corrections) => poly25::Objective::Corrections,
+                    Some(Objective::Error) => poly25::Objective::Error,
+                };
+            }
+            Scheme::Trigo23(wanted) => {
+                wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
             }
         }
         scheme

@@ -5,9 +5,14 @@
 
 mod blank;
 pub mod exact;
+mod lattice;
+mod moments;
 mod name;
 mod options;
+mod points;
+pub mod poly25;
 mod result;
+pub mod trigo23;
 
 use crate::errors::ErrorModel;
 use crate::machine::Machine;
@@ -24,6 +29,10 @@ pub enum Scheme {
         /// What is to be least.
         minimize: Minimize,
     },
+    /// Cubic polynomials of every axis for every axis (Chapter 5).
+    Poly25(poly25::Wanted),
+    /// Trigonometric functions of a rotary axis times linear positions (Chapter 6).
+    Trigo23(trigo23::Wanted),
 }
 
 impl Scheme {
@@ -33,6 +42,7 @@ impl Scheme {
     pub const fn keeps_tolerance(&self) -> bool {
         match self {
             Self::Exact { .. } => true,
+            Self::Poly25(_) | Self::Trigo23(_) => false,
         }
     }
 
@@ -42,6 +52,9 @@ impl Scheme {
         match self {
             Self::Exact { .. } => {
                 "raise --tolerance, store --samples i16 if bytes are short, or give another --target"
+            }
+            Self::Poly25(_) | Self::Trigo23(_) => {
+                "give another --target, fewer --points if bytes are short, or use --scheme exact, which keeps to its target"
             }
         }
     }
@@ -67,5 +80,21 @@ pub fn find(
 ) -> Result<Found, SchemeError> {
     match scheme {
         Scheme::Exact { minimize } => exact::compile(machine, errors, *minimize, options),
+        Scheme::Poly25(wanted) => poly25::compile(machine, errors, *wanted, options),
+        Scheme::Trigo23(wanted) => trigo23::compile(machine, errors, *wanted, options),
     }
+}
+
+/// What to say of errors that depend on the direction of travel, where tables do not.
+fn without_direction(machine: &Machine, errors: &ErrorModel) -> Option<String> {
+    let reversing = (0..machine.axes.len()).filter(|i| errors.reverses(*i));
+    let letters: Vec<String> = reversing
+        .map(|i| machine.axes[i].letter.to_string())
+        .collect();
+    (!letters.is_empty()).then(|| {
+        format!(
+            "what depends on the direction of travel of {} is not in the tables: --scheme exact has it",
+            letters.join(", ")
+        )
+    })
 }

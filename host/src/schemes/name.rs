@@ -1,8 +1,11 @@
 //! The names of schemes, in commands and in their answers.
 
-use super::Scheme;
+use super::{Scheme, poly25, trigo23};
 use std::fmt;
 use std::str::FromStr;
+
+/// Positions along each axis of the grid that schemes are fitted on (sections 5.9.1 and 6.5.2).
+const NODES: usize = 10;
 
 /// Nothing has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -21,7 +24,17 @@ impl Scheme {
     /// Every scheme, as it is without options of its own.
     #[must_use]
     pub fn every() -> Vec<Self> {
-        vec![Self::default()]
+        let poly25 = poly25::Wanted {
+            objective: poly25::Objective::Corrections,
+            nodes: NODES,
+        };
+        let trigo23 = |free| Self::Trigo23(trigo23::Wanted { free, nodes: NODES });
+        vec![
+            Self::default(),
+            Self::Poly25(poly25),
+            trigo23(false),
+            trigo23(true),
+        ]
     }
 
     /// Its name in the command and in its answers.
@@ -29,6 +42,9 @@ impl Scheme {
     pub fn name(&self) -> String {
         match self {
             Self::Exact { .. } => "exact".to_owned(),
+            Self::Poly25(_) => "poly25".to_owned(),
+            Self::Trigo23(wanted) if wanted.free => "trigo23:free".to_owned(),
+            Self::Trigo23(_) => "trigo23".to_owned(),
         }
     }
 }
