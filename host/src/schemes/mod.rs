@@ -5,6 +5,7 @@
 
 mod blank;
 pub mod exact;
+pub mod grid3d;
 mod lattice;
 mod moments;
 mod name;
@@ -29,6 +30,8 @@ pub enum Scheme {
         /// What is to be least.
         minimize: Minimize,
     },
+    /// Corrections at the nodes of a grid of the linear axes (Chapter 4).
+    Grid3d(grid3d::Wanted),
     /// Cubic polynomials of every axis for every axis (Chapter 5).
     Poly25(poly25::Wanted),
     /// Trigonometric functions of a rotary axis times linear positions (Chapter 6).
@@ -42,7 +45,17 @@ impl Scheme {
     pub const fn keeps_tolerance(&self) -> bool {
         match self {
             Self::Exact { .. } => true,
-            Self::Poly25(_) | Self::Trigo23(_) => false,
+            Self::Grid3d(_) | Self::Poly25(_) | Self::Trigo23(_) => false,
+        }
+    }
+
+    /// The rotary axes for one position (deg) of which alone its tables are made, if they are: their numbers, and
+    /// where they are.
+    #[must_use]
+    pub fn held(&self, machine: &Machine) -> Vec<(usize, f64)> {
+        match self {
+            Self::Grid3d(wanted) => wanted.held(machine),
+            Self::Exact { .. } | Self::Poly25(_) | Self::Trigo23(_) => Vec::new(),
         }
     }
 
@@ -52,6 +65,9 @@ impl Scheme {
         match self {
             Self::Exact { .. } => {
                 "raise --tolerance, store --samples i16 if bytes are short, or give another --target"
+            }
+            Self::Grid3d(_) => {
+                "raise --threshold, so that fewer nodes are needed, store --samples i16, correct linear axes only with --policy position, or give another --target"
             }
             Self::Poly25(_) | Self::Trigo23(_) => {
                 "give another --target, fewer --points if bytes are short, or use --scheme exact, which keeps to its target"
@@ -80,6 +96,7 @@ pub fn find(
 ) -> Result<Found, SchemeError> {
     match scheme {
         Scheme::Exact { minimize } => exact::compile(machine, errors, *minimize, options),
+        Scheme::Grid3d(wanted) => grid3d::compile(machine, errors, wanted, options),
         Scheme::Poly25(wanted) => poly25::compile(machine, errors, *wanted, options),
         Scheme::Trigo23(wanted) => trigo23::compile(machine, errors, *wanted, options),
     }

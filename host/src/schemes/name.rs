@@ -1,6 +1,6 @@
 //! The names of schemes, in commands and in their answers.
 
-use super::{Scheme, poly25, trigo23};
+use super::{Scheme, grid3d, poly25, trigo23};
 use std::fmt;
 use std::str::FromStr;
 
@@ -31,6 +31,7 @@ impl Scheme {
         let trigo23 = |free| Self::Trigo23(trigo23::Wanted { free, nodes: NODES });
         vec![
             Self::default(),
+            Self::Grid3d(grid3d::Wanted::default()),
             Self::Poly25(poly25),
             trigo23(false),
             trigo23(true),
@@ -42,6 +43,7 @@ impl Scheme {
     pub fn name(&self) -> String {
         match self {
             Self::Exact { .. } => "exact".to_owned(),
+            Self::Grid3d(_) => "grid3d".to_owned(),
             Self::Poly25(_) => "poly25".to_owned(),
             Self::Trigo23(wanted) if wanted.free => "trigo23:free".to_owned(),
             Self::Trigo23(_) => "trigo23".to_owned(),

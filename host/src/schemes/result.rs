@@ -49,6 +49,18 @@ pub enum SchemeError {
         /// Rotary axes of the machine.
         rotary: usize,
     },
+    /// No grid up to the largest is large enough.
+    #[error(
+        "with {most} nodes along each axis the threshold of {threshold_um} µm is not met: one more changes the error that is left by {change_um:.3} µm"
+    )]
+    Threshold {
+        /// What was asked for (µm).
+        threshold_um: f64,
+        /// Nodes along each axis of the largest grid.
+        most: usize,
+        /// By how much the root mean square of what is left still changes there (µm).
+        change_um: f64,
+    },
     /// The zero position has another number of values than the machine has axes.
     #[error("the zero position has {given} values, the machine has {axes} axes")]
     ZeroPosition {
@@ -102,6 +114,9 @@ impl SchemeError {
                 "raise --tolerance, or --minimize cost where another was chosen"
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
+            Self::Threshold { .. } => {
+                "raise --threshold above that, or --max-nodes if the controller holds more"
+            }
             Self::ZeroPosition { .. } => "give one position for each axis",
         }
     }
