@@ -115,7 +115,7 @@ impl SchemeError {
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
             Self::Threshold { .. } => {
-                "raise --threshold above that, or --max-nodes if the controller holds more"
+                "raise --threshold above that, or --max-nodes if the controller holds more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
             }
             Self::ZeroPosition { .. } => "give one position for each axis",
         }
