@@ -37,7 +37,7 @@ use trueaxis_host::target::Target;
 /// any case, and what they miss is a warning.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
+    after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nA scheme of the source document, where the rotary axes are at 0:\n  trueaxis compile machine.toml errors.toml -o grid.trax --scheme grid3d --policy position\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
 )]
 pub struct Arguments {
     #[command(flatten)]

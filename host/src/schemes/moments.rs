@@ -37,7 +37,7 @@ impl Moments {
             squares: PerAxis::default(),
         };
         let situation = Situation::default();
-        let add = |sum: &mut Self, _: usize, q: &PerAxis| {
+        let add = |sum: &mut Self, q: &PerAxis| {
             let correction =
                 kinematics.correction_within(q, &situation, &Switches::ALL, SAMPLED)?;
             let mut phi = DVector::zeros(count);

@@ -18,8 +18,9 @@ use super::points::Points;
 use super::{Found, Options, SchemeError};
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged};
-use crate::machine::{MAX_AXES, Machine, PerAxis};
+use crate::machine::{Machine, PerAxis};
 use basis::Basis;
+use rayon::prelude::*;
 use tables::Fitted;
 use trueaxis::Draft;
 
@@ -109,29 +110,30 @@ fn means(
     angles: &[f64],
 ) -> Result<Vec<PerAxis>, NotConverged> {
     let machine = kinematics.machine;
-    let mut lattice = Lattice::over(machine, MEANS).with(axis, angles);
-    for i in (0..machine.axes.len()).filter(|i| *i != axis && machine.axes[*i].letter.is_rotary()) {
-        lattice = lattice.evenly(machine, i, nodes);
-    }
     let situation = Situation::default();
-    let mut sums = lattice.sum(
-        || vec![[0.0; MAX_AXES]; angles.len()],
-        |sums, node, q| {
-            let found = kinematics.correction_within(q, &situation, &Switches::ALL, SAMPLED)?;
-            for (sum, d) in sums[lattice.place(node, axis)].iter_mut().zip(found.dq) {
-                *sum += d;
-            }
-            Ok::<(), NotConverged>(())
-        },
-        |totals, sums| {
-            for (total, sum) in totals.iter_mut().flatten().zip(sums.iter().flatten()) {
-                *total += sum;
-            }
-        },
-    )?;
-    let each = (lattice.nodes() / angles.len()) as f64;
-    for sum in sums.iter_mut().flatten() {
-        *sum /= each;
-    }
-    Ok(sums)
+    let others = (0..machine.axes.len()).filter(|i| *i != axis);
+    let turning: Vec<usize> = others
+        .filter(|i| machine.axes[*i].letter.is_rotary())
+        .collect();
+    let add = |sum: &mut PerAxis, q: &PerAxis| {
+        let found = kinematics.correction_within(q, &situation, &Switches::ALL, SAMPLED)?;
+        for (sum, d) in sum.iter_mut().zip(found.dq) {
+            *sum += d;
+        }
+        Ok(())
+    };
+    let join = |total: &mut PerAxis, sum: PerAxis| {
+        for (total, sum) in total.iter_mut().zip(sum) {
+            *total += sum;
+        }
+    };
+    let mean = |angle: &f64| {
+        let lattice = Lattice::over(machine, MEANS).with(axis, &[*angle]);
+        let lattice = turning
+            .iter()
+            .fold(lattice, |lattice, i| lattice.evenly(machine, *i, nodes));
+        let sum = lattice.sum(PerAxis::default, add, join)?;
+        Ok(sum.map(|sum| sum / lattice.nodes() as f64))
+    };
+    angles.par_iter().map(mean).collect()
 }

@@ -106,9 +106,10 @@ impl<'a> Answer<'a> {
             );
         }
         self.quality(&mut text, able());
-        self.gone(&mut text, &able().collect::<Vec<_>>());
-        for one in &self.schemes {
-            one.remarks(&mut text, self.tolerance_um);
+        Self::gone(&mut text, &able().collect::<Vec<_>>());
+        let remarks: Vec<String> = self.schemes.iter().flat_map(One::remarks).collect();
+        if !remarks.is_empty() {
+            text += &format!("\n{}\n", remarks.join("\n"));
         }
         text
     }
@@ -136,23 +137,34 @@ impl<'a> Answer<'a> {
     }
 
     /// How much of each parameter is gone.
-    fn gone(&self, text: &mut String, able: &[(&str, &Takes<'_>)]) {
-        let Some((_, first)) = able.iter().find(|(_, f)| !f.compensability.is_empty()) else {
-            return;
-        };
-        let _ = write!(text, "\n{:<14}", "compensability");
-        for (name, _) in able {
-            let _ = write!(text, "{name:>14}");
+    fn gone(text: &mut String, able: &[(&str, &Takes<'_>)]) {
+        let mut parameters: Vec<&String> = able
+            .iter()
+            .flat_map(|(_, figures)| figures.compensability.keys())
+            .collect();
+        parameters.sort();
+        parameters.dedup();
+        if !parameters.is_empty() {
+            let names: String = able.iter().map(|(name, _)| format!("{name:>14}")).collect();
+            let _ = writeln!(text, "\n{:<14}{names}", "compensability");
         }
-        text.push('\n');
-        for parameter in first.compensability.keys() {
-            let _ = write!(text, "{parameter:<14}");
-            for (_, figures) in able {
+        for parameter in parameters {
+            let shown = |figures: &Takes<'_>| {
                 let part = figures.compensability.get(parameter).copied().flatten();
-                let shown = part.map_or("-".to_owned(), |part| format!("{:.2} %", 100.0 * part));
-                let _ = write!(text, "{shown:>14}");
-            }
-            text.push('\n');
+                part.map_or("-".to_owned(), |part| format!("{:.2} %", 100.0 * part))
+            };
+            let parts: String = (able.iter())
+                .map(|(_, figures)| format!("{:>14}", shown(figures)))
+                .collect();
+            let _ = writeln!(text, "{parameter:<14}{parts}");
+        }
+        let mut reasons: Vec<&String> = able
+            .iter()
+            .filter_map(|(_, figures)| figures.no_compensability.as_ref())
+            .collect();
+        reasons.dedup();
+        for reason in reasons {
+            let _ = writeln!(text, "\ncompensability is not known: {reason}");
         }
     }
 }
@@ -169,7 +181,7 @@ impl<'a> One<'a> {
     }
 
     /// What tables of numbers do not say, a line each.
-    fn remarks(&self, text: &mut String, tolerance_um: f64) {
+    fn remarks(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let (Some(reason), Some(remedy)) = (&self.reason, self.remedy) {
             lines.push(format!("cannot do this machine: {reason} ({remedy})"));
@@ -181,25 +193,17 @@ impl<'a> One<'a> {
                 let axes = held.axes.iter();
                 let axes: Vec<String> = axes.map(|(axis, q)| format!("{axis} = {q}")).collect();
                 lines.push(format!(
-                    "made for {}: there it leaves {} µm in the mean and {} µm at most, and its distance from the correction is that there",
+                    "at {} it leaves {} µm in the mean and {} µm at most; its distance from the correction is that there",
                     axes.join(", "),
                     number(after.mean),
                     number(after.max)
                 ));
             }
-            if !figures.meets_tolerance {
-                lines.push(format!("misses the tolerance of {tolerance_um} µm"));
-            }
-            if let Some(reason) = &figures.no_compensability {
-                lines.push(format!("compensability is not known: {reason}"));
-            }
         }
-        if !lines.is_empty() {
-            text.push('\n');
-        }
-        for line in lines {
-            let _ = writeln!(text, "{}: {line}", self.scheme);
-        }
+        let named = lines.into_iter();
+        named
+            .map(|line| format!("{}: {line}", self.scheme))
+            .collect()
     }
 }
 

@@ -112,3 +112,50 @@ pub fn add(sum: &mut PerAxis, part: f64, dq: &PerAxis) {
         *sum += part * d;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::errors::{ErrorModel, Parameter};
+    use crate::machine::Machine;
+
+    fn kolibri() -> (Machine, ErrorModel) {
+        let machine =
+            Machine::from_toml(include_str!("../../../../examples/kolibri/machine.toml")).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, value) in [
+            ("EXX2", 1e-6),
+            ("EYY3", 1e-9),
+            ("EZZ2", 2e-6),
+            ("EB0Z", 1e-4),
+        ] {
+            assert!(errors.set(&machine, Parameter::parse(name).unwrap(), value));
+        }
+        (machine, errors)
+    }
+
+    #[test]
+    fn nothing_is_left_at_the_nodes_and_something_between_them() {
+        let (machine, errors) = kolibri();
+        let kinematics = Kinematics::new(&machine, &errors);
+        let axes = ['Z', 'X', 'Y'].map(|letter| machine.index(letter).unwrap());
+        let zone = axes.map(|i| machine.axes[i].travel);
+        let at = machine.to_kinematic(&[0.0, 30.0, 40.0, 0.0, 0.0]);
+        let mesh = Mesh::new(&kinematics, axes, &at, &zone, [3, 4, 5]).unwrap();
+        assert_eq!(mesh.corrections.len(), 60);
+        let size = |left: [f64; 3]| left.map(f64::abs).into_iter().fold(0.0, f64::max);
+        let mut between = 0.0_f64;
+        for node in 0..60 {
+            let place = [node / 20, node / 5 % 4, node % 5];
+            let mut q = at;
+            for k in 0..3 {
+                q[axes[k]] = mesh.along[k][place[k]];
+            }
+            // Corrections are sampled to 1e-9 mm.
+            assert!(size(mesh.left(&q)) < 1e-8, "{node}");
+            q[axes[0]] += 10.0;
+            between = between.max(size(mesh.left(&q)));
+        }
+        assert!(between > 1e-4, "{between}");
+    }
+}

@@ -30,7 +30,7 @@ pub fn of_error(kinematics: &Kinematics<'_>, lattice: &Lattice, basis: &Basis) -
         normal: DMatrix::zeros(unknowns, unknowns),
         right: DVector::zeros(functions * outputs),
     };
-    let add_normal = |sum: &mut Sums, _: usize, q: &PerAxis| {
+    let add_normal = |sum: &mut Sums, q: &PerAxis| {
         let mut phi = DVector::zeros(functions);
         basis.values(q, phi.as_mut_slice());
         let square = &phi * phi.transpose();
@@ -51,7 +51,7 @@ pub fn of_error(kinematics: &Kinematics<'_>, lattice: &Lattice, basis: &Basis) -
     sums.normal.fill_upper_triangle_with_lower_triangle();
     let mut found: DMatrix<f64> = DMatrix::zeros(functions, outputs);
     for _ in 0..STEPS {
-        let add_right = |sum: &mut Sums, _: usize, q: &PerAxis| {
+        let add_right = |sum: &mut Sums, q: &PerAxis| {
             let mut phi = DVector::zeros(functions);
             basis.values(q, phi.as_mut_slice());
             let mut dq = PerAxis::default();
