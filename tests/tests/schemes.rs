@@ -112,7 +112,7 @@ fn the_cubic_polynomials_leave_nothing_of_what_is_linear_and_much_of_the_rest() 
             nodes: 10,
         })
     };
-    let machine = without_tool(55.0);
+    let machine = kolibri(55.0);
     for (name, value) in CASES {
         let errors = alone(&machine, name, value);
         let scheme = poly25(poly25::Objective::Corrections);
@@ -128,17 +128,17 @@ fn the_cubic_polynomials_leave_nothing_of_what_is_linear_and_much_of_the_rest() 
             assert!((0.335..0.875).contains(&left), "{name}: {left}");
         }
     }
-    // The other objective, found by the same program: 13 % of EB0C over ±55°, 65 % over ±120°; next to nothing of
-    // the other four that are not linear.
-    for (range, expected) in [(55.0, 0.13), (120.0, 0.65)] {
-        let machine = without_tool(range);
+    // The other objective, by the same program: 13 % of EB0C over ±55°, 65 % over ±120°, next to nothing of the other
+    // four. Its tool and its travels are not known, and they count: without a tool it is 10 and 59 % here.
+    for (range, expected, slack) in [(55.0, 0.13, 0.03), (120.0, 0.65, 0.06)] {
+        let machine = kolibri(range);
         for name in ["EB0A", "EC0A", "EB0C", "EC0X", "EB0Z"] {
             let errors = alone(&machine, name, 0.4e-3);
             let scheme = poly25(poly25::Objective::Error);
             let [before, after] = translation(&compiled(&machine, &errors, scheme, 50));
             let left = after.mean / before.mean;
             match name {
-                "EB0C" => assert!((left - expected).abs() < 0.02, "{range}: {left}"),
+                "EB0C" => assert!((left - expected).abs() < slack, "{range}: {left}"),
                 _ => assert!(left < 0.01, "{range}, {name}: {left}"),
             }
         }

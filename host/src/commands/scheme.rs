@@ -42,7 +42,7 @@ pub struct OwnArguments {
     #[arg(long)]
     per_axis: bool,
     /// grid3d: most nodes along an axis (default: 25)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=200))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100))]
     max_nodes: Option<u32>,
     /// grid3d: where the nodes are: over the travel (the default), or over the calibrated range only
     #[arg(long, value_enum, value_name = "WHERE")]

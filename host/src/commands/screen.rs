@@ -171,6 +171,7 @@ pub fn size(size: &Size) -> String {
     } = size;
     let grids = match grids {
         0 => String::new(),
+        1 => ", 1 grid".to_owned(),
         n => format!(", {n} grids"),
     };
     format!(
