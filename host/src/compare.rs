@@ -78,11 +78,13 @@ pub fn compare(
             Ok(strategy) => strategy.compensability(machine, errors, &runtime),
             Err(unknown) => Err(unknown.clone()),
         };
+        let instructions = instructions(&runtime);
+        drop(runtime);
         Ok(Figures {
             size: compiled.built.size,
-            instructions: instructions(&runtime),
+            instructions,
             compensability,
-            compiled: compiled.clone(),
+            compiled,
         })
     };
     schemes
