@@ -3,7 +3,9 @@
 
 pub mod ballbar;
 pub mod cec;
+pub mod compare;
 pub mod compile;
+pub mod cost;
 pub mod direct;
 pub mod errors;
 pub mod explain;

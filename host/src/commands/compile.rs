@@ -1,6 +1,7 @@
 //! `trueaxis compile`
 
 mod answer;
+mod made;
 
 use super::Outcome;
 use super::at;
@@ -9,18 +10,18 @@ use super::blame;
 use super::files::{self, MachineFiles};
 use super::policy::PolicyArguments;
 use super::progress::Bar;
+use super::scheme::SchemeArguments;
 use super::target;
 use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
+use made::{Made, Wanted};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
-use trueaxis_host::compile::{self, CompileError, Full, Refusal};
+use trueaxis_host::compile;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{stored, tolerance_urad};
-use trueaxis_host::schemes::{self, exact};
+use trueaxis_host::schemes::{self, Scheme};
 use trueaxis_host::target::Target;
-use trueaxis_host::uncertainty::over_travel;
-use trueaxis_host::validate::Runtime;
 
 /// Turn a machine and its errors into a compensation, and prove what it does
 ///
@@ -32,10 +33,11 @@ use trueaxis_host::validate::Runtime;
 /// value, unless --best-effort is given. If that is because the target holds too little, it says
 /// so, and which tolerance fits, if one was found. Tables that deviate from the kinematic
 /// correction by more than it is large are never written. An older file of the same name stays as
-/// it was.
+/// it was. The schemes of the source document have as many tables as they have: they are written in
+/// any case, and what they miss is a warning.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
+    after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nA scheme of the source document, where the rotary axes are at 0:\n  trueaxis compile machine.toml errors.toml -o grid.trax --scheme grid3d --policy position\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -45,12 +47,8 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     policy: PolicyArguments,
-    /// How tables are found
-    #[arg(long, value_enum, default_value = "exact")]
-    scheme: Scheme,
-    /// What is to be least: instructions per evaluation, or the number of tables
-    #[arg(long, value_enum, default_value = "cost")]
-    minimize: Minimize,
+    #[command(flatten)]
+    scheme: SchemeArguments,
     /// Largest difference to the kinematic correction, in µm: at the tip, with the same number of µrad
     /// for the tool's direction, but at least 1; under the other policies of every axis, in µm and µrad
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
@@ -94,20 +92,6 @@ pub struct Random {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Scheme {
-    /// Finds the factors itself, for any machine and any errors
-    Exact,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Minimize {
-    /// Instructions per evaluation
-    Cost,
-    /// The number of tables
-    Tables,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
 enum Samples {
     /// 4 bytes each
     F32,
@@ -125,111 +109,134 @@ pub fn positive(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments {
-        files,
-        output,
-        tolerance,
-        ..
-    } = arguments;
+    let files = &arguments.files;
     let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
     let target_file = Path::new(&arguments.target);
     if target_file.exists() {
         inputs.push(target_file);
     }
-    files::prepare(output, &inputs)?;
+    files::prepare(&arguments.output, &inputs)?;
     let target = target::read(&arguments.target)?;
     let (machine, errors) = files.read()?;
-    let options = arguments.options(&machine, target)?;
-    let blame = |error| blame::compile(error, files, &machine, &errors);
-    let policy = stored(options.tables.policy);
-    let bar = Bar::new();
-    let answer = Answer {
-        file: output,
-        machine: &machine.name,
-        scheme: options.scheme.name(),
-        zero_at: arguments.zero_at.as_deref(),
-        policy: policy.into(),
-        stored: policy,
-        target: &options.tables.target,
-        tolerance_um: *tolerance,
-        tolerance_urad: tolerance_urad(options.tables.policy, *tolerance),
-        meets_tolerance: false,
-        written: false,
-        proven: None,
-        refusals: &[],
-        shortages: &[],
-        full: None,
-    };
-    let built = match compile::build(&machine, &errors, &options, &bar) {
-        Ok(built) => built,
-        Err(CompileError::NoRoom { shortages, .. }) => {
-            drop(bar);
-            let answer = Answer {
-                shortages: &shortages,
-                ..answer
-            };
-            answer.print(arguments.json)?;
-            return Ok(Outcome::CheckFailed);
-        }
-        Err(error) => return Err(blame(error)),
-    };
-    let zero = options
-        .tables
-        .zero(&machine, &errors)
-        .map_err(|error| blame(error.into()))?;
-    // The bytes are proven before they are written; writing reads them back and compares.
-    let runtime = Runtime::load(&built.blob).map_err(CompileError::from)?;
-    let proof = compile::prove(
-        &machine,
-        &errors,
-        &runtime,
-        &zero,
-        options.random,
-        options.seed,
-        &bar,
-    )
-    .map_err(blame)?;
-    let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), options.seed)
-        .map_err(|error| blame(error.into()))?;
-    let refusals = proof.refusals(*tolerance);
-    let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
-    let written = refusals.iter().all(accepted);
-    drop(bar);
-    if written {
-        files::write(output, &built.blob)?;
+    let wanted = arguments.wanted(&machine, target)?;
+    for one in &wanted {
+        files::prepare(&one.output, &inputs)?;
     }
-    let answer = Answer {
-        meets_tolerance: proof.meets(*tolerance),
-        written,
-        proven: Some(Proven::new(&built, &proof, uncertainty, *tolerance)),
-        refusals: &refusals,
-        full: Full::of(&built, &proof, &options),
-        ..answer
-    };
-    answer.print(arguments.json)?;
-    Ok(if refusals.is_empty() {
-        Outcome::Done
-    } else {
-        Outcome::CheckFailed
+    let bar = Bar::new();
+    let made: Result<Vec<Made>, BadInput> = wanted
+        .iter()
+        .map(|one| {
+            let made = Made::new(&machine, &errors, &one.options, arguments.tolerance, &bar);
+            made.map_err(|error| blame::compile(error, files, &machine, &errors))
+        })
+        .collect();
+    let made = made?;
+    drop(bar);
+    // All of them, or none.
+    let written = made
+        .iter()
+        .all(|one| one.may_be_written(arguments.best_effort));
+    let mut answers = Vec::new();
+    for (wanted, made) in wanted.iter().zip(&made) {
+        if let (true, Made::Proven(made)) = (written, made) {
+            files::write(&wanted.output, &made.built.blob)?;
+        }
+        answers.push(arguments.answer(&machine, wanted, made, written));
+    }
+    answer::print(&answers, arguments.json)?;
+    Ok(match made.iter().all(Made::is_right) {
+        true => Outcome::Done,
+        false => Outcome::CheckFailed,
     })
 }
 
 impl Arguments {
+    /// What is to be made: one file, or one for each position of the rotary axes.
+    fn wanted(&self, machine: &Machine, target: Target) -> Result<Vec<Wanted>, BadInput> {
+        let schemes = self.scheme.schemes(machine)?;
+        let is_one = schemes.len() == 1;
+        let wanted = schemes.into_iter().map(|(scheme, place)| {
+            Ok(Wanted {
+                output: match is_one {
+                    true => self.output.clone(),
+                    false => beside(&self.output, &place),
+                },
+                options: self.options(machine, target.clone(), scheme)?,
+            })
+        });
+        wanted.collect()
+    }
+
+    /// What there is to say of it.
+    fn answer<'a>(
+        &'a self,
+        machine: &'a Machine,
+        wanted: &'a Wanted,
+        made: &'a Made,
+        written: bool,
+    ) -> Answer<'a> {
+        let (tables, tolerance) = (&wanted.options.tables, self.tolerance);
+        let policy = stored(tables.policy);
+        let answer = Answer {
+            file: &wanted.output,
+            machine: &machine.name,
+            scheme: wanted.options.scheme.name(),
+            zero_at: self.zero_at.as_deref(),
+            policy: policy.into(),
+            stored: policy,
+            target: &tables.target,
+            tolerance_um: tolerance,
+            tolerance_urad: tolerance_urad(tables.policy, tolerance),
+            meets_tolerance: false,
+            written,
+            proven: None,
+            missed: &[],
+            refusals: &[],
+            shortages: &[],
+            smaller: wanted.options.scheme.smaller(),
+            full: None,
+        };
+        match made {
+            Made::NoRoom(shortages) => Answer {
+                shortages,
+                ..answer
+            },
+            Made::Proven(made) => Answer {
+                meets_tolerance: made.proof.meets(tolerance),
+                proven: Some(Proven::new(
+                    &made.built,
+                    &made.proof,
+                    made.uncertainty.as_ref(),
+                    tolerance,
+                )),
+                missed: &made.missed,
+                refusals: &made.refusals,
+                full: made.full.as_ref(),
+                ..answer
+            },
+        }
+    }
+
     /// What the library is asked.
-    fn options(&self, machine: &Machine, target: Target) -> Result<compile::Options, BadInput> {
+    fn options(
+        &self,
+        machine: &Machine,
+        target: Target,
+        scheme: Scheme,
+    ) -> Result<compile::Options, BadInput> {
+        if let (Scheme::Grid3d(_), Some(_)) = (&scheme, self.points) {
+            return Err(BadInput::new(
+                "--points is given, but --scheme grid3d has no tables",
+                "leave out --points, or say how many nodes there may be with --max-nodes",
+            ));
+        }
         let zero_at = self
             .zero_at
             .as_deref()
             .map(|text| at::zero_position(text, machine))
             .transpose()?;
-        let minimize = match self.minimize {
-            Minimize::Cost => exact::Minimize::Cost,
-            Minimize::Tables => exact::Minimize::Tables,
-        };
         Ok(compile::Options {
-            scheme: match self.scheme {
-                Scheme::Exact => schemes::Scheme::Exact { minimize },
-            },
+            scheme,
             tables: schemes::Options {
                 policy: self.policy.kinematic()?,
                 tolerance: self.tolerance * 1e-3,
@@ -247,4 +254,12 @@ impl Arguments {
             seed: self.random.seed,
         })
     }
+}
+
+/// The name of one file of several: FILE-A0-C90.trax.
+fn beside(output: &Path, place: &str) -> PathBuf {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = output.extension().unwrap_or_default().to_string_lossy();
+    let dot = if extension.is_empty() { "" } else { "." };
+    output.with_file_name(format!("{stem}-{place}{dot}{extension}"))
 }

@@ -31,6 +31,8 @@ mod probings;
 mod progress;
 mod quantity;
 mod replace;
+mod scheme;
+mod schemes;
 mod screen;
 mod simulate;
 mod target;
@@ -61,6 +63,7 @@ enum Command {
     Verify(verify::Arguments),
     Inspect(inspect::Arguments),
     Eval(eval::Arguments),
+    Schemes(schemes::Arguments),
     Correct(correct::Arguments),
     Pose(pose::Arguments),
     Explain(explain::Arguments),
@@ -97,6 +100,7 @@ pub fn run() -> ExitCode {
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
+        Command::Schemes(arguments) => schemes::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),
         Command::Pose(arguments) => pose::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

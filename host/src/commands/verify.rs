@@ -11,6 +11,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_host::compile::{self, Proof, Refusal, Size, Warning};
+use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{Told, of_blob, tolerance_urad};
 use trueaxis_host::schemes;
 use trueaxis_host::uncertainty::{OverTravel, over_travel};
@@ -40,6 +41,10 @@ pub struct Arguments {
     /// The position that `compile` was given with --zero-at
     #[arg(long, value_name = "X=0,Y=0,…")]
     zero_at: Option<String>,
+    /// The position of the rotary axes that `compile --scheme grid3d` was given with --rotary (A=0,C=0 if it was
+    /// given none): what passes is decided there
+    #[arg(long, value_name = "A=0,C=0")]
+    rotary: Option<String>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -83,6 +88,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .as_deref()
         .map(|text| at::zero_position(text, &machine))
         .transpose()?;
+    let rotary = arguments.rotary.as_deref();
+    let rotary = rotary
+        .map(|text| at::within_travel("--rotary", text, &machine))
+        .transpose()?;
+    let held = rotary.map_or(Vec::new(), |rotary| held(&machine, rotary));
     let policy = runtime.compensation().policy();
     let subtracted = schemes::Options {
         policy: of_blob(policy),
@@ -95,11 +105,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map_err(|error| blame(error.into()))?;
     let bar = Bar::new();
     let Random { random, seed } = arguments.random;
-    let proof = compile::prove(
+    let proof = compile::prove_held(
         &machine,
         &errors,
         &runtime,
         &zero,
+        &held,
         random as usize,
         seed,
         &bar,
@@ -108,7 +119,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     drop(bar);
     let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), seed)
         .map_err(|error| blame(error.into()))?;
-    let refusals = proof.refusals(*tolerance);
+    let mut refusals = proof.refusals(*tolerance);
+    if !held.is_empty() {
+        // What tables do elsewhere is told, but not held against them.
+        refusals.retain(Refusal::yields_to_best_effort);
+    }
     let warnings = compile::worse(&proof, *tolerance);
     let size = Size::of(&runtime);
     if arguments.json {
@@ -149,4 +164,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     } else {
         Outcome::CheckFailed
     })
+}
+
+/// The numbers of the rotary axes and where they are (deg).
+fn held(machine: &Machine, position: Vec<f64>) -> Vec<(usize, f64)> {
+    let all = position.into_iter().enumerate();
+    all.filter(|(i, _)| machine.axes[*i].letter.is_rotary())
+        .collect()
 }

@@ -1,6 +1,7 @@
 //! What every scheme returns.
 
 use crate::kinematics::NotConverged;
+use crate::machine::Machine;
 use crate::validate::DrawError;
 use trueaxis::Draft;
 
@@ -36,6 +37,30 @@ pub enum SchemeError {
         /// How many.
         tables: usize,
     },
+    /// The scheme is made for machines with other axes.
+    #[error("{scheme} needs {needs}: this machine has {linear} linear and {rotary} rotary axes")]
+    Axes {
+        /// Name of the scheme.
+        scheme: String,
+        /// Which axes it needs.
+        needs: &'static str,
+        /// Linear axes of the machine.
+        linear: usize,
+        /// Rotary axes of the machine.
+        rotary: usize,
+    },
+    /// No grid up to the largest is large enough.
+    #[error(
+        "with {most} nodes along each axis the threshold of {threshold_um} µm is not met: one more changes the error that is left by {change_um:.3} µm"
+    )]
+    Threshold {
+        /// What was asked for (µm).
+        threshold_um: f64,
+        /// Nodes along each axis of the largest grid.
+        most: usize,
+        /// By how much the root mean square of what is left still changes there (µm).
+        change_um: f64,
+    },
     /// The zero position has another number of values than the machine has axes.
     #[error("the zero position has {given} values, the machine has {axes} axes")]
     ZeroPosition {
@@ -56,6 +81,25 @@ impl From<DrawError> for SchemeError {
 }
 
 impl SchemeError {
+    /// Refuses machines without three linear and two rotary axes, for a scheme of this name.
+    ///
+    /// # Errors
+    /// [`SchemeError::Axes`].
+    pub fn unless_five_axes(machine: &Machine, scheme: &str) -> Result<(), Self> {
+        let axes = machine.axes.iter();
+        let rotary = axes.filter(|axis| axis.letter.is_rotary()).count();
+        let linear = machine.axes.len() - rotary;
+        match (linear, rotary) {
+            (3, 2) => Ok(()),
+            _ => Err(Self::Axes {
+                scheme: scheme.to_owned(),
+                needs: "three linear and two rotary axes",
+                linear,
+                rotary,
+            }),
+        }
+    }
+
     /// What to do about it.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
@@ -68,6 +112,10 @@ impl SchemeError {
             }
             Self::TooManyTables { .. } => {
                 "raise --tolerance, or --minimize cost where another was chosen"
+            }
+            Self::Axes { .. } => "use --scheme exact, which takes any machine",
+            Self::Threshold { .. } => {
+                "raise --threshold above that, or --max-nodes if the controller holds more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
             }
             Self::ZeroPosition { .. } => "give one position for each axis",
         }

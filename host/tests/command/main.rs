@@ -17,6 +17,7 @@ mod plan;
 mod pose;
 mod program;
 mod results;
+mod schemes;
 mod shown;
 mod targets;
 mod uncertainty;

@@ -6,14 +6,12 @@ use super::points::Grid;
 use super::seen::Seen;
 use super::spline;
 use super::tables::{Found, input};
-use super::variables::{Kind, Variable};
-use crate::kinematics::{Kinematics, NotConverged};
+use super::variables::Kind;
+use crate::kinematics::NotConverged;
 use crate::machine::Machine;
-use crate::policy::stored;
+use crate::schemes::blank::blank;
 use std::collections::{BTreeMap, HashMap};
-use trueaxis::{
-    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, Interpolation, SampleFormat, Term,
-};
+use trueaxis::{Direction, Draft, DraftBank, Interpolation, SampleFormat, Term};
 
 /// Samples are good to this part of the largest: less is 0, so that it is the same on every system.
 const SAMPLED: f64 = 1e-10;
@@ -121,58 +119,8 @@ pub fn draft(
     Ok(Draft {
         banks,
         terms,
-        ..empty(kinematics, variables)
+        ..blank(kinematics)
     })
-}
-
-/// A compensation without tables: it knows the machine and its inputs, and corrects nothing.
-pub fn empty(kinematics: &Kinematics<'_>, variables: &[Variable]) -> Draft {
-    let (machine, errors) = (kinematics.machine, kinematics.errors);
-    let mut auxiliaries = Vec::new();
-    for variable in variables {
-        match variable.kind {
-            Kind::Length => auxiliaries.push(auxiliary(
-                AuxiliaryKind::ToolLength,
-                "tool length",
-                machine.tool_length(),
-            )),
-            Kind::Kelvin(k) => {
-                let thermal = &errors.sensors[k];
-                auxiliaries.push(auxiliary(
-                    AuxiliaryKind::Temperature,
-                    &thermal.sensor,
-                    thermal.reference_celsius,
-                ));
-            }
-            _ => {}
-        }
-    }
-    Draft {
-        machine: machine.name.clone(),
-        policy: stored(kinematics.policy),
-        axes: machine
-            .axes
-            .iter()
-            .map(|axis| Axis {
-                name: axis.letter.char() as u8,
-                travel: if axis.modulo {
-                    [-f32::MAX, f32::MAX]
-                } else {
-                    axis.travel.map(|t| t as f32)
-                },
-                period: if axis.modulo { 360.0 } else { 0.0 },
-                // Bounds are set from what the tables really do, once that is known.
-                value_bound: 1.0,
-                rate_bound: 1.0,
-                hysteresis: axis.hysteresis as f32,
-                ramp_rate: 1.0,
-            })
-            .collect(),
-        auxiliaries,
-        banks: Vec::new(),
-        terms: Vec::new(),
-        grids: Vec::new(),
-    }
 }
 
 /// Points of which the first and the last may lie outside of the range, where nothing can be sampled.
@@ -208,21 +156,6 @@ impl Within {
             values[0] = values[1] + (values[0] - values[1]) * self.beyond[0];
             values[last] = values[last - 1] + (values[last] - values[last - 1]) * self.beyond[1];
         }
-    }
-}
-
-fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
-    let mut short = trueaxis::Name::new();
-    for c in name.chars() {
-        // Sensor names are checked when the file is read; 16 bytes always fit.
-        if short.push(c).is_err() {
-            break;
-        }
-    }
-    Auxiliary {
-        kind,
-        name: short,
-        reference: reference as f32,
     }
 }
 

@@ -159,10 +159,10 @@ fn conjugate_gradients(
 
 #[cfg(test)]
 mod tests {
-    use super::super::draft::empty;
     use super::super::specimen::{errors, with_rotary};
     use super::*;
     use crate::kinematics::Kinematics;
+    use crate::schemes::blank::blank;
     use trueaxis::{Direction, Interpolation, SampleFormat};
 
     #[test]
@@ -170,7 +170,7 @@ mod tests {
         // x³ is wanted of a table of x: best 3/4·x, with 1/4 left at both ends and at ±1/2.
         let machine = with_rotary(&[]);
         let errors = errors(&machine, "");
-        let mut draft = empty(&Kinematics::new(&machine, &errors), &[]);
+        let mut draft = blank(&Kinematics::new(&machine, &errors));
         draft.banks = vec![DraftBank {
             input: 0,
             start: -1.0,

@@ -505,10 +505,9 @@ fn to_ends(
 
 #[cfg(test)]
 mod tests {
-    use super::super::draft::empty;
     use super::super::specimen::{errors, with_rotary};
-    use super::super::variables::variables;
     use super::*;
+    use crate::schemes::blank::blank;
     use trueaxis::Term;
 
     #[test]
@@ -518,7 +517,7 @@ mod tests {
         let kinematics = Kinematics::new(&machine, &errors);
         let tolerance = Tolerance::new(&kinematics, 1e-3);
         let judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
-        let mut draft = empty(&kinematics, &variables(&kinematics, 1e-6));
+        let mut draft = blank(&kinematics);
         let target = Target::default();
         let nothing = judge.measure(&draft, &target).unwrap();
         assert_eq!(nothing.harm, 1.0);
@@ -543,7 +542,7 @@ mod tests {
         let kinematics = Kinematics::new(&machine, &errors);
         let tolerance = Tolerance::new(&kinematics, 1e-3);
         let mut judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
-        let draft = empty(&kinematics, &variables(&kinematics, 1e-6));
+        let draft = blank(&kinematics);
         let blob = draft.encode().unwrap();
         let runtime = Runtime::load(&blob).unwrap();
         // The error grows towards the ends of several axes at once.
@@ -582,7 +581,7 @@ mod tests {
             PerAxis::default(),
         )
         .unwrap();
-        let draft = empty(&kinematics, &variables(&kinematics, 1e-6));
+        let draft = blank(&kinematics);
         let mut target = Target::default();
         assert!(judge.measure(&draft, &target).is_some());
         target.bytes = Some(16);

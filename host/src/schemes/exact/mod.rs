@@ -42,6 +42,7 @@ mod variables;
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
+use crate::schemes::blank::blank;
 use crate::schemes::{self, Options, SchemeError};
 pub use cover::Minimize;
 use judge::Judge;
@@ -84,7 +85,7 @@ pub fn compile(
     }
     let Some(best) = search.best else {
         return Ok(schemes::Found {
-            draft: draft::empty(&kinematics, &variables),
+            draft: blank(&kinematics),
             structure_error: None,
             meets: None,
             is_full: search.is_full,

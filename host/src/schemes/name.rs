@@ -1,0 +1,89 @@
+//! The names of schemes, in commands and in their answers.
+
+use super::{Scheme, grid3d, poly25, trigo23};
+use std::fmt;
+use std::str::FromStr;
+
+/// Positions along each axis of the grid that schemes are fitted on (sections 5.9.1 and 6.5.2).
+const NODES: usize = 10;
+
+/// Nothing has this name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{name}` is no scheme: write one of {}", names())]
+pub struct UnknownScheme {
+    /// What was written.
+    pub name: String,
+}
+
+fn names() -> String {
+    let names: Vec<String> = Scheme::every().iter().map(Scheme::to_string).collect();
+    names.join(", ")
+}
+
+impl Scheme {
+    /// Every scheme, as it is without options of its own.
+    #[must_use]
+    pub fn every() -> Vec<Self> {
+        let poly25 = poly25::Wanted {
+            objective: poly25::Objective::Corrections,
+            nodes: NODES,
+        };
+        let trigo23 = |free| Self::Trigo23(trigo23::Wanted { free, nodes: NODES });
+        vec![
+            Self::default(),
+            Self::Grid3d(grid3d::Wanted::default()),
+            Self::Poly25(poly25),
+            trigo23(false),
+            trigo23(true),
+        ]
+    }
+
+    /// Its name in the command and in its answers.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Self::Exact { .. } => "exact".to_owned(),
+            Self::Grid3d(_) => "grid3d".to_owned(),
+            Self::Poly25(_) => "poly25".to_owned(),
+            Self::Trigo23(wanted) if wanted.free => "trigo23:free".to_owned(),
+            Self::Trigo23(_) => "trigo23".to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name())
+    }
+}
+
+/// The scheme of a name, without options of its own.
+impl FromStr for Scheme {
+    type Err = UnknownScheme;
+
+    fn from_str(name: &str) -> Result<Self, UnknownScheme> {
+        let mut every = Self::every().into_iter();
+        every
+            .find(|scheme| scheme.name() == name)
+            .ok_or_else(|| UnknownScheme {
+                name: name.to_owned(),
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scheme_is_found_by_its_name_and_nothing_else_is() {
+        for scheme in Scheme::every() {
+            assert_eq!(scheme.name().parse(), Ok(scheme));
+        }
+        let error = "exactly".parse::<Scheme>().unwrap_err().to_string();
+        assert!(
+            error.starts_with("`exactly` is no scheme: write one of exact"),
+            "{error}"
+        );
+    }
+}
