@@ -3,12 +3,14 @@
 use super::bad_input::BadInput;
 use clap::{Args, ValueEnum};
 use std::str::FromStr;
+use trueaxis_host::errors::Parameter;
 use trueaxis_host::schemes::{Scheme, exact};
 
 /// How tables are found.
 #[derive(Args)]
 pub struct SchemeArguments {
-    /// How tables are found: exact (finds the factors itself, for any machine and any errors)
+    /// How tables are found: exact (finds the factors itself, for any machine and any errors) or
+    /// fik (a chain of tables for each closed-form term of each error)
     #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
     scheme: Scheme,
     #[command(flatten)]
@@ -22,6 +24,14 @@ pub struct OwnArguments {
     /// tables
     #[arg(long, value_enum, value_name = "WHAT")]
     minimize: Option<Minimize>,
+    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example; those that have tables of
+    /// their own, if not given
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
+    adjust: Option<Vec<Parameter>>,
+}
+
+fn parameter(name: &str) -> Result<Parameter, String> {
+    Parameter::parse(name).ok_or_else(|| format!("`{name}` is no error parameter: write EB0A or EXX1"))
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -52,7 +62,10 @@ impl SchemeArguments {
 impl OwnArguments {
     /// The options that are given, each with the scheme that has it.
     fn given(&self) -> Vec<(&'static str, &'static str)> {
-        let all = [("--minimize", "exact", self.minimize.is_some())];
+        let all = [
+            ("--minimize", "exact", self.minimize.is_some()),
+            ("--adjust", "fik", self.adjust.is_some()),
+        ];
         let given = all.into_iter().filter(|(_, _, is_given)| *is_given);
         given.map(|(option, owner, _)| (option, owner)).collect()
     }
@@ -67,6 +80,11 @@ impl OwnArguments {
                         Minimize::Cost => exact::Minimize::Cost,
                         Minimize::Tables => exact::Minimize::Tables,
                     };
+                }
+            }
+            Scheme::Fik { adjustable } => {
+                if let Some(given) = &self.adjust {
+                    adjustable.clone_from(given);
                 }
             }
         }

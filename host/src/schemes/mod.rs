@@ -5,11 +5,12 @@
 
 mod blank;
 pub mod exact;
+pub mod fik;
 mod name;
 mod options;
 mod result;
 
-use crate::errors::ErrorModel;
+use crate::errors::{ErrorModel, Parameter};
 use crate::machine::Machine;
 use exact::Minimize;
 pub use name::UnknownScheme;
@@ -24,6 +25,12 @@ pub enum Scheme {
         /// What is to be least.
         minimize: Minimize,
     },
+    /// Chapter 7 of the source document: a chain of tables for each closed-form term of each error.
+    Fik {
+        /// The errors whose weights can be set on the controller; if there are none, as many as have
+        /// tables of their own anyway.
+        adjustable: Vec<Parameter>,
+    },
 }
 
 impl Scheme {
@@ -33,6 +40,7 @@ impl Scheme {
     pub const fn keeps_tolerance(&self) -> bool {
         match self {
             Self::Exact { .. } => true,
+            Self::Fik { .. } => false,
         }
     }
 
@@ -42,6 +50,9 @@ impl Scheme {
         match self {
             Self::Exact { .. } => {
                 "raise --tolerance, store --samples i16 if bytes are short, or give another --target"
+            }
+            Self::Fik { .. } => {
+                "use --scheme exact, which needs fewer tables, give another --target, or write fewer errors"
             }
         }
     }
@@ -67,5 +78,6 @@ pub fn find(
 ) -> Result<Found, SchemeError> {
     match scheme {
         Scheme::Exact { minimize } => exact::compile(machine, errors, *minimize, options),
+        Scheme::Fik { adjustable } => fik::compile(machine, errors, adjustable, options),
     }
 }

@@ -21,7 +21,12 @@ impl Scheme {
     /// Every scheme, as it is without options of its own.
     #[must_use]
     pub fn every() -> Vec<Self> {
-        vec![Self::default()]
+        vec![
+            Self::default(),
+            Self::Fik {
+                adjustable: Vec::new(),
+            },
+        ]
     }
 
     /// Its name in the command and in its answers.
@@ -29,6 +34,7 @@ impl Scheme {
     pub fn name(&self) -> String {
         match self {
             Self::Exact { .. } => "exact".to_owned(),
+            Self::Fik { .. } => "fik".to_owned(),
         }
     }
 }

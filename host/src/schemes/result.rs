@@ -49,6 +49,23 @@ pub enum SchemeError {
         /// Rotary axes of the machine.
         rotary: usize,
     },
+    /// The correction of this machine is no sum of products of functions of one axis each.
+    #[error("fik knows no closed form for this machine: directions of its linear axes change with a rotary axis between them")]
+    NoClosedForm,
+    /// More adjustable weights than a blob holds.
+    #[error("{needed} adjustable terms are needed, a compensation holds at most {held}")]
+    TooManyWeights {
+        /// How many.
+        needed: usize,
+        /// The most.
+        held: usize,
+    },
+    /// The machine has no such error, so that it has no weight.
+    #[error("this machine has no error parameter {name}")]
+    NoSuchError {
+        /// Its name.
+        name: String,
+    },
     /// The zero position has another number of values than the machine has axes.
     #[error("the zero position has {given} values, the machine has {axes} axes")]
     ZeroPosition {
@@ -74,17 +91,25 @@ impl SchemeError {
     /// # Errors
     /// [`SchemeError::Axes`].
     pub fn unless_five_axes(machine: &Machine, scheme: &str) -> Result<(), Self> {
+        match Self::axes(machine, scheme, "three linear and two rotary axes") {
+            Self::Axes {
+                linear: 3,
+                rotary: 2,
+                ..
+            } => Ok(()),
+            other => Err(other),
+        }
+    }
+
+    /// That a machine has other axes than a scheme of this name needs.
+    pub fn axes(machine: &Machine, scheme: &str, needs: &'static str) -> Self {
         let axes = machine.axes.iter();
         let rotary = axes.filter(|axis| axis.letter.is_rotary()).count();
-        let linear = machine.axes.len() - rotary;
-        match (linear, rotary) {
-            (3, 2) => Ok(()),
-            _ => Err(Self::Axes {
-                scheme: scheme.to_owned(),
-                needs: "three linear and two rotary axes",
-                linear,
-                rotary,
-            }),
+        Self::Axes {
+            scheme: scheme.to_owned(),
+            needs,
+            linear: machine.axes.len() - rotary,
+            rotary,
         }
     }
 
@@ -102,6 +127,9 @@ impl SchemeError {
                 "raise --tolerance, or --minimize cost where another was chosen"
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
+            Self::NoClosedForm => "use --scheme exact, which takes any machine",
+            Self::TooManyWeights { .. } => "name fewer errors with --adjust",
+            Self::NoSuchError { .. } => "give names of the error file, such as EB0A or EXX1",
             Self::ZeroPosition { .. } => "give one position for each axis",
         }
     }
