@@ -9,8 +9,8 @@ use trueaxis_host::schemes::{Scheme, exact};
 /// How tables are found.
 #[derive(Args)]
 pub struct SchemeArguments {
-    /// How tables are found: exact (finds the factors itself, for any machine and any errors) or
-    /// fik (a chain of tables for each closed-form term of each error)
+    /// How tables are found: exact (finds the factors itself, for any machine and any errors),
+    /// fik (a chain of tables for each closed-form term of each error) or subset:N (the N tables that remove most)
     #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
     scheme: Scheme,
     #[command(flatten)]
@@ -87,6 +87,7 @@ impl OwnArguments {
                     adjustable.clone_from(given);
                 }
             }
+            Scheme::Subset { .. } => {}
         }
         scheme
     }

@@ -8,7 +8,9 @@ pub mod exact;
 pub mod fik;
 mod name;
 mod options;
+mod products;
 mod result;
+pub mod subset;
 
 use crate::errors::{ErrorModel, Parameter};
 use crate::machine::Machine;
@@ -16,6 +18,7 @@ use exact::Minimize;
 pub use name::UnknownScheme;
 pub use options::Options;
 pub use result::{Found, SchemeError};
+use std::num::NonZeroU8;
 
 /// How tables are found, with what only this scheme is asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +34,11 @@ pub enum Scheme {
         /// tables of their own anyway.
         adjustable: Vec<Parameter>,
     },
+    /// The tables that remove most, each of one axis for one axis.
+    Subset {
+        /// At most so many.
+        tables: NonZeroU8,
+    },
 }
 
 impl Scheme {
@@ -40,7 +48,7 @@ impl Scheme {
     pub const fn keeps_tolerance(&self) -> bool {
         match self {
             Self::Exact { .. } => true,
-            Self::Fik { .. } => false,
+            Self::Fik { .. } | Self::Subset { .. } => false,
         }
     }
 
@@ -53,6 +61,9 @@ impl Scheme {
             }
             Self::Fik { .. } => {
                 "use --scheme exact, which needs fewer tables, give another --target, or write fewer errors"
+            }
+            Self::Subset { .. } => {
+                "ask for fewer tables, lower --points, or give another --target"
             }
         }
     }
@@ -79,5 +90,6 @@ pub fn find(
     match scheme {
         Scheme::Exact { minimize } => exact::compile(machine, errors, *minimize, options),
         Scheme::Fik { adjustable } => fik::compile(machine, errors, adjustable, options),
+        Scheme::Subset { tables } => subset::compile(machine, errors, *tables, options),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Scheme;
 use std::fmt;
+use std::num::NonZeroU8;
 use std::str::FromStr;
 
 /// Nothing has this name.
@@ -26,6 +27,9 @@ impl Scheme {
             Self::Fik {
                 adjustable: Vec::new(),
             },
+            Self::Subset {
+                tables: NonZeroU8::MIN.saturating_add(9),
+            },
         ]
     }
 
@@ -35,6 +39,7 @@ impl Scheme {
         match self {
             Self::Exact { .. } => "exact".to_owned(),
             Self::Fik { .. } => "fik".to_owned(),
+            Self::Subset { tables } => format!("subset:{tables}"),
         }
     }
 }
@@ -50,6 +55,9 @@ impl FromStr for Scheme {
     type Err = UnknownScheme;
 
     fn from_str(name: &str) -> Result<Self, UnknownScheme> {
+        if let Some(tables) = name.strip_prefix("subset:").and_then(|n| n.parse().ok()) {
+            return Ok(Self::Subset { tables });
+        }
         let mut every = Self::every().into_iter();
         every
             .find(|scheme| scheme.name() == name)

@@ -66,6 +66,14 @@ pub enum SchemeError {
         /// Its name.
         name: String,
     },
+    /// More tables are asked for than the target holds.
+    #[error("{asked} tables are asked for, the target holds {held}")]
+    MoreThanTarget {
+        /// As many as asked for.
+        asked: usize,
+        /// As many as the target holds.
+        held: usize,
+    },
     /// The zero position has another number of values than the machine has axes.
     #[error("the zero position has {given} values, the machine has {axes} axes")]
     ZeroPosition {
@@ -130,6 +138,7 @@ impl SchemeError {
             Self::NoClosedForm => "use --scheme exact, which takes any machine",
             Self::TooManyWeights { .. } => "name fewer errors with --adjust",
             Self::NoSuchError { .. } => "give names of the error file, such as EB0A or EXX1",
+            Self::MoreThanTarget { .. } => "ask for fewer, or give another --target",
             Self::ZeroPosition { .. } => "give one position for each axis",
         }
     }

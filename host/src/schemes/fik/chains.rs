@@ -2,8 +2,8 @@
 
 use super::form::{TURNS, Variables, turns};
 use super::groups::Group;
-use super::points::Points;
-use super::sources::Function;
+use crate::schemes::products::{Factor, Function};
+use crate::schemes::products::Points;
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// Of functions of two rotary axes, products below this part of the largest are rounding.
@@ -11,31 +11,8 @@ const RANK: f64 = 1e-10;
 /// A constant is a sum of the functions of levers if that leaves this part of it.
 const EXPLAINED: f64 = 1e-9;
 
-/// A factor of a chain: a table.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Factor {
-    /// What the table holds.
-    pub function: Function,
-    /// True for a coordinate: chains of one output share it.
-    pub is_coordinate: bool,
-}
-
-/// A product of tables.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chain {
-    /// The group it belongs to.
-    pub group: usize,
-    /// Its tables, each of another input; at least one.
-    pub factors: Vec<Factor>,
-}
-
-/// The chains of a group, which has this number.
-pub fn chains(
-    number: usize,
-    group: &Group,
-    variables: &Variables,
-    points: &[Points],
-) -> Vec<Chain> {
+/// The chains of a group: products of tables, each of another input, at least one.
+pub fn chains(group: &Group, variables: &Variables, points: &[Points]) -> Vec<Vec<Factor>> {
     let form = &group.form.0;
     let offsets = offsets(form);
     let mut chains = Vec::new();
@@ -71,10 +48,7 @@ pub fn chains(
                 }
             }
             scale(&mut factors, times, group.output, points);
-            chains.push(Chain {
-                group: number,
-                factors,
-            });
+            chains.push(factors);
         }
     }
     chains
@@ -118,7 +92,7 @@ fn multiply(factors: &mut Vec<Factor>, factor: Factor) {
 }
 
 /// Puts a number into a table that is not shared; into one of the output axis if there is none.
-fn scale(factors: &mut Vec<Factor>, times: f64, output: usize, points: &[Points]) {
+pub fn scale(factors: &mut Vec<Factor>, times: f64, output: usize, points: &[Points]) {
     if factors.is_empty() {
         let values = vec![1.0; points[output].at.len()];
         factors.push(plain(&function(output, values)));

@@ -6,11 +6,11 @@
 //! alone, whose function is therefore taken at the points of its tables. A polynomial that is sampled at as many
 //! places as it has coefficients is known exactly.
 
-use super::points::Points;
 use super::sources::Source;
 use crate::errors::Situation;
 use crate::kinematics::{Kinematics, Linearised};
 use crate::machine::{Branch, Machine, PerAxis};
+use crate::schemes::products::Points;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::f64::consts::TAU;

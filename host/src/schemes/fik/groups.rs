@@ -1,8 +1,9 @@
 //! Errors that ask the same of an output, up to a number, go through the same tables.
 
 use super::form::Form;
-use super::sources::{Function, Source};
+use super::sources::Source;
 use crate::machine::Machine;
+use crate::schemes::products::Function;
 
 /// Closed forms are the same up to a number if they differ by this part of them.
 const SAME: f64 = 1e-9;

@@ -1,5 +1,5 @@
 //! The scheme `fik` of Chapter 7 of the source document: one chain of tables for each closed-form term of each
-//! error, with the error itself as a weight or in a table.
+//! error, with the error itself as a weight that can be set, or in a table.
 //!
 //! The closed forms are those of Δq = −J⁺·E (Eq. 51, 59), the correction of first order; here they are derived
 //! from the machine: sampled where that tells them exactly ([`form`]), put together where errors ask the same
@@ -9,20 +9,21 @@
 mod chains;
 mod form;
 mod groups;
-mod layout;
-mod points;
 mod sources;
+#[cfg(test)]
+mod tests;
 
 use crate::errors::{ErrorModel, Parameter};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::schemes::blank::blank;
+use crate::schemes::products::{Factor, Placed, Product, layout, subtracted};
+use crate::schemes::products::points;
 use crate::schemes::{Found, Options, SchemeError};
 use form::Variables;
 use groups::Group;
-use layout::Placed;
 use sources::Source;
-use trueaxis::{Draft, Term};
+use trueaxis::Draft;
 
 /// Points of tables that are no straight lines, unless told otherwise.
 pub const POINTS: usize = 101;
@@ -34,7 +35,7 @@ const MOST_WEIGHT: f64 = 2.0;
 const FROM_NOTHING: [f64; 2] = [0.05, 2e-4];
 
 /// The tables of Chapter 7 for any machine with two rotary axes. The weights of the errors `adjustable` can be
-/// set on the controller, or, if it is empty, of as many as have tables of their own anyway.
+/// set on the controller, or, if it is empty, of those that are one term: scales and offsets, which drift.
 ///
 /// # Errors
 /// [`SchemeError`].
@@ -45,39 +46,50 @@ pub fn compile(
     options: &Options,
 ) -> Result<Found, SchemeError> {
     let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
+    let is_known = |p: &Parameter| errors.clone().set(machine, *p, 0.0);
+    if let Some(unknown) = adjustable.iter().find(|p| !is_known(p)) {
+        return Err(SchemeError::NoSuchError {
+            name: unknown.to_string(),
+        });
+    }
     let Some(variables) = Variables::new(machine) else {
         return Err(SchemeError::axes(machine, "fik", "two rotary axes"));
     };
-    let points = points::points(&kinematics, options.points.unwrap_or(POINTS));
+    let points = points(&kinematics, options.points.unwrap_or(POINTS));
     let sources = sources::sources(machine, errors, &points, adjustable);
     let forms = form::forms(&kinematics, &variables, &points, &sources);
     let forms = forms.ok_or(SchemeError::NoClosedForm)?;
     let groups = groups::groups(machine, &sources, &forms);
-    let numbered = groups.iter().enumerate();
-    let chains = numbered.flat_map(|(k, group)| chains::chains(k, group, &variables, &points));
-    let chains: Vec<chains::Chain> = chains.collect();
-    let count = |group: usize| chains.iter().filter(|c| c.group == group).count();
-    let open = adjustable_groups(&sources, &groups, &count)?;
-    let limit = |k: usize| open[k].map(|source| limits(&sources[source]));
-    let limits: Vec<Option<[f32; 2]>> = (0..groups.len()).map(limit).collect();
-    let (banks, mut placed) = layout::layout(&chains, &groups, &limits, &points, options.format);
+    let chains = groups.iter().map(|group| chains::chains(group, &variables, &points));
+    let chains: Vec<Vec<Vec<Factor>>> = chains.collect();
+    let open = adjustable_groups(&sources, &groups, &|group| chains[group].len())?;
+    let mut products = Vec::new();
+    for (tag, (group, chains)) in groups.iter().zip(chains).enumerate() {
+        let limits = open[tag].map(|source| limits(&sources[source]));
+        products.extend(chains.into_iter().map(|mut factors| {
+            // A weight that stays as it is costs nothing in a table.
+            let weight = match limits {
+                Some(_) => group.weight,
+                None => {
+                    chains::scale(&mut factors, group.weight, group.output, &points);
+                    1.0
+                }
+            };
+            Product {
+                output: group.output,
+                weight,
+                limits,
+                factors,
+                tag,
+            }
+        }));
+    }
+    products.extend(subtracted(machine, &options.zero(machine, errors)?));
+    let (banks, placed) = layout(&products, &points, options.format);
     let tables: usize = banks.iter().map(|bank| bank.columns.len()).sum();
     if tables > TABLES {
         return Err(SchemeError::TooManyTables { tables });
     }
-    let zero = machine.to_command(&options.zero(machine, errors)?);
-    for (output, zero) in zero.iter().enumerate().filter(|(_, zero)| **zero != 0.0) {
-        placed.push(Placed {
-            term: Term {
-                output: output as u8,
-                weight: -zero as f32,
-                limits: None,
-                factors: std::iter::empty().collect(),
-            },
-            group: None,
-        });
-    }
-    layout::sort(&mut placed);
     let notes = notes(machine, &sources, &groups, &open, &placed);
     Ok(Found {
         draft: Draft {
@@ -114,16 +126,8 @@ fn adjustable_groups(
     let mut chosen = asked;
     if chosen.is_empty() {
         let alone = |source: &usize| of(*source).all(|(_, g)| g.alone() == Some(*source));
-        let mut all: Vec<usize> = (0..sources.len()).filter(alone).collect();
-        all.retain(|source| sources[*source].name.len() > 3 && terms(*source) > 0);
-        all.sort_by_key(|source| terms(*source));
-        let mut left = trueaxis::ADJUSTABLE;
-        for source in all {
-            if let Some(rest) = left.checked_sub(terms(source)) {
-                left = rest;
-                chosen.push(source);
-            }
-        }
+        let all = (0..sources.len()).filter(|source| terms(*source) == 1);
+        chosen = all.filter(alone).take(trueaxis::ADJUSTABLE).collect();
     }
     let open = |group: &Group| group.alone().filter(|source| chosen.contains(source));
     Ok(groups.iter().map(open).collect())
@@ -159,14 +163,20 @@ fn notes(
     let tables: Vec<String> = tables.collect();
     let mut notes = vec![format!("tables of each output: {}", tables.join(", "))];
     for (number, source) in sources.iter().enumerate() {
-        let of = |p: &&Placed| p.group.is_some_and(|g| groups[g].members.iter().any(|(m, _)| *m == number));
-        let set = |p: &&(usize, &Placed)| p.1.group.is_some_and(|g| open[g] == Some(number));
+        let of = |p: &Placed| {
+            let group = groups.get(p.tag);
+            group.is_some_and(|g| g.members.iter().any(|(member, _)| *member == number))
+        };
         let of_source = placed.iter().enumerate().filter(|(_, p)| of(p));
         let of_source: Vec<(usize, &Placed)> = of_source.collect();
         let numbers: Vec<String> = of_source.iter().map(|(k, _)| k.to_string()).collect();
         let terms = if numbers.len() == 1 { "term" } else { "terms" };
+        if of_source.is_empty() {
+            notes.push(format!("{}: no term, for it asks for no correction", source.name));
+            continue;
+        }
         let mut note = format!("{}: {terms} {}", source.name, numbers.join(", "));
-        if !of_source.is_empty() && of_source.iter().all(|p| set(&p)) {
+        if of_source.iter().all(|(_, p)| open[p.tag] == Some(number)) {
             note += ", adjustable";
         }
         notes.push(note);

@@ -1,19 +1,9 @@
 //! What is wrong with the machine, one by one: a value, and what it depends on.
 
-use super::points::Points;
 use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use crate::machine::{Machine, PerAxis};
-
-/// A function of one input at its points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Function {
-    /// Number of the input.
-    pub input: usize,
-    /// True if it changes its sign with the direction of travel.
-    pub signed: bool,
-    /// Values at the points of the input.
-    pub values: Vec<f64>,
-}
+use crate::schemes::products::Function;
+use crate::schemes::products::Points;
 
 /// One error that is a number: an error parameter, or an error motion with all its coefficients.
 #[derive(Clone, Debug, PartialEq)]

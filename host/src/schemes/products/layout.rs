@@ -1,10 +1,53 @@
-//! Tables and terms of chains.
+//! Tables and terms of products of functions of one input each: one output to a table.
 
-use super::chains::{Chain, Factor};
-use super::groups::Group;
 use super::points::Points;
+use crate::machine::{Machine, PerAxis};
 use std::collections::BTreeMap;
 use trueaxis::{Direction, DraftBank, Interpolation, SampleFormat, Term};
+
+/// A function of one input at its points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Function {
+    /// Number of the input.
+    pub input: usize,
+    /// True if it changes its sign with the direction of travel.
+    pub signed: bool,
+    /// Values at the points of the input.
+    pub values: Vec<f64>,
+}
+
+/// A factor of a product: a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// What the table holds.
+    pub function: Function,
+    /// True for a coordinate: products of one output share it.
+    pub is_coordinate: bool,
+}
+
+/// A product of tables.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Product {
+    /// Index of the output axis.
+    pub output: usize,
+    /// Its weight.
+    pub weight: f64,
+    /// Between what its weight can be set; fixed without.
+    pub limits: Option<[f32; 2]>,
+    /// Its tables, each of another input; a constant without.
+    pub factors: Vec<Factor>,
+    /// What it is for, whatever number the scheme gives it.
+    pub tag: usize,
+}
+
+/// A term, and what it is for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed {
+    /// The term.
+    pub term: Term,
+    /// As its product has it.
+    pub tag: usize,
+}
 
 /// A function is a straight line if it is off by this part of its largest value.
 const STRAIGHT: f64 = 1e-12;
@@ -25,31 +68,19 @@ struct Table<'a> {
     bank: Bank,
 }
 
-/// What a term is for.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Placed {
-    /// The term.
-    pub term: Term,
-    /// Its group; `None` for what is subtracted everywhere.
-    pub group: Option<usize>,
-}
-
-/// The tables of chains as banks, and their terms; `limits` of the weight of each group that is adjustable.
+/// The banks and terms of products; bent tables are stored in `format`. As many tables as it takes: a blob may
+/// not number them all.
 pub fn layout(
-    chains: &[Chain],
-    groups: &[Group],
-    limits: &[Option<[f32; 2]>],
+    products: &[Product],
     points: &[Points],
     format: SampleFormat,
 ) -> (Vec<DraftBank>, Vec<Placed>) {
     let mut tables: Vec<Table<'_>> = Vec::new();
     let mut places: Vec<Vec<usize>> = Vec::new();
-    for chain in chains {
-        let output = groups[chain.group].output;
+    for product in products {
+        let output = product.output;
         let mut place = |factor| {
-            let shared = |t: &Table<'_>| {
-                factor_is_shared(factor, t.factor) && t.output == output
-            };
+            let shared = |t: &Table<'_>| t.output == output && is_shared(factor, t.factor);
             tables.iter().position(shared).unwrap_or_else(|| {
                 tables.push(Table {
                     output,
@@ -59,7 +90,7 @@ pub fn layout(
                 tables.len() - 1
             })
         };
-        places.push(chain.factors.iter().map(&mut place).collect());
+        places.push(product.factors.iter().map(&mut place).collect());
     }
     let mut banks: BTreeMap<Bank, Vec<usize>> = BTreeMap::new();
     for (number, table) in tables.iter().enumerate() {
@@ -72,32 +103,43 @@ pub fn layout(
     let banks = banks.iter().map(|(bank, columns)| {
         let points = &points[bank.input];
         let format = if bank.bent { format } else { SampleFormat::F32 };
-        drafted(*bank, points, columns.iter().map(|c| tables[*c].factor), format)
+        let factors = columns.iter().map(|c| tables[*c].factor);
+        drafted(*bank, points, factors, format)
     });
-    let mut terms: Vec<Placed> = chains
-        .iter()
-        .zip(&places)
-        .map(|(chain, places)| {
-            let group = &groups[chain.group];
-            let mut factors: Vec<u8> = places.iter().map(|p| numbers[*p]).collect();
-            factors.sort_unstable();
-            Placed {
-                term: Term {
-                    output: group.output as u8,
-                    weight: group.weight as f32,
-                    limits: limits[chain.group],
-                    factors: factors.into_iter().collect(),
-                },
-                group: Some(chain.group),
-            }
-        })
-        .collect();
-    sort(&mut terms);
-    (banks.collect(), terms)
+    let placed = products.iter().zip(&places).map(|(product, places)| {
+        let mut factors: Vec<u8> = places.iter().map(|p| numbers[*p]).collect();
+        factors.sort_unstable();
+        Placed {
+            term: Term {
+                output: product.output as u8,
+                weight: product.weight as f32,
+                limits: product.limits,
+                factors: factors.into_iter().collect(),
+            },
+            tag: product.tag,
+        }
+    });
+    let mut placed: Vec<Placed> = placed.collect();
+    sort(&mut placed);
+    (banks.collect(), placed)
+}
+
+/// What is subtracted everywhere: the correction (mm, rad) at the zero position.
+pub fn subtracted(machine: &Machine, zero: &PerAxis) -> Vec<Product> {
+    let zero = machine.to_command(zero);
+    let some = zero.iter().enumerate().filter(|(_, zero)| **zero != 0.0);
+    some.map(|(output, zero)| Product {
+        output,
+        weight: -zero,
+        limits: None,
+        factors: Vec::new(),
+        tag: usize::MAX,
+    })
+    .collect()
 }
 
 /// Terms of one output and one length together, those with a fixed weight first: so they are fastest.
-pub fn sort(terms: &mut [Placed]) {
+fn sort(terms: &mut [Placed]) {
     terms.sort_by(|a, b| {
         let key = |p: &Placed| (p.term.output, p.term.limits.is_some(), p.term.factors.len());
         let tables = a.term.factors[..].cmp(&b.term.factors[..]);
@@ -106,7 +148,7 @@ pub fn sort(terms: &mut [Placed]) {
 }
 
 /// Whether two coordinates of one output are the same table.
-fn factor_is_shared(a: &Factor, b: &Factor) -> bool {
+fn is_shared(a: &Factor, b: &Factor) -> bool {
     let (f, g) = (&a.function, &b.function);
     let off = f.values.iter().zip(&g.values).map(|(x, y)| (x - y).abs());
     let largest = f.values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));

@@ -1,4 +1,4 @@
-//! The points of the tables of one input.
+//! The points of the tables of one input, for schemes whose tables all have as many.
 
 use crate::kinematics::Kinematics;
 
