@@ -18,7 +18,7 @@ pub use crate::size::Size;
 use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
 pub use bounds::AxisBounds;
-pub use proof::{Mismatch, Proof, belongs, prove};
+pub use proof::{Held, Mismatch, Proof, belongs, prove, prove_held};
 pub use room::Full;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
 pub use verdict::Refusal;
@@ -243,7 +243,7 @@ pub fn build(
     })
 }
 
-/// [`build`], then [`prove`] of the bytes that were built.
+/// [`build`], then [`prove_held`] of the bytes that were built.
 ///
 /// # Errors
 /// [`CompileError`].
@@ -256,11 +256,12 @@ pub fn compile(
     let built = build(machine, errors, options, progress)?;
     let zero = options.tables.zero(machine, errors)?;
     let runtime = Runtime::load(&built.blob)?;
-    let proof = prove(
+    let proof = prove_held(
         machine,
         errors,
         &runtime,
         &zero,
+        &options.scheme.held(machine),
         options.random,
         options.seed,
         progress,

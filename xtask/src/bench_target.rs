@@ -156,7 +156,13 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
             "direction",
             "huron13-direction",
         ),
-        ("huron-k2x8", "errors-13", "fik", "orientation", "huron13-fik"),
+        (
+            "huron-k2x8",
+            "errors-13",
+            "fik",
+            "orientation",
+            "huron13-fik",
+        ),
         (
             "kolibri",
             "errors-10",

@@ -55,7 +55,11 @@ pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>,
 
 /// Reads the position of `--zero-at`, which must be within the travel.
 pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
-    let option = "--zero-at";
+    within_travel("--zero-at", text, machine)
+}
+
+/// The same of any option.
+pub fn within_travel(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
     let position = position(option, text, machine)?;
     for (axis, q) in machine.axes.iter().zip(&position) {
         let [low, high] = axis.travel;

@@ -165,11 +165,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map_err(|error| blame(error.into()))?;
     // The bytes are proven before they are written; writing reads them back and compares.
     let runtime = Runtime::load(&built.blob).map_err(CompileError::from)?;
-    let proof = compile::prove(
+    let proof = compile::prove_held(
         &machine,
         &errors,
         &runtime,
         &zero,
+        &options.scheme.held(&machine),
         options.random,
         options.seed,
         &bar,
@@ -213,7 +214,7 @@ impl Arguments {
             .map(|text| at::zero_position(text, machine))
             .transpose()?;
         Ok(compile::Options {
-            scheme: self.scheme.scheme()?,
+            scheme: self.scheme.scheme(machine)?,
             tables: schemes::Options {
                 policy: self.policy.kinematic()?,
                 tolerance: self.tolerance * 1e-3,

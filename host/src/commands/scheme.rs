@@ -1,16 +1,21 @@
 //! `--scheme`, and the options that only one scheme has.
 
+use super::at;
 use super::bad_input::BadInput;
+use super::compile::positive;
 use clap::{Args, ValueEnum};
 use std::str::FromStr;
 use trueaxis_host::errors::Parameter;
-use trueaxis_host::schemes::{Scheme, exact};
+use trueaxis_host::machine::Machine;
+use trueaxis_host::schemes::{Scheme, exact, grid3d, poly25};
 
 /// How tables are found.
 #[derive(Args)]
 pub struct SchemeArguments {
-    /// How tables are found: exact (finds the factors itself, for any machine and any errors),
-    /// fik (a chain of tables for each closed-form term of each error) or subset:N (the N tables that remove most)
+    /// How tables are found: exact (finds the factors itself, for any machine and any errors), or as in the
+    /// source document: grid3d (corrections at the nodes of a grid of the linear axes), poly25 (sums of cubic polynomials), trigo23 (products with trigonometric functions),
+    /// trigo23:free (with a free function for each constant), fik (a chain of tables for each closed-form term of
+    /// each error) or subset:N (the N tables that remove most)
     #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
     scheme: Scheme,
     #[command(flatten)]
@@ -24,14 +29,54 @@ pub struct OwnArguments {
     /// tables
     #[arg(long, value_enum, value_name = "WHAT")]
     minimize: Option<Minimize>,
-    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example; those that have tables of
-    /// their own, if not given
+    /// poly25: what is made least: what is missing of the kinematic correction of each axis (corrections, the
+    /// default), or the volumetric error that is left, mm and rad in one sum (error, Eqs. 28 to 30)
+    #[arg(long, value_enum, value_name = "WHAT")]
+    objective: Option<Objective>,
+    /// grid3d: the grid is large enough if one node more changes the root mean square of what is left by less
+    /// than this, in µm (default: 0.1)
+    #[arg(long, value_name = "µm", value_parser = positive)]
+    threshold: Option<f64>,
+    /// grid3d: the root mean square of Eq. 12: usual (the default), or as it is printed, which is 1/√2000 of it
+    #[arg(long, value_enum, value_name = "WHICH")]
+    rms: Option<Rms>,
+    /// grid3d: as many nodes along each axis as it needs, not as many along all
+    #[arg(long)]
+    per_axis: bool,
+    /// grid3d: most nodes along an axis (default: 25)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=200))]
+    max_nodes: Option<u32>,
+    /// grid3d: where the rotary axes are that the grid is made for (default: at 0); axes left out are at 0
+    #[arg(long, value_name = "A=0,C=0")]
+    rotary: Option<String>,
+    /// poly25, trigo23: positions along each axis of the grid that tables are fitted on (default: 10)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=30))]
+    nodes: Option<u32>,
+    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example (default: those that are one
+    /// term each)
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     adjust: Option<Vec<Parameter>>,
 }
 
 fn parameter(name: &str) -> Result<Parameter, String> {
-    Parameter::parse(name).ok_or_else(|| format!("`{name}` is no error parameter: write EB0A or EXX1"))
+    Parameter::parse(name)
+        .ok_or_else(|| format!("`{name}` is no error parameter: write EB0A or EXX1"))
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Objective {
+    /// What is missing of the kinematic correction
+    Corrections,
+    /// The volumetric error that is left
+    Error,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Rms {
+    /// The root of the mean square
+    Usual,
+    /// As Eq. 12 is printed
+    Printed,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -44,34 +89,47 @@ enum Minimize {
 
 impl SchemeArguments {
     /// The scheme with its options.
-    pub fn scheme(&self) -> Result<Scheme, BadInput> {
-        let scheme = self.own.with(&self.scheme);
+    pub fn scheme(&self, machine: &Machine) -> Result<Scheme, BadInput> {
+        let scheme = self.own.with(&self.scheme, machine)?;
         let name = scheme.name();
         let chosen = name.split(':').next().unwrap_or_default();
         let given = self.own.given();
-        match given.into_iter().find(|(_, owner)| *owner != chosen) {
+        let stranger = given
+            .into_iter()
+            .find(|(_, owners)| !owners.contains(&chosen));
+        match stranger {
             None => Ok(scheme),
-            Some((option, owner)) => Err(BadInput::new(
+            Some((option, owners)) => Err(BadInput::new(
                 format!("{option} is given, but --scheme {name} knows nothing of it"),
-                format!("leave out {option}, or use --scheme {owner}"),
+                format!(
+                    "leave out {option}, or use --scheme {}",
+                    owners.join(" or ")
+                ),
             )),
         }
     }
 }
 
 impl OwnArguments {
-    /// The options that are given, each with the scheme that has it.
-    fn given(&self) -> Vec<(&'static str, &'static str)> {
-        let all = [
-            ("--minimize", "exact", self.minimize.is_some()),
-            ("--adjust", "fik", self.adjust.is_some()),
+    /// The options that are given, each with the schemes that have it.
+    fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
+        let all: [(_, &[_], _); 9] = [
+            ("--threshold", &["grid3d"], self.threshold.is_some()),
+            ("--rms", &["grid3d"], self.rms.is_some()),
+            ("--per-axis", &["grid3d"], self.per_axis),
+            ("--max-nodes", &["grid3d"], self.max_nodes.is_some()),
+            ("--rotary", &["grid3d"], self.rotary.is_some()),
+            ("--minimize", &["exact"], self.minimize.is_some()),
+            ("--objective", &["poly25"], self.objective.is_some()),
+            ("--nodes", &["poly25", "trigo23"], self.nodes.is_some()),
+            ("--adjust", &["fik"], self.adjust.is_some()),
         ];
         let given = all.into_iter().filter(|(_, _, is_given)| *is_given);
-        given.map(|(option, owner, _)| (option, owner)).collect()
+        given.map(|(option, owners, _)| (option, owners)).collect()
     }
 
     /// A scheme with what is given of its own options.
-    pub fn with(&self, scheme: &Scheme) -> Scheme {
+    pub fn with(&self, scheme: &Scheme, machine: &Machine) -> Result<Scheme, BadInput> {
         let mut scheme = scheme.clone();
         match &mut scheme {
             Scheme::Exact { minimize } => {
@@ -82,13 +140,36 @@ impl OwnArguments {
                     };
                 }
             }
+            Scheme::Grid3d(wanted) => {
+                wanted.threshold = self.threshold.map_or(wanted.threshold, |um| 1e-3 * um);
+                wanted.rms = match self.rms {
+                    None => wanted.rms,
+                    Some(Rms::Usual) => grid3d::Rms::Usual,
+                    Some(Rms::Printed) => grid3d::Rms::Printed,
+                };
+                wanted.per_axis = self.per_axis;
+                wanted.most = self.max_nodes.map_or(wanted.most, |n| n as usize);
+                let rotary = self.rotary.as_deref();
+                wanted.rotary = rotary
+                    .map(|text| at::within_travel("--rotary", text, machine))
+                    .transpose()?;
+            }
+            Scheme::Poly25(wanted) => {
+                wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
+                wanted.objective = match self.objective {
+                    None => wanted.objective,
+                    Some(Objective::Corrections) => poly25::Objective::Corrections,
+                    Some(Objective::Error) => poly25::Objective::Error,
+                };
+            }
+            Scheme::Trigo23(wanted) => {
+                wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
+            }
             Scheme::Fik { adjustable } => {
-                if let Some(given) = &self.adjust {
-                    adjustable.clone_from(given);
-                }
+                *adjustable = self.adjust.clone().unwrap_or_default();
             }
             Scheme::Subset { .. } => {}
         }
-        scheme
+        Ok(scheme)
     }
 }

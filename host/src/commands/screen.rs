@@ -19,6 +19,14 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
         "translation (µm)", "tool direction (µrad)"
     );
     let _ = writeln!(text, "{:22}{}    {}", "", heads(), heads());
+    if let Some(held) = &proof.held {
+        let axes = held.axes.iter();
+        let axes: Vec<String> = axes
+            .map(|(letter, position)| format!("{letter} = {position}"))
+            .collect();
+        let name = format!("at {}, for which the tables are made", axes.join(", "));
+        region(&mut text, &name, &held.found);
+    }
     if proof.partly_calibrated {
         for (name, found) in [(INSIDE, &proof.inside), ("elsewhere", &proof.outside)] {
             if let Some(found) = found {

@@ -33,16 +33,23 @@ pub struct Proof {
     /// The rest of the travel, if a position is in it. Where a motion begins to hold its end value,
     /// the exact correction has a bend that depends on all axes: tables cannot follow it.
     pub outside: Option<Verification>,
+    /// At the positions of the rotary axes for which alone the tables are made, if they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held: Option<Held>,
     /// Translational error per mm that the tool is longer or shorter (µm/mm), where the tool
     /// length is not an input.
     pub um_per_mm_of_tool_length: Option<f64>,
 }
 
 impl Proof {
-    /// Where the tolerance must hold: where no error motion holds its end value.
+    /// Where the tolerance must hold: where no error motion holds its end value, and the rotary axes are where the
+    /// tables are made for.
     #[must_use]
     pub fn inside(&self) -> &Verification {
-        self.inside.as_ref().unwrap_or(&self.travel)
+        match &self.held {
+            Some(held) => &held.found,
+            None => self.inside.as_ref().unwrap_or(&self.travel),
+        }
     }
 
     /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by
@@ -51,6 +58,16 @@ impl Proof {
     pub fn meets(&self, um: f64) -> bool {
         self.inside().meets(um)
     }
+}
+
+/// What a compensation does where the rotary axes are for which it is made.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Held {
+    /// Letters of the axes, and where they are (deg).
+    pub axes: Vec<(char, f64)>,
+    /// At random positions of the linear axes, where no error motion holds its end value if there are such.
+    #[serde(flatten)]
+    pub found: Verification,
 }
 
 /// A blob that was made for something else.
@@ -167,7 +184,51 @@ pub fn prove(
         partly_calibrated,
         inside,
         outside,
+        held: None,
         um_per_mm_of_tool_length,
+    })
+}
+
+/// The same, and what it does where rotary axes are `held` (their numbers, deg), if any are: there the tolerance
+/// must hold then.
+///
+/// # Errors
+/// As [`prove`].
+#[expect(clippy::too_many_arguments)]
+pub fn prove_held(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    held: &[(usize, f64)],
+    random: usize,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Proof, CompileError> {
+    let proof = prove(machine, errors, runtime, zero, random, seed, progress)?;
+    if held.is_empty() {
+        return Ok(proof);
+    }
+    let kinematics = runtime.kinematics(machine, errors);
+    let mut commands = random_commands(&kinematics, Region::Travel, random, seed ^ FRESH ^ 3)?;
+    for (axis, position) in held {
+        for command in &mut commands {
+            command.axes[*axis] = *position as f32;
+        }
+    }
+    progress.stage("verifying", commands.len());
+    let step = || progress.step();
+    let measured = Measured::new(machine, errors, runtime, zero, commands, step)?;
+    let axes = held
+        .iter()
+        .map(|(i, q)| (machine.axes[*i].letter.char(), *q));
+    let held = Held {
+        axes: axes.collect(),
+        found: measured.inside().unwrap_or_else(|| measured.everywhere()),
+    };
+    Ok(Proof {
+        held: Some(held),
+        ..proof
     })
 }
 

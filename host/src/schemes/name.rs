@@ -1,9 +1,14 @@
 //! The names of schemes, in commands and in their answers.
 
-use super::Scheme;
+use super::{Scheme, grid3d, poly25, trigo23};
 use std::fmt;
 use std::num::NonZeroU8;
 use std::str::FromStr;
+
+/// Positions along each axis of the grid that schemes are fitted on (sections 5.9.1 and 6.5.2).
+const NODES: usize = 10;
+/// Tables of a subset where nobody says how many.
+const TABLES: NonZeroU8 = NonZeroU8::new(10).unwrap();
 
 /// Nothing has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -14,7 +19,7 @@ pub struct UnknownScheme {
 }
 
 fn names() -> String {
-    let names: Vec<String> = Scheme::every().iter().map(Scheme::to_string).collect();
+    let names: Vec<String> = Scheme::every().iter().map(Scheme::pattern).collect();
     names.join(", ")
 }
 
@@ -22,15 +27,30 @@ impl Scheme {
     /// Every scheme, as it is without options of its own.
     #[must_use]
     pub fn every() -> Vec<Self> {
+        let poly25 = poly25::Wanted {
+            objective: poly25::Objective::Corrections,
+            nodes: NODES,
+        };
+        let trigo23 = |free| Self::Trigo23(trigo23::Wanted { free, nodes: NODES });
         vec![
             Self::default(),
+            Self::Grid3d(grid3d::Wanted::default()),
+            Self::Poly25(poly25),
+            trigo23(false),
+            trigo23(true),
             Self::Fik {
                 adjustable: Vec::new(),
             },
-            Self::Subset {
-                tables: NonZeroU8::MIN.saturating_add(9),
-            },
+            Self::Subset { tables: TABLES },
         ]
+    }
+
+    /// How its name is written: with N for a number.
+    fn pattern(&self) -> String {
+        match self {
+            Self::Subset { .. } => "subset:N".to_owned(),
+            other => other.name(),
+        }
     }
 
     /// Its name in the command and in its answers.
@@ -38,6 +58,10 @@ impl Scheme {
     pub fn name(&self) -> String {
         match self {
             Self::Exact { .. } => "exact".to_owned(),
+            Self::Grid3d(_) => "grid3d".to_owned(),
+            Self::Poly25(_) => "poly25".to_owned(),
+            Self::Trigo23(wanted) if wanted.free => "trigo23:free".to_owned(),
+            Self::Trigo23(_) => "trigo23".to_owned(),
             Self::Fik { .. } => "fik".to_owned(),
             Self::Subset { tables } => format!("subset:{tables}"),
         }
@@ -75,6 +99,16 @@ mod tests {
     fn every_scheme_is_found_by_its_name_and_nothing_else_is() {
         for scheme in Scheme::every() {
             assert_eq!(scheme.name().parse(), Ok(scheme));
+        }
+        for wrong in [
+            "subset",
+            "subset:",
+            "subset:0",
+            "subset:-3",
+            "subset:256",
+            "subset:ten",
+        ] {
+            assert!(wrong.parse::<Scheme>().is_err(), "{wrong}");
         }
         let error = "exactly".parse::<Scheme>().unwrap_err().to_string();
         assert!(

@@ -49,8 +49,22 @@ pub enum SchemeError {
         /// Rotary axes of the machine.
         rotary: usize,
     },
+    /// No grid up to the largest is large enough.
+    #[error(
+        "with {most} nodes along each axis the threshold of {threshold_um} µm is not met: one more changes the error that is left by {change_um:.3} µm"
+    )]
+    Threshold {
+        /// What was asked for (µm).
+        threshold_um: f64,
+        /// Nodes along each axis of the largest grid.
+        most: usize,
+        /// By how much the root mean square of what is left still changes there (µm).
+        change_um: f64,
+    },
     /// The correction of this machine is no sum of products of functions of one axis each.
-    #[error("fik knows no closed form for this machine: directions of its linear axes change with a rotary axis between them")]
+    #[error(
+        "fik knows no closed form for this machine: the directions of its linear axes turn with a rotary axis between them"
+    )]
     NoClosedForm,
     /// More adjustable weights than a blob holds.
     #[error("{needed} adjustable terms are needed, a compensation holds at most {held}")]
@@ -135,9 +149,12 @@ impl SchemeError {
                 "raise --tolerance, or --minimize cost where another was chosen"
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
+            Self::Threshold { .. } => {
+                "raise --threshold above that, or --max-nodes if the controller holds more"
+            }
             Self::NoClosedForm => "use --scheme exact, which takes any machine",
             Self::TooManyWeights { .. } => "name fewer errors with --adjust",
-            Self::NoSuchError { .. } => "give names of the error file, such as EB0A or EXX1",
+            Self::NoSuchError { .. } => "give names as in the error file, such as EB0A or EXX1",
             Self::MoreThanTarget { .. } => "ask for fewer, or give another --target",
             Self::ZeroPosition { .. } => "give one position for each axis",
         }

@@ -2,8 +2,8 @@
 
 use super::form::{TURNS, Variables, turns};
 use super::groups::Group;
-use crate::schemes::products::{Factor, Function};
 use crate::schemes::products::Points;
+use crate::schemes::products::{Factor, Function};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// Of functions of two rotary axes, products below this part of the largest are rounding.
@@ -72,14 +72,18 @@ fn plain(function: &Function) -> Factor {
 /// The number that a function is, if it is one.
 fn constant(values: &[f64]) -> Option<f64> {
     let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let same = values.iter().all(|v| (v - values[0]).abs() <= 1e-12 * largest);
+    let same = values
+        .iter()
+        .all(|v| (v - values[0]).abs() <= 1e-12 * largest);
     same.then(|| values[0])
 }
 
 /// Takes a factor in; tables of one input become one.
 fn multiply(factors: &mut Vec<Factor>, factor: Factor) {
     let function = &factor.function;
-    let same = factors.iter_mut().find(|f| f.function.input == function.input);
+    let same = factors
+        .iter_mut()
+        .find(|f| f.function.input == function.input);
     let Some(known) = same else {
         factors.push(factor);
         return;
@@ -129,13 +133,25 @@ fn offsets(form: &[DMatrix<f64>]) -> Option<Vec<f64>> {
     if levers.is_empty() {
         return None;
     }
-    let found = DMatrix::from_columns(&levers).svd(true, true).solve(&constant, RANK).ok()?;
-    let sum = levers.iter().zip(found.iter()).map(|(lever, offset)| lever * *offset);
+    let found = DMatrix::from_columns(&levers)
+        .svd(true, true)
+        .solve(&constant, RANK)
+        .ok()?;
+    let sum = levers
+        .iter()
+        .zip(found.iter())
+        .map(|(lever, offset)| lever * *offset);
     let rest = sum.fold(constant.clone(), |rest, part| rest - part);
     (rest.norm() <= enough).then(|| {
         // What is left of nothing by rounding would keep tables from being shared.
         let most = found.amax();
-        let clean = |offset: &f64| if offset.abs() < RANK * most { 0.0 } else { *offset };
+        let clean = |offset: &f64| {
+            if offset.abs() < RANK * most {
+                0.0
+            } else {
+                *offset
+            }
+        };
         found.iter().map(clean).collect()
     })
 }
@@ -171,7 +187,9 @@ mod tests {
         });
         let found = products(&matrix);
         assert_eq!(found.len(), 2);
-        let sum = found.iter().fold(DMatrix::zeros(TURNS, 7), |s, (u, v)| s + u * v);
+        let sum = found
+            .iter()
+            .fold(DMatrix::zeros(TURNS, 7), |s, (u, v)| s + u * v);
         // Rounding of numbers up to 100.
         assert!((sum - matrix).amax() < 1e-12);
     }

@@ -39,7 +39,10 @@ impl Variables {
             axes.filter(move |(_, a)| a.branch == branch && a.letter.is_rotary())
         };
         let from_workpiece = of(Branch::Workpiece).collect::<Vec<_>>().into_iter().rev();
-        let rotary: Vec<usize> = from_workpiece.chain(of(Branch::Tool)).map(|(i, _)| i).collect();
+        let rotary: Vec<usize> = from_workpiece
+            .chain(of(Branch::Tool))
+            .map(|(i, _)| i)
+            .collect();
         let levers = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
         let length = machine.length_range.map(|_| machine.axes.len());
         Some(Self {

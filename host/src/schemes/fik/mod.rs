@@ -17,8 +17,8 @@ use crate::errors::{ErrorModel, Parameter};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::schemes::blank::blank;
-use crate::schemes::products::{Factor, Placed, Product, layout, subtracted};
 use crate::schemes::products::points;
+use crate::schemes::products::{Factor, Placed, Product, layout, subtracted};
 use crate::schemes::{Found, Options, SchemeError};
 use form::Variables;
 use groups::Group;
@@ -60,7 +60,9 @@ pub fn compile(
     let forms = form::forms(&kinematics, &variables, &points, &sources);
     let forms = forms.ok_or(SchemeError::NoClosedForm)?;
     let groups = groups::groups(machine, &sources, &forms);
-    let chains = groups.iter().map(|group| chains::chains(group, &variables, &points));
+    let chains = groups
+        .iter()
+        .map(|group| chains::chains(group, &variables, &points));
     let chains: Vec<Vec<Vec<Factor>>> = chains.collect();
     let open = adjustable_groups(&sources, &groups, &|group| chains[group].len())?;
     let mut products = Vec::new();
@@ -115,7 +117,9 @@ fn adjustable_groups(
         numbered.filter(move |(_, g)| g.members.iter().any(|(member, _)| *member == source))
     };
     let terms = |source: usize| of(source).map(|(k, _)| chains(k)).sum::<usize>();
-    let asked: Vec<usize> = (0..sources.len()).filter(|s| sources[*s].is_adjustable).collect();
+    let asked: Vec<usize> = (0..sources.len())
+        .filter(|s| sources[*s].is_adjustable)
+        .collect();
     let needed = asked.iter().map(|s| terms(*s)).sum::<usize>();
     if needed > trueaxis::ADJUSTABLE {
         return Err(SchemeError::TooManyWeights {
@@ -154,7 +158,9 @@ fn notes(
     placed: &[Placed],
 ) -> Vec<String> {
     let tables = machine.axes.iter().enumerate().map(|(output, axis)| {
-        let terms = placed.iter().filter(|p| usize::from(p.term.output) == output);
+        let terms = placed
+            .iter()
+            .filter(|p| usize::from(p.term.output) == output);
         let mut tables: Vec<u8> = terms.flat_map(|p| p.term.factors.iter().copied()).collect();
         tables.sort_unstable();
         tables.dedup();
@@ -172,7 +178,10 @@ fn notes(
         let numbers: Vec<String> = of_source.iter().map(|(k, _)| k.to_string()).collect();
         let terms = if numbers.len() == 1 { "term" } else { "terms" };
         if of_source.is_empty() {
-            notes.push(format!("{}: no term, for it asks for no correction", source.name));
+            notes.push(format!(
+                "{}: no term, for it asks for no correction",
+                source.name
+            ));
             continue;
         }
         let mut note = format!("{}: {terms} {}", source.name, numbers.join(", "));

@@ -126,7 +126,9 @@ impl Motion<'_> {
         situation.sign[self.index] = 1.0;
         let value = |at: &f64| {
             let q = self.position(*at);
-            let value = self.errors.per_unit(self.machine, parameter, &q, &situation);
+            let value = self
+                .errors
+                .per_unit(self.machine, parameter, &q, &situation);
             value.unwrap_or_default()
         };
         Function {
@@ -141,13 +143,8 @@ impl Motion<'_> {
         let mut situation = Situation::default();
         situation.sign[self.index] = sign;
         let value = |at: &f64| {
-            let motions = errors.intra_at(
-                self.machine,
-                self.index,
-                *at,
-                &situation,
-                &Switches::ALL,
-            );
+            let motions =
+                errors.intra_at(self.machine, self.index, *at, &situation, &Switches::ALL);
             motions.unwrap_or_default()[self.component]
         };
         self.points.at.iter().map(value).collect()

@@ -28,7 +28,10 @@ fn options(policy: Policy) -> schemes::Options {
 }
 
 fn parameters(names: &[&str]) -> Vec<Parameter> {
-    names.iter().map(|name| Parameter::parse(name).unwrap()).collect()
+    names
+        .iter()
+        .map(|name| Parameter::parse(name).unwrap())
+        .collect()
 }
 
 fn found(machine: &Machine, errors: &ErrorModel, policy: Policy) -> Found {
@@ -42,7 +45,10 @@ fn the_huron_takes_the_documents_forty_tables_output_by_output() {
     // 13, 11, 14, 1 and 1 (section 7.4.1).
     for (letter, count) in [('X', 13), ('Y', 11), ('Z', 14), ('A', 1), ('C', 1)] {
         let output = machine.index(letter).unwrap();
-        let terms = draft.terms.iter().filter(|t| usize::from(t.output) == output);
+        let terms = draft
+            .terms
+            .iter()
+            .filter(|t| usize::from(t.output) == output);
         let mut tables: Vec<u8> = terms.flat_map(|t| t.factors.iter().copied()).collect();
         tables.sort_unstable();
         tables.dedup();
@@ -60,9 +66,16 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
     let e = |name: &str| errors.parameters[&Parameter::parse(name).unwrap()];
     let half = 0.5_f64.sqrt();
     let root = 2.0_f64.sqrt();
-    let bank = draft.banks.iter().find(|b| usize::from(b.input) == a && b.columns[0].len() == 101);
+    let bank = draft
+        .banks
+        .iter()
+        .find(|b| usize::from(b.input) == a && b.columns[0].len() == 101);
     let bank = bank.unwrap();
-    let before = draft.banks.iter().take_while(|b| *b != bank).map(|b| b.columns.len());
+    let before = draft
+        .banks
+        .iter()
+        .take_while(|b| *b != bank)
+        .map(|b| b.columns.len());
     let before: usize = before.sum();
     // Eq. 59 is the motion equivalent to the error: the correction is its negative.
     let of_a = |s: f64, c: f64| {
@@ -76,7 +89,10 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
             - e("EA0C")
     };
     for (output, formula) in [(a, &of_a as &dyn Fn(f64, f64) -> f64), (c, &of_c)] {
-        let terms = draft.terms.iter().filter(|t| usize::from(t.output) == output);
+        let terms = draft
+            .terms
+            .iter()
+            .filter(|t| usize::from(t.output) == output);
         let [term] = terms.collect::<Vec<_>>()[..] else {
             panic!("one term");
         };
@@ -87,7 +103,10 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
             let (s, c) = at.to_radians().sin_cos();
             let wanted = -formula(s, c).to_degrees();
             // Half a unit of the last place of f32, of up to 0.01°.
-            assert!((f64::from(*value) - wanted).abs() < 6e-10, "{at}: {value} {wanted}");
+            assert!(
+                (f64::from(*value) - wanted).abs() < 6e-10,
+                "{at}: {value} {wanted}"
+            );
         }
     }
 }
@@ -130,7 +149,10 @@ const CASES: [(&str, f64); 10] = [
 fn ten_cases_of_table_6_2_are_left_with_a_twentieth_of_a_micrometre_by_101_points() {
     for (name, value) in CASES {
         let left = case(name, value, 101).after.translation_um;
-        println!("{name}, 101 points: mean {:.4}, max {:.4} µm", left.mean, left.max);
+        println!(
+            "{name}, 101 points: mean {:.4}, max {:.4} µm",
+            left.mean, left.max
+        );
         assert!(left.mean <= 0.05 && left.max <= 0.1, "{name}: {left:?}");
     }
 }
@@ -141,11 +163,17 @@ fn the_documents_ten_points_cost_what_they_cost_a_sine() {
     for (name, value) in CASES {
         let found = case(name, value, 10);
         let (left, before) = (found.after.translation_um, found.before.translation_um);
-        println!("{name}, 10 points: mean {:.3}, max {:.3} of {:.1} µm", left.mean, left.max, before.max);
+        println!(
+            "{name}, 10 points: mean {:.3}, max {:.3} of {:.1} µm",
+            left.mean, left.max, before.max
+        );
         // A chord is off by 1 − cos(h/2) of a sine, 2.7 %, and of twice the angle by 11 %: of the largest lever
         // (half of 420 mm, with 240 + 74 mm above it, and 130 mm aside) twice, in two outputs.
         let chord = 1.0 - step.cos();
-        assert!(left.max <= 0.1 + chord * before.max * 2.0, "{name}: {left:?} {before:?}");
+        assert!(
+            left.max <= 0.1 + chord * before.max * 2.0,
+            "{name}: {left:?} {before:?}"
+        );
     }
     let left = case("EB0C", 0.4e-3, 10).after.translation_um;
     assert!(left.max > 1.0, "ten points are no hundred: {left:?}");
@@ -155,7 +183,10 @@ fn the_documents_ten_points_cost_what_they_cost_a_sine() {
 fn first_order(kinematics: &Kinematics<'_>, q: &PerAxis) -> PerAxis {
     let situation = Situation::default();
     let linearised = Linearised::new(kinematics, q, &situation);
-    let solver = kinematics.jacobian(q, None).solver(kinematics.policy).unwrap();
+    let solver = kinematics
+        .jacobian(q, None)
+        .solver(kinematics.policy)
+        .unwrap();
     let mut sum = PerAxis::default();
     for (parameter, value) in &kinematics.errors.parameters {
         let dq = solver.correct(&linearised.column(*parameter).unwrap());
@@ -167,7 +198,8 @@ fn first_order(kinematics: &Kinematics<'_>, q: &PerAxis) -> PerAxis {
 }
 
 #[test]
-fn at_their_points_tables_give_the_correction_of_first_order_on_every_machine_with_two_rotary_axes() {
+fn at_their_points_tables_give_the_correction_of_first_order_on_every_machine_with_two_rotary_axes()
+{
     macro_rules! example {
         ($machine:literal, $errors:literal) => {
             (
@@ -183,7 +215,10 @@ fn at_their_points_tables_give_the_correction_of_first_order_on_every_machine_wi
         example!("fork-head/machine", "fork-head/errors-13"),
         example!("table-head/machine", "table-head/errors-13"),
         example!("linuxcnc-xyzac-trt/machine", "linuxcnc-xyzac-trt/errors-11"),
-        example!("linuxcnc-xyzac-trt/machine-endless", "linuxcnc-xyzac-trt/errors-11"),
+        example!(
+            "linuxcnc-xyzac-trt/machine-endless",
+            "linuxcnc-xyzac-trt/errors-11"
+        ),
     ] {
         let machine = machine(text);
         let errors = ErrorModel::from_toml(errors, &machine).unwrap();
@@ -208,7 +243,12 @@ fn at_their_points_tables_give_the_correction_of_first_order_on_every_machine_wi
                     // A few units of the last place of f32: of corrections up to 0.5 mm, of positions up to 3 m that
                     // are a table, and of angles where a peak changes 0.01° per degree.
                     let off = (f64::from(given[i]) - wanted[i]).abs();
-                    assert!(off < 5e-7, "{} {policy:?} {}: {off}", machine.name, axis.letter);
+                    assert!(
+                        off < 5e-7,
+                        "{} {policy:?} {}: {off}",
+                        machine.name,
+                        axis.letter
+                    );
                 }
             }
         }
@@ -229,7 +269,9 @@ fn a_weight_that_is_set_is_another_value_of_the_error() {
         changed
     };
     let blobs = [&errors, &changed].map(|errors| {
-        let draft = compile(&machine, errors, &adjustable, &options).unwrap().draft;
+        let draft = compile(&machine, errors, &adjustable, &options)
+            .unwrap()
+            .draft;
         draft.encode().unwrap()
     });
     let [as_is, other] = [&blobs[0], &blobs[1]].map(|blob| Runtime::load(blob).unwrap());
@@ -249,7 +291,9 @@ fn a_weight_that_is_set_is_another_value_of_the_error() {
         *input = at;
     }
     let travelling = Travelling([Travel::Unknown; 16]);
-    let given = as_is.compensation().evaluate(&inputs, &travelling, &weights);
+    let given = as_is
+        .compensation()
+        .evaluate(&inputs, &travelling, &weights);
     let position = position.map(f64::from);
     let wanted = other.evaluate(&Command::at(&machine, &position));
     for (given, wanted) in given.iter().zip(wanted) {
@@ -262,7 +306,12 @@ fn a_weight_that_is_set_is_another_value_of_the_error() {
 fn weights_may_go_from_nothing_to_twice_and_all_that_stand_alone_are_adjustable() {
     let (machine, errors) = huron();
     let found = found(&machine, &errors, Policy::Orientation);
-    let open: Vec<_> = found.draft.terms.iter().filter(|t| t.limits.is_some()).collect();
+    let open: Vec<_> = found
+        .draft
+        .terms
+        .iter()
+        .filter(|t| t.limits.is_some())
+        .collect();
     // EX0S, EZ0S, EXX1, EYY1, EZZ1 one each, EY0C three, EB0C six.
     assert_eq!(open.len(), 14);
     for term in open {
@@ -271,7 +320,10 @@ fn weights_may_go_from_nothing_to_twice_and_all_that_stand_alone_are_adjustable(
         assert_eq!(low + high, 2.0 * term.weight);
     }
     let said = |text: &str| found.notes.iter().any(|note| note.contains(text));
-    assert!(said("EZ0S: term 4, adjustable") && said("tables of each output: Y 11, A 1, C 1, X 13, Z 14"));
+    assert!(
+        said("EZ0S: term 4, adjustable")
+            && said("tables of each output: Y 11, A 1, C 1, X 13, Z 14")
+    );
 }
 
 #[test]
@@ -280,11 +332,27 @@ fn what_cannot_be_says_what_would_work() {
     let options = options(Policy::Orientation);
     let all: Vec<Parameter> = errors.parameters.keys().copied().collect();
     let error = compile(&huron, &errors, &all, &options).unwrap_err();
-    assert!(matches!(error, SchemeError::TooManyWeights { held: 16, .. }), "{error}");
+    assert!(
+        matches!(error, SchemeError::TooManyWeights { held: 16, .. }),
+        "{error}"
+    );
     let strange = compile(&huron, &errors, &parameters(&["EB0W"]), &options).unwrap_err();
-    assert_eq!(strange.to_string(), "this machine has no error parameter EB0W");
+    assert_eq!(
+        strange.to_string(),
+        "this machine has no error parameter EB0W"
+    );
     let mill = machine(include_str!("../../../../examples/mill-21/machine.toml"));
     let error = compile(&mill, &ErrorModel::perfect(&mill), &[], &options).unwrap_err();
-    assert!(matches!(error, SchemeError::Axes { linear: 3, rotary: 0, .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            SchemeError::Axes {
+                linear: 3,
+                rotary: 0,
+                ..
+            }
+        ),
+        "{error}"
+    );
     assert!(error.remedy().contains("--scheme exact"));
 }

@@ -59,6 +59,7 @@ pub fn points(kinematics: &Kinematics<'_>, count: usize) -> Vec<Points> {
     let lengths = machine.length_range.into_iter();
     let kelvin = errors.sensors.iter().map(|sensor| sensor.range_kelvin);
     let others = lengths.chain(kelvin).enumerate();
-    let others = others.map(|(k, range)| Points::new(machine.axes.len() + k, range, count, false, 1.0));
+    let others =
+        others.map(|(k, range)| Points::new(machine.axes.len() + k, range, count, false, 1.0));
     axes.chain(others).collect()
 }

@@ -74,7 +74,11 @@ impl Functions {
         let machine: &Machine = kinematics.machine;
         let numbered = || machine.axes.iter().enumerate();
         let turns: Vec<bool> = numbered().map(|(_, a)| a.letter.is_rotary()).collect();
-        let varies = |i: usize| kinematics.errors.motions[i].iter().any(|motion| motion.varies());
+        let varies = |i: usize| {
+            kinematics.errors.motions[i]
+                .iter()
+                .any(|motion| motion.varies())
+        };
         Self {
             ranges: numbered()
                 .map(|(_, axis)| {

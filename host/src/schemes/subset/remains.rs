@@ -105,15 +105,27 @@ impl Remains {
     /// The least mean square (mm²) that a set of candidates (by index) leaves.
     pub fn left(&self, chosen: &[usize]) -> f64 {
         let (places, numbers) = self.solved(chosen);
-        let removed: f64 = places.iter().zip(numbers.iter()).map(|(p, n)| self.wanted[*p] * n).sum();
+        let removed: f64 = places
+            .iter()
+            .zip(numbers.iter())
+            .map(|(p, n)| self.wanted[*p] * n)
+            .sum();
         self.before - removed
     }
 
     /// The numbers of each candidate of a set (by index), for its functions as they are (mm, rad).
     pub fn numbers(&self, chosen: &[usize]) -> Vec<Vec<f64>> {
         let (places, numbers) = self.solved(chosen);
-        let mut scaled = places.iter().zip(numbers.iter()).map(|(p, n)| n / self.scales[*p]);
-        let of = |c: &usize| scaled.by_ref().take(self.starts[c + 1] - self.starts[*c]).collect();
+        let mut scaled = places
+            .iter()
+            .zip(numbers.iter())
+            .map(|(p, n)| n / self.scales[*p]);
+        let of = |c: &usize| {
+            scaled
+                .by_ref()
+                .take(self.starts[c + 1] - self.starts[*c])
+                .collect()
+        };
         chosen.iter().map(of).collect()
     }
 
@@ -121,7 +133,8 @@ impl Remains {
         let of = |c: &usize| self.starts[*c]..self.starts[c + 1];
         let places: Vec<usize> = chosen.iter().flat_map(of).collect();
         let count = places.len();
-        let mut products = DMatrix::from_fn(count, count, |i, j| self.products[(places[i], places[j])]);
+        let mut products =
+            DMatrix::from_fn(count, count, |i, j| self.products[(places[i], places[j])]);
         for i in 0..count {
             products[(i, i)] += HELD;
         }
@@ -131,7 +144,9 @@ impl Remains {
             Some(known) => known.solve(&wanted),
             None => {
                 let known = products.symmetric_eigen();
-                let inverse = known.eigenvalues.map(|v| if v > HELD { 1.0 / v } else { 0.0 });
+                let inverse = known
+                    .eigenvalues
+                    .map(|v| if v > HELD { 1.0 / v } else { 0.0 });
                 let inside = known.eigenvectors.tr_mul(&wanted).component_mul(&inverse);
                 known.eigenvectors * inside
             }

@@ -17,9 +17,14 @@ const ROUNDS: usize = 100;
 /// The best set found of candidates (by index, in order) that takes at most so many tables.
 pub fn best(remains: &Remains, most: usize) -> Vec<usize> {
     // What is best for each of its tables, or as a whole: neither begins better everywhere.
-    let starts = [true, false].map(|each| exchanged(remains, filled(remains, &[], most, each), most));
+    let starts =
+        [true, false].map(|each| exchanged(remains, filled(remains, &[], most, each), most));
     let [a, b] = starts;
-    let mut best = if remains.left(&a) <= remains.left(&b) { a } else { b };
+    let mut best = if remains.left(&a) <= remains.left(&b) {
+        a
+    } else {
+        b
+    };
     best.sort_unstable();
     best
 }
@@ -47,7 +52,9 @@ fn filled(remains: &Remains, chosen: &[usize], most: usize, each: bool) -> Vec<u
             let worth = if each { removed / more as f64 } else { removed };
             Some((worth, then, candidate))
         };
-        let gains = (0..remains.candidates.len()).into_par_iter().filter_map(gain);
+        let gains = (0..remains.candidates.len())
+            .into_par_iter()
+            .filter_map(gain);
         // The first of those that are as good, so that threads do not decide.
         let best = gains.max_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)));
         match best {

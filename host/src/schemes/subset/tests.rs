@@ -16,7 +16,13 @@ macro_rules! example {
         let folder = concat!("../../../../examples/", $machine);
         let _ = folder;
         let machine = include_str!(concat!("../../../../examples/", $machine, "/machine.toml"));
-        let errors = include_str!(concat!("../../../../examples/", $machine, "/", $errors, ".toml"));
+        let errors = include_str!(concat!(
+            "../../../../examples/",
+            $machine,
+            "/",
+            $errors,
+            ".toml"
+        ));
         let machine = Machine::from_toml(machine).unwrap();
         let errors = ErrorModel::from_toml(errors, &machine).unwrap();
         (machine, errors)
@@ -30,7 +36,13 @@ fn remains((machine, errors): &(Machine, ErrorModel), policy: Policy) -> Remains
 
 /// The best of all sets of so many tables, and how many there are.
 fn exhaustive(remains: &Remains, most: usize) -> (f64, usize) {
-    fn grow(remains: &Remains, most: usize, chosen: &[usize], from: usize, sets: &mut Vec<Vec<usize>>) {
+    fn grow(
+        remains: &Remains,
+        most: usize,
+        chosen: &[usize],
+        from: usize,
+        sets: &mut Vec<Vec<usize>>,
+    ) {
         for candidate in from..remains.candidates.len() {
             let with = [chosen, &[candidate]].concat();
             // Two products may share a coordinate: a set that is too large stays so.
@@ -65,20 +77,27 @@ fn genetic(remains: &Remains, most: usize, seed: u64) -> (f64, usize) {
     };
     let mut sets: Vec<Vec<usize>> = (0..SETS)
         .map(|_| {
-            let bits = (0..count).map(|_| random.random_range(0..count) < most).collect();
+            let bits = (0..count)
+                .map(|_| random.random_range(0..count) < most)
+                .collect();
             repaired(bits, &mut random)
         })
         .collect();
     let mut least = f64::INFINITY;
     for _ in 0..GENERATIONS {
         let left: Vec<f64> = sets.par_iter().map(|set| remains.left(set)).collect();
-        let best = (0..SETS).min_by(|a, b| left[*a].total_cmp(&left[*b])).unwrap();
+        let best = (0..SETS)
+            .min_by(|a, b| left[*a].total_cmp(&left[*b]))
+            .unwrap();
         least = least.min(left[best]);
         let mut next = vec![sets[best].clone()];
         while next.len() < SETS {
             let mut parent = || {
                 let three = [0; 3].map(|_| random.random_range(0..SETS));
-                three.into_iter().min_by(|a, b| left[*a].total_cmp(&left[*b])).unwrap()
+                three
+                    .into_iter()
+                    .min_by(|a, b| left[*a].total_cmp(&left[*b]))
+                    .unwrap()
             };
             let parents = [parent(), parent()];
             let bit = |i: usize| {
@@ -98,11 +117,27 @@ fn the_search_finds_the_best_of_all_sets_and_a_genetic_search_none_better() {
     let direction = Policy::default();
     let mut rows = Vec::new();
     for (name, example, policy) in [
-        ("Kolibri", example!("kolibri", "errors-10"), Policy::Orientation),
-        ("Kolibri, direction", example!("kolibri", "errors-10"), direction),
-        ("Huron", example!("huron-k2x8", "errors-13"), Policy::Orientation),
+        (
+            "Kolibri",
+            example!("kolibri", "errors-10"),
+            Policy::Orientation,
+        ),
+        (
+            "Kolibri, direction",
+            example!("kolibri", "errors-10"),
+            direction,
+        ),
+        (
+            "Huron",
+            example!("huron-k2x8", "errors-13"),
+            Policy::Orientation,
+        ),
         ("fork head", example!("fork-head", "errors-13"), direction),
-        ("table and head", example!("table-head", "errors-13"), direction),
+        (
+            "table and head",
+            example!("table-head", "errors-13"),
+            direction,
+        ),
     ] {
         let remains = remains(&example, policy);
         for most in 1..=4 {
@@ -118,8 +153,16 @@ fn the_search_finds_the_best_of_all_sets_and_a_genetic_search_none_better() {
                 1e3 * theirs.sqrt()
             ));
             // As good as the search takes for as good.
-            assert!(ours <= least + 1e-11 * remains.before, "{}", rows.join("\n"));
-            assert!(theirs >= least - 1e-11 * remains.before, "{}", rows.join("\n"));
+            assert!(
+                ours <= least + 1e-11 * remains.before,
+                "{}",
+                rows.join("\n")
+            );
+            assert!(
+                theirs >= least - 1e-11 * remains.before,
+                "{}",
+                rows.join("\n")
+            );
         }
     }
     println!("{}", rows.join("\n"));

@@ -1,0 +1,111 @@
+//! A grid of the linear axes with the kinematic correction at its nodes.
+
+use crate::errors::{Situation, Switches};
+use crate::kinematics::{Kinematics, NotConverged};
+use crate::machine::PerAxis;
+use crate::schemes::moments::SAMPLED;
+use rayon::prelude::*;
+
+/// Corrections at the nodes of a grid, the first axis slowest.
+pub struct Mesh<'a> {
+    /// Numbers of the linear axes.
+    pub axes: [usize; 3],
+    /// Where the nodes of each are (mm): evenly over its travel.
+    along: [Vec<f64>; 3],
+    /// The kinematic correction (mm, rad).
+    pub corrections: Vec<PerAxis>,
+    kinematics: &'a Kinematics<'a>,
+}
+
+impl<'a> Mesh<'a> {
+    /// With so many nodes of each axis; rotary axes are where they are `at` (mm, rad).
+    pub fn new(
+        kinematics: &'a Kinematics<'a>,
+        axes: [usize; 3],
+        at: &PerAxis,
+        sizes: [usize; 3],
+    ) -> Result<Self, NotConverged> {
+        let along: [Vec<f64>; 3] = std::array::from_fn(|k| evenly(kinematics, axes[k], sizes[k]));
+        let nodes = (0..sizes.iter().product()).into_par_iter();
+        let corrections = nodes.map(|node: usize| {
+            let of = [
+                node / (sizes[1] * sizes[2]),
+                node / sizes[2] % sizes[1],
+                node % sizes[2],
+            ];
+            let mut q = *at;
+            for k in 0..3 {
+                q[axes[k]] = along[k][of[k]];
+            }
+            correction(kinematics, &q)
+        });
+        Ok(Self {
+            axes,
+            corrections: corrections.collect::<Result<_, _>>()?,
+            along,
+            kinematics,
+        })
+    }
+
+    /// How many nodes there are of each axis.
+    pub fn sizes(&self) -> [usize; 3] {
+        self.along.each_ref().map(Vec::len)
+    }
+
+    /// What of the volumetric error is left at a command (mm, rad) with interpolated corrections (mm), Eq. 10.
+    pub fn left(&self, q: &PerAxis) -> [f64; 3] {
+        let between: [(usize, f64); 3] =
+            std::array::from_fn(|k| before(&self.along[k], q[self.axes[k]]));
+        let [_, y, z] = self.sizes();
+        let mut dq = PerAxis::default();
+        // Eq. 14: each corner counts by how near it is along each axis.
+        for corner in 0..8_usize {
+            let (mut node, mut part) = (0, 1.0);
+            for (k, (first, ratio)) in between.into_iter().enumerate() {
+                let up = corner >> k & 1;
+                node = node * [1, y, z][k] + first + up;
+                part *= if up == 1 { ratio } else { 1.0 - ratio };
+            }
+            add(&mut dq, part, &self.corrections[node]);
+        }
+        error(self.kinematics, q, &dq)
+    }
+}
+
+/// Nodes of an axis (mm).
+pub fn evenly(kinematics: &Kinematics<'_>, axis: usize, nodes: usize) -> Vec<f64> {
+    let [low, high] = kinematics.machine.axes[axis].travel;
+    let part = |k: usize| k as f64 / (nodes - 1) as f64;
+    (0..nodes).map(|k| low + (high - low) * part(k)).collect()
+}
+
+/// The node before a position, and how far it is on the way to the next one (0 to 1, Eq. 13).
+pub fn before(nodes: &[f64], position: f64) -> (usize, f64) {
+    let step = nodes[1] - nodes[0];
+    let first = ((position - nodes[0]) / step).max(0.0) as usize;
+    let first = first.min(nodes.len() - 2);
+    (first, (position - nodes[first]) / step)
+}
+
+/// The kinematic correction (mm, rad) with the machine's own tool, whatever the direction of travel.
+pub fn correction(kinematics: &Kinematics<'_>, q: &PerAxis) -> Result<PerAxis, NotConverged> {
+    let situation = Situation::default();
+    Ok(kinematics
+        .correction_within(q, &situation, &Switches::ALL, SAMPLED)?
+        .dq)
+}
+
+/// The translation (mm, tool frame) of the volumetric error with a correction.
+pub fn error(kinematics: &Kinematics<'_>, q: &PerAxis, dq: &PerAxis) -> [f64; 3] {
+    kinematics
+        .volumetric_error(q, dq, &Situation::default())
+        .t
+        .into()
+}
+
+/// Adds a part of a correction to another.
+pub fn add(sum: &mut PerAxis, part: f64, dq: &PerAxis) {
+    for (sum, d) in sum.iter_mut().zip(dq) {
+        *sum += part * d;
+    }
+}

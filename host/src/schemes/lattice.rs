@@ -1,0 +1,138 @@
+//! The grid of commands that a scheme is fitted on: as many positions of every axis, evenly over its travel.
+
+use crate::machine::{Axis, Machine, PerAxis};
+use rayon::prelude::*;
+
+/// Nodes of a block: what is known of a block is small, whatever is known of a node.
+const BLOCK: usize = 1000;
+
+/// A grid of commands (mm, rad).
+pub struct Lattice {
+    along: Vec<Vec<f64>>,
+}
+
+impl Lattice {
+    /// The same number of positions along every axis, both ends of its travel among them; 10 are 10⁵ nodes of
+    /// five axes, as in the source document (section 5.9.1). One position is the middle.
+    pub fn over(machine: &Machine, positions: usize) -> Self {
+        let axes = machine.axes.iter();
+        Self {
+            along: axes.map(|axis| evenly(axis, positions)).collect(),
+        }
+    }
+
+    /// The same with another number of positions of one axis.
+    pub fn evenly(self, machine: &Machine, axis: usize, positions: usize) -> Self {
+        self.with(axis, &evenly(&machine.axes[axis], positions))
+    }
+
+    /// The same with these positions of one axis (mm, rad).
+    pub fn with(mut self, axis: usize, positions: &[f64]) -> Self {
+        self.along[axis] = positions.to_vec();
+        self
+    }
+
+    /// How many nodes there are.
+    pub fn nodes(&self) -> usize {
+        self.along.iter().map(Vec::len).product()
+    }
+
+    /// Number of the position of one axis at a node.
+    pub fn place(&self, node: usize, axis: usize) -> usize {
+        let faster = self.along[axis + 1..].iter().map(Vec::len);
+        node / faster.product::<usize>() % self.along[axis].len()
+    }
+
+    /// The command (mm, rad) of a node.
+    fn command(&self, mut node: usize) -> PerAxis {
+        let mut q = PerAxis::default();
+        for (q, positions) in q.iter_mut().zip(&self.along).rev() {
+            *q = positions[node % positions.len()];
+            node /= positions.len();
+        }
+        q
+    }
+
+    /// Adds up what `add` makes of every node, block by block on all cores, the blocks in order: so the sum is
+    /// the same on any number of them. Only the sums are held, not the nodes.
+    pub fn sum<S: Send, E: Send>(
+        &self,
+        nothing: impl Fn() -> S + Sync,
+        add: impl Fn(&mut S, usize, &PerAxis) -> Result<(), E> + Sync,
+        join: impl Fn(&mut S, S),
+    ) -> Result<S, E> {
+        let blocks = 0..self.nodes().div_ceil(BLOCK);
+        let of_block = |block: usize| {
+            let mut sum = nothing();
+            let nodes = block * BLOCK..self.nodes().min((block + 1) * BLOCK);
+            nodes
+                .into_iter()
+                .try_for_each(|node| add(&mut sum, node, &self.command(node)))?;
+            Ok(sum)
+        };
+        let sums: Result<Vec<S>, E> = blocks.into_par_iter().map(of_block).collect();
+        let mut total = nothing();
+        for sum in sums? {
+            join(&mut total, sum);
+        }
+        Ok(total)
+    }
+}
+
+fn evenly(axis: &Axis, positions: usize) -> Vec<f64> {
+    let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+    let part = |k: usize| match positions {
+        1 => 0.5,
+        n => k as f64 / (n - 1) as f64,
+    };
+    (0..positions)
+        .map(|k| low + (high - low) * part(k))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mill() -> Machine {
+        Machine::from_toml(include_str!("../../../examples/mill-21/machine.toml")).unwrap()
+    }
+
+    #[test]
+    fn every_combination_of_positions_is_a_node_once() {
+        let machine = mill();
+        let lattice = Lattice::over(&machine, 4).with(1, &[7.0, 9.0]);
+        assert_eq!(lattice.nodes(), 32);
+        let mut seen: Vec<String> = (0..32)
+            .map(|n| format!("{:?}", lattice.command(n)))
+            .collect();
+        seen.sort();
+        seen.dedup();
+        assert_eq!(seen.len(), 32);
+        for node in 0..32 {
+            let q = lattice.command(node);
+            assert_eq!(q[1], [7.0, 9.0][lattice.place(node, 1)]);
+            let [low, high] = machine.axes[0].travel;
+            let at = low + (high - low) * lattice.place(node, 0) as f64 / 3.0;
+            assert!((q[0] - at).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn sums_take_in_every_node() {
+        let lattice = Lattice::over(&mill(), 13);
+        let add = |sum: &mut (usize, f64), node: usize, q: &PerAxis| {
+            sum.0 += node;
+            sum.1 += q[2];
+            Ok::<(), ()>(())
+        };
+        let join = |total: &mut (usize, f64), sum: (usize, f64)| {
+            total.0 += sum.0;
+            total.1 += sum.1;
+        };
+        let (nodes, sum) = lattice.sum(|| (0, 0.0), add, join).unwrap();
+        assert_eq!(nodes, (0..13 * 13 * 13).sum::<usize>());
+        // The mean of Z, from -400 to 0.
+        assert!((sum / 2197.0 + 200.0).abs() < 1e-9);
+    }
+}
