@@ -2,8 +2,7 @@
 
 use crate::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches};
 use crate::machine::{Machine, PerAxis};
-use crate::schemes::products::Function;
-use crate::schemes::products::Points;
+use crate::schemes::products::{Function, Points};
 
 /// One error that is a number: an error parameter, or an error motion with all its coefficients.
 #[derive(Clone, Debug, PartialEq)]

@@ -36,26 +36,9 @@ fn remains((machine, errors): &(Machine, ErrorModel), policy: Policy) -> Remains
 
 /// The best of all sets of so many tables, and how many there are.
 fn exhaustive(remains: &Remains, most: usize) -> (f64, usize) {
-    fn grow(
-        remains: &Remains,
-        most: usize,
-        chosen: &[usize],
-        from: usize,
-        sets: &mut Vec<Vec<usize>>,
-    ) {
-        for candidate in from..remains.candidates.len() {
-            let with = [chosen, &[candidate]].concat();
-            // Two products may share a coordinate: a set that is too large stays so.
-            if search::size(remains, &with) <= most {
-                sets.push(with.clone());
-                grow(remains, most, &with, candidate + 1, sets);
-            }
-        }
-    }
-    let mut sets = Vec::new();
-    grow(remains, most, &[], 0, &mut sets);
-    let least = sets.par_iter().map(|set| remains.left(set));
-    (least.reduce(|| f64::INFINITY, f64::min), sets.len())
+    let sets = search::all(remains, most, usize::MAX).unwrap();
+    let left = sets.par_iter().map(|set| remains.left(set));
+    (left.reduce(|| f64::INFINITY, f64::min), sets.len())
 }
 
 /// A genetic search as usual for such choices: sets as bits, tournaments of three, half of the bits from each
@@ -113,7 +96,7 @@ fn genetic(remains: &Remains, most: usize, seed: u64) -> (f64, usize) {
 }
 
 #[test]
-fn the_search_finds_the_best_of_all_sets_and_a_genetic_search_none_better() {
+fn the_search_finds_the_best_of_all_sets_and_a_genetic_search_none_that_is_better() {
     let direction = Policy::default();
     let mut rows = Vec::new();
     for (name, example, policy) in [
@@ -140,29 +123,29 @@ fn the_search_finds_the_best_of_all_sets_and_a_genetic_search_none_better() {
         ),
     ] {
         let remains = remains(&example, policy);
-        for most in 1..=4 {
-            let (least, sets) = exhaustive(&remains, most);
+        for most in [1, 2, 3, 4, 5, 10] {
             let chosen = search::best(&remains, most);
             assert!(search::size(&remains, &chosen) <= most);
             let ours = remains.left(&chosen);
             let (theirs, looked) = genetic(&remains, most, 1);
+            let um = |square: f64| format!("{:.4}", 1e3 * square.sqrt());
+            let all = (most <= 5).then(|| exhaustive(&remains, most));
+            let all_said = all.map_or_else(
+                || "too many sets".to_owned(),
+                |(least, sets)| format!("all {sets} sets {}", um(least)),
+            );
             rows.push(format!(
-                "{name}, {most}: all {sets} sets {:.4}, ours {:.4}, genetic ({looked}) {:.4}",
-                1e3 * least.sqrt(),
-                1e3 * ours.sqrt(),
-                1e3 * theirs.sqrt()
+                "{name}, {most}: {all_said}, ours {}, genetic ({looked}) {}",
+                um(ours),
+                um(theirs)
             ));
-            // As good as the search takes for as good.
-            assert!(
-                ours <= least + 1e-11 * remains.before,
-                "{}",
-                rows.join("\n")
-            );
-            assert!(
-                theirs >= least - 1e-11 * remains.before,
-                "{}",
-                rows.join("\n")
-            );
+            // Of 4 tables and fewer the search looks through all sets itself: 5 are the test of its exchanges. Rounding
+            // is what it takes for as good.
+            let as_good = 1e-11 * remains.before;
+            if let Some((least, _)) = all {
+                assert!(ours <= least + as_good, "{}", rows.join("\n"));
+            }
+            assert!(theirs >= ours - as_good, "{}", rows.join("\n"));
         }
     }
     println!("{}", rows.join("\n"));
