@@ -240,11 +240,11 @@ fn at_their_points_tables_give_the_correction_of_first_order_on_every_machine_wi
                 let wanted = machine.to_command(&first_order(&kinematics, &q));
                 let given = runtime.evaluate(&command);
                 for (i, axis) in machine.axes.iter().enumerate() {
-                    // Between its points the runtime knows a position to 1e-5 of their distance of up to 4°, and
-                    // the steepest correction, the Kolibri's C near its peak, changes by 0.05° per degree.
+                    // The runtime finds a place between points to 1e-5 of their distance of up to 4°, and the
+                    // steepest correction, the Kolibri's X where its C has a peak, changes by 0.25 mm per degree.
                     let off = (f64::from(given[i]) - wanted[i]).abs();
                     assert!(
-                        off < 2e-6,
+                        off < 1e-5,
                         "{} {policy:?} {}: {off}",
                         machine.name,
                         axis.letter

@@ -133,20 +133,17 @@ impl Remains {
         let of = |c: &usize| self.starts[*c]..self.starts[c + 1];
         let places: Vec<usize> = chosen.iter().flat_map(of).collect();
         let count = places.len();
-        let mut products =
-            DMatrix::from_fn(count, count, |i, j| self.products[(places[i], places[j])]);
-        for i in 0..count {
-            products[(i, i)] += HELD;
-        }
+        let held = |i: usize, j: usize| if i == j { HELD } else { 0.0 };
+        let product = |i: usize, j: usize| self.products[(places[i], places[j])] + held(i, j);
+        let products = || DMatrix::from_fn(count, count, product);
         let wanted = DVector::from_fn(count, |i, _| self.wanted[places[i]]);
         // Held as it is, the matrix is positive; by how little, rounding decides.
-        let solution = match products.clone().cholesky() {
+        let solution = match products().cholesky() {
             Some(known) => known.solve(&wanted),
             None => {
-                let known = products.symmetric_eigen();
-                let inverse = known
-                    .eigenvalues
-                    .map(|v| if v > HELD { 1.0 / v } else { 0.0 });
+                let known = products().symmetric_eigen();
+                let inverse = |v: f64| if v > HELD { 1.0 / v } else { 0.0 };
+                let inverse = known.eigenvalues.map(inverse);
                 let inside = known.eigenvectors.tr_mul(&wanted).component_mul(&inverse);
                 known.eigenvectors * inside
             }
