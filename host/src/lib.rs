@@ -1,7 +1,9 @@
 //! From measured geometric errors of a machine tool to the fewest compensation tables that null them.
 #![forbid(unsafe_code)]
 
+pub mod compare;
 pub mod compile;
+pub mod cost;
 pub mod direct;
 pub mod errors;
 pub mod explain;

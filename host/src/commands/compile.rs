@@ -1,6 +1,7 @@
 //! `trueaxis compile`
 
 mod answer;
+mod made;
 
 use super::Outcome;
 use super::at;
@@ -13,15 +14,14 @@ use super::scheme::SchemeArguments;
 use super::target;
 use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
+use made::{Made, Wanted};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
-use trueaxis_host::compile::{self, CompileError, Full, Refusal};
+use trueaxis_host::compile;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{stored, tolerance_urad};
-use trueaxis_host::schemes;
+use trueaxis_host::schemes::{self, Scheme};
 use trueaxis_host::target::Target;
-use trueaxis_host::uncertainty::over_travel;
-use trueaxis_host::validate::Runtime;
 
 /// Turn a machine and its errors into a compensation, and prove what it does
 ///
@@ -109,112 +109,134 @@ pub fn positive(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let Arguments {
-        files,
-        output,
-        tolerance,
-        ..
-    } = arguments;
+    let files = &arguments.files;
     let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
     let target_file = Path::new(&arguments.target);
     if target_file.exists() {
         inputs.push(target_file);
     }
-    files::prepare(output, &inputs)?;
+    files::prepare(&arguments.output, &inputs)?;
     let target = target::read(&arguments.target)?;
     let (machine, errors) = files.read()?;
-    let options = arguments.options(&machine, target)?;
-    let blame = |error| blame::compile(error, files, &machine, &errors);
-    let policy = stored(options.tables.policy);
-    let bar = Bar::new();
-    let answer = Answer {
-        file: output,
-        machine: &machine.name,
-        scheme: options.scheme.name(),
-        zero_at: arguments.zero_at.as_deref(),
-        policy: policy.into(),
-        stored: policy,
-        target: &options.tables.target,
-        tolerance_um: *tolerance,
-        tolerance_urad: tolerance_urad(options.tables.policy, *tolerance),
-        meets_tolerance: false,
-        written: false,
-        proven: None,
-        missed: &[],
-        refusals: &[],
-        shortages: &[],
-        smaller: options.scheme.smaller(),
-        full: None,
-    };
-    let built = match compile::build(&machine, &errors, &options, &bar) {
-        Ok(built) => built,
-        Err(CompileError::NoRoom { shortages, .. }) => {
-            drop(bar);
-            let answer = Answer {
-                shortages: &shortages,
-                ..answer
-            };
-            answer.print(arguments.json)?;
-            return Ok(Outcome::CheckFailed);
-        }
-        Err(error) => return Err(blame(error)),
-    };
-    let zero = options
-        .tables
-        .zero(&machine, &errors)
-        .map_err(|error| blame(error.into()))?;
-    // The bytes are proven before they are written; writing reads them back and compares.
-    let runtime = Runtime::load(&built.blob).map_err(CompileError::from)?;
-    let proof = compile::prove_held(
-        &machine,
-        &errors,
-        &runtime,
-        &zero,
-        &options.scheme.held(&machine),
-        options.random,
-        options.seed,
-        &bar,
-    )
-    .map_err(blame)?;
-    let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), options.seed)
-        .map_err(|error| blame(error.into()))?;
-    let (refusals, missed) = match options.scheme.keeps_tolerance() {
-        true => (proof.refusals(*tolerance), Vec::new()),
-        false => (Vec::new(), proof.refusals(*tolerance)),
-    };
-    let accepted = |refusal: &Refusal| arguments.best_effort && refusal.yields_to_best_effort();
-    let written = refusals.iter().all(accepted);
-    drop(bar);
-    if written {
-        files::write(output, &built.blob)?;
+    let wanted = arguments.wanted(&machine, target)?;
+    for one in &wanted {
+        files::prepare(&one.output, &inputs)?;
     }
-    let answer = Answer {
-        meets_tolerance: proof.meets(*tolerance),
-        written,
-        proven: Some(Proven::new(&built, &proof, uncertainty, *tolerance)),
-        missed: &missed,
-        refusals: &refusals,
-        full: Full::of(&built, &proof, &options),
-        ..answer
-    };
-    answer.print(arguments.json)?;
-    Ok(if refusals.is_empty() {
-        Outcome::Done
-    } else {
-        Outcome::CheckFailed
+    let bar = Bar::new();
+    let made: Result<Vec<Made>, BadInput> = wanted
+        .iter()
+        .map(|one| {
+            let made = Made::new(&machine, &errors, &one.options, arguments.tolerance, &bar);
+            made.map_err(|error| blame::compile(error, files, &machine, &errors))
+        })
+        .collect();
+    let made = made?;
+    drop(bar);
+    // All of them, or none.
+    let written = made
+        .iter()
+        .all(|one| one.may_be_written(arguments.best_effort));
+    let mut answers = Vec::new();
+    for (wanted, made) in wanted.iter().zip(&made) {
+        if let (true, Made::Proven(made)) = (written, made) {
+            files::write(&wanted.output, &made.built.blob)?;
+        }
+        answers.push(arguments.answer(&machine, wanted, made, written));
+    }
+    answer::print(&answers, arguments.json)?;
+    Ok(match made.iter().all(Made::is_right) {
+        true => Outcome::Done,
+        false => Outcome::CheckFailed,
     })
 }
 
 impl Arguments {
+    /// What is to be made: one file, or one for each position of the rotary axes.
+    fn wanted(&self, machine: &Machine, target: Target) -> Result<Vec<Wanted>, BadInput> {
+        let schemes = self.scheme.schemes(machine)?;
+        let is_one = schemes.len() == 1;
+        let wanted = schemes.into_iter().map(|(scheme, place)| {
+            Ok(Wanted {
+                output: match is_one {
+                    true => self.output.clone(),
+                    false => beside(&self.output, &place),
+                },
+                options: self.options(machine, target.clone(), scheme)?,
+            })
+        });
+        wanted.collect()
+    }
+
+    /// What there is to say of it.
+    fn answer<'a>(
+        &'a self,
+        machine: &'a Machine,
+        wanted: &'a Wanted,
+        made: &'a Made,
+        written: bool,
+    ) -> Answer<'a> {
+        let (tables, tolerance) = (&wanted.options.tables, self.tolerance);
+        let policy = stored(tables.policy);
+        let answer = Answer {
+            file: &wanted.output,
+            machine: &machine.name,
+            scheme: wanted.options.scheme.name(),
+            zero_at: self.zero_at.as_deref(),
+            policy: policy.into(),
+            stored: policy,
+            target: &tables.target,
+            tolerance_um: tolerance,
+            tolerance_urad: tolerance_urad(tables.policy, tolerance),
+            meets_tolerance: false,
+            written,
+            proven: None,
+            missed: &[],
+            refusals: &[],
+            shortages: &[],
+            smaller: wanted.options.scheme.smaller(),
+            full: None,
+        };
+        match made {
+            Made::NoRoom(shortages) => Answer {
+                shortages,
+                ..answer
+            },
+            Made::Proven(made) => Answer {
+                meets_tolerance: made.proof.meets(tolerance),
+                proven: Some(Proven::new(
+                    &made.built,
+                    &made.proof,
+                    made.uncertainty.as_ref(),
+                    tolerance,
+                )),
+                missed: &made.missed,
+                refusals: &made.refusals,
+                full: made.full.as_ref(),
+                ..answer
+            },
+        }
+    }
+
     /// What the library is asked.
-    fn options(&self, machine: &Machine, target: Target) -> Result<compile::Options, BadInput> {
+    fn options(
+        &self,
+        machine: &Machine,
+        target: Target,
+        scheme: Scheme,
+    ) -> Result<compile::Options, BadInput> {
+        if let (Scheme::Grid3d(_), Some(_)) = (&scheme, self.points) {
+            return Err(BadInput::new(
+                "--points is given, but --scheme grid3d has no tables",
+                "leave out --points, or say how many nodes there may be with --max-nodes",
+            ));
+        }
         let zero_at = self
             .zero_at
             .as_deref()
             .map(|text| at::zero_position(text, machine))
             .transpose()?;
         Ok(compile::Options {
-            scheme: self.scheme.scheme(machine)?,
+            scheme,
             tables: schemes::Options {
                 policy: self.policy.kinematic()?,
                 tolerance: self.tolerance * 1e-3,
@@ -232,4 +254,12 @@ impl Arguments {
             seed: self.random.seed,
         })
     }
+}
+
+/// The name of one file of several: FILE-A0-C90.trax.
+fn beside(output: &Path, place: &str) -> PathBuf {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = output.extension().unwrap_or_default().to_string_lossy();
+    let dot = if extension.is_empty() { "" } else { "." };
+    output.with_file_name(format!("{stem}-{place}{dot}{extension}"))
 }

@@ -28,6 +28,7 @@ mod progress;
 mod quantity;
 mod replace;
 mod scheme;
+mod schemes;
 mod screen;
 mod simulate;
 mod target;
@@ -58,6 +59,7 @@ enum Command {
     Verify(verify::Arguments),
     Inspect(inspect::Arguments),
     Eval(eval::Arguments),
+    Schemes(schemes::Arguments),
     Correct(correct::Arguments),
     Pose(pose::Arguments),
     Explain(explain::Arguments),
@@ -91,6 +93,7 @@ pub fn run() -> ExitCode {
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
+        Command::Schemes(arguments) => schemes::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),
         Command::Pose(arguments) => pose::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

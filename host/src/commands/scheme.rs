@@ -46,9 +46,13 @@ pub struct OwnArguments {
     /// grid3d: most nodes along an axis (default: 25)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=200))]
     max_nodes: Option<u32>,
-    /// grid3d: where the rotary axes are that the grid is made for (default: at 0); axes left out are at 0
+    /// grid3d: where the nodes are: over the travel (the default), or over the calibrated range only
+    #[arg(long, value_enum, value_name = "WHERE")]
+    zone: Option<Zone>,
+    /// grid3d: where the rotary axes are that the grid is made for (default: at 0); axes left out are at 0. Once
+    /// for each position: then there is a file for each, FILE-A0-C90.trax
     #[arg(long, value_name = "A=0,C=0")]
-    rotary: Option<String>,
+    rotary: Vec<String>,
     /// poly25, trigo23: positions along each axis of the grid that tables are fitted on (default: 10)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=30))]
     nodes: Option<u32>,
@@ -72,6 +76,14 @@ enum Objective {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
+enum Zone {
+    /// Over the travel of each axis
+    Travel,
+    /// Where no error motion of the axis holds its end value
+    Calibrated,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
 enum Rms {
     /// The root of the mean square
     Usual,
@@ -88,37 +100,60 @@ enum Minimize {
 }
 
 impl SchemeArguments {
-    /// The scheme with its options.
-    pub fn scheme(&self, machine: &Machine) -> Result<Scheme, BadInput> {
-        let scheme = self.own.with(&self.scheme, machine)?;
-        let name = scheme.name();
+    /// The scheme with its options; several of them where there is one grid for each position of the rotary axes,
+    /// each with that position as it is part of a file name.
+    pub fn schemes(&self, machine: &Machine) -> Result<Vec<(Scheme, String)>, BadInput> {
+        let name = self.scheme.name();
         let chosen = name.split(':').next().unwrap_or_default();
         let given = self.own.given();
         let stranger = given
             .into_iter()
             .find(|(_, owners)| !owners.contains(&chosen));
-        match stranger {
-            None => Ok(scheme),
-            Some((option, owners)) => Err(BadInput::new(
+        if let Some((option, owners)) = stranger {
+            return Err(BadInput::new(
                 format!("{option} is given, but --scheme {name} knows nothing of it"),
                 format!(
                     "leave out {option}, or use --scheme {}",
                     owners.join(" or ")
                 ),
-            )),
+            ));
         }
+        let schemes = self.own.with(&self.scheme, machine)?;
+        let place = |scheme: &Scheme| {
+            let held = scheme.held(machine).into_iter();
+            let held: Vec<String> = held
+                .map(|(axis, position)| format!("{}{position}", machine.axes[axis].letter))
+                .collect();
+            held.join("-")
+        };
+        let named: Vec<(Scheme, String)> = (schemes.into_iter())
+            .map(|scheme| {
+                let place = place(&scheme);
+                (scheme, place)
+            })
+            .collect();
+        for (k, (_, place)) in named.iter().enumerate() {
+            if named[..k].iter().any(|(_, other)| other == place) {
+                return Err(BadInput::new(
+                    format!("--rotary: {place} is given twice"),
+                    "give each position of the rotary axes once",
+                ));
+            }
+        }
+        Ok(named)
     }
 }
 
 impl OwnArguments {
     /// The options that are given, each with the schemes that have it.
     fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
-        let all: [(_, &[_], _); 9] = [
+        let all: [(_, &[_], _); 10] = [
             ("--threshold", &["grid3d"], self.threshold.is_some()),
             ("--rms", &["grid3d"], self.rms.is_some()),
             ("--per-axis", &["grid3d"], self.per_axis),
             ("--max-nodes", &["grid3d"], self.max_nodes.is_some()),
-            ("--rotary", &["grid3d"], self.rotary.is_some()),
+            ("--zone", &["grid3d"], self.zone.is_some()),
+            ("--rotary", &["grid3d"], !self.rotary.is_empty()),
             ("--minimize", &["exact"], self.minimize.is_some()),
             ("--objective", &["poly25"], self.objective.is_some()),
             ("--nodes", &["poly25", "trigo23"], self.nodes.is_some()),
@@ -128,8 +163,8 @@ impl OwnArguments {
         given.map(|(option, owners, _)| (option, owners)).collect()
     }
 
-    /// A scheme with what is given of its own options.
-    pub fn with(&self, scheme: &Scheme, machine: &Machine) -> Result<Scheme, BadInput> {
+    /// A scheme with what is given of its own options; one for each position of the rotary axes that is given.
+    pub fn with(&self, scheme: &Scheme, machine: &Machine) -> Result<Vec<Scheme>, BadInput> {
         let mut scheme = scheme.clone();
         match &mut scheme {
             Scheme::Exact { minimize } => {
@@ -149,10 +184,19 @@ impl OwnArguments {
                 };
                 wanted.per_axis = self.per_axis;
                 wanted.most = self.max_nodes.map_or(wanted.most, |n| n as usize);
-                let rotary = self.rotary.as_deref();
-                wanted.rotary = rotary
-                    .map(|text| at::within_travel("--rotary", text, machine))
-                    .transpose()?;
+                wanted.calibrated = matches!(self.zone, Some(Zone::Calibrated));
+                let wanted = wanted.clone();
+                let at = |text: &String| {
+                    let rotary = at::within_travel("--rotary", text, machine)?;
+                    let rotary = Some(rotary);
+                    Ok(Scheme::Grid3d(grid3d::Wanted {
+                        rotary,
+                        ..wanted.clone()
+                    }))
+                };
+                if !self.rotary.is_empty() {
+                    return self.rotary.iter().map(at).collect();
+                }
             }
             Scheme::Poly25(wanted) => {
                 wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
@@ -170,6 +214,6 @@ impl OwnArguments {
             }
             Scheme::Subset { .. } => {}
         }
-        Ok(scheme)
+        Ok(vec![scheme])
     }
 }

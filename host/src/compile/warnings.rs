@@ -6,7 +6,7 @@ use crate::errors::{Parameter, ParameterKind, Switches};
 use crate::kinematics::{Kinematics, Linearised, NotConverged, Policy, Twist};
 use crate::machine::Machine;
 use crate::policy::tolerance_urad;
-use crate::validate::Runtime;
+use crate::validate::{Runtime, Verification};
 use serde::Serialize;
 
 /// Corrections above these are unusual on a machine tool: mm, deg.
@@ -240,7 +240,7 @@ pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
 /// Where the volumetric error is larger after than before by more than the tolerance (µm) can explain.
 #[must_use]
 pub fn worse(proof: &Proof, tolerance: f64) -> Vec<Warning> {
-    let parts = match (&proof.inside, &proof.outside) {
+    let mut parts: Vec<(&Verification, &str)> = match (&proof.inside, &proof.outside) {
         (Some(inside), outside) if proof.partly_calibrated => {
             let outside = outside
                 .iter()
@@ -250,6 +250,13 @@ pub fn worse(proof: &Proof, tolerance: f64) -> Vec<Warning> {
         }
         _ => vec![(&proof.travel, "")],
     };
+    let held = proof.held.iter();
+    parts.extend(held.map(|held| {
+        (
+            &held.found,
+            ", where the rotary axes are for which the tables are made",
+        )
+    }));
     let mut warnings = Vec::new();
     for (found, place) in parts {
         let urad = tolerance_urad(found.policy, tolerance);

@@ -10,9 +10,10 @@ mod size;
 
 use super::blank::blank;
 use super::{Found, Options, SchemeError};
-use crate::errors::ErrorModel;
+use crate::errors::{ErrorModel, Motion};
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, PerAxis};
+use crate::validate::calibrated;
 use mesh::Mesh;
 use size::Sizing;
 use trueaxis::{Draft, DraftGrid, GridAxis};
@@ -37,6 +38,8 @@ pub struct Wanted {
     pub per_axis: bool,
     /// Most nodes along an axis.
     pub most: usize,
+    /// Over the calibrated range of each axis only, not over its travel: the zone of the document (Fig. 4.8).
+    pub calibrated: bool,
     /// Where the rotary axes are: a position (mm, deg) of each axis, of which those of linear axes do not matter;
     /// without one they are at 0, or at the end of their travel that is nearest.
     pub rotary: Option<Vec<f64>>,
@@ -49,6 +52,7 @@ impl Default for Wanted {
             rms: Rms::Usual,
             per_axis: false,
             most: 25,
+            calibrated: false,
             rotary: None,
         }
     }
@@ -97,7 +101,8 @@ pub fn compile(
     for (axis, position) in wanted.held(machine) {
         at[axis] = machine.axes[axis].to_kinematic(position);
     }
-    let sizing = Sizing::new(&kinematics, linear, at, wanted)?;
+    let zone = linear.map(|i| zone(machine, errors, i, wanted.calibrated));
+    let sizing = Sizing::new(&kinematics, linear, at, zone, wanted)?;
     let mesh = sizing.smallest()?;
     let sizes = mesh.sizes();
     let [x, y, z] = sizes;
@@ -109,6 +114,13 @@ pub fn compile(
         names[2],
         place(machine, &wanted.held(machine))
     )];
+    let is_short = |(i, zone): (usize, [f64; 2])| zone != machine.axes[i].travel;
+    if linear.into_iter().zip(zone).any(is_short) {
+        notes.push(
+            "the grid ends with the calibrated range: beyond it the correction of its end holds, which is wrong kinematics"
+                .to_owned(),
+        );
+    }
     notes.extend(super::without_direction(machine, errors));
     Ok(Found {
         draft: Draft {
@@ -120,6 +132,16 @@ pub fn compile(
         is_full: false,
         notes,
     })
+}
+
+/// Where the nodes of an axis are (mm): over its travel, or where its motions do not hold their end values.
+fn zone(machine: &Machine, errors: &ErrorModel, axis: usize, is_calibrated: bool) -> [f64; 2] {
+    let [low, high] = machine.axes[axis].travel;
+    let [from, to] = calibrated(machine, errors, axis);
+    match is_calibrated && errors.motions[axis].iter().any(Motion::holds) {
+        true => [low.max(from), high.min(to)],
+        false => [low, high],
+    }
 }
 
 fn place(machine: &Machine, held: &[(usize, f64)]) -> String {
@@ -143,16 +165,13 @@ fn grid(machine: &Machine, mesh: &Mesh<'_>, zero: &PerAxis, options: &Options) -
     if outputs.is_empty() {
         outputs.push(mesh.axes[0]);
     }
-    let axes = mesh.axes.iter().zip(mesh.sizes());
-    let axes = axes.map(|(axis, points)| {
-        let [low, high] = machine.axes[*axis].travel;
-        GridAxis {
-            input: *axis as u8,
-            start: low as f32,
-            step: ((high - low) / (points - 1) as f64) as f32,
-            points: points as u32,
-            modulo: false,
-        }
+    let axes = mesh.axes.iter().zip(&mesh.along);
+    let axes = axes.map(|(axis, nodes)| GridAxis {
+        input: *axis as u8,
+        start: nodes[0] as f32,
+        step: (nodes[1] - nodes[0]) as f32,
+        points: nodes.len() as u32,
+        modulo: false,
     });
     let nodes = values.iter();
     DraftGrid {

@@ -4,16 +4,17 @@
 //! a₀ is kept for each output, as all of them do the same (section 5.9.1). The coefficients are fitted over a grid
 //! of all axes, and each function becomes a table.
 
+mod error;
+
 use super::blank::blank;
 use super::lattice::Lattice;
-use super::moments::{Moments, solve};
+use super::moments::Moments;
 use super::points::Points;
 use super::{Found, Options, SchemeError};
-use crate::errors::{ErrorModel, Situation};
-use crate::kinematics::{Kinematics, Policy};
-use crate::machine::{MAX_AXES, Machine, PerAxis};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
-use std::convert::Infallible;
+use crate::errors::ErrorModel;
+use crate::kinematics::Kinematics;
+use crate::machine::{Machine, PerAxis};
+use nalgebra::{DMatrix, DVector};
 use trueaxis::{Draft, Term};
 
 /// Points of each table, unless told otherwise (section 5.6).
@@ -92,7 +93,7 @@ pub fn compile(
     let basis = Basis::new(machine);
     let coefficients = match wanted.objective {
         Objective::Corrections => of_corrections(&kinematics, &lattice, &basis)?,
-        Objective::Error => of_error(&kinematics, &lattice, &basis)?,
+        Objective::Error => error::of_error(&kinematics, &lattice, &basis),
     };
     let count = options.points.unwrap_or(POINTS);
     let axes = 0..machine.axes.len();
@@ -117,13 +118,15 @@ pub fn compile(
         };
         points.bank(options.format, axes.clone().map(table).collect())
     };
-    let terms = axes.clone().flat_map(|output| {
-        axes.clone().map(move |input| Term {
+    let count = machine.axes.len();
+    let terms = (0..count * count).map(|number| {
+        let (output, input) = (number / count, number % count);
+        Term {
             output: output as u8,
             weight: 1.0,
             limits: None,
-            factors: std::iter::once((input * axes_of(machine) + output) as u8).collect(),
-        })
+            factors: std::iter::once((input * count + output) as u8).collect(),
+        }
     });
     Ok(Found {
         draft: Draft {
@@ -138,10 +141,6 @@ pub fn compile(
             .into_iter()
             .collect(),
     })
-}
-
-fn axes_of(machine: &Machine) -> usize {
-    machine.axes.len()
 }
 
 /// The axis whose tables hold the offsets: X, as in the document, or the first.
@@ -162,149 +161,4 @@ fn of_corrections(
     let outputs = basis.range.len();
     let columns: Vec<DVector<f64>> = (0..outputs).map(|i| moments.fit(&all, i)).collect();
     Ok(DMatrix::from_columns(&columns))
-}
-
-/// Steps of the fit of the error, at most: each gains the relative size of the errors.
-const STEPS: usize = 10;
-/// The last of them changes no table by more than this (mm, rad).
-const STEP: f64 = 1e-9;
-
-/// Coefficients (functions × outputs) that leave least of the volumetric error: of the rotation what the
-/// policy asks for, and under its damping the rotary corrections too.
-fn of_error(
-    kinematics: &Kinematics<'_>,
-    lattice: &Lattice,
-    basis: &Basis,
-) -> Result<DMatrix<f64>, SchemeError> {
-    let machine = kinematics.machine;
-    let (functions, outputs) = (basis.count(), machine.axes.len());
-    let weights = Weights::new(kinematics);
-    let situation = Situation::default();
-    // Unknowns: output slowest. The control Jacobian is that of the commands: the same in every step.
-    let join = |total: &mut Sums, sum: Sums| {
-        total.normal += sum.normal;
-        total.right += sum.right;
-    };
-    let nothing = |unknowns: usize| Sums {
-        normal: DMatrix::zeros(unknowns, unknowns),
-        right: DVector::zeros(functions * outputs),
-    };
-    let add_normal = |sum: &mut Sums, _: usize, q: &PerAxis| {
-        let mut phi = DVector::zeros(functions);
-        basis.values(q, phi.as_mut_slice());
-        let square = &phi * phi.transpose();
-        let gram = weights.gram(&weights.jacobian(kinematics, q));
-        for i in 0..outputs {
-            for j in 0..=i {
-                if gram[(i, j)] != 0.0 {
-                    let mut block = (sum.normal)
-                        .view_mut((i * functions, j * functions), (functions, functions));
-                    block += &square * gram[(i, j)];
-                }
-            }
-        }
-        Ok::<(), Infallible>(())
-    };
-    let size = functions * outputs;
-    let Ok(mut sums) = lattice.sum(|| nothing(size), add_normal, join);
-    sums.normal.fill_upper_triangle_with_lower_triangle();
-    let mut found: DMatrix<f64> = DMatrix::zeros(functions, outputs);
-    for _ in 0..STEPS {
-        let add_right = |sum: &mut Sums, _: usize, q: &PerAxis| {
-            let mut phi = DVector::zeros(functions);
-            basis.values(q, phi.as_mut_slice());
-            let mut dq = PerAxis::default();
-            for (d, own) in dq.iter_mut().zip(found.column_iter()) {
-                *d = own.dot(&phi);
-            }
-            let error = kinematics.volumetric_error(q, &dq, &situation).to_array();
-            let right = weights.right(&weights.jacobian(kinematics, q), &error, &dq);
-            for i in 0..outputs {
-                let mut part = sum.right.rows_mut(i * functions, functions);
-                part.axpy(-right[i], &phi, 1.0);
-            }
-            Ok::<(), Infallible>(())
-        };
-        let Ok(residual) = lattice.sum(|| nothing(0), add_right, join);
-        let step = solve(&sums.normal, &residual.right);
-        let step = DMatrix::from_column_slice(functions, outputs, step.as_slice());
-        found += &step;
-        // Every function is at most 1.
-        if step.amax() < STEP / functions as f64 {
-            break;
-        }
-    }
-    Ok(found)
-}
-
-struct Sums {
-    normal: DMatrix<f64>,
-    right: DVector<f64>,
-}
-
-type Columns = SMatrix<f64, 6, MAX_AXES>;
-
-/// What counts of the error that is left.
-struct Weights {
-    /// Of the six rows of a twist.
-    rows: SVector<f64, 6>,
-    /// λ² of the rotary axes.
-    damping: PerAxis,
-    /// Outputs that stay 0.
-    stays: [bool; MAX_AXES],
-    axes: usize,
-}
-
-impl Weights {
-    fn new(kinematics: &Kinematics<'_>) -> Self {
-        let machine = kinematics.machine;
-        let mut weights = Self {
-            rows: SVector::repeat(1.0),
-            damping: PerAxis::default(),
-            stays: [false; MAX_AXES],
-            axes: machine.axes.len(),
-        };
-        let rotary = |i: &usize| machine.axes[*i].letter.is_rotary();
-        for i in (0..machine.axes.len()).filter(rotary) {
-            match kinematics.policy {
-                Policy::Direction { damping } => {
-                    weights.rows[3 + machine.tool_axis] = 0.0;
-                    weights.damping[i] = damping * damping;
-                }
-                Policy::Orientation => {}
-                Policy::Position => weights.stays[i] = true,
-            }
-        }
-        weights
-    }
-
-    /// The control Jacobian at a command, without the outputs that stay.
-    fn jacobian(&self, kinematics: &Kinematics<'_>, q: &PerAxis) -> Columns {
-        let jacobian = kinematics.jacobian(q, None);
-        let mut columns = Columns::zeros();
-        for i in (0..self.axes).filter(|i| !self.stays[*i]) {
-            columns.set_column(i, &SVector::from(jacobian.column(i)));
-        }
-        columns
-    }
-
-    /// Jᵀ·W·J + λ².
-    fn gram(&self, jacobian: &Columns) -> SMatrix<f64, MAX_AXES, MAX_AXES> {
-        let mut weighed = *jacobian;
-        for mut column in weighed.column_iter_mut() {
-            column.component_mul_assign(&self.rows);
-        }
-        let mut gram = jacobian.transpose() * weighed;
-        for (i, damping) in self.damping.into_iter().enumerate() {
-            gram[(i, i)] += damping;
-        }
-        gram
-    }
-
-    /// Jᵀ·W·E + λ²·Δ.
-    fn right(&self, jacobian: &Columns, error: &[f64; 6], dq: &PerAxis) -> SVector<f64, MAX_AXES> {
-        let counted = SVector::from(*error).component_mul(&self.rows);
-        jacobian.transpose() * counted
-            + SVector::from(self.damping).component_mul(&SVector::from(*dq))
-    }
 }

@@ -150,7 +150,7 @@ impl SchemeError {
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
             Self::Threshold { .. } => {
-                "raise --threshold above that, or --max-nodes if the controller holds more"
+                "raise --threshold above that, or --max-nodes if the controller holds more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
             }
             Self::NoClosedForm => "use --scheme exact, which takes any machine",
             Self::TooManyWeights { .. } => "name fewer errors with --adjust",

@@ -15,6 +15,7 @@ mod plan;
 mod pose;
 mod program;
 mod results;
+mod schemes;
 mod shown;
 mod targets;
 mod uncertainty;

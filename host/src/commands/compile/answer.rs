@@ -43,7 +43,7 @@ pub struct Answer<'a> {
     #[serde(skip)]
     pub smaller: &'static str,
     /// Why the tolerance is not met, if the target is full.
-    pub full: Option<Full>,
+    pub full: Option<&'a Full>,
 }
 
 /// A compensation and what it does.
@@ -55,7 +55,7 @@ pub struct Proven<'a> {
     #[serde(flatten)]
     proof: &'a Proof,
     /// 95 % band of what uncertain parameters leave.
-    uncertainty: Option<OverTravel>,
+    uncertainty: Option<&'a OverTravel>,
     notes: &'a [String],
     warnings: Vec<Message>,
 }
@@ -71,7 +71,7 @@ impl<'a> Proven<'a> {
     pub fn new(
         built: &'a Built,
         proof: &'a Proof,
-        uncertainty: Option<OverTravel>,
+        uncertainty: Option<&'a OverTravel>,
         tolerance_um: f64,
     ) -> Self {
         let mut warnings = built.warnings.clone();
@@ -92,19 +92,27 @@ impl<'a> Proven<'a> {
     }
 }
 
+/// Prints answers: results on standard output, what is wrong on standard error. JSON is one object, or a list
+/// of several.
+pub fn print(answers: &[Answer<'_>], json: bool) -> Result<(), BadInput> {
+    match answers {
+        [one] if json => files::print_json(one)?,
+        _ if json => files::print_json(&answers)?,
+        _ => {}
+    }
+    answers.iter().try_for_each(|answer| answer.print(json))
+}
+
 impl Answer<'_> {
-    /// Prints it: results on standard output, what is wrong on standard error.
-    pub fn print(&self, json: bool) -> Result<(), BadInput> {
-        if json {
-            files::print_json(self)?;
-        } else if let Some(proven) = &self.proven {
+    fn print(&self, json: bool) -> Result<(), BadInput> {
+        if !json && let Some(proven) = &self.proven {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
             text += &screen::size(&proven.size);
             text += &screen::zero(self.zero_at);
             text += &screen::policy(self.stored);
             text.push('\n');
             text += &screen::quality(proven.proof, self.tolerance_um);
-            text += &screen::uncertainty(proven.uncertainty.as_ref());
+            text += &screen::uncertainty(proven.uncertainty);
             text.push('\n');
             text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
             text += &screen::largest(self.stored, proven.axes);
@@ -134,7 +142,7 @@ impl Answer<'_> {
         if !self.shortages.is_empty() {
             eprintln!("  {}", self.smaller);
         }
-        if let Some(full) = &self.full {
+        if let Some(full) = self.full {
             eprintln!("{full}");
         }
         self.print_fate();
@@ -143,7 +151,8 @@ impl Answer<'_> {
 
     fn print_fate(&self) {
         let file = self.file.display();
-        if self.refusals.is_empty() && self.shortages.is_empty() {
+        let is_right = self.refusals.is_empty() && self.shortages.is_empty();
+        if is_right && self.written {
             return;
         }
         if self.written {
@@ -156,6 +165,10 @@ impl Answer<'_> {
             "is not written"
         };
         let yields = self.refusals.iter().all(Refusal::yields_to_best_effort);
+        if is_right {
+            eprintln!("{file} {fate}, for another of the files cannot be");
+            return;
+        }
         let remedy = if self.proven.is_some() && yields {
             "; --best-effort would write it"
         } else {

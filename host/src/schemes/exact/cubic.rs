@@ -1,10 +1,9 @@
 //! Cubic tables: fewer points for a peak, more instructions.
 
-use super::limits::{
-    BYTES_PER_INSTRUCTION, CUBIC_BANK, CUBIC_TABLE, LEAST_INTERVALS, LINEAR_TABLE, MOST_INTERVALS,
-};
+use super::limits::{BYTES_PER_INSTRUCTION, LEAST_INTERVALS, MOST_INTERVALS};
 use super::points::Grid;
 use super::variables::Variable;
+use crate::cost::{CUBIC_BANK, CUBIC_TABLE, LINEAR_TABLE};
 use trueaxis::SampleFormat;
 
 /// True if a variable's tables may be cubic: not where they have kinks or steps.

@@ -7,9 +7,9 @@ use super::basis::Basis;
 use super::core::merges;
 use super::cover::{Function, Merged, Structure, Term};
 use super::generators::Generator;
-use super::limits::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
 use super::prune::{Spare, peak_with};
 use super::variables::Variable;
+use crate::cost::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
 use std::collections::BTreeMap;
 
 /// The part of each variable in a term.

@@ -109,16 +109,6 @@ pub const NOISE: f64 = 1e-4;
 /// of products are as many again along each variable.
 pub const MOST_ENTRIES: usize = 200_000;
 
-/// Instructions of an evaluation on the reference target: of a term, of each table of its product
-/// beyond two (its number, its address, its value, the product), of a table with linear and with cubic
-/// interpolation, and of a bank of cubic ones beyond one of linear ones. Counted by `cargo xtask
-/// bench-target`: a bank of nine cubic tables takes 207 more than one of one, a bank of nine linear ones 110
-/// more, which is 12 a table; and the bank of one takes 131 more, 119 beyond that table.
-pub const TERM: f64 = 10.0;
-pub const FACTOR: f64 = 4.0;
-pub const LINEAR_TABLE: f64 = 7.0;
-pub const CUBIC_TABLE: f64 = 19.0;
-pub const CUBIC_BANK: f64 = 119.0;
 /// Bytes of samples that one of these instructions is worth: a slot of 256 kB for the 4000 instructions
 /// that a controller has for it at most, in a tenth of a period of 4 kHz.
 pub const BYTES_PER_INSTRUCTION: f64 = 64.0;

@@ -10,22 +10,23 @@ use rayon::prelude::*;
 pub struct Mesh<'a> {
     /// Numbers of the linear axes.
     pub axes: [usize; 3],
-    /// Where the nodes of each are (mm): evenly over its travel.
-    along: [Vec<f64>; 3],
+    /// Where the nodes of each are (mm).
+    pub along: [Vec<f64>; 3],
     /// The kinematic correction (mm, rad).
     pub corrections: Vec<PerAxis>,
     kinematics: &'a Kinematics<'a>,
 }
 
 impl<'a> Mesh<'a> {
-    /// With so many nodes of each axis; rotary axes are where they are `at` (mm, rad).
+    /// With nodes of each axis evenly over a zone (mm); rotary axes are where they are `at` (mm, rad).
     pub fn new(
         kinematics: &'a Kinematics<'a>,
         axes: [usize; 3],
         at: &PerAxis,
+        zone: &Zone,
         sizes: [usize; 3],
     ) -> Result<Self, NotConverged> {
-        let along: [Vec<f64>; 3] = std::array::from_fn(|k| evenly(kinematics, axes[k], sizes[k]));
+        let along: [Vec<f64>; 3] = std::array::from_fn(|k| evenly(zone[k], sizes[k]));
         let nodes = (0..sizes.iter().product()).into_par_iter();
         let corrections = nodes.map(|node: usize| {
             let of = [
@@ -72,9 +73,11 @@ impl<'a> Mesh<'a> {
     }
 }
 
+/// From where to where the nodes of each axis are (mm).
+pub type Zone = [[f64; 2]; 3];
+
 /// Nodes of an axis (mm).
-pub fn evenly(kinematics: &Kinematics<'_>, axis: usize, nodes: usize) -> Vec<f64> {
-    let [low, high] = kinematics.machine.axes[axis].travel;
+pub fn evenly([low, high]: [f64; 2], nodes: usize) -> Vec<f64> {
     let part = |k: usize| k as f64 / (nodes - 1) as f64;
     (0..nodes).map(|k| low + (high - low) * part(k)).collect()
 }

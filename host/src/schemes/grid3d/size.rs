@@ -1,6 +1,6 @@
 //! How large a grid has to be (section 4.5.1, Fig. 4.4).
 
-use super::mesh::{Mesh, add, before, correction, error, evenly};
+use super::mesh::{Mesh, Zone, add, before, correction, error, evenly};
 use super::{Rms, Wanted};
 use crate::kinematics::{Kinematics, NotConverged};
 use crate::machine::PerAxis;
@@ -21,8 +21,9 @@ pub struct Sizing<'a> {
     axes: [usize; 3],
     /// Where the rotary axes are (mm, rad).
     at: PerAxis,
+    zone: Zone,
     wanted: &'a Wanted,
-    /// Random commands (mm, rad) with the rotary axes there.
+    /// Random commands (mm, rad) in the zone, with the rotary axes there.
     commands: Vec<PerAxis>,
 }
 
@@ -31,17 +32,24 @@ impl<'a> Sizing<'a> {
         kinematics: &'a Kinematics<'a>,
         axes: [usize; 3],
         at: PerAxis,
+        zone: Zone,
         wanted: &'a Wanted,
     ) -> Result<Self, SchemeError> {
         let drawn = random_commands(kinematics, Region::Travel, COMMANDS, SEED)?;
         let commands = drawn.iter().map(|command| {
-            let (q, _) = command.kinematic(kinematics.machine);
-            std::array::from_fn(|i| if axes.contains(&i) { q[i] } else { at[i] })
+            let mut q = at;
+            for (axis, [low, high]) in axes.into_iter().zip(zone) {
+                let [from, to] = kinematics.machine.axes[axis].travel;
+                let part = (f64::from(command.axes[axis]) - from) / (to - from);
+                q[axis] = low + (high - low) * part;
+            }
+            q
         });
         Ok(Self {
             kinematics,
             axes,
             at,
+            zone,
             wanted,
             commands: commands.collect(),
         })
@@ -86,7 +94,7 @@ impl<'a> Sizing<'a> {
     }
 
     fn mesh(&self, sizes: [usize; 3]) -> Result<Mesh<'a>, NotConverged> {
-        Mesh::new(self.kinematics, self.axes, &self.at, sizes)
+        Mesh::new(self.kinematics, self.axes, &self.at, &self.zone, sizes)
     }
 
     /// ‖RMS − RMS‖ of Eq. 11 (mm).
@@ -132,7 +140,7 @@ impl<'a> Sizing<'a> {
     /// Eq. 12 if corrections are interpolated along one axis only, between so many nodes.
     fn left_along(&self, k: usize, nodes: usize) -> Result<[f64; 3], NotConverged> {
         let (kinematics, axis) = (self.kinematics, self.axes[k]);
-        let nodes = evenly(kinematics, axis, nodes);
+        let nodes = evenly(self.zone[k], nodes);
         let of = |q: &PerAxis| {
             let (first, ratio) = before(&nodes, q[axis]);
             let mut dq = PerAxis::default();
