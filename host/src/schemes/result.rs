@@ -146,7 +146,7 @@ impl SchemeError {
                 "widen [calibrated] in the error file: it is in mm or degrees of the command"
             }
             Self::TooManyTables { .. } => {
-                "raise --tolerance, or --minimize cost where another was chosen"
+                "raise --tolerance, or --minimize cost where another was chosen; with --scheme fik write fewer errors"
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
             Self::Threshold { .. } => {

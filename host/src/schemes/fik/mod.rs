@@ -2,8 +2,8 @@
 //! error, with the error itself as a weight that can be set, or in a table.
 //!
 //! The closed forms are those of Δq = −J⁺·E (Eq. 51, 59), the correction of first order; here they are derived
-//! from the machine: sampled where that tells them exactly ([`form`]), put together where errors ask the same
-//! of an output ([`groups`]), and taken apart into products of functions of one input each ([`chains`]).
+//! from the machine: sampled where that tells them exactly (`form`), put together where errors ask the same of an
+//! output (`groups`), and taken apart into products of functions of one input each (`chains`).
 //! Second order is left out, as in the document.
 
 mod chains;
@@ -29,6 +29,7 @@ use trueaxis::Draft;
 pub const POINTS: usize = 101;
 /// The most tables of a blob, which numbers them in a byte.
 const TABLES: usize = 255;
+
 /// Tables and terms, with the errors that each term is for.
 struct Arranged {
     draft: Draft,
@@ -111,9 +112,10 @@ fn arranged(
     if tables > TABLES {
         return Err(SchemeError::TooManyTables { tables });
     }
+    let names = named::of_terms(&sources, &groups, &placed);
     Ok(Arranged {
-        names: named::of_terms(&sources, &groups, &placed),
-        notes: named::notes(machine, &sources, &groups, &open, &placed),
+        notes: named::notes(machine, &sources, &open, &placed, &names),
+        names,
         draft: Draft {
             banks,
             terms: placed.into_iter().map(|p| p.term).collect(),

@@ -94,18 +94,17 @@ pub fn of_terms(sources: &[Source], groups: &[Group], placed: &[Placed]) -> Vec<
     placed.iter().map(of).collect()
 }
 
-/// Which errors stand where: the tables of each output, then the terms of each weight.
+/// How many tables each output has, the terms of each weight that can be set, and errors without a term.
 pub fn notes(
     machine: &Machine,
     sources: &[Source],
-    groups: &[Group],
     open: &[Option<usize>],
     placed: &[Placed],
+    names: &[Vec<String>],
 ) -> Vec<String> {
     let tables = machine.axes.iter().enumerate().map(|(output, axis)| {
-        let terms = placed
-            .iter()
-            .filter(|p| usize::from(p.term.output) == output);
+        let of = |p: &&Placed| usize::from(p.term.output) == output;
+        let terms = placed.iter().filter(of);
         let mut tables: Vec<u8> = terms.flat_map(|p| p.term.factors.iter().copied()).collect();
         tables.sort_unstable();
         tables.dedup();
@@ -113,27 +112,27 @@ pub fn notes(
     });
     let tables: Vec<String> = tables.collect();
     let mut notes = vec![format!("tables of each output: {}", tables.join(", "))];
+    let mut weights = Vec::new();
+    let mut idle = Vec::new();
     for (number, source) in sources.iter().enumerate() {
-        let of = |p: &Placed| {
-            let group = groups.get(p.tag);
-            group.is_some_and(|g| g.members.iter().any(|(member, _)| *member == number))
-        };
-        let of_source = placed.iter().enumerate().filter(|(_, p)| of(p));
-        let of_source: Vec<(usize, &Placed)> = of_source.collect();
-        let numbers: Vec<String> = of_source.iter().map(|(k, _)| k.to_string()).collect();
-        let terms = if numbers.len() == 1 { "term" } else { "terms" };
-        if of_source.is_empty() {
-            notes.push(format!(
-                "{}: no term, for it asks for no correction",
-                source.name
-            ));
-            continue;
+        let set = |p: &Placed| open.get(p.tag).is_some_and(|open| *open == Some(number));
+        let terms = placed.iter().enumerate().filter(|(_, p)| set(p));
+        let terms: Vec<String> = terms.map(|(k, _)| k.to_string()).collect();
+        if !terms.is_empty() {
+            weights.push(format!("{} of term {}", source.name, terms.join(", ")));
         }
-        let mut note = format!("{}: {terms} {}", source.name, numbers.join(", "));
-        if of_source.iter().all(|(_, p)| open[p.tag] == Some(number)) {
-            note += ", adjustable";
+        if !names.iter().flatten().any(|name| *name == source.name) {
+            idle.push(source.name.clone());
         }
-        notes.push(note);
+    }
+    if !weights.is_empty() {
+        notes.push(format!("weights that can be set: {}", weights.join("; ")));
+    }
+    if !idle.is_empty() {
+        notes.push(format!(
+            "errors that ask for no correction under this policy: {}",
+            idle.join(", ")
+        ));
     }
     notes
 }

@@ -1,8 +1,8 @@
 //! The scheme `subset:N` (§9.2 of the source document): the N tables that remove most of the volumetric error,
 //! each of one axis and for one axis, as the table functions of controllers have it.
 //!
-//! Tables are those of [`candidates`], their values sums of a few functions; together they are chosen and fitted
-//! ([`search`]) to what is left at the tool ([`remains`]), not to corrections of one axis by itself: where there is
+//! Tables are those of `candidates`, their values sums of a few functions; together they are chosen and fitted
+//! (`search`) to what is left at the tool (`remains`), not to corrections of one axis by itself: where there is
 //! no table for a rotary axis, those of linear axes do what they can for the tip.
 
 mod candidates;
