@@ -371,6 +371,27 @@ fn what_cannot_be_says_what_would_work() {
         strange.to_string(),
         "this machine has no error parameter EB0W"
     );
+    // Z stands on the table that A tilts: what it must do is divided by cos A.
+    let axes = [
+        ("A", "workpiece"),
+        ("Z", "workpiece"),
+        ("X", "tool"),
+        ("Y", "tool"),
+        ("B", "tool"),
+    ];
+    let text = axes.map(|(name, branch)| {
+        format!("[[axis]]\nname = \"{name}\"\nbranch = \"{branch}\"\nrange = [-30.0, 30.0]\n")
+    });
+    let tilted = format!(
+        "name = \"tilted\"\n{}[spindle]\naxis = \"z\"\n[tool]\ntip_mm = [0.0, 0.0, -100.0]\n",
+        text.concat()
+    );
+    let tilted = machine(&tilted);
+    let mut leaning = ErrorModel::perfect(&tilted);
+    assert!(leaning.set(&tilted, Parameter::parse("EXX1").unwrap(), 1e-5));
+    let error = compile(&tilted, &leaning, &[], &options).unwrap_err();
+    assert!(matches!(error, SchemeError::NoClosedForm), "{error}");
+    assert!(error.remedy().contains("--scheme exact"));
     let mill = machine(include_str!("../../../../examples/mill-21/machine.toml"));
     let error = compile(&mill, &ErrorModel::perfect(&mill), &[], &options).unwrap_err();
     assert!(
