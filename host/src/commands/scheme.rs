@@ -56,8 +56,7 @@ pub struct OwnArguments {
     /// poly25, trigo23: positions along each axis of the grid that tables are fitted on (default: 10)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=30))]
     nodes: Option<u32>,
-    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example (default: those that are one
-    /// term each)
+    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example (default: none)
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     adjust: Option<Vec<Parameter>>,
 }

@@ -42,7 +42,7 @@ pub enum Scheme {
     Trigo23(trigo23::Wanted),
     /// A chain of tables for each closed-form term of each error (Chapter 7).
     Fik {
-        /// The errors whose weights can be set on the controller; if there are none, those that are one term.
+        /// The errors whose weights can be set on the controller.
         adjustable: Vec<Parameter>,
     },
     /// The tables that remove most, each of one axis for one axis (section 9.2).

@@ -1,5 +1,5 @@
 //! The scheme `fik` of Chapter 7 of the source document: one chain of tables for each closed-form term of each
-//! error, with the error itself as a weight that can be set, or in a table.
+//! error, with the error itself in a table, or as a weight that can be set.
 //!
 //! The closed forms are those of Δq = −J⁺·E (Eq. 51, 59), the correction of first order; here they are derived
 //! from the machine: sampled where that tells them exactly (`form`), put together where errors ask the same of an
@@ -39,7 +39,7 @@ struct Arranged {
 }
 
 /// The tables of Chapter 7 for any machine with two rotary axes. The weights of the errors `adjustable` can be
-/// set on the controller, or, if it is empty, of those that are one term: scales and offsets, which drift.
+/// set on the controller.
 ///
 /// # Errors
 /// [`SchemeError`].

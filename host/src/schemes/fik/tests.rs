@@ -303,17 +303,24 @@ fn a_weight_that_is_set_is_another_value_of_the_error() {
 }
 
 #[test]
-fn weights_may_go_from_nothing_to_twice_and_errors_of_one_term_have_one() {
+fn weights_are_the_errors_and_may_go_from_nothing_to_twice() {
     let (machine, errors) = huron();
-    let found = found(&machine, &errors, Policy::Orientation);
+    let names = ["EZ0S", "EYY1", "EX0S", "EXX1", "EZZ1"];
+    let options = options(Policy::Orientation);
+    let found = compile(&machine, &errors, &parameters(&names), &options).unwrap();
     let open = found.draft.terms.iter().filter(|t| t.limits.is_some());
     let open: Vec<_> = open.collect();
-    let values = ["EZ0S", "EYY1", "EX0S", "EXX1", "EZZ1"].map(|name| {
-        let parameter = Parameter::parse(name).unwrap();
-        errors.parameters[&parameter] as f32
-    });
+    let values = names.map(|name| errors.parameters[&Parameter::parse(name).unwrap()] as f32);
+    // By output: Y, X, Z. Each is one term, and has no tables beside those that it has anyway.
     let weights: Vec<f32> = open.iter().map(|t| t.weight).collect();
     assert_eq!(weights, values);
+    let tables: usize = found
+        .draft
+        .banks
+        .iter()
+        .map(|bank| bank.columns.len())
+        .sum();
+    assert_eq!(tables, 40);
     for term in open {
         let [low, high] = term.limits.unwrap();
         assert!(low == 0.0 || high == 0.0);

@@ -30,13 +30,7 @@ pub fn adjustable(
             held: trueaxis::ADJUSTABLE,
         });
     }
-    let mut chosen = asked;
-    if chosen.is_empty() {
-        let alone = |source: &usize| of(*source).all(|(_, g)| g.alone() == Some(*source));
-        let all = (0..sources.len()).filter(|source| terms(*source) == 1);
-        chosen = all.filter(alone).take(trueaxis::ADJUSTABLE).collect();
-    }
-    let open = |group: &Group| group.alone().filter(|source| chosen.contains(source));
+    let open = |group: &Group| group.alone().filter(|source| asked.contains(source));
     Ok(groups.iter().map(open).collect())
 }
 

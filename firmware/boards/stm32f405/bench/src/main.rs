@@ -246,6 +246,7 @@ fn main() -> ! {
     static mut CUBE: Usual = Usual::empty();
     static mut LAYOUT: Usual = Usual::empty();
     static mut CHAINS: Usual = Usual::empty();
+    static mut WEIGHTED: Usual = Usual::empty();
     static mut BANKS: [Tight; 4] = [const { Tight::empty() }; 4];
     static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
 
@@ -267,7 +268,9 @@ fn main() -> ! {
     evaluate(counter, "evaluate_kolibri10_direction", kolibri);
     evaluate(counter, "grid25_3out", load(CUBE, &GRID.0));
     evaluate(counter, "document_40_tables", load(LAYOUT, &DOCUMENT.0));
-    evaluate(counter, "fik_huron13", load(CHAINS, &FIK.0));
+    let [fixed, weighted] = FIK;
+    evaluate(counter, "fik_huron13", load(CHAINS, &fixed.0));
+    evaluate(counter, "fik_huron13_5_weights", load(WEIGHTED, &weighted.0));
     let keys = [
         "linear_1_table",
         "linear_9_tables",
