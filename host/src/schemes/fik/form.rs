@@ -177,6 +177,9 @@ pub fn forms(
     Some(forms)
 }
 
+/// The position and the tool length of an angle, a point and levers.
+type Place<'a> = dyn Fn(f64, f64, &[f64]) -> (PerAxis, Option<f64>) + 'a;
+
 /// Whether forms give the corrections at places where they were not sampled.
 fn agree(
     kinematics: &Kinematics<'_>,
@@ -184,7 +187,7 @@ fn agree(
     forms: &[Vec<Form>],
     second: &Points,
     reach: &[f64],
-    place: &dyn Fn(f64, f64, &[f64]) -> (PerAxis, Option<f64>),
+    place: &Place<'_>,
 ) -> bool {
     (0..24).all(|k| {
         // Places that follow no pattern of the samples.

@@ -395,7 +395,7 @@ fn what_cannot_be_says_what_would_work() {
     );
     let tilted = machine(&tilted);
     let mut leaning = ErrorModel::perfect(&tilted);
-    assert!(leaning.set(&tilted, Parameter::parse("EXX1").unwrap(), 1e-5));
+    assert!(leaning.set(&tilted, Parameter::parse("EZX1").unwrap(), 1e-5));
     let error = compile(&tilted, &leaning, &[], &options).unwrap_err();
     assert!(matches!(error, SchemeError::NoClosedForm), "{error}");
     assert!(error.remedy().contains("--scheme exact"));
