@@ -13,8 +13,6 @@ use rayon::prelude::*;
 /// Of an example, by its name and that of its errors.
 macro_rules! example {
     ($machine:literal, $errors:literal) => {{
-        let folder = concat!("../../../../examples/", $machine);
-        let _ = folder;
         let machine = include_str!(concat!("../../../../examples/", $machine, "/machine.toml"));
         let errors = include_str!(concat!(
             "../../../../examples/",
