@@ -21,7 +21,7 @@ use std::process::Command;
 const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
-const CALLS: [(&str, &str, u64); 20] = [
+const CALLS: [(&str, &str, u64); 22] = [
     ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
     (
         "evaluate_huron13_5_axes",
@@ -58,6 +58,12 @@ const CALLS: [(&str, &str, u64); 20] = [
     ),
     ("grid25_3out", "evaluate: grid 25×25×25, three outputs", 200),
     ("document_40_tables", "evaluate: layout of 40 tables", 700),
+    ("fik_huron13", "  by the scheme fik, 13 errors", 700),
+    (
+        "fik_huron13_5_weights",
+        "  with five weights that can be set",
+        0,
+    ),
     ("linear_1_table", "evaluate: a bank of one linear table", 0),
     ("linear_9_tables", "  of nine", 0),
     ("cubic_1_table", "evaluate: a bank of one cubic table", 0),
@@ -146,16 +152,27 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
     let blobs = target("bench-blobs");
     fs::create_dir_all(&blobs).map_err(|e| format!("{}: {e}", blobs.display()))?;
     let trueaxis = trueaxis()?;
-    for (machine, errors, policy, blob) in [
-        ("huron-k2x8", "errors-13", "orientation", "huron13"),
-        ("huron-k2x8", "errors-13", "direction", "huron13-direction"),
-        ("kolibri", "errors-10", "direction", "kolibri10-direction"),
+    let huron = ("huron-k2x8", "errors-13");
+    let weights = "fik --adjust EX0S,EZ0S,EXX1,EYY1,EZZ1";
+    for ((machine, errors), scheme, policy, blob) in [
+        (huron, "exact", "orientation", "huron13"),
+        (huron, "exact", "direction", "huron13-direction"),
+        (huron, "fik", "orientation", "huron13-fik"),
+        (huron, weights, "orientation", "huron13-fik-5"),
+        (
+            ("kolibri", "errors-10"),
+            "exact",
+            "direction",
+            "kolibri10-direction",
+        ),
     ] {
         run(Command::new(&trueaxis)
             .current_dir(root())
             .arg("compile")
             .arg(format!("examples/{machine}/machine.toml"))
             .arg(format!("examples/{machine}/{errors}.toml"))
+            .arg("--scheme")
+            .args(scheme.split(' '))
             .args(["--policy", policy, "-o"])
             .arg(blobs.join(blob).with_extension("trax"))
             .stdout(std::process::Stdio::null())

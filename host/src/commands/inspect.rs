@@ -7,8 +7,9 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis::{AuxiliaryKind, Direction, Grid, Interpolation, Largest, Policy, SampleFormat};
-use trueaxis_host::compile::Size;
+use trueaxis_host::compile::{Size, belongs};
 use trueaxis_host::policy::Told;
+use trueaxis_host::schemes::fik;
 use trueaxis_host::validate::Runtime;
 
 /// Show what a compensation consists of
@@ -18,6 +19,9 @@ pub struct Arguments {
     /// The compensation
     #[arg(value_name = "FILE.trax")]
     blob: PathBuf,
+    /// Name the errors of each term: the machine and the errors of which --scheme fik made it
+    #[arg(long, num_args = 2, value_names = ["MACHINE", "ERRORS"])]
+    names: Option<Vec<PathBuf>>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -85,6 +89,9 @@ struct TermEntry {
     weight: f32,
     limits: Option<[f32; 2]>,
     tables: Vec<u8>,
+    /// The errors that it is for, if they were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    errors: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -195,6 +202,7 @@ fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
         weight: term.weight,
         limits: term.limits,
         tables: term.factors.to_vec(),
+        errors: Vec::new(),
     });
     let grid = |grid: &Grid| GridEntry {
         inputs: grid
@@ -316,7 +324,11 @@ fn listing(contents: &Contents<'_>) -> String {
         let limits = term.limits.map_or(String::new(), |[low, high]| {
             format!("   adjustable, {low} to {high}")
         });
-        let _ = writeln!(text, "  {head:>5} {product}{limits}");
+        let errors = match term.errors.join(", ") {
+            none if none.is_empty() => none,
+            some => format!("   {some}"),
+        };
+        let _ = writeln!(text, "  {head:>5} {product}{limits}{errors}");
     }
     if !contents.grid_list.is_empty() {
         text += "\ngrids\n";
@@ -344,12 +356,43 @@ fn listing(contents: &Contents<'_>) -> String {
     text
 }
 
+/// The errors that each term is for.
+fn names(
+    path: &Path,
+    runtime: &Runtime<'_>,
+    machine: &Path,
+    errors: &Path,
+) -> Result<Vec<Vec<String>>, BadInput> {
+    let machine = files::read_machine(machine)?;
+    let known = files::read_errors(errors, &machine)?;
+    let compensation = runtime.compensation();
+    belongs(&machine, &known, runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+    let names = fik::names(&machine, &known, compensation)
+        .map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
+    names.ok_or_else(|| {
+        BadInput::new(
+            format!(
+                "{} is not what --scheme fik makes of {}",
+                path.display(),
+                errors.display()
+            ),
+            "give the errors of which it was compiled; other schemes have no terms of single errors",
+        )
+    })
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let path = &arguments.blob;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
-    let contents = contents(path, &runtime);
+    let mut contents = contents(path, &runtime);
+    if let Some([machine, errors]) = arguments.names.as_deref() {
+        let names = names(path, &runtime, machine, errors)?;
+        for (term, errors) in contents.term_list.iter_mut().zip(names) {
+            term.errors = errors;
+        }
+    }
     if arguments.json {
         files::print_json(&contents)?;
     } else {

@@ -5,6 +5,7 @@ use super::bad_input::BadInput;
 use super::compile::positive;
 use clap::{Args, ValueEnum};
 use std::str::FromStr;
+use trueaxis_host::errors::Parameter;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::schemes::{Scheme, exact, grid3d, poly25};
 
@@ -13,7 +14,8 @@ use trueaxis_host::schemes::{Scheme, exact, grid3d, poly25};
 pub struct SchemeArguments {
     /// How tables are found: exact (finds the factors itself, for any machine and any errors), or as in the
     /// source document: grid3d (corrections at the nodes of a grid of the linear axes), poly25 (sums of cubic polynomials), trigo23 (products with trigonometric functions),
-    /// trigo23:free (with a free function for each constant)
+    /// trigo23:free (with a free function for each constant), fik (a chain of tables for each closed-form term of
+    /// each error) or subset:N (the N tables that remove most)
     #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
     scheme: Scheme,
     #[command(flatten)]
@@ -54,6 +56,14 @@ pub struct OwnArguments {
     /// poly25, trigo23: positions along each axis of the grid that tables are fitted on (default: 10)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=30))]
     nodes: Option<u32>,
+    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example (default: none)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
+    adjust: Option<Vec<Parameter>>,
+}
+
+fn parameter(name: &str) -> Result<Parameter, String> {
+    Parameter::parse(name)
+        .ok_or_else(|| format!("`{name}` is no error parameter: write EB0A or EXX1"))
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -136,7 +146,7 @@ impl SchemeArguments {
 impl OwnArguments {
     /// The options that are given, each with the schemes that have it.
     fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
-        let all: [(_, &[_], _); 9] = [
+        let all: [(_, &[_], _); 10] = [
             ("--threshold", &["grid3d"], self.threshold.is_some()),
             ("--rms", &["grid3d"], self.rms.is_some()),
             ("--per-axis", &["grid3d"], self.per_axis),
@@ -146,6 +156,7 @@ impl OwnArguments {
             ("--minimize", &["exact"], self.minimize.is_some()),
             ("--objective", &["poly25"], self.objective.is_some()),
             ("--nodes", &["poly25", "trigo23"], self.nodes.is_some()),
+            ("--adjust", &["fik"], self.adjust.is_some()),
         ];
         let given = all.into_iter().filter(|(_, _, is_given)| *is_given);
         given.map(|(option, owners, _)| (option, owners)).collect()
@@ -197,6 +208,10 @@ impl OwnArguments {
             Scheme::Trigo23(wanted) => {
                 wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
             }
+            Scheme::Fik { adjustable } => {
+                *adjustable = self.adjust.clone().unwrap_or_default();
+            }
+            Scheme::Subset { .. } => {}
         }
         Ok(vec![scheme])
     }

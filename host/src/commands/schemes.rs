@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
     tolerance: f64,
     /// Points of every table that is not a straight line (default: exact as the tolerance needs, poly25 50,
-    /// trigo23 10)
+    /// trigo23 10, fik and subset 101)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65536))]
     points: Option<u32>,
     /// Subtract the correction at this position everywhere; axes left out are at 0

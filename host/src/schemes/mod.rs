@@ -5,6 +5,7 @@
 
 mod blank;
 pub mod exact;
+pub mod fik;
 pub mod grid3d;
 mod lattice;
 mod moments;
@@ -12,15 +13,18 @@ mod name;
 mod options;
 mod points;
 pub mod poly25;
+mod products;
 mod result;
+pub mod subset;
 pub mod trigo23;
 
-use crate::errors::ErrorModel;
+use crate::errors::{ErrorModel, Parameter};
 use crate::machine::Machine;
 use exact::Minimize;
 pub use name::UnknownScheme;
 pub use options::Options;
 pub use result::{Found, SchemeError};
+use std::num::NonZeroU8;
 
 /// How tables are found, with what only this scheme is asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +40,16 @@ pub enum Scheme {
     Poly25(poly25::Wanted),
     /// Trigonometric functions of a rotary axis times linear positions (Chapter 6).
     Trigo23(trigo23::Wanted),
+    /// A chain of tables for each closed-form term of each error (Chapter 7).
+    Fik {
+        /// The errors whose weights can be set on the controller.
+        adjustable: Vec<Parameter>,
+    },
+    /// The tables that remove most, each of one axis for one axis (section 9.2).
+    Subset {
+        /// At most so many.
+        tables: NonZeroU8,
+    },
 }
 
 impl Scheme {
@@ -45,7 +59,11 @@ impl Scheme {
     pub const fn keeps_tolerance(&self) -> bool {
         match self {
             Self::Exact { .. } => true,
-            Self::Grid3d(_) | Self::Poly25(_) | Self::Trigo23(_) => false,
+            Self::Grid3d(_)
+            | Self::Poly25(_)
+            | Self::Trigo23(_)
+            | Self::Fik { .. }
+            | Self::Subset { .. } => false,
         }
     }
 
@@ -55,7 +73,7 @@ impl Scheme {
     pub fn held(&self, machine: &Machine) -> Vec<(usize, f64)> {
         match self {
             Self::Grid3d(wanted) => wanted.held(machine),
-            Self::Exact { .. } | Self::Poly25(_) | Self::Trigo23(_) => Vec::new(),
+            _ => Vec::new(),
         }
     }
 
@@ -72,6 +90,10 @@ impl Scheme {
             Self::Poly25(_) | Self::Trigo23(_) => {
                 "give another --target, fewer --points if bytes are short, or use --scheme exact, which keeps to its target"
             }
+            Self::Fik { .. } => {
+                "use --scheme exact, which needs fewer tables, give another --target, or write fewer errors"
+            }
+            Self::Subset { .. } => "ask for fewer tables, lower --points, or give another --target",
         }
     }
 }
@@ -99,6 +121,8 @@ pub fn find(
         Scheme::Grid3d(wanted) => grid3d::compile(machine, errors, wanted, options),
         Scheme::Poly25(wanted) => poly25::compile(machine, errors, *wanted, options),
         Scheme::Trigo23(wanted) => trigo23::compile(machine, errors, *wanted, options),
+        Scheme::Fik { adjustable } => fik::compile(machine, errors, adjustable, options),
+        Scheme::Subset { tables } => subset::compile(machine, errors, *tables, options),
     }
 }
 

@@ -2,10 +2,13 @@
 
 use super::{Scheme, grid3d, poly25, trigo23};
 use std::fmt;
+use std::num::NonZeroU8;
 use std::str::FromStr;
 
 /// Positions along each axis of the grid that schemes are fitted on (sections 5.9.1 and 6.5.2).
 const NODES: usize = 10;
+/// Tables of a subset where nobody says how many.
+const TABLES: NonZeroU8 = NonZeroU8::new(10).unwrap();
 
 /// Nothing has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -16,7 +19,7 @@ pub struct UnknownScheme {
 }
 
 fn names() -> String {
-    let names: Vec<String> = Scheme::every().iter().map(Scheme::to_string).collect();
+    let names: Vec<String> = Scheme::every().iter().map(Scheme::pattern).collect();
     names.join(", ")
 }
 
@@ -35,7 +38,19 @@ impl Scheme {
             Self::Poly25(poly25),
             trigo23(false),
             trigo23(true),
+            Self::Fik {
+                adjustable: Vec::new(),
+            },
+            Self::Subset { tables: TABLES },
         ]
+    }
+
+    /// How its name is written: with N for a number.
+    fn pattern(&self) -> String {
+        match self {
+            Self::Subset { .. } => "subset:N".to_owned(),
+            other => other.name(),
+        }
     }
 
     /// Its name in the command and in its answers.
@@ -47,6 +62,8 @@ impl Scheme {
             Self::Poly25(_) => "poly25".to_owned(),
             Self::Trigo23(wanted) if wanted.free => "trigo23:free".to_owned(),
             Self::Trigo23(_) => "trigo23".to_owned(),
+            Self::Fik { .. } => "fik".to_owned(),
+            Self::Subset { tables } => format!("subset:{tables}"),
         }
     }
 }
@@ -62,6 +79,9 @@ impl FromStr for Scheme {
     type Err = UnknownScheme;
 
     fn from_str(name: &str) -> Result<Self, UnknownScheme> {
+        if let Some(tables) = name.strip_prefix("subset:").and_then(|n| n.parse().ok()) {
+            return Ok(Self::Subset { tables });
+        }
         let mut every = Self::every().into_iter();
         every
             .find(|scheme| scheme.name() == name)
@@ -79,6 +99,16 @@ mod tests {
     fn every_scheme_is_found_by_its_name_and_nothing_else_is() {
         for scheme in Scheme::every() {
             assert_eq!(scheme.name().parse(), Ok(scheme));
+        }
+        for wrong in [
+            "subset",
+            "subset:",
+            "subset:0",
+            "subset:-3",
+            "subset:256",
+            "subset:ten",
+        ] {
+            assert!(wrong.parse::<Scheme>().is_err(), "{wrong}");
         }
         let error = "exactly".parse::<Scheme>().unwrap_err().to_string();
         assert!(

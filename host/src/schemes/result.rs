@@ -61,6 +61,33 @@ pub enum SchemeError {
         /// By how much the root mean square of what is left still changes there (µm).
         change_um: f64,
     },
+    /// The correction of this machine is no sum of products of functions of one axis each.
+    #[error(
+        "fik knows no closed form for this machine: the directions of its linear axes turn with a rotary axis between them"
+    )]
+    NoClosedForm,
+    /// More adjustable weights than a blob holds.
+    #[error("{needed} adjustable terms are needed, a compensation holds at most {held}")]
+    TooManyWeights {
+        /// How many.
+        needed: usize,
+        /// The most.
+        held: usize,
+    },
+    /// The machine has no such error, so that it has no weight.
+    #[error("this machine has no error parameter {name}")]
+    NoSuchError {
+        /// Its name.
+        name: String,
+    },
+    /// More tables are asked for than the target holds.
+    #[error("{asked} tables are asked for, the target holds {held}")]
+    MoreThanTarget {
+        /// As many as asked for.
+        asked: usize,
+        /// As many as the target holds.
+        held: usize,
+    },
     /// The zero position has another number of values than the machine has axes.
     #[error("the zero position has {given} values, the machine has {axes} axes")]
     ZeroPosition {
@@ -86,17 +113,25 @@ impl SchemeError {
     /// # Errors
     /// [`SchemeError::Axes`].
     pub fn unless_five_axes(machine: &Machine, scheme: &str) -> Result<(), Self> {
+        match Self::axes(machine, scheme, "three linear and two rotary axes") {
+            Self::Axes {
+                linear: 3,
+                rotary: 2,
+                ..
+            } => Ok(()),
+            other => Err(other),
+        }
+    }
+
+    /// That a machine has other axes than a scheme of this name needs.
+    pub fn axes(machine: &Machine, scheme: &str, needs: &'static str) -> Self {
         let axes = machine.axes.iter();
         let rotary = axes.filter(|axis| axis.letter.is_rotary()).count();
-        let linear = machine.axes.len() - rotary;
-        match (linear, rotary) {
-            (3, 2) => Ok(()),
-            _ => Err(Self::Axes {
-                scheme: scheme.to_owned(),
-                needs: "three linear and two rotary axes",
-                linear,
-                rotary,
-            }),
+        Self::Axes {
+            scheme: scheme.to_owned(),
+            needs,
+            linear: machine.axes.len() - rotary,
+            rotary,
         }
     }
 
@@ -111,12 +146,16 @@ impl SchemeError {
                 "widen [calibrated] in the error file: it is in mm or degrees of the command"
             }
             Self::TooManyTables { .. } => {
-                "raise --tolerance, or --minimize cost where another was chosen"
+                "raise --tolerance, or --minimize cost where another was chosen; with --scheme fik write fewer errors"
             }
             Self::Axes { .. } => "use --scheme exact, which takes any machine",
             Self::Threshold { .. } => {
                 "raise --threshold above that, or --max-nodes if the controller holds more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
             }
+            Self::NoClosedForm => "use --scheme exact, which takes any machine",
+            Self::TooManyWeights { .. } => "name fewer errors with --adjust",
+            Self::NoSuchError { .. } => "give names as in the error file, such as EB0A or EXX1",
+            Self::MoreThanTarget { .. } => "ask for fewer, or give another --target",
             Self::ZeroPosition { .. } => "give one position for each axis",
         }
     }

@@ -23,7 +23,7 @@ use semihosting::experimental::env::args;
 use semihosting::{println, process};
 use trueaxis::{Compensation, Holds, Inputs, Room, Row, Servo, Travel, Travelling};
 use trueaxis_kinematics::{Kinematics, Policy};
-use workloads::{CUBIC, DOCUMENT, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION, LINEAR};
+use workloads::{CUBIC, DOCUMENT, FIK, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION, LINEAR};
 
 /// Positions of each measurement.
 const POSITIONS: usize = 512;
@@ -245,6 +245,8 @@ fn main() -> ! {
     static mut TIGHT_AGAIN: Tight = Tight::empty();
     static mut CUBE: Usual = Usual::empty();
     static mut LAYOUT: Usual = Usual::empty();
+    static mut CHAINS: Usual = Usual::empty();
+    static mut WEIGHTED: Usual = Usual::empty();
     static mut BANKS: [Tight; 4] = [const { Tight::empty() }; 4];
     static mut COUNTS: [u32; UPDATES] = [0; UPDATES];
 
@@ -266,6 +268,9 @@ fn main() -> ! {
     evaluate(counter, "evaluate_kolibri10_direction", kolibri);
     evaluate(counter, "grid25_3out", load(CUBE, &GRID.0));
     evaluate(counter, "document_40_tables", load(LAYOUT, &DOCUMENT.0));
+    let [fixed, weighted] = FIK;
+    evaluate(counter, "fik_huron13", load(CHAINS, &fixed.0));
+    evaluate(counter, "fik_huron13_5_weights", load(WEIGHTED, &weighted.0));
     let keys = [
         "linear_1_table",
         "linear_9_tables",

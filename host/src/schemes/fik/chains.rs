@@ -1,0 +1,208 @@
+//! From the closed form of a group to products of functions of one input each.
+
+use super::form::{TURNS, Variables, turns};
+use super::groups::Group;
+use crate::schemes::products::Points;
+use crate::schemes::products::{Factor, Function};
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+/// Of functions of two rotary axes, products below this part of the largest are rounding.
+const RANK: f64 = 1e-10;
+/// A constant is a sum of the functions of levers if that leaves this part of it.
+const EXPLAINED: f64 = 1e-9;
+
+/// The chains of a group: products of tables, each of another input, at least one.
+pub fn chains(group: &Group, variables: &Variables, points: &[Points]) -> Vec<Vec<Factor>> {
+    let form = &group.form.0;
+    let offsets = offsets(form);
+    let mut chains = Vec::new();
+    for (lever, matrix) in form.iter().enumerate() {
+        if lever == 0 && offsets.is_some() {
+            continue;
+        }
+        for (turn, along) in products(matrix) {
+            let mut factors: Vec<Factor> = group.along.iter().map(plain).collect();
+            if let Some(k) = lever.checked_sub(1) {
+                let input = variables.levers[k];
+                let offset = offsets.as_ref().map_or(0.0, |o| o[k]);
+                let coordinate = points[input].at.iter().map(|x| x + offset);
+                let coordinate = Factor {
+                    is_coordinate: true,
+                    ..plain(&function(input, coordinate.collect()))
+                };
+                multiply(&mut factors, coordinate);
+            }
+            let [first, second] = variables.rotary;
+            let of_first = points[first].at.iter().map(|angle| {
+                let turns = turns(*angle);
+                turns.iter().zip(turn.iter()).map(|(t, c)| t * c).sum()
+            });
+            let of_first: Vec<f64> = of_first.collect();
+            let of_second: Vec<f64> = along.iter().copied().collect();
+            // A function that is constant is a number in another table.
+            let mut times = 1.0;
+            for (input, values) in [(first, of_first), (second, of_second)] {
+                match constant(&values) {
+                    Some(value) => times *= value,
+                    None => multiply(&mut factors, plain(&function(input, values))),
+                }
+            }
+            scale(&mut factors, times, group.output, points);
+            chains.push(factors);
+        }
+    }
+    chains
+}
+
+fn function(input: usize, values: Vec<f64>) -> Function {
+    Function {
+        input,
+        signed: false,
+        values,
+    }
+}
+
+fn plain(function: &Function) -> Factor {
+    Factor {
+        function: function.clone(),
+        is_coordinate: false,
+    }
+}
+
+/// The number that a function is, if it is one.
+fn constant(values: &[f64]) -> Option<f64> {
+    let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let same = values
+        .iter()
+        .all(|v| (v - values[0]).abs() <= 1e-12 * largest);
+    same.then(|| values[0])
+}
+
+/// Takes a factor in; tables of one input become one.
+fn multiply(factors: &mut Vec<Factor>, factor: Factor) {
+    let function = &factor.function;
+    let same = factors
+        .iter_mut()
+        .find(|f| f.function.input == function.input);
+    let Some(known) = same else {
+        factors.push(factor);
+        return;
+    };
+    known.is_coordinate = false;
+    known.function.signed |= function.signed;
+    for (value, by) in known.function.values.iter_mut().zip(&function.values) {
+        *value *= by;
+    }
+}
+
+/// Puts a number into a table that is not shared; into one of the output axis if there is none.
+pub fn scale(factors: &mut Vec<Factor>, times: f64, output: usize, points: &[Points]) {
+    if factors.is_empty() {
+        let values = vec![1.0; points[output].at.len()];
+        factors.push(plain(&function(output, values)));
+    }
+    if times == 1.0 {
+        return;
+    }
+    let own = factors.iter().position(|f| !f.is_coordinate).unwrap_or(0);
+    factors[own].is_coordinate = false;
+    for value in &mut factors[own].function.values {
+        *value *= times;
+    }
+}
+
+/// What is added to each lever so that the constant of a form is part of their products: (Z − t)·f(A) instead
+/// of Z·f(A) − t·f(A). `None` if it is not.
+fn offsets(form: &[DMatrix<f64>]) -> Option<Vec<f64>> {
+    let flat = |m: &DMatrix<f64>| DVector::from_column_slice(m.as_slice());
+    let constant = flat(&form[0]);
+    let levers: Vec<DVector<f64>> = form[1..].iter().map(flat).collect();
+    let mut offsets = vec![0.0; levers.len()];
+    let enough = EXPLAINED * constant.norm();
+    if enough == 0.0 {
+        return Some(offsets);
+    }
+    // Of one lever, if that will do.
+    for (k, lever) in levers.iter().enumerate() {
+        let offset = constant.dot(lever) / lever.norm_squared();
+        if (&constant - lever * offset).norm() <= enough {
+            offsets[k] = offset;
+            return Some(offsets);
+        }
+    }
+    if levers.is_empty() {
+        return None;
+    }
+    let found = DMatrix::from_columns(&levers)
+        .svd(true, true)
+        .solve(&constant, RANK)
+        .ok()?;
+    let sum = levers
+        .iter()
+        .zip(found.iter())
+        .map(|(lever, offset)| lever * *offset);
+    let rest = sum.fold(constant.clone(), |rest, part| rest - part);
+    (rest.norm() <= enough).then(|| {
+        // What is left of nothing by rounding would keep tables from being shared.
+        let most = found.amax();
+        let clean = |offset: &f64| {
+            if offset.abs() < RANK * most {
+                0.0
+            } else {
+                *offset
+            }
+        };
+        found.iter().map(clean).collect()
+    })
+}
+
+/// A matrix as the fewest products of a column and a row: the row with the largest number again and again.
+fn products(matrix: &DMatrix<f64>) -> Vec<(DVector<f64>, RowDVector<f64>)> {
+    let enough = RANK * matrix.amax();
+    let mut rest = matrix.clone();
+    let mut products = Vec::new();
+    while products.len() < TURNS && rest.amax() > enough {
+        let (row, column) = rest.iamax_full();
+        let along = rest.row(row).into_owned();
+        let mut turn = rest.column(column) / rest[(row, column)];
+        for t in turn.iter_mut().filter(|t| t.abs() < RANK) {
+            *t = 0.0;
+        }
+        rest -= &turn * &along;
+        rest.row_mut(row).fill(0.0);
+        products.push((turn, along));
+    }
+    products
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sum_of_two_products_is_found_as_two_products() {
+        let matrix = DMatrix::from_fn(TURNS, 7, |r, c| {
+            let (r, c) = (r as f64, c as f64);
+            (1.0 + r) * (0.3 * c).cos() + r * r * (0.1 + c)
+        });
+        let found = products(&matrix);
+        assert_eq!(found.len(), 2);
+        let sum = found
+            .iter()
+            .fold(DMatrix::zeros(TURNS, 7), |s, (u, v)| s + u * v);
+        // Rounding of numbers up to 100.
+        assert!((sum - matrix).amax() < 1e-12);
+    }
+
+    #[test]
+    fn a_constant_that_is_part_of_levers_becomes_their_offsets() {
+        let f = DMatrix::from_fn(TURNS, 5, |r, c| if r == 0 { (c as f64).sin() } else { 0.0 });
+        let g = DMatrix::from_fn(TURNS, 5, |r, c| if r == 1 { 1.0 + c as f64 } else { 0.0 });
+        let one = offsets(&[&f * -130.0, g.clone(), f.clone()]).unwrap();
+        assert!(one[0] == 0.0 && (one[1] + 130.0).abs() < 1e-9);
+        let two = offsets(&[&f * 20.0 + &g * 5.0, f.clone(), g.clone()]).unwrap();
+        assert!((two[0] - 20.0).abs() < 1e-9 && (two[1] - 5.0).abs() < 1e-9);
+        let h = DMatrix::from_element(TURNS, 5, 1.0);
+        assert_eq!(offsets(&[h, f, g]), None);
+    }
+}

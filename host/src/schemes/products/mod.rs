@@ -1,0 +1,7 @@
+//! Terms as products of tables of one input each, every table for one output.
+
+mod layout;
+mod points;
+
+pub use layout::{Factor, Function, Placed, Product, layout, subtracted};
+pub use points::{Points, points};
