@@ -36,8 +36,7 @@ impl Corrector<'_> {
             // Where it comes from is not known, only where it ends.
             let q = self.field().axes(&to);
             let q = q.map_err(|lost| moving.lost(lost))?;
-            let leave = self.options.backlash == Backlash::Leave;
-            if !leave || self.ways.missing(self.tables).is_some() {
+            if self.axes_turn() {
                 self.ways.come_to(self.tables, &q);
             }
             if let Some(axis) = self.ways.missing(self.tables) {

@@ -56,7 +56,6 @@ impl Corrector<'_> {
             gone,
             without: match pieces[0].shape {
                 _ if !is_arc => b"",
-                Shape::Arc(_) if several => b"RP",
                 Shape::Arc(_) => b"R",
                 // Chords.
                 _ => b"IJKRP",

@@ -71,7 +71,7 @@ impl State {
         match machine {
             Machine::Pause | Machine::End | Machine::After => step.after = true,
             Machine::Neutral => {}
-            Machine::ToolChange => self.change_tool(asked.rules, step),
+            Machine::ToolChange => self.change_tool(asked, word, step)?,
             Machine::ToolNumber => {
                 let Some(number) = asked.word(b'Q') else {
                     return Err(Fault::new(
