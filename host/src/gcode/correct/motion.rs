@@ -70,6 +70,9 @@ impl<'a> Corrector<'a> {
 
     /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
     fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
+        if !block.has_codes && block.word(b'T').is_none() {
+            return Ok(());
+        }
         let dialect = self.rules.dialect;
         let is_motion = |word: &Word| {
             let code = codes::code(word, dialect);

@@ -143,7 +143,7 @@ impl Corrector<'_> {
 /// True if a word G53 is in the line.
 pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
     let is_g53 = |word: &Word| codes::code(word, dialect) == Some(Code::MachineCoordinates);
-    block.words.iter().any(is_g53)
+    block.has_codes && block.words.iter().any(is_g53)
 }
 
 fn is_after(word: &Word, dialect: Dialect) -> bool {
