@@ -53,6 +53,8 @@ impl Field<'_> {
         traced.breaks.clear();
         let parts = self.parts(path).max(finer).max(4);
         if parts > MOST_PARTS {
+            // An end outside the travel is told first: it is why a move is so long.
+            self.node(1.0, &path.at(1.0), ways)?;
             return Err(Lost::TooLong);
         }
         let turns = match path {

@@ -182,10 +182,8 @@ impl Corrector<'_> {
         {
             add(b'Q', q, 9);
         }
-        if series.is_none() {
-            if let (true, Some(p)) = (lacks(b'P'), cycle.p) {
-                add(b'P', p, 6);
-            }
+        if let (true, Some(p), None) = (lacks(b'P'), cycle.p, series) {
+            add(b'P', p, 6);
         }
         if let Some(feed) = self.nominal.feed
             && lacks(b'F')
