@@ -150,7 +150,7 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| {
         setup: setup.clone(),
         axes: tables.axes,
         block_delete: Some(delete),
-        least_increments: least,
+        least_increments: least && dialect == Dialect::Fanuc,
         has_machine: true,
         ..Rules::default()
     };

@@ -77,19 +77,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     rules.has_machine = tip.is_some();
     let bar = Bar::new();
     let bytes = std::fs::metadata(&arguments.program).map_or(0, |m| m.len());
-    let wrong = |error: StreamError| bad_program(&arguments.program, &error);
-    stream::look_for_computing(open(&arguments.program)?, rules.dialect).map_err(wrong)?;
+    // Where a program computes that is what is said of it, whatever else is refused before.
+    let computes = || -> Result<(), BadInput> {
+        let done = stream::look_for_computing(open(&arguments.program)?, rules.dialect);
+        done.map_err(|error| bad_program(&arguments.program, &error))
+    };
     let mark = match options.undo {
         true => None,
         false => Some(arguments.mark(&blob, compensation)?),
     };
-    let mut corrector =
-        Corrector::new(&rules, &tables, tip.as_ref(), options, mark).map_err(|cause| {
-            BadInput::new(
+    let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, mark) {
+        Ok(corrector) => corrector,
+        Err(cause) => {
+            computes()?;
+            return Err(BadInput::new(
                 cause,
                 "see the setup in the example of trueaxis gcode --help",
-            )
-        })?;
+            ));
+        }
+    };
     bar.stage("MB corrected", (bytes >> 20) as usize);
     let reader = open(&arguments.program)?;
     let mut failed = None;
@@ -108,7 +114,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     });
     drop(bar);
     if let Some(error) = failed {
-        return Err(wrong(error));
+        if matches!(error, StreamError::Refused(_)) {
+            computes()?;
+        }
+        return Err(bad_program(&arguments.program, &error));
     }
     done.map_err(|error| {
         BadInput::new(

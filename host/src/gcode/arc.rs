@@ -109,6 +109,12 @@ impl Arc {
         square.sqrt()
     }
 
+    /// How many turns it begins.
+    #[must_use]
+    pub fn turns(&self) -> u32 {
+        (self.sweep.abs() / TAU - 1e-9).ceil().max(1.0) as u32
+    }
+
     /// The axes of the plane (bits) of one that ends where it begins in the plane, otherwise none.
     #[must_use]
     pub fn closed(&self) -> u16 {

@@ -24,7 +24,7 @@ use super::ways::Ways;
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use arriving::{NEAR, arrives, near};
+use arriving::{NEAR, arrives, near, over_hole};
 pub use found::{CheckError, Found, ToolPath};
 pub use spread::{Spread, Statistics};
 use std::f64::consts::TAU;
@@ -109,6 +109,11 @@ pub fn check(
                         check.ways.forget(axis);
                     }
                 }
+                if let Some(q) = before.axes()
+                    && check.axes_turn()
+                {
+                    check.ways.come_to(tables, &q);
+                }
                 match after.next_event().map_err(CheckError::Corrected)? {
                     Some(Event::Jumped(at)) => {
                         check.at = at.at;
@@ -121,8 +126,10 @@ pub fn check(
         }
     }
     check.pass_tiny(&mut after)?;
-    if let Some(Event::Moved(more)) = after.next_event().map_err(CheckError::Corrected)? {
-        return Err(CheckError::More(more.line));
+    while let Some(Event::Moved(more)) = after.next_event().map_err(CheckError::Corrected)? {
+        if !over_hole(&more) {
+            return Err(CheckError::More(more.line));
+        }
     }
     let mut found = check.found;
     found.lines = [before.lines(), after.lines()];
@@ -207,7 +214,11 @@ impl Check<'_> {
             let planned = segment.minutes(self.rules.dialect);
             self.found.minutes[0] += planned;
             // A motion that is shorter than the last digit that is written has no time of its own.
-            if (minutes - planned).abs() > 0.01 * planned && !stands {
+            let is_short = match &segment.path {
+                Path::Arc(arc) => arc.length() < NEAR[0] && !arc.turns_axes(),
+                Path::Line(..) => stands,
+            };
+            if (minutes - planned).abs() > 0.01 * planned && !is_short {
                 if self.found.times_differ == 0 {
                     self.found.first_time_line = segment.line;
                 }

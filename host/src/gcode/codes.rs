@@ -137,6 +137,7 @@ pub fn system(tenths: u16) -> Option<Number> {
 
 /// What a word asks for; `None` if it is no G word that is known.
 #[must_use]
+#[inline]
 pub fn code(word: &Word, dialect: Dialect) -> Option<Code> {
     match word.letter {
         b'G' => g(word.tenths()?, dialect),
@@ -146,6 +147,7 @@ pub fn code(word: &Word, dialect: Dialect) -> Option<Code> {
 
 /// What a word asks for; `None` if it is no M word that is known.
 #[must_use]
+#[inline]
 pub fn machine(word: &Word, dialect: Dialect) -> Option<Machine> {
     match word.letter {
         b'M' => m(word.tenths()?, dialect),
@@ -157,7 +159,7 @@ pub fn machine(word: &Word, dialect: Dialect) -> Option<Machine> {
 #[must_use]
 pub fn ends(block: &Block, dialect: Dialect) -> bool {
     let ends = |word: &Word| machine(word, dialect) == Some(Machine::End);
-    block.words.iter().any(ends)
+    block.has_codes && block.words.iter().any(ends)
 }
 
 /// What a word G (in tenths) asks for; `None` if it is not known or not built.

@@ -151,7 +151,7 @@ pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Opti
         centre[0] -= along * way[0];
         centre[1] -= along * way[1];
     }
-    let turns = (part.abs() / TAU).ceil().max(1.0) as u32;
+    let turns = (part.abs() / TAU - 1e-9).ceil().max(1.0) as u32;
     let shifted = Arc::new(*from, to, arc.axes, centre, arc.sweep < 0.0, turns);
     if (shifted.sweep - part).abs() > 0.1 {
         return None;

@@ -55,6 +55,9 @@ pub struct Cycle {
 /// How far a peck stays from where it was, as in LinuxCNC (mm).
 const PECK_CLEARANCE: f64 = 0.254;
 
+/// What is left of a hole is no peck of its own if it is less (mm): what f64 loses.
+const NO_PECK: f64 = 1e-6;
+
 /// A part of a cycle that is written out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
@@ -88,6 +91,15 @@ impl Cycle {
         let mut to = self.holes().last().unwrap_or(self.from);
         to[self.axes[2]] = self.clear();
         to
+    }
+
+    /// Q of a cycle of pecks (mm) for a depth (mm) that is a little more than that of this one: as large as it takes
+    /// to have no more pecks, for the last of them would be one of a micrometre.
+    #[must_use]
+    pub fn peck_for(&self, depth: f64) -> Option<f64> {
+        let q = self.q.filter(|_| matches!(self.code, 730 | 830))?;
+        let pecks = ((self.r - self.bottom - NO_PECK) / q).ceil().max(1.0);
+        Some(q.max(depth / pecks))
     }
 
     /// The cycle as single moves, in LinuxCNC's order; `None` for those that need the spindle.
@@ -124,7 +136,10 @@ impl Cycle {
                     let peck = self.q?;
                     let mut depth = self.r;
                     while depth > self.bottom {
-                        let next = (depth - peck).max(self.bottom);
+                        let mut next = depth - peck;
+                        if next < self.bottom + NO_PECK {
+                            next = self.bottom;
+                        }
                         go(&mut parts, &mut at, with(hole, next), true);
                         if next > self.bottom {
                             if self.code == 730 {
@@ -162,5 +177,45 @@ impl Cycle {
             go(&mut parts, &mut at, with(hole, self.clear()), false);
         }
         Some(parts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hole_that_becomes_a_little_deeper_has_no_peck_more() {
+        let cycle = |bottom: f64, q: f64| Cycle {
+            code: 830,
+            axes: [0, 1, 2],
+            from: [0.0; COUNT],
+            first: [0.0; COUNT],
+            by: [0.0; COUNT],
+            repeat: 1,
+            r: 4.0,
+            bottom,
+            initial: 9.0,
+            retract: Retract::Initial,
+            q: Some(q),
+            p: None,
+            rate: Rate::PerMinute(100.0),
+        };
+        let pecks = |cycle: &Cycle| {
+            let parts = cycle.parts().unwrap();
+            let feeds = parts.iter().filter(|part| matches!(part, Part::Feed(_)));
+            feeds.count()
+        };
+        let deeper = cycle(-0.0003, 1.0);
+        assert_eq!(pecks(&cycle(0.0, 1.0)), 4);
+        assert_eq!(pecks(&deeper), 5);
+        let q = cycle(0.0, 1.0).peck_for(4.0003).unwrap();
+        assert!(q > 1.0 && q < 1.0001);
+        assert_eq!(pecks(&cycle(-0.0003, q)), 4);
+        // Less deep, or with room in the last peck: the same Q.
+        assert_eq!(cycle(0.0, 1.0).peck_for(3.9997), Some(1.0));
+        assert_eq!(cycle(0.0, 1.5).peck_for(4.0003), Some(1.5));
+        // What f64 loses is no peck.
+        assert_eq!(pecks(&cycle(4.0 - 0.3 * 3.0, 0.3)), 3);
     }
 }

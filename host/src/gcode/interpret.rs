@@ -94,7 +94,12 @@ fn unknown(word: &Word, text: &str, remedy: &str) -> Fault {
 
 /// Bits that are set, as numbers.
 pub(super) fn bits(mask: u16) -> impl Iterator<Item = usize> {
-    (0..COUNT).filter(move |axis| mask & (1 << axis) != 0)
+    let mut left = mask & ((1 << COUNT) - 1);
+    std::iter::from_fn(move || {
+        let first = left.trailing_zeros() as usize;
+        left &= left.wrapping_sub(1);
+        (first < COUNT).then_some(first)
+    })
 }
 
 /// A whole number that is not negative.

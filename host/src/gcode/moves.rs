@@ -26,5 +26,5 @@ pub enum Move {
     /// G2, G3.
     Arc(Arc, Rate),
     /// A canned cycle.
-    Cycle(Cycle),
+    Cycle(Box<Cycle>),
 }

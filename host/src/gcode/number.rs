@@ -13,19 +13,40 @@ pub fn decimals(axis: usize, units: Units) -> usize {
     }
 }
 
-const POWERS: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+/// Powers of ten, as many as numbers have decimals.
+const POWERS: [f64; 16] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+];
 
 /// A number with so many decimals.
 #[must_use]
 pub fn rounded(value: f64, decimals: usize) -> f64 {
-    let power = 10_f64.powi(decimals as i32);
-    (value * power).round() / power
+    let power = POWERS[decimals.min(15)];
+    nearest(value * power) / power
+}
+
+/// Half of the last digit, and a little more: what rounding can be off.
+#[must_use]
+pub fn finest(decimals: usize) -> f64 {
+    0.6 * (1.0 / POWERS[decimals.min(15)])
+}
+
+/// The same as [`f64::round`] but for the sign of 0, which is a call where the processor is not known to have it.
+fn nearest(value: f64) -> f64 {
+    /// Just below a half: with a half itself the number before it would be rounded up.
+    const HALF: f64 = 0.499_999_999_999_999_94;
+    // Above, all numbers are whole.
+    if value.abs() < 4e15 {
+        (value + HALF.copysign(value)) as i64 as f64
+    } else {
+        value.round()
+    }
 }
 
 /// A number with so many decimals at most, and so many at least; what it then is.
 pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: bool) -> f64 {
-    let most = most.min(9);
-    let scaled = (value * POWERS[most]).round();
+    let most = most.min(15);
+    let scaled = nearest(value * POWERS[most]);
     if scaled.abs() >= 9e15 {
         // Far outside any travel.
         let text = format!("{value:.most$}");
@@ -70,13 +91,27 @@ pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: boo
 
 /// A feed with six digits that count; what it then is.
 pub fn write_feed(to: &mut Vec<u8>, value: f64, point: bool) -> f64 {
-    let digits = 5 - value.abs().log10().floor().clamp(-4.0, 5.0) as i32;
-    write(to, value, digits.clamp(0, 9) as usize, 0, point)
+    let digits = 5 - value.abs().log10().floor().clamp(-10.0, 5.0) as i32;
+    write(to, value, digits.clamp(0, 15) as usize, 0, point)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_number_is_rounded_as_the_library_does(whole in -1_000_000_000_i64..1_000_000_000, off in -3_i64..4, any in any::<f64>()) {
+            // At a half, and next to it.
+            let half = whole as f64 + 0.5;
+            let next = f64::from_bits((half.to_bits() as i64 + off) as u64);
+            for value in [next, any, half, whole as f64, 0.5, -0.5, 0.5 - f64::EPSILON / 4.0] {
+                let expected = value.round();
+                prop_assert!(nearest(value) == expected || expected.is_nan(), "{value}");
+            }
+        }
+    }
 
     #[test]
     fn numbers_are_written_with_the_decimals_they_need() {
@@ -102,5 +137,6 @@ mod tests {
         let mut text = Vec::new();
         assert_eq!(write_feed(&mut text, 0.012_345_678, false), 0.012_345_7);
         assert_eq!(write_feed(&mut text, 1234.5678, false), 1234.57);
+        assert_eq!(write_feed(&mut text, 1.234_567_8e-8, false), 1.234_57e-8);
     }
 }

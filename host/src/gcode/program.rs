@@ -88,6 +88,20 @@ impl<'a, R: BufRead> Program<'a, R> {
         self.lines.number()
     }
 
+    /// Axis positions behind the last line that was read, if all are known.
+    pub fn axes(&self) -> Option<PerLetter> {
+        let state = &self.state;
+        let at = state.position.at;
+        match (state.position.missing(self.tables.axes), self.tip) {
+            (Some(_), _) => None,
+            (None, Some(tip)) if state.tip => tip.axes(
+                &at,
+                state.field_length(self.rules, self.tables.takes_length),
+            ),
+            (None, _) => Some(at),
+        }
+    }
+
     /// The next motion, which stays the next one.
     ///
     /// # Errors
@@ -113,7 +127,6 @@ impl<'a, R: BufRead> Program<'a, R> {
             if self.state.ended {
                 continue;
             }
-            let before = self.state.position;
             let scanned = self.block.scan(line, self.rules.dialect);
             let done = scanned.and_then(|()| self.state.step(&self.block, self.rules));
             let step = done.map_err(|fault| Refusal::at(fault, number, line))?;
@@ -130,7 +143,7 @@ impl<'a, R: BufRead> Program<'a, R> {
                 self.state.tip = on;
                 self.waiting.push_back(Event::Jumped(self.state.position));
             }
-            if step.passed.is_some() && self.state.position != before {
+            if step.passed.is_some() {
                 self.waiting.push_back(Event::Jumped(self.state.position));
             }
             self.split(number, step.motion);
@@ -179,6 +192,10 @@ impl<'a, R: BufRead> Program<'a, R> {
                     event
                 };
                 match cycle.parts() {
+                    // A hole without any depth, where the axes stand.
+                    Some(parts) if parts.iter().all(|p| matches!(p, Part::Dwell(_))) => {
+                        self.waiting.push_back(go(cycle.from, Rate::Rapid));
+                    }
                     Some(parts) => {
                         for part in parts {
                             match part {

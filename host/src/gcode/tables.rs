@@ -30,6 +30,8 @@ pub struct Tables<'a> {
     /// What an axis must come back by before it counts as turned round (mm, degrees).
     pub hysteresis: PerLetter,
     farthest: PerLetter,
+    /// The limits of each axis with what rounding may be beyond them.
+    reach: [[f64; 2]; COUNT],
 }
 
 impl<'a> Tables<'a> {
@@ -49,6 +51,7 @@ impl<'a> Tables<'a> {
             bend: Bend::default(),
             hysteresis: [0.0; COUNT],
             farthest: [f64::INFINITY; COUNT],
+            reach: [[f64::NEG_INFINITY, f64::INFINITY]; COUNT],
         };
         for (number, axis) in compensation.axes().iter().enumerate() {
             let Some(letter) = axes::index(axis.name) else {
@@ -65,6 +68,10 @@ impl<'a> Tables<'a> {
             if let Some(most) = compensation.farthest(number) {
                 tables.farthest[letter] = f64::from(most);
             }
+            let [low, high] = tables.limits(letter);
+            // A position in the program has decimals, the travel in the blob is f32.
+            let slack = 1e-6 * high.abs().max(low.abs()).max(1.0);
+            tables.reach[letter] = [low - slack, high + slack];
         }
         for bank in compensation.banks() {
             tables.spaced(bank.input, bank.step);
@@ -144,15 +151,15 @@ impl<'a> Tables<'a> {
     /// The first axis that is out of its travel, or too far away for the tables, with its limits.
     #[must_use]
     pub fn outside(&self, q: &PerLetter) -> Option<(usize, [f64; 2])> {
-        self.letters.iter().find_map(|&letter| {
-            let limits = match self.travel[letter] {
-                Some(limits) => limits,
-                None => [-self.farthest[letter], self.farthest[letter]],
-            };
-            // A position in the program has decimals, the travel in the blob is f32.
-            let slack = 1e-6 * limits[1].abs().max(limits[0].abs()).max(1.0);
-            let inside = q[letter] >= limits[0] - slack && q[letter] <= limits[1] + slack;
-            (!inside).then_some((letter, limits))
-        })
+        let is_inside = |[low, high]: [f64; 2], q: f64| q >= low && q <= high;
+        let mut letters = self.letters.iter();
+        let letter = *letters.find(|letter| !is_inside(self.reach[**letter], q[**letter]))?;
+        Some((letter, self.limits(letter)))
+    }
+
+    /// Ends of the travel of an axis, or of what the tables can be asked for.
+    fn limits(&self, letter: usize) -> [f64; 2] {
+        let farthest = self.farthest[letter];
+        self.travel[letter].unwrap_or([-farthest, farthest])
     }
 }

@@ -7,7 +7,7 @@ use super::axes::PerLetter;
 use super::tables::Tables;
 use super::tip::Tip;
 use super::ways::Ways;
-pub use nodes::Traced;
+pub use nodes::{MOST_PARTS, Traced};
 
 /// The path that a move commands, in words' coordinates (mm, degrees).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +67,8 @@ pub enum Lost {
     NoPose,
     /// The compensation depends on the tool length, which is not known.
     NoLength,
+    /// A move that passes too many intervals of the tables, or turns too often.
+    TooLong,
 }
 
 /// A point of the corrected path.

@@ -95,9 +95,12 @@ impl Ways {
         Ok(())
     }
 
-    /// The directions behind a straight move to a position, if no axis turns round on it.
-    #[must_use]
-    pub fn straight_on(&self, tables: &Tables<'_>, to: &PerLetter) -> Option<Self> {
+    /// Takes a straight move to a position in, if no axis turns round on it; otherwise nothing, and false.
+    pub fn goes_on(&mut self, tables: &Tables<'_>, to: &PerLetter) -> bool {
+        if tables.directional == 0 {
+            self.last = *to;
+            return true;
+        }
         let mut ways = self.clone();
         ways.come_to(tables, to);
         let keeps = bits(tables.directional).all(|axis| {
@@ -107,7 +110,10 @@ impl Ways {
             let way = ways.travel[axis];
             is_plain && way == self.travel[axis] && way != Travel::Unknown
         });
-        keeps.then_some(ways)
+        if keeps {
+            *self = ways;
+        }
+        keeps
     }
 
     /// The axes have come to a position.

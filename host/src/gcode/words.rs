@@ -55,6 +55,10 @@ pub struct Block {
     pub percent: bool,
     /// True if a comment in it says that the program is corrected already.
     pub marked: bool,
+    /// True if it has words G or M: without any it goes on with what holds.
+    pub has_codes: bool,
+    /// True if there is anything else than words: comments, or what stands behind `%`.
+    has_text: bool,
     /// Behind its last word, or behind `/`: where words can be added.
     pub end: usize,
     /// Place of the word of a letter, plus 1 (not of G and M).
@@ -83,6 +87,8 @@ impl Block {
         self.end = word.end;
         if word.letter != b'G' && word.letter != b'M' {
             self.by[usize::from(word.letter - b'A')] = self.words.len() as u8;
+        } else {
+            self.has_codes = true;
         }
     }
 
@@ -94,16 +100,25 @@ impl Block {
         self.words.clear();
         self.by = [0; 26];
         (self.deleted, self.percent, self.marked) = (false, false, false);
+        (self.has_codes, self.has_text) = (false, false);
         self.end = 0;
-        if let Some(at) = line.iter().position(|b| *b == b'\r') {
-            // Also in a comment, which would hide all lines behind it.
+        let done = self.scan_words(line, dialect);
+        // Of all that may be wrong line ends are told first; a comment would hide all lines behind them.
+        if (done.is_err() || self.has_text)
+            && let Some(at) = line.iter().position(|b| *b == b'\r')
+        {
             return Err(strange(line, at));
         }
+        done
+    }
+
+    fn scan_words(&mut self, line: &[u8], dialect: Dialect) -> Result<(), Fault> {
         let mut at = 0;
         while let Some(&byte) = line.get(at) {
             match byte {
                 b' ' | b'\t' => at += 1,
                 b';' => {
+                    self.has_text = true;
                     self.look_for_mark(&line[at..]);
                     break;
                 }
@@ -115,6 +130,7 @@ impl Block {
                             "end it with `)` in the same line",
                         ));
                     };
+                    self.has_text = true;
                     self.look_for_mark(&line[at..at + length]);
                     at += length + 1;
                 }
@@ -125,7 +141,7 @@ impl Block {
                 }
                 b'%' if self.words.is_empty() && !self.deleted => {
                     // What else stands in such a line is no program.
-                    self.percent = true;
+                    (self.percent, self.has_text) = (true, true);
                     break;
                 }
                 _ if byte.is_ascii_alphabetic() => at = self.word_at(line, at, dialect)?,
@@ -189,7 +205,9 @@ impl Block {
         }
         self.words.push(word);
         self.end = end;
-        if letter != b'G' && letter != b'M' {
+        if letter == b'G' || letter == b'M' {
+            self.has_codes = true;
+        } else {
             let by = &mut self.by[usize::from(letter - b'A')];
             if *by != 0 {
                 return Err(Fault::new(

@@ -132,6 +132,12 @@ impl Arguments {
                 ));
             }
         }
+        if self.least_increment && self.dialect() != Dialect::Fanuc {
+            return Err(BadInput::new(
+                "--least-increment: words without a point count whole units in this dialect",
+                "leave it out, or say --dialect fanuc",
+            ));
+        }
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,

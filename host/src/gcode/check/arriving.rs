@@ -31,6 +31,13 @@ pub(super) fn arrives(
 /// How far a rapid within a cycle may end from its own correction (mm): what corrections may differ over a hole.
 const OVER_HOLE: f64 = 0.5;
 
+/// True if it is a rapid of a cycle that goes no farther than corrections differ: to the place of a hole, or to its R,
+/// where the program has no motion, for there both are the same as before.
+pub(super) fn over_hole(written: &Segment) -> bool {
+    let by = written.path.by();
+    written.in_cycle && written.rate == Rate::Rapid && by.iter().all(|by| by.abs() <= OVER_HOLE)
+}
+
 /// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.
 pub(super) fn near(at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {
     let off = (0..COUNT).map(|i| (i, (at[i] - end[i]).abs() / NEAR[usize::from(is_rotary(i))]));

@@ -1,12 +1,14 @@
 //! A motion that was written, beside the corrected path.
 
-use super::arriving::near;
+use super::arriving::{near, over_hole};
 use super::{Along, Check};
 use crate::gcode::axes::{PerLetter, is_rotary};
 use crate::gcode::correct::Backlash;
 use crate::gcode::moves::Rate;
 use crate::gcode::program::Segment;
-use crate::gcode::trace::{Lost, Path};
+use crate::gcode::trace::{Lost, Node, Path};
+use crate::gcode::ways::Ways;
+use std::f64::consts::TAU;
 
 /// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.
 const NOWHERE: f64 = 2e-3;
@@ -16,8 +18,10 @@ const BEYOND: f64 = 0.01;
 const FARTHER: f64 = 1.3;
 /// A step at a reversal, or onto the corrected path, is shorter (mm and degrees).
 const STEP: f64 = 0.2;
-/// Samples of a segment, at most.
+/// Samples of a segment, at most, if no turn of it has less.
 const SAMPLES: usize = 200;
+/// Samples of a turn, at least: which turn a place belongs to is told by the one before.
+const OF_A_TURN: f64 = 16.0;
 
 impl Check<'_> {
     /// Looks along a motion that was written; true if it is a step at a reversal, or onto the corrected path.
@@ -36,6 +40,11 @@ impl Check<'_> {
         if !along.segment.whole {
             return Ok(false);
         }
+        let is_rapid = along.segment.in_cycle && along.segment.rate == Rate::Rapid;
+        if over_hole(written) && !is_rapid {
+            // To the R of this hole from that of the one before, or to its place: nothing of the path.
+            return Ok(true);
+        }
         if !self.joined && !written.in_cycle {
             // From where the machine stands, uncorrected, to the corrected path, or to a corrected end.
             let is_step = matches!(written.path, Path::Line(..)) && length < STEP;
@@ -51,10 +60,16 @@ impl Check<'_> {
             }
             self.joined = true;
         }
-        if length < STEP && self.is_take_up(along, written, length)? {
+        let is_short = matches!(written.path, Path::Line(..)) && length < STEP;
+        if is_short && self.is_take_up(along, written, length)? {
             return Ok(true);
         }
-        let count = ((length + arc).ceil() as usize * 2).clamp(4, SAMPLES);
+        let turns = match written.path {
+            Path::Arc(arc) => arc.sweep.abs() / TAU,
+            Path::Line(..) => 0.0,
+        };
+        let least = ((turns * OF_A_TURN).ceil() as usize).max(4);
+        let count = ((length + arc).ceil() as usize * 2).min(SAMPLES).max(least);
         for k in 0..=count {
             let at = written.path.at(k as f64 / count as f64);
             self.sample(along, written, &at)?;
@@ -70,14 +85,11 @@ impl Check<'_> {
         written: &Segment,
         length: f64,
     ) -> Result<bool, Lost> {
-        if self.tables.directional == 0 || self.options.backlash == Backlash::Leave {
+        if self.tables.directional == 0 || self.options.backlash != Backlash::Move {
             return Ok(false);
         }
         let path = &along.segment.path;
-        let whole = match path {
-            Path::Arc(arc) => arc.length(),
-            Path::Line(..) => path.by().iter().map(|d| d.abs()).sum(),
-        };
+        let whole = length_of(path);
         let from = self.part(along, &written.path.at(0.0), &along.travel)?;
         let mut turned = along.travel.clone();
         let (mut beyond, mut ahead) = (BEYOND, from);
@@ -103,6 +115,15 @@ impl Check<'_> {
         Ok(false)
     }
 
+    /// True if an axis turns round at a part of the way, and not well before it.
+    fn turns_here(&self, along: &Along<'_>, before: &Ways, t: f64) -> Result<bool, Lost> {
+        let path = &along.segment.path;
+        let earlier = (t - BEYOND / length_of(path)).max(0.0);
+        let mut ways = before.clone();
+        ways.come_to(self.tables, &along.field.axes(&path.at(earlier))?);
+        Ok(ways.travel == before.travel)
+    }
+
     /// Looks at a place of a motion that was written.
     fn sample(
         &mut self,
@@ -113,11 +134,23 @@ impl Check<'_> {
         let t = self.part(along, at, &along.travel)?;
         along.last_t = t.max(along.last_t);
         let command = along.segment.path.at(t);
+        let before = along.travel.clone();
         if self.options.backlash != Backlash::Leave && t > along.turned_until {
             let q = along.field.axes(&command)?;
             along.travel.come_to(self.tables, &q);
         }
-        let node = along.field.node(t, &command, &along.travel)?;
+        let mut node = along.field.node(t, &command, &along.travel)?;
+        if along.travel.travel != before.travel && self.turns_here(along, &before, t)? {
+            // On which side of the step it is the last digit of a word tells.
+            let unturned = along.field.node(t, &command, &before)?;
+            let off = |node: &Node| -> f64 {
+                let off = at.iter().zip(&node.to);
+                off.map(|(at, to)| (at - to).powi(2)).sum()
+            };
+            if off(&unturned) < off(&node) {
+                (along.travel, node) = (before, unturned);
+            }
+        }
         let segment = along.segment;
         if written.in_cycle && segment.rate == Rate::Rapid {
             return Ok(());
@@ -145,5 +178,13 @@ impl Check<'_> {
             self.tool(along, &node.q, at)?;
         }
         Ok(())
+    }
+}
+
+/// How long a path is (mm, and degrees as if they were).
+fn length_of(path: &Path) -> f64 {
+    match path {
+        Path::Arc(arc) => arc.length(),
+        Path::Line(..) => path.by().iter().map(|d| d.abs()).sum(),
     }
 }

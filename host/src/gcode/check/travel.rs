@@ -1,17 +1,30 @@
 //! Which way axes go along a motion of the program.
 
 use super::Check;
-use crate::gcode::axes::COUNT;
+use crate::gcode::axes::{COUNT, PerLetter};
 use crate::gcode::correct::Backlash;
+use crate::gcode::interpret::bits;
 use crate::gcode::program::Segment;
 use crate::gcode::trace::{Field, Lost, Path};
 use std::f64::consts::FRAC_PI_2;
 use trueaxis::Travel;
 
+/// A hysteresis that is told from none (mm, degrees).
+const FINEST: f64 = 1e-3;
+/// A 64th of a move is halved so often at most.
+const MOST_HALVINGS: u32 = 8;
+
 impl Check<'_> {
+    /// False where directions stay what they are, whichever way axes go: reversals are left out.
+    pub(super) fn axes_turn(&self) -> bool {
+        self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
+    }
+
     /// Takes the directions of travel along.
     pub(super) fn follow(&mut self, field: &Field<'_>, segment: &Segment) -> Result<(), Lost> {
-        let before = self.ways.clone();
+        if !self.axes_turn() {
+            return Ok(());
+        }
         let steps = match segment.path {
             Path::Line(..) if field.tip.is_none() => 1,
             _ => 64,
@@ -27,12 +40,40 @@ impl Check<'_> {
             parts.extend(turns.filter(|t| *t > 0.0 && *t < 1.0));
             parts.sort_by(f64::total_cmp);
         }
+        let mut from = (0.0, field.axes(&segment.path.at(0.0))?);
         for t in parts {
-            let q = field.axes(&segment.path.at(t))?;
-            self.ways.come_to(self.tables, &q);
+            let to = (t, field.axes(&segment.path.at(t))?);
+            if field.tip.is_some() {
+                self.follow_bent(field, segment, from, to, MOST_HALVINGS)?;
+            }
+            self.ways.come_to(self.tables, &to.1);
+            from = to;
         }
-        if self.options.backlash == Backlash::Leave && before.missing(self.tables).is_none() {
-            self.ways = before;
+        Ok(())
+    }
+
+    /// Axes that follow the tip bend, and turn round anywhere: looked at between two places as often as it takes to
+    /// miss no way back that counts.
+    fn follow_bent(
+        &mut self,
+        field: &Field<'_>,
+        segment: &Segment,
+        from: (f64, PerLetter),
+        to: (f64, PerLetter),
+        halvings: u32,
+    ) -> Result<(), Lost> {
+        let t = 0.5 * (from.0 + to.0);
+        let q = field.axes(&segment.path.at(t))?;
+        let is_bent = bits(self.tables.directional).any(|i| {
+            let off = (q[i] - 0.5 * (from.1[i] + to.1[i])).abs();
+            // A parabola goes back within it if its ends differ by less than 4 times as much.
+            let may_turn = (to.1[i] - from.1[i]).abs() < 8.0 * off;
+            may_turn && off > 0.1 * self.tables.hysteresis[i].max(FINEST)
+        });
+        if is_bent && halvings > 0 {
+            self.follow_bent(field, segment, from, (t, q), halvings - 1)?;
+            self.ways.come_to(self.tables, &q);
+            self.follow_bent(field, segment, (t, q), to, halvings - 1)?;
         }
         Ok(())
     }

@@ -50,7 +50,7 @@ impl Corrector<'_> {
         let [r0, r1] = arc.radii();
         let sagitta = (self.options.chord / r0.max(r1)).min(0.5);
         let chord = 2.0 * (1.0 - sagitta).acos();
-        let finer = (4.0 * arc.sweep.abs() / chord).ceil().min(1e6) as usize;
+        let finer = (4.0 * arc.sweep.abs() / chord).ceil() as usize;
         // From the directions at its start again.
         self.ways = self.start_ways.clone();
         self.trace(&path, finer, moving)?;

@@ -77,7 +77,9 @@ impl Corrector<'_> {
         let mut hole = cycle.first;
         hole[cycle.axes[2]] = height;
         let mut ways = self.ways.clone();
-        ways.come_to(self.tables, &hole);
+        if self.axes_turn() {
+            ways.come_to(self.tables, &hole);
+        }
         let node = field.node(1.0, &hole, &ways)?;
         field.reaches(&node)?;
         Ok(node)

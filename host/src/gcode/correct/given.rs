@@ -3,7 +3,7 @@
 use crate::gcode::axes::{self, is_rotary};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::Step;
-use crate::gcode::trace::Lost;
+use crate::gcode::trace::{Lost, MOST_PARTS};
 use crate::gcode::words::{Block, Word};
 use std::ops::Range;
 
@@ -43,6 +43,13 @@ impl Moving {
                 )
             }
             Lost::NoPose => Fault::no_pose(span),
+            Lost::TooLong => Fault::new(
+                span,
+                format!(
+                    "a move so long that its correction would be looked at in more than {MOST_PARTS} places"
+                ),
+                "write it as several moves",
+            ),
             Lost::NoLength => Fault::new(
                 span,
                 "the compensation depends on the tool length, which is not known here",

@@ -8,7 +8,7 @@ use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::cut::Limits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
-use crate::gcode::moves::Move;
+use crate::gcode::moves::{Move, Straight};
 use crate::gcode::trace::{Field, Node, Path};
 use crate::gcode::ways::Ways;
 use crate::gcode::words::{Block, Word};
@@ -35,6 +35,28 @@ impl<'a> Corrector<'a> {
         };
         self.write_all(given, &pieces, out)?;
         self.joined = true;
+        match motion {
+            Move::Straight(straight, _) if straight.with_spindle => {
+                self.come_back(straight, &moving)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// G33.1 ends where it began.
+    fn come_back(&mut self, straight: &Straight, moving: &Moving) -> Result<(), Fault> {
+        let at = self.nominal.position.at;
+        if at == straight.to {
+            return Ok(());
+        }
+        if self.options.undo {
+            return self.go_back(&at, moving);
+        }
+        if self.axes_turn() {
+            let q = self.field().axes(&at);
+            let q = q.map_err(|lost| moving.lost(lost))?;
+            self.ways.come_to(self.tables, &q);
+        }
         Ok(())
     }
 
@@ -48,6 +70,9 @@ impl<'a> Corrector<'a> {
 
     /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
     fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
+        if !block.has_codes && block.word(b'T').is_none() {
+            return Ok(());
+        }
         let dialect = self.rules.dialect;
         let is_motion = |word: &Word| {
             let code = codes::code(word, dialect);
@@ -111,12 +136,11 @@ impl<'a> Corrector<'a> {
         let mut field = self.field();
         let limits = self.limits();
         self.start_ways = self.ways.clone();
-        let leave = self.options.backlash == Backlash::Leave;
         if self.options.undo {
             // Axes of a corrected program turn round between its moves.
             self.go_back(&path.at(1.0), moving)?;
             field.keeps_directions = true;
-        } else if leave && self.ways.missing(self.tables).is_none() {
+        } else if !self.axes_turn() {
             field.keeps_directions = true;
         }
         let mut ways = self.ways.clone();
@@ -129,11 +153,15 @@ impl<'a> Corrector<'a> {
         }
     }
 
+    /// False where directions stay what they are, whichever way axes go: reversals are left out.
+    pub(super) fn axes_turn(&self) -> bool {
+        self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
+    }
+
     /// The directions in which the axes of a corrected program have come to a position.
     pub(super) fn go_back(&mut self, to: &PerLetter, moving: &Moving) -> Result<(), Fault> {
         let field = self.field();
-        let leave = self.options.backlash == Backlash::Leave;
-        if !leave || self.ways.missing(self.tables).is_some() {
+        if self.axes_turn() {
             let at = |ways: &Ways| field.node(1.0, to, ways).map(|node| node.moved);
             let done = self.ways.come_by(self.tables, at);
             done.map_err(|lost| moving.lost(lost))?;

@@ -36,6 +36,7 @@ impl Corrector<'_> {
             }
             if self.nominal.position != *before
                 && self.nominal.position.missing(self.tables.axes).is_none()
+                && self.axes_turn()
             {
                 let at = self.nominal.position.at;
                 self.ways.come_to(self.tables, &at);
@@ -107,7 +108,8 @@ impl Corrector<'_> {
             };
             let unit = if is_rotary(axis) { 1.0 } else { self.unit() };
             // More decimals: what is lost here is lost everywhere behind it.
-            let decimals = word.decimals.max(number::decimals(axis, self.units()) + 1);
+            let decimals = word.decimals.min(9);
+            let decimals = decimals.max(number::decimals(axis, self.units()) + 1);
             let value = number::rounded(meant[axis] / unit, decimals);
             replace_number(&mut edits, self.rules, word, value, decimals);
         }

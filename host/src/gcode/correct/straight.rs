@@ -8,7 +8,6 @@ use crate::gcode::cut::{self, Limits};
 use crate::gcode::fault::Fault;
 use crate::gcode::moves::{Rate, Straight};
 use crate::gcode::trace::{Node, Path};
-use crate::gcode::ways::Ways;
 
 /// What a bound of corrections may be, in parts of what is allowed: evaluation rounds in f32.
 const SURELY: f64 = 0.9;
@@ -36,8 +35,7 @@ impl Corrector<'_> {
             // Where it comes from is not known, only where it ends.
             let q = self.field().axes(&to);
             let q = q.map_err(|lost| moving.lost(lost))?;
-            let leave = self.options.backlash == Backlash::Leave;
-            if !leave || self.ways.missing(self.tables).is_some() {
+            if self.axes_turn() {
                 self.ways.come_to(self.tables, &q);
             }
             if let Some(axis) = self.ways.missing(self.tables) {
@@ -51,9 +49,8 @@ impl Corrector<'_> {
             let node = self.end(&to, moving)?;
             return Ok(vec![Piece::of(shape, node.to, Timing::None)]);
         }
-        if let Some(ways) = self.without_cut(straight) {
+        if self.goes_on_without_cut(straight) {
             let node = self.end(&to, moving)?;
-            self.ways = ways;
             return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
         }
         let last = self.trace(&path, 0, moving)?;
@@ -88,19 +85,16 @@ impl Corrector<'_> {
         Ok(pieces)
     }
 
-    /// The directions at the end of a move that certainly needs no cut, whatever corrections are along it.
-    fn without_cut(&self, straight: &Straight) -> Option<Ways> {
+    /// True if a move certainly needs no cut, whatever corrections are along it; directions are those at its end then.
+    fn goes_on_without_cut(&mut self, straight: &Straight) -> bool {
         let leave = self.options.backlash == Backlash::Leave && self.tables.directional != 0;
         let looks = leave || straight.with_spindle || self.nominal.cutter || self.nominal.tip;
         if looks || !self.joined {
-            return None;
+            return false;
         }
         let by = std::array::from_fn(|i| straight.to[i] - straight.from.at[i]);
         let most = self.limits().of_lengths(self.tables.bend.at_most(&by));
-        if most > SURELY {
-            return None;
-        }
-        self.ways.straight_on(self.tables, &straight.to)
+        most <= SURELY && self.ways.goes_on(self.tables, &straight.to)
     }
 
     /// The corrected end of a motion, by the directions that hold.

@@ -56,7 +56,6 @@ impl Corrector<'_> {
             gone,
             without: match pieces[0].shape {
                 _ if !is_arc => b"",
-                Shape::Arc(_) if several => b"RP",
                 Shape::Arc(_) => b"R",
                 // Chords.
                 _ => b"IJKRP",
@@ -144,7 +143,7 @@ impl Corrector<'_> {
 /// True if a word G53 is in the line.
 pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
     let is_g53 = |word: &Word| codes::code(word, dialect) == Some(Code::MachineCoordinates);
-    block.words.iter().any(is_g53)
+    block.has_codes && block.words.iter().any(is_g53)
 }
 
 fn is_after(word: &Word, dialect: Dialect) -> bool {

@@ -9,8 +9,8 @@ use crate::gcode::modal::{Distance, Plane};
 use crate::gcode::state::State;
 use crate::gcode::words::Word;
 
-/// Least radius (mm): of less, the last digits of words are a part that counts.
-const LEAST_RADIUS: f64 = 1e-3;
+/// Least radius (mm): of less, the last digits of words and the steps at reversals are a part that counts.
+const LEAST_RADIUS: f64 = 1e-2;
 /// Most turns of a line.
 const MOST_TURNS: u32 = 1000;
 

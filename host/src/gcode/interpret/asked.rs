@@ -43,7 +43,9 @@ impl<'l> Asked<'l> {
             axes: axis_words(block),
             free: 0,
         };
-        asked.look_at_g()?;
+        if block.has_codes {
+            asked.look_at_g()?;
+        }
         asked.look_at_letters()?;
         if !asked.takes_axes() {
             asked.free = asked.axes;
@@ -54,6 +56,14 @@ impl<'l> Asked<'l> {
     /// The word of a letter other than G and M.
     pub fn word(&self, letter: u8) -> Option<&'l Word> {
         self.block.word(letter)
+    }
+
+    /// The words, if there are any of G or M among them.
+    pub fn coded(&self) -> &'l [Word] {
+        match self.block.has_codes {
+            true => &self.block.words,
+            false => &[],
+        }
     }
 
     /// What a word G asks for.
@@ -68,7 +78,7 @@ impl<'l> Asked<'l> {
             Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _))
         );
         let of_words = |word: &Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
-        once || self.block.words.iter().any(of_words)
+        once || (self.block.has_codes && self.block.words.iter().any(of_words))
     }
 
     fn look_at_g(&mut self) -> Result<(), Fault> {

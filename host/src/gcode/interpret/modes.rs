@@ -16,7 +16,7 @@ impl State {
         asked: &Asked<'_>,
         step: &mut Step,
     ) -> Result<(), Fault> {
-        for word in &asked.block.words {
+        for word in asked.coded() {
             if let Some(Code::Feed(mode)) = asked.code(word)
                 && mode != self.feed_mode
             {
@@ -41,7 +41,7 @@ impl State {
         if let Some(word) = asked.word(b'T') {
             self.next_tool = Some(whole(word)?);
         }
-        let machine_words = asked.block.words.iter().filter(|w| w.letter == b'M');
+        let machine_words = asked.coded().iter().filter(|w| w.letter == b'M');
         for (place, word) in machine_words.enumerate() {
             let Some(machine) = codes::machine(word, asked.rules.dialect) else {
                 if is_passed(word, asked.rules) {
@@ -71,7 +71,7 @@ impl State {
         match machine {
             Machine::Pause | Machine::End | Machine::After => step.after = true,
             Machine::Neutral => {}
-            Machine::ToolChange => self.change_tool(asked.rules, step),
+            Machine::ToolChange => self.change_tool(asked, word, step)?,
             Machine::ToolNumber => {
                 let Some(number) = asked.word(b'Q') else {
                     return Err(Fault::new(
@@ -110,7 +110,7 @@ impl State {
             }
             self.units = Some(units);
         }
-        for word in &asked.block.words {
+        for word in asked.coded() {
             let Some(code) = asked.code(word) else {
                 continue;
             };

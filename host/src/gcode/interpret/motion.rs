@@ -82,7 +82,7 @@ impl State {
             Motion::Cycle(code) => {
                 let cycle = self.canned(asked, code)?;
                 self.position.at = cycle.to();
-                Move::Cycle(cycle)
+                Move::Cycle(Box::new(cycle))
             }
         });
         Ok(())

@@ -11,7 +11,13 @@ use crate::gcode::words::Word;
 
 impl State {
     /// M6: where it goes, and the tool in the spindle.
-    pub(super) fn change_tool(&mut self, rules: &Rules, step: &mut Step) {
+    pub(super) fn change_tool(
+        &mut self,
+        asked: &Asked<'_>,
+        word: &Word,
+        step: &mut Step,
+    ) -> Result<(), Fault> {
+        let rules = asked.rules;
         // Without any T before, which tool it takes is not known.
         self.tool = self.next_tool;
         self.length = None;
@@ -27,8 +33,17 @@ impl State {
                 bits(rules.axes).for_each(|axis| self.position.forget(axis));
                 step.passed = Some("tool changes that move");
             }
-            None => {}
+            None => return Ok(()),
         }
+        self.not_with_tip(word)?;
+        if asked.axes != 0 {
+            return Err(Fault::new(
+                word.span(),
+                "a tool change that moves the axes, in a line with words of axes",
+                "write two lines",
+            ));
+        }
+        Ok(())
     }
 
     /// G43, G43.1, G49 and what they do to the offsets.

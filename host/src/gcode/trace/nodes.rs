@@ -3,6 +3,7 @@
 use super::{Field, Lost, Node, Path};
 use crate::gcode::axes::{COUNT, is_rotary};
 use crate::gcode::cut::Limits;
+use crate::gcode::interpret::bits;
 use crate::gcode::ways::Ways;
 
 /// A path with its corrections.
@@ -29,8 +30,8 @@ struct Tracing<'t> {
 const BETWEEN: f64 = 0.1;
 /// A part of a move is halved so often at most: at a step of the tables no number is enough.
 const HALVINGS: u32 = 8;
-/// Most parts of one move; more would be a move of hundreds of metres.
-const MOST_PARTS: f64 = 1e6;
+/// Most parts of one move, which are all kept until it is written: 20 MB. More would be hundreds of turns.
+pub const MOST_PARTS: usize = 100_000;
 
 impl Field<'_> {
     /// The nodes of a path, so close that corrections between them are straight to a part of `limits`; the vectors
@@ -51,6 +52,11 @@ impl Field<'_> {
         traced.nodes.clear();
         traced.breaks.clear();
         let parts = self.parts(path).max(finer).max(4);
+        if parts > MOST_PARTS {
+            // An end outside the travel is told first: it is why a move is so long.
+            self.node(1.0, &path.at(1.0), ways)?;
+            return Err(Lost::TooLong);
+        }
         let turns = match path {
             Path::Arc(arc) if self.looks_for_turns() => arc.turns_round(),
             _ => Vec::new(),
@@ -113,7 +119,7 @@ impl Field<'_> {
         if let Path::Arc(arc) = path {
             parts = parts.max(arc.sweep.abs() * 6.0);
         }
-        parts.ceil().clamp(0.0, MOST_PARTS) as usize
+        parts.ceil() as usize
     }
 }
 
@@ -138,7 +144,7 @@ impl Tracing<'_> {
             };
             let (start, between, end) = (added(last.t)?, added(middle)?, added(t)?);
             let off = std::array::from_fn(|i| between[i] - 0.5 * (start[i] + end[i]));
-            if self.limits.of(&off) > BETWEEN {
+            if self.limits.of(&off) > BETWEEN || self.turns_between(last.t, t)? {
                 self.go_on(middle, halvings - 1)?;
                 return self.go_on(t, halvings - 1);
             }
@@ -146,7 +152,26 @@ impl Tracing<'_> {
         self.add(t)
     }
 
+    /// True if an axis that follows the tip may turn round between two places, and come back by more than is looked
+    /// past: a parabola turns round there if its ends differ by less than 4 times what its middle is off.
+    fn turns_between(&self, from: f64, to: f64) -> Result<bool, Lost> {
+        if self.field.tip.is_none() || !self.field.looks_for_turns() {
+            return Ok(false);
+        }
+        let axes = |t: f64| self.field.axes(&self.path.at(t));
+        let (from, middle, to) = (axes(from)?, axes(0.5 * (from + to))?, axes(to)?);
+        let tables = self.field.tables;
+        Ok(bits(tables.directional).any(|i| {
+            let off = (middle[i] - 0.5 * (from[i] + to[i])).abs();
+            let may_turn = (to[i] - from[i]).abs() < 6.0 * off;
+            may_turn && off > 0.1 * tables.hysteresis[i].max(1e-3)
+        }))
+    }
+
     fn add(&mut self, t: f64) -> Result<Node, Lost> {
+        if self.traced.nodes.len() > MOST_PARTS {
+            return Err(Lost::TooLong);
+        }
         let (field, path) = (self.field, self.path);
         let command = path.at(t);
         if field.looks_for_turns() {

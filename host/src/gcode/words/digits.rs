@@ -32,20 +32,25 @@ pub(super) fn number_at(line: &[u8], start: usize) -> Option<Number> {
         _ => false,
     };
     let digits = at;
-    let (mut mantissa, mut count, mut decimals, mut point) = (0_u64, 0_usize, 0_usize, false);
-    while let Some(&byte) = line.get(at) {
-        match byte {
-            b'0'..=b'9' => {
-                mantissa = mantissa
-                    .wrapping_mul(10)
-                    .wrapping_add(u64::from(byte - b'0'));
-                count += 1;
-                decimals += usize::from(point);
+    let (mut mantissa, mut decimals, mut point) = (0_u64, 0, false);
+    let mut read = |at: &mut usize| {
+        let from = *at;
+        for byte in &line[from..] {
+            let digit = byte.wrapping_sub(b'0');
+            if digit > 9 {
+                break;
             }
-            b'.' if !point => point = true,
-            _ => break,
+            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+            *at += 1;
         }
+        *at - from
+    };
+    let mut count = read(&mut at);
+    if line.get(at) == Some(&b'.') {
         at += 1;
+        point = true;
+        decimals = read(&mut at);
+        count += decimals;
     }
     if count == 0 {
         return None;

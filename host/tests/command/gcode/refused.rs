@@ -141,6 +141,11 @@ fn files_that_are_no_programs_are_refused() {
         &["--dialect", "fanuc"],
         &["line 2", "X10", "decimal point"],
     );
+    refuses(
+        "G21\nG0 X10\n",
+        &["--least-increment"],
+        &["--least-increment", "--dialect fanuc"],
+    );
     let remedy = "get the whole file";
     refuses(
         format!("{START}G0 X1"),

@@ -76,6 +76,46 @@ fn what_is_undone_turns_round_where_the_program_did_and_not_where_corrections_di
 }
 
 #[test]
+fn what_is_written_for_cycles_and_small_turns_is_accepted_whatever_becomes_of_reversals() {
+    let folder = Folder::new();
+    for program in [
+        // Cycles that stay cycles while X comes back.
+        "G21 G90 G98 F200\nG81 X10 Y10 Z1 R5\nX20\nG83 X30 Z0 R4 Q1\nG99 G82 X5 Z2 R3 P0.1\nG80\nM30\n",
+        // A hole without depth, where the axes stand.
+        "G21 G90 F200\nG81 X0 Y0 Z0 R0\nG1 X5\nG81 Z0 R0\nM30\n",
+        // Turns that are hardly larger than the steps at their reversals.
+        "G21 G90 G17 F300\nG2 J0.019\nG3 I-0.022\nG2 I0.1 J0.1\nM30\n",
+    ] {
+        for backlash in ["move", "blend", "leave"] {
+            five(&folder, program, &["--check", "--backlash", backlash]);
+        }
+    }
+}
+
+#[test]
+fn holes_of_a_series_have_each_the_r_that_is_corrected_there() {
+    let folder = Folder::new();
+    // The program stays at R between them; corrected, R is some micrometres lower at the second.
+    let program = "G21 G90 G17 F300\nG0 X151.6 Y176.1 Z127\nG99 G89 X151.6 Z125.8 R126.3 P0.1\nX188.3\nG80\nM30\n";
+    let (out, said) = run(&folder, program, &["--check"]);
+    assert!(said.contains("cycles: 2 stay"), "{said}");
+    let r: Vec<&str> = out
+        .split_whitespace()
+        .filter(|w| w.starts_with('R'))
+        .collect();
+    assert_ne!(r[0], r[1], "{out}");
+}
+
+#[test]
+fn turns_behind_a_step_onto_the_path_stay_as_many() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17 F300\nG2 I0.5 P2 (round)\nM30\n";
+    let (out, said) = run(&folder, program, &["--check"]);
+    assert!(said.contains("arcs: 1 stay"), "{said}");
+    assert!(out.contains("P2"), "{out}");
+}
+
+#[test]
 fn a_full_turn_stays_an_arc_without_an_end_that_rounding_could_move() {
     let folder = Folder::new();
     let program = "G21 G90 G17\nG0 X50.0123 Y50 Z50\nG1 X50 F300\nG2 I1 (round)\nG3 X50 Y50 I0 J0.5 Z49.9 (helix)\n\
@@ -124,6 +164,11 @@ fn pecks_and_turns_without_end_are_refused() {
         ),
         ("G83 X1 Z0 R10 Q1 L5000", &["line 3", "pecks"]),
         ("G2 I1 P5000", &["line 3", "P5000", "1000 turns"]),
+        // Turns that cannot stay arcs.
+        (
+            "G2 I60 J60 P900",
+            &["line 3", "100000 places", "several moves"],
+        ),
     ] {
         refuses(format!("{start}{line}\nM30\n"), &[], parts);
     }

@@ -17,6 +17,14 @@ use crate::gcode::words::Word;
 /// A word that a cycle needs: letter, value in units of the program, decimals.
 type Needed = (u8, f64, usize);
 
+/// The words of a cycle.
+struct Words {
+    /// Of the hole, its depth and R.
+    place: [Needed; 4],
+    /// Q (units of the program), if it has to be another one.
+    q: Option<f64>,
+}
+
 impl Corrector<'_> {
     /// The cycle with corrected words.
     pub(super) fn shifted(
@@ -30,7 +38,9 @@ impl Corrector<'_> {
         let n = cycle.axes[2];
         let mut hole = cycle.first;
         hole[n] = cycle.bottom;
-        self.ways.come_to(self.tables, &hole);
+        if self.axes_turn() {
+            self.ways.come_to(self.tables, &hole);
+        }
         if let Some(axis) = self.ways.missing(self.tables) {
             return Err(moving.direction_unknown(axis));
         }
@@ -44,13 +54,8 @@ impl Corrector<'_> {
         let by = top.to[n] - top.q[n];
         let mut edits = std::mem::take(&mut self.edits);
         edits.clear();
-        self.cycle_words(
-            given,
-            cycle,
-            &self.needed(cycle, &node.to, by),
-            moves,
-            &mut edits,
-        );
+        let words = self.words_of_cycle(cycle, &node.to, by);
+        self.cycle_words(given, cycle, &words, moves, &mut edits);
         let from = out.len();
         edits.apply(given.line, out);
         self.edits = edits;
@@ -84,7 +89,7 @@ impl Corrector<'_> {
         let mut moves = false;
         for axis in bits(self.tables.axes).filter(|axis| !cycle.axes.contains(axis)) {
             let decimals = number::decimals(axis, Units::Millimetre);
-            let finest = 0.6 * 10_f64.powi(-(decimals as i32));
+            let finest = number::finest(decimals);
             if (to[axis] - before[axis]).abs() >= finest {
                 before[axis] = to[axis];
                 moves = true;
@@ -100,8 +105,8 @@ impl Corrector<'_> {
         Ok(moves)
     }
 
-    /// The words of the hole and of R; `by` is the correction of the normal axis at R.
-    fn needed(&self, cycle: &Cycle, hole: &PerLetter, by: f64) -> [Needed; 4] {
+    /// The words of the hole, of R and of Q; `by` is the correction of the normal axis at R.
+    fn words_of_cycle(&self, cycle: &Cycle, hole: &PerLetter, by: f64) -> Words {
         let (unit, units) = (self.unit(), self.units());
         let n = cycle.axes[2];
         let offsets = &self.written.offsets;
@@ -114,7 +119,14 @@ impl Corrector<'_> {
         };
         let [first, second, normal] = cycle.axes.map(word);
         let r = offsets.program(&at_r)[n] / unit;
-        [first, second, normal, (b'R', r, number::decimals(n, units))]
+        let decimals = number::decimals(n, units);
+        let depth = number::rounded(r, decimals) - number::rounded(normal.1, decimals);
+        let q = cycle.peck_for(depth * unit).map(|q| q / unit);
+        let stays = |q: f64| cycle.q.is_some_and(|before| q * unit <= before + 1e-9);
+        Words {
+            place: [first, second, normal, (b'R', r, decimals)],
+            q: q.filter(|q| !stays(*q)).map(|q| above(q, decimals)),
+        }
     }
 
     /// Changes the words of the line, and adds those that it lacks; `anew`: also those that stay from the cycle
@@ -123,21 +135,27 @@ impl Corrector<'_> {
         &self,
         given: &Given<'_>,
         cycle: &Cycle,
-        needed: &[Needed; 4],
+        words: &Words,
         anew: bool,
         edits: &mut Edits,
     ) {
         let block = given.block;
+        let needed = &words.place;
         let point = self.rules.dialect == Dialect::Fanuc;
         let mut place = block.end;
         let mut done = [false; 4];
         for word in &block.words {
             let same = |(letter, ..): &Needed| *letter == word.letter;
+            if let (b'Q', Some(q)) = (word.letter, words.q) {
+                edits.replace(word.number..word.end, |to| {
+                    number::write(to, q, 9, 0, point)
+                });
+            }
             if let Some(k) = needed.iter().position(same) {
                 done[k] = true;
                 place = word.end;
                 let (_, value, decimals) = needed[k];
-                let decimals = decimals.max(word.decimals);
+                let decimals = decimals.max(word.decimals).min(9);
                 edits.replace(word.number..word.end, |to| {
                     number::write(to, value, decimals, word.decimals.min(decimals), point)
                 });
@@ -146,7 +164,8 @@ impl Corrector<'_> {
         let mut add = |letter: u8, value: f64, decimals: usize| {
             edits.replace(place..place, |to| {
                 to.extend_from_slice(&[b' ', letter]);
-                number::write(to, value, decimals, 0, point);
+                // P counts, or is seconds: Fanuc's has no point.
+                number::write(to, value, decimals, 0, point && letter != b'P');
             });
         };
         for ((letter, value, decimals), done) in needed.iter().zip(done) {
@@ -155,13 +174,16 @@ impl Corrector<'_> {
             }
         }
         let lacks = |letter: u8| block.word(letter).is_none();
-        if anew || self.written.cycle.is_none_or(|c| c.code != cycle.code) {
-            if let (true, Some(q)) = (lacks(b'Q'), cycle.q) {
-                add(b'Q', q / self.unit(), 6);
-            }
-            if let (true, Some(p)) = (lacks(b'P'), cycle.p) {
-                add(b'P', p, 6);
-            }
+        let series = self.written.cycle.filter(|c| c.code == cycle.code && !anew);
+        let q = words.q.or(cycle.q.map(|q| q / self.unit()));
+        let before = series.and_then(|c| c.q).map(|q| q / self.unit());
+        if let (true, Some(q)) = (lacks(b'Q'), q)
+            && before.is_none_or(|before| (q - before).abs() > 1e-9)
+        {
+            add(b'Q', q, 9);
+        }
+        if let (true, Some(p), None) = (lacks(b'P'), cycle.p, series) {
+            add(b'P', p, 6);
         }
         if let Some(feed) = self.nominal.feed
             && lacks(b'F')
@@ -181,4 +203,9 @@ impl Corrector<'_> {
             });
         }
     }
+}
+
+/// A number with so many decimals that is not less.
+fn above(value: f64, decimals: usize) -> f64 {
+    number::rounded(value + 0.5 * 10_f64.powi(-(decimals as i32)), decimals)
 }

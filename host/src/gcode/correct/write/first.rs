@@ -17,6 +17,7 @@ use crate::gcode::number;
 struct Said {
     axes: u16,
     centre: [bool; 2],
+    turns: bool,
     feed: bool,
     motion: bool,
     /// Where the first axis begins.
@@ -82,9 +83,21 @@ impl Corrector<'_> {
             {
                 said.centre[place] = true;
                 said.last_axis = Some(word.end);
-                let decimals = word.decimals.max(number::decimals(0, self.units()));
+                let decimals = word.decimals.max(number::decimals(0, self.units())).min(9);
                 let value = number::rounded(centre[place].1, decimals);
                 replace_number(edits, rules, word, value, decimals);
+                continue;
+            }
+            if word.letter == b'P' && wording.centre.is_some() {
+                said.turns = true;
+                if word.value.max(1.0) != f64::from(wording.turns) {
+                    match wording.turns {
+                        1 => edits.remove(given.line, word.span()),
+                        turns => edits.replace(word.number..word.end, |to| {
+                            number::write(to, f64::from(turns), 0, 0, false);
+                        }),
+                    }
+                }
                 continue;
             }
             if word.letter == b'F' {
@@ -150,6 +163,13 @@ impl Corrector<'_> {
                     number::write(to, *value, number::decimals(0, self.units()), 0, point);
                 });
             }
+        }
+        if wording.turns > 1 && !said.turns {
+            edits.replace(place..place, |to| {
+                to.extend_from_slice(separator);
+                to.push(b'P');
+                number::write(to, f64::from(wording.turns), 0, 0, false);
+            });
         }
         if let (false, Some(feed)) = (said.feed, self.feed_word(wording)) {
             self.report.feeds += 1;

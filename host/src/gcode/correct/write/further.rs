@@ -49,6 +49,11 @@ impl Corrector<'_> {
             number::write(&mut text, *value, decimals, 0, point);
             text.push(b' ');
         }
+        if wording.turns > 1 {
+            text.push(b'P');
+            number::write(&mut text, f64::from(wording.turns), 0, 0, false);
+            text.push(b' ');
+        }
         if let Some(feed) = self.feed_word(&wording) {
             self.report.feeds += 1;
             text.push(b'F');

@@ -38,6 +38,8 @@ pub(super) struct Wording {
     pub motion: Option<Motion>,
     /// The letters of a centre, with their values in units of the program.
     pub centre: Option<[(u8, f64); 2]>,
+    /// How many turns an arc begins: its P, which 1 needs not.
+    pub turns: u32,
     /// True if words are machine coordinates: G53.
     pub machine: bool,
 }
@@ -64,6 +66,10 @@ impl Corrector<'_> {
             centre: match piece.shape {
                 Shape::Arc(arc) => Some(self.centre_words(&arc)),
                 _ => None,
+            },
+            turns: match piece.shape {
+                Shape::Arc(arc) => arc.turns(),
+                _ => 1,
             },
             machine,
             words,
@@ -122,7 +128,7 @@ impl Corrector<'_> {
             let by = (target[axis] - here[axis]) / unit;
             let value = if relative { by } else { target[axis] / unit };
             let rounded = number::rounded(value, decimals);
-            let finest = 0.6 * 10_f64.powi(-(decimals as i32));
+            let finest = number::finest(decimals);
             let known = at.knows(axis);
             if wanted & (1 << axis) == 0 && known && by.abs() < finest {
                 continue;
