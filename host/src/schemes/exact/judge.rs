@@ -202,20 +202,17 @@ impl<'a> Judge<'a> {
             .iter()
             .copied()
             .fold(Verdict::NOTHING, Verdict::worse);
-        // Where random positions tell enough, corners may wait until these are kept.
-        if missed.len() < CLIMBS {
-            let starts = order.iter().take(CLIMBS);
-            let starts: Vec<_> = starts
-                .map(|i| (verdicts[*i], self.others[*i].clone()))
-                .collect();
-            let climbed: Result<Vec<_>, NotConverged> = starts
-                .into_par_iter()
-                .map(|(verdict, place)| self.climb(verdict, place, &runtime))
-                .collect();
-            for (verdict, place) in climbed?.into_iter().filter(|(v, _)| misses(v)) {
-                worst = worst.worse(verdict);
-                missed.push(place);
-            }
+        let starts = order.iter().take(CLIMBS);
+        let starts: Vec<_> = starts
+            .map(|i| (verdicts[*i], self.others[*i].clone()))
+            .collect();
+        let climbed: Result<Vec<_>, NotConverged> = starts
+            .into_par_iter()
+            .map(|(verdict, place)| self.climb(verdict, place, &runtime))
+            .collect();
+        for (verdict, place) in climbed?.into_iter().filter(|(v, _)| misses(v)) {
+            worst = worst.worse(verdict);
+            missed.push(place);
         }
         let is_kept = missed.is_empty();
         // The first to be measured: what fails there needs no others.
