@@ -125,12 +125,6 @@ impl Arc {
             false => 0,
         }
     }
-
-    /// True if any rotary axis moves along.
-    #[must_use]
-    pub fn turns_axes(&self) -> bool {
-        (0..COUNT).any(|i| is_rotary(i) && self.to[i] != self.from[i])
-    }
 }
 
 /// The centre of an arc by its radius (negative: more than half a turn); the cause if there is none.

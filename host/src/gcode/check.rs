@@ -163,8 +163,12 @@ impl Check<'_> {
         self.follow(&field, segment).map_err(lost)?;
         let end = field.node(1.0, &segment.to(), &self.ways).map_err(lost)?.to;
         let by = segment.path.by();
-        let stands = matches!(segment.path, Path::Line(..))
-            && (0..COUNT).all(|i| by[i].abs() < NEAR[usize::from(is_rotary(i))]);
+        // What is shorter than the last digits of words: nothing need be written for it.
+        let stands = (0..COUNT).all(|i| by[i].abs() < NEAR[usize::from(is_rotary(i))])
+            && match &segment.path {
+                Path::Arc(arc) => arc.length() < NEAR[0],
+                Path::Line(..) => true,
+            };
         let mut minutes = 0.0;
         let mut along = Along {
             field,
@@ -214,11 +218,7 @@ impl Check<'_> {
             let planned = segment.minutes(self.rules.dialect);
             self.found.minutes[0] += planned;
             // A motion that is shorter than the last digit that is written has no time of its own.
-            let is_short = match &segment.path {
-                Path::Arc(arc) => arc.length() < NEAR[0] && !arc.turns_axes(),
-                Path::Line(..) => stands,
-            };
-            if (minutes - planned).abs() > 0.01 * planned && !is_short {
+            if (minutes - planned).abs() > 0.01 * planned && !stands {
                 if self.found.times_differ == 0 {
                     self.found.first_time_line = segment.line;
                 }

@@ -38,6 +38,15 @@ impl Dialect {
         }
     }
 
+    /// The same of an arc or helix whose way in X, Y and Z is so long, while all axes together move by so much.
+    #[must_use]
+    pub fn arc_length(self, linear: f64, by: &PerLetter) -> f64 {
+        match self {
+            Self::LinuxCnc => linear,
+            Self::Grbl | Self::Fanuc => by[3..].iter().fold(linear, |sum, d| sum.hypot(*d)),
+        }
+    }
+
     /// True if such a move is counted in degrees alone.
     #[must_use]
     pub fn counts_degrees(by: &PerLetter) -> bool {

@@ -1,6 +1,5 @@
 //! What a program moves, motion by motion: for whoever checks it.
 
-use super::arc::Arc;
 use super::axes::{PerLetter, Position};
 use super::cycle::Part;
 use super::fault::{Fault, Refusal};
@@ -240,7 +239,7 @@ impl Segment {
         });
         let length = match &self.path {
             Path::Line(..) => dialect.length(&by),
-            Path::Arc(arc) => arc_length(arc, dialect) / self.unit,
+            Path::Arc(arc) => dialect.arc_length(arc.length() / self.unit, &by),
         };
         match self.rate {
             Rate::Rapid => 0.0,
@@ -253,13 +252,5 @@ impl Segment {
     #[must_use]
     pub fn to(&self) -> PerLetter {
         self.path.at(1.0)
-    }
-}
-
-fn arc_length(arc: &Arc, dialect: super::Dialect) -> f64 {
-    let linear = arc.length();
-    match dialect {
-        super::Dialect::LinuxCnc => linear,
-        _ => (3..6).fold(linear, |sum, i| sum.hypot(arc.to[i] - arc.from[i])),
     }
 }

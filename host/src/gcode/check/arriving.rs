@@ -4,12 +4,15 @@ use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::correct::Options;
 use crate::gcode::moves::Rate;
 use crate::gcode::program::Segment;
+use crate::gcode::trace::Path;
+use std::f64::consts::TAU;
 
 /// How near it must arrive: half of the last digit that is written, of all axes together (mm, degrees).
 pub(super) const NEAR: [f64; 2] = [1.5e-4, 2e-5];
 
 /// Whether a written motion ends where one of the program does. A cycle that stays one has the correction of its
-/// bottom everywhere: within the tolerance while it feeds, and over the hole as it comes.
+/// bottom everywhere: within the tolerance while it feeds, and over the hole as it comes. A full turn ends where it
+/// began, as far as the tolerance lets it.
 pub(super) fn arrives(
     segment: &Segment,
     written: &Segment,
@@ -18,7 +21,12 @@ pub(super) fn arrives(
     options: &Options,
 ) -> bool {
     if !(segment.in_cycle && written.in_cycle) {
-        return near(at, end).is_none();
+        let is_full = matches!(written.path, Path::Arc(arc) if arc.sweep.abs() > 0.999 * TAU);
+        let allowed = match is_full {
+            true => [options.tolerance + NEAR[0], NEAR[1]],
+            false => NEAR,
+        };
+        return (0..COUNT).all(|i| (at[i] - end[i]).abs() <= allowed[usize::from(is_rotary(i))]);
     }
     let allowed = match segment.rate {
         Rate::Rapid => OVER_HOLE,

@@ -3,7 +3,6 @@
 use super::Corrector;
 use super::piece::{Piece, Shape, Timing};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
-use crate::gcode::dialect::Dialect;
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
 
@@ -27,10 +26,7 @@ impl Corrector<'_> {
             Path::Line(..) => self.rules.dialect.length(&straight),
             Path::Arc(arc) => {
                 let linear = arc.length() / self.unit();
-                match self.rules.dialect {
-                    Dialect::LinuxCnc => linear,
-                    _ => linear.hypot(straight[3].hypot(straight[4]).hypot(straight[5])),
-                }
+                self.rules.dialect.arc_length(linear, &straight)
             }
         };
         let minutes = match rate {
@@ -72,7 +68,10 @@ impl Corrector<'_> {
                 Rate::Inverse(f) => Some(if share >= 1.0 - 1e-9 { f } else { f / share }),
                 Rate::PerMinute(f) | Rate::PerRevolution(f) => {
                     let length = match piece.shape {
-                        Shape::Arc(arc) => arc.length() / self.unit(),
+                        Shape::Arc(arc) => {
+                            let linear = arc.length() / self.unit();
+                            self.rules.dialect.arc_length(linear, &by)
+                        }
                         _ => self.rules.dialect.length(&by),
                     };
                     let needed = length / (minutes * share);
