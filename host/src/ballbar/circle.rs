@@ -141,9 +141,14 @@ fn band(points: &[Vector3<f64>], about: &Fitted) -> Result<f64, CircleError> {
             )
         })
         .collect();
-    // Four readings in the four quarters, or four of them at all.
-    let quarter = |k: usize| k * rows.len() / 4;
-    let mut chosen = [0, 1, 2, 3].map(quarter);
+    // Readings to begin with that are far from each other: one in each quarter, if the circle is whole.
+    let farthest = |[x, y]: [f64; 2]| {
+        let along = |k: &usize| rows[*k].0.x * x + rows[*k].0.y * y;
+        let all = 0..rows.len();
+        all.max_by(|a, b| along(a).total_cmp(&along(b)))
+            .unwrap_or(0)
+    };
+    let mut chosen = [[1.0, 0.1], [-0.1, 1.0], [-1.0, -0.1], [0.1, -1.0]].map(farthest);
     let mut level = reference(&rows, chosen).ok_or(CircleError::TooFew)?;
     for _ in 0..EXCHANGES {
         let [u, v, r, half] = level;
@@ -274,6 +279,22 @@ mod tests {
             assert!((band - searched).abs() < 1e-8, "{seed}: {band} {searched}");
             assert!(band <= squares + 1e-9, "{seed}");
             assert_eq!(found.hysteresis, None);
+        }
+    }
+
+    #[test]
+    fn both_turns_at_the_same_angles_are_one_circle() {
+        // Angles as files have them.
+        let angles = (0..360).map(|k| f64::from(k).to_radians());
+        let turn: Vec<_> = angles.map(|a| (a, 4e-3 * a.sin() * a.cos())).collect();
+        for radius in [50.0, 100.0, 150.0] {
+            let turns = Turns {
+                counter_clockwise: turn.clone(),
+                clockwise: turn.clone(),
+            };
+            let found = Circle::of(radius, &turns).unwrap();
+            assert!((found.bidirectional.unwrap() - 4e-3).abs() < 1e-7);
+            assert_eq!(found.hysteresis, Some(0.0));
         }
     }
 

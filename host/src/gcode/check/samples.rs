@@ -98,7 +98,8 @@ impl Check<'_> {
             beyond *= FARTHER;
             let before = turned.travel;
             turned.come_to(self.tables, &along.field.axes(&path.at(ahead))?);
-            if turned.travel == before {
+            // An axis that has turned round and back goes as it went: that is no step.
+            if turned.travel == before || turned.travel == along.travel.travel {
                 continue;
             }
             let end = written.path.at(1.0);

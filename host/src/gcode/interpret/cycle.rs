@@ -12,6 +12,8 @@ use crate::gcode::words::Word;
 
 /// Most pecks of a line: a hundred holes of a hundred pecks.
 const MOST_PECKS: f64 = 10_000.0;
+/// A hole is deeper (mm), or it is none: words have four decimals.
+const SHALLOWEST: f64 = 5e-4;
 
 impl State {
     /// G73, G74, G81 to G86, G89.
@@ -68,6 +70,13 @@ impl State {
                 axis_span(block),
                 "a cycle whose depth is above R",
                 "check R and the depth",
+            ));
+        }
+        if bottom != r && r - bottom < SHALLOWEST {
+            return Err(Fault::new(
+                axis_span(block),
+                "a hole of less than half a micrometre",
+                "check R and the depth: they are the same, or a hole apart",
             ));
         }
         let pecks = match (code, sticky.q) {

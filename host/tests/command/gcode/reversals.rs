@@ -161,6 +161,9 @@ fn an_arc_while_an_axis_turns_takes_its_time_in_every_dialect() {
         let out = five(&folder, program, &["--dialect", dialect, "--check"]);
         assert!(out.contains("G2 "), "{dialect}: {out}");
     }
+    // X turns round and back again: pieces of the arc before are no steps at a reversal.
+    let twice = "G21 G90 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X1 F300\nG3 C-14 I1 P2\nM30\n";
+    five(&folder, twice, &["--check"]);
     // An arc that is shorter than the last digit of words: nothing is written for it, or as good as nothing.
     let tiny = "G21 G90 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X1 F300\nG2 X1.0001 R24\nG1 X2\nM30\n";
     five(&folder, tiny, &["--check"]);
@@ -179,6 +182,10 @@ fn pecks_and_turns_without_end_are_refused() {
             &["line 3", "pecks"],
         ),
         ("G83 X1 Z0 R10 Q1 L5000", &["line 3", "pecks"]),
+        (
+            "G81 X1 Z10 R10.0001",
+            &["line 3", "less than half a micrometre"],
+        ),
         ("G2 I1 P5000", &["line 3", "P5000", "1000 turns"]),
         // Turns that cannot stay arcs.
         (
