@@ -178,10 +178,12 @@ impl Check<'_> {
             turned_until: -1.0,
         };
         let mut in_cycle = false;
-        let mut is_there = stands && near(&self.at, &end).is_none();
-        // Where it ends an arc has been before, a turn ago.
+        // Over a hole the correction may make up for all of a short way.
+        let may_be_left_out = stands || segment.in_cycle && segment.rate == Rate::Rapid;
+        let mut is_there = may_be_left_out && near(&self.at, &end).is_none();
+        // Where it ends an arc has been before, a turn ago, or nearly.
         let last_turn = match &segment.path {
-            Path::Arc(arc) if segment.whole && arc.sweep.abs() > 0.999 * TAU => {
+            Path::Arc(arc) if segment.whole && arc.sweep.abs() > 0.95 * TAU => {
                 1.0 - 0.5 * TAU / arc.sweep.abs()
             }
             _ => 0.0,

@@ -154,8 +154,7 @@ fn a_move_that_feeds_begins_on_the_corrected_path() {
 fn an_arc_while_an_axis_turns_takes_its_time_in_every_dialect() {
     let folder = Folder::new();
     // Grbl and Fanuc count degrees like mm, in arcs too; LinuxCNC counts the arc alone.
-    let program =
-        "G21 G90 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X1 F300\nG2 C-30 J8\nG3 C20 X-3 Y2 R15\nM30\n";
+    let program = "G21 G90 G17\nG0 X0. Y0. Z0. A0. C0.\nG1 X1. F300.\nG2 C-0.9 J0.02\nM30\n";
     for dialect in ["linuxcnc", "grbl", "fanuc"] {
         // The check counts the moves whose time differs by more than 1 %.
         let out = five(&folder, program, &["--dialect", dialect, "--check"]);

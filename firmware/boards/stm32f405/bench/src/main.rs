@@ -270,7 +270,11 @@ fn main() -> ! {
     evaluate(counter, "document_40_tables", load(LAYOUT, &DOCUMENT.0));
     let [fixed, weighted] = FIK;
     evaluate(counter, "fik_huron13", load(CHAINS, &fixed.0));
-    evaluate(counter, "fik_huron13_5_weights", load(WEIGHTED, &weighted.0));
+    evaluate(
+        counter,
+        "fik_huron13_5_weights",
+        load(WEIGHTED, &weighted.0),
+    );
     let keys = [
         "linear_1_table",
         "linear_9_tables",
