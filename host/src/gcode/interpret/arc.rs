@@ -36,6 +36,14 @@ impl State {
 
     /// G2, G3.
     pub(super) fn arc(&self, asked: &Asked<'_>, clockwise: bool) -> Result<Arc, Fault> {
+        if let Some((_, word)) = asked.once {
+            // P would be that of both, and I, J, K alone are no motion there.
+            return Err(Fault::new(
+                word.span(),
+                "an arc in a line with G4 or another word that acts once",
+                "write two lines",
+            ));
+        }
         let plane = self.plane(asked)?.axes();
         let [i, j, _] = plane;
         if let Some(axis) = self.position.missing(asked.rules.axes) {

@@ -169,6 +169,19 @@ fn an_arc_while_an_axis_turns_takes_its_time_in_every_dialect() {
 }
 
 #[test]
+fn an_axis_that_goes_back_by_little_more_than_its_hysteresis_has_turned_round() {
+    let folder = Folder::new();
+    // The arc goes back by its sagitta, 0.9998 to 1.0204 µm of 1 µm, and does so twice; it ends where X turns again.
+    for end in [
+        "0.4471", "0.4472", "0.448", "0.449", "0.450", "0.451", "0.4517",
+    ] {
+        let program =
+            format!("G21 G90 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X1 F300\nG3 Y-{end} R25 P2\nM30\n");
+        five(&folder, &program, &["--check"]);
+    }
+}
+
+#[test]
 fn pecks_and_turns_without_end_are_refused() {
     let start = "G21 G90 F100\nG0 X0 Y0 Z50\n";
     for (line, parts) in [
