@@ -17,6 +17,7 @@ pub mod link;
 pub mod linuxcnc;
 pub mod machine;
 pub mod motion;
+pub mod picture;
 pub mod plan;
 pub mod policy;
 pub mod pose;
