@@ -4,19 +4,31 @@
 //! what it does not publish (places of balls, tool lengths, some travels) is what these files assume. Nothing is
 //! fitted to the document's results.
 
+mod ballbar;
 mod embedded;
 mod found;
+mod grids;
+mod not_reproduced;
 mod page;
+mod polynomials;
+mod probing_noise;
+mod skewed;
+mod strategies;
 mod table_6_2;
+mod table_counts;
 mod validated;
 
+use crate::ballbar::{TooFew, Uneven};
+use crate::compare::Unknown;
 use crate::compile::{CompileError, Progress};
 use crate::identify::IdentifyError;
 use crate::kinematics::NotConverged;
+use crate::schemes::SchemeError;
 use crate::simulate::SimulateError;
 use crate::source::FileError;
+use crate::validate::DrawError;
 pub use found::{
-    Chapter, Compared, Drawn, Figure, Fixed, NotReproduced, Picture, Reproduced, Series, Table,
+    Chapter, Compared, Drawn, Figure, Fixed, NotReproduced, Picture, Reproduced, Table,
 };
 pub use page::page;
 use trueaxis::LoadError;
@@ -30,6 +42,27 @@ pub enum ReproduceError {
     /// A scheme finds nothing.
     #[error(transparent)]
     Compile(#[from] CompileError),
+    /// The same, before there is a blob.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// Positions cannot be drawn.
+    #[error(transparent)]
+    Draw(#[from] DrawError),
+    /// Parameters that are left cannot be identified.
+    #[error(transparent)]
+    Unknown(#[from] Unknown),
+    /// The places of the ball-bar's path do not meet.
+    #[error(transparent)]
+    Uneven(#[from] Uneven),
+    /// Readings of the ball-bar tell nothing.
+    #[error(transparent)]
+    TooFew(#[from] TooFew),
+    /// A machine has no axes X, Y and Z.
+    #[error("{machine} has no axes X, Y and Z")]
+    NoBar {
+        /// Its name.
+        machine: String,
+    },
     /// A blob cannot be read back.
     #[error(transparent)]
     Load(#[from] LoadError),
@@ -55,8 +88,16 @@ impl From<FileError> for ReproduceError {
 /// # Errors
 /// [`ReproduceError`]: none of them should happen, for nothing comes from outside.
 pub fn reproduce(progress: &dyn Progress) -> Result<Reproduced, ReproduceError> {
-    let chapters: [(&'static str, fn() -> Result<Chapter, ReproduceError>); 1] =
-        [("Table 6-2", table_6_2::chapter)];
+    let chapters: [(&'static str, Computed); 8] = [
+        ("Chapter 4: grids", grids::chapter),
+        ("Chapter 4: ball-bar", ballbar::chapter),
+        ("Chapter 5: polynomials", polynomials::chapter),
+        ("Chapter 6: Table 6-2", table_6_2::chapter),
+        ("Chapter 6: the other machine", skewed::chapter),
+        ("Chapter 6: probings", probing_noise::chapter),
+        ("Chapter 7: tables", table_counts::chapter),
+        ("strategies", strategies::chapter),
+    ];
     let mut found = Vec::new();
     for (name, chapter) in chapters {
         progress.stage(name, 0);
@@ -64,6 +105,9 @@ pub fn reproduce(progress: &dyn Progress) -> Result<Reproduced, ReproduceError> 
     }
     Ok(Reproduced {
         chapters: found,
-        not_reproduced: Vec::new(),
+        not_reproduced: not_reproduced::list(),
     })
 }
+
+/// Recomputes a chapter.
+type Computed = fn() -> Result<Chapter, ReproduceError>;

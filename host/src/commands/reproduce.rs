@@ -93,8 +93,14 @@ fn write(folder: &Path, found: &Reproduced) -> Result<(), BadInput> {
     })?;
     files::write(&folder.join("reproduced.md"), page(found).as_bytes())?;
     files::write(&folder.join("reproduced.json"), json.as_bytes())?;
+    let mut pictures = 0;
+    for picture in found.chapters.iter().flat_map(|chapter| &chapter.pictures) {
+        let path = folder.join(PICTURES).join(format!("{}.svg", picture.name));
+        files::write(&path, picture.svg().as_bytes())?;
+        pictures += 1;
+    }
     files::print(&format!(
-        "{}: reproduced.md, reproduced.json\n",
+        "{}: reproduced.md, reproduced.json, {pictures} pictures\n",
         folder.display()
     ))
 }

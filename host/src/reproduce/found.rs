@@ -1,5 +1,6 @@
 //! What was recomputed: figures beside those of the document, tables, pictures.
 
+use crate::picture::{Bars, Chart};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -175,25 +176,6 @@ impl Serialize for Table {
     }
 }
 
-/// One line, or one colour of bars, of a picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Series {
-    /// What the legend says.
-    pub name: String,
-    /// Its points, in the units of the axes.
-    pub points: Vec<[f64; 2]>,
-}
-
-/// What is drawn.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Drawn {
-    /// A line for each series.
-    Lines,
-    /// Bars side by side, at each of these names.
-    Bars(Vec<String>),
-}
-
 /// A picture: a figure of the document, recomputed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Picture {
@@ -201,16 +183,29 @@ pub struct Picture {
     pub name: &'static str,
     /// What it shows.
     pub title: String,
-    /// What is along the horizontal axis, with its unit.
-    pub across: &'static str,
-    /// What is along the vertical axis, with its unit.
-    pub up: &'static str,
-    /// True if the vertical axis is logarithmic.
-    pub logarithmic: bool,
     /// What is drawn.
+    #[serde(skip)]
     pub drawn: Drawn,
-    /// The lines or bars.
-    pub series: Vec<Series>,
+}
+
+/// What is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drawn {
+    /// Curves or points over an axis.
+    Chart(Chart),
+    /// A bar for each name.
+    Bars(Bars),
+}
+
+impl Picture {
+    /// The picture as a file.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        match &self.drawn {
+            Drawn::Chart(chart) => chart.draw().file(),
+            Drawn::Bars(bars) => bars.draw().file(),
+        }
+    }
 }
 
 /// A chapter or section of the document.

@@ -2,10 +2,11 @@
 
 use super::embedded::{Example, Parameters, Strategy, kolibri};
 use super::validated::{Corrector, Validation, both, built, fik, options, poly25, trigo23};
-use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError, Series, Table};
+use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError, Table};
 use crate::compile;
 use crate::errors::{ErrorModel, Parameter};
 use crate::kinematics::Policy;
+use crate::picture::{Chart, Ink, Mark, Scale, Series};
 use crate::schemes::Scheme;
 use crate::schemes::poly25::Objective;
 use crate::simulate::Disturbances;
@@ -68,8 +69,9 @@ struct OfCase {
     left: Vec<Left>,
 }
 
-fn probed(example: &Example, case: (&str, f64)) -> Result<OfCase, ReproduceError> {
-    let machine = &example.machine;
+/// Tables are made for the `zone` where A was probed.
+fn probed(example: &Example, zone: &Example, case: (&str, f64)) -> Result<OfCase, ReproduceError> {
+    let machine = &zone.machine;
     let errors = alone(example, case);
     let ten = example.errors(Parameters::Kolibri10)?;
     let validation = Validation::new(example, Strategy::KolibriValidation, &ten)?;
@@ -153,10 +155,10 @@ const POINTS_TOO_FEW: &str =
     "ten points of ±55° miss a sine of twice the angle by 2.3 %: more points leave less";
 
 pub fn chapter() -> Result<Chapter, ReproduceError> {
-    let example = kolibri()?.within('A', PROBED);
+    let (example, zone) = (kolibri()?, kolibri()?.within('A', PROBED));
     let cases: Result<Vec<OfCase>, ReproduceError> = CASES
         .par_iter()
-        .map(|case| probed(&example, *case))
+        .map(|case| probed(&example, &zone, *case))
         .collect();
     let cases = cases?;
     let wide = kolibri()?.within('A', TRAVEL);
@@ -345,23 +347,34 @@ fn fixed(cases: &[OfCase], travel: &[Vec<Statistics>]) -> Vec<Fixed> {
 }
 
 fn picture(cases: &[OfCase]) -> Picture {
-    let bars = |name: &str, of: &dyn Fn(&OfCase) -> f64| Series {
+    let title = "Figure 6.7: the tip after one error at a time was compensated".to_owned();
+    let points = |name: &str, ink, of: &dyn Fn(&OfCase) -> f64| Series {
         name: name.to_owned(),
+        ink,
+        mark: Mark::Points,
         points: (cases.iter().enumerate())
-            .map(|(i, case)| [i as f64, of(case)])
+            .map(|(i, case)| [i as f64 + 1.0, of(case)])
             .collect(),
     };
-    let mut series = vec![bars("before", &|case| case.before[0])];
-    for scheme in [1, 2, 4] {
-        series.push(bars(SCHEMES[scheme], &|case| case.left[scheme].tip[0]));
-    }
+    let series = vec![
+        points("before", Ink::Before, &|case| case.before[0]),
+        points("poly25", Ink::Other, &|case| case.left[1].tip[0]),
+        points("trigo23", Ink::Accent, &|case| case.left[2].tip[0]),
+        points("exact, orientation", Ink::After, &|case| {
+            case.left[4].tip[0]
+        }),
+    ];
+    let values = series.iter().flat_map(|s| s.points.iter().map(|p| p[1]));
+    let drawn = Drawn::Chart(Chart {
+        title: title.clone(),
+        x: Scale::exact("case study of Table 6-2", [0.5, 10.5]),
+        y: Scale::around("mean at the probings (µm)", values),
+        shaded: None,
+        series,
+    });
     Picture {
         name: "reproduced-6-7",
-        title: "Figure 6.7: what is left of one error at a time".to_owned(),
-        across: "error",
-        up: "tip at the probings, mean (µm)",
-        logarithmic: false,
-        drawn: Drawn::Bars(CASES.map(|(name, _)| name.to_owned()).to_vec()),
-        series,
+        title,
+        drawn,
     }
 }
