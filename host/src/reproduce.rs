@@ -88,9 +88,11 @@ impl From<FileError> for ReproduceError {
 /// # Errors
 /// [`ReproduceError`]: none of them should happen, for nothing comes from outside.
 pub fn reproduce(progress: &dyn Progress) -> Result<Reproduced, ReproduceError> {
-    let chapters: [(&'static str, Computed); 8] = [
-        ("Chapter 4: grids", grids::chapter),
-        ("Chapter 4: ball-bar", ballbar::chapter),
+    progress.stage("Chapter 4: tables", 0);
+    let tables = grids::Tables::new()?;
+    progress.stage("Chapter 4: grids and ball-bar", 0);
+    let mut found = vec![grids::chapter(&tables)?, ballbar::chapter(&tables)?];
+    let chapters: [(&'static str, Computed); 6] = [
         ("Chapter 5: polynomials", polynomials::chapter),
         ("Chapter 6: Table 6-2", table_6_2::chapter),
         ("Chapter 6: the other machine", skewed::chapter),
@@ -98,7 +100,6 @@ pub fn reproduce(progress: &dyn Progress) -> Result<Reproduced, ReproduceError> 
         ("Chapter 7: tables", table_counts::chapter),
         ("strategies", strategies::chapter),
     ];
-    let mut found = Vec::new();
     for (name, chapter) in chapters {
         progress.stage(name, 0);
         found.push(chapter()?);

@@ -1,16 +1,13 @@
 //! Sections 4.6.2 and 4.7: the ball-bar on a hemisphere before and after compensation (Table 4-4).
 
-use super::embedded::{Example, Parameters, hu40};
-use super::grids::{grid, machine};
-use super::validated::{both, built};
+use super::embedded::Example;
+use super::grids::Tables;
 use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError, Table};
 use crate::ballbar::{Bar, Hemisphere, Place, Read, Sphere};
 use crate::compile::Built;
 use crate::errors::ErrorModel;
 use crate::explain::Bench;
 use crate::picture::{Chart, Ink, Mark, Scale, Series};
-use crate::schemes::Scheme;
-use crate::schemes::grid3d::Wanted;
 use crate::validate::Runtime;
 use rayon::prelude::*;
 
@@ -71,35 +68,19 @@ const MODELS: &str = "of a machine with 84 coefficients: the two published model
 const NOTHING_ELSE: &str = "here the machine has the errors that the tables know and no others, no backlash, and nothing \
     moves between calibration and test";
 
-pub fn chapter() -> Result<Chapter, ReproduceError> {
-    let example = hu40()?;
+pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
+    let example = &tables.example;
     let hemisphere = Hemisphere::default();
     let path = hemisphere.path()?;
-    let known = [
-        machine(&example, Parameters::Hu40Of13)?,
-        machine(&example, Parameters::Hu40Of84)?,
-    ];
-    // For each model: the grid, and `exact` under both policies.
-    let tables = |errors: &ErrorModel| -> Result<[Built; 3], ReproduceError> {
-        let [orientation, direction] = both();
-        let exact = |policy| built(&example.machine, errors, Scheme::default(), policy, None);
-        Ok([
-            grid(&example, errors, Wanted::default())?,
-            exact(orientation)?,
-            exact(direction)?,
-        ])
-    };
-    let [few, many] = [tables(&known[0])?, tables(&known[1])?];
     let with: Vec<Option<&Built>> = [None]
         .into_iter()
-        .chain(few.iter().map(Some))
-        .chain(many.iter().map(Some))
+        .chain(tables.built.iter().flatten().map(Some))
         .collect();
     // Of a machine with 13 errors, and with 84 coefficients.
     let mut found: Vec<Vec<(Told, Vec<f64>)>> = Vec::new();
-    for errors in &known {
+    for errors in &tables.errors {
         let all: Result<_, ReproduceError> = (with.par_iter())
-            .map(|with| told(hemisphere.radius, &read(&example, errors, &path, *with)?))
+            .map(|with| told(hemisphere.radius, &read(example, errors, &path, *with)?))
             .collect();
         found.push(all?);
     }

@@ -1,7 +1,7 @@
 //! Sections 4.5 and 4.7: how large a grid has to be (Fig. 4.5), and what it leaves.
 
 use super::embedded::{Example, Parameters, hu40};
-use super::validated::{both, built};
+use super::validated::{both, built, exact};
 use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError};
 use crate::compile::Built;
 use crate::errors::ErrorModel;
@@ -84,6 +84,40 @@ fn largest(example: &Example, built: &Built) -> f64 {
     1e3 * linear.map(|(_, b)| b.largest).fold(0.0, f64::max)
 }
 
+/// What corrects the HU40: of its 13 and of its 84 parameters.
+pub struct Tables {
+    pub example: Example,
+    /// The machines.
+    pub errors: [ErrorModel; 2],
+    /// For each the grid, and `exact` under *orientation* and *direction*.
+    pub built: [[Built; 3]; 2],
+}
+
+impl Tables {
+    pub fn new() -> Result<Self, ReproduceError> {
+        let example = hu40()?;
+        let errors = [
+            machine(&example, Parameters::Hu40Of13)?,
+            machine(&example, Parameters::Hu40Of84)?,
+        ];
+        let all = |errors: &ErrorModel| -> Result<[Built; 3], ReproduceError> {
+            let [orientation, direction] = both();
+            let exact = |policy| exact(&example.machine, errors, policy);
+            Ok([
+                grid(&example, errors, Wanted::default())?,
+                exact(orientation)?,
+                exact(direction)?,
+            ])
+        };
+        let built = [all(&errors[0])?, all(&errors[1])?];
+        Ok(Self {
+            example,
+            errors,
+            built,
+        })
+    }
+}
+
 const SETS: &str = "the document's two simulated sets of 84 coefficients are not published: these are the measured ones of \
     Table 4-2, taken as known over the whole travel";
 const REAL: &str = "the document's zone is not stated in numbers, nor where its travel starts: 84 coefficients over a \
@@ -93,15 +127,13 @@ const PRINTED: &str = "Eq. 12 is printed with the number of positions outside of
 const LARGE: &str = "the coefficients of Table 4-2 are confounded; those that make up for each other near the probed \
     places do not at the ends of the travel";
 
-pub fn chapter() -> Result<Chapter, ReproduceError> {
-    let example = hu40()?;
-    let thirteen = machine(&example, Parameters::Hu40Of13)?;
-    let many = machine(&example, Parameters::Hu40Of84)?;
+pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
+    let example = &tables.example;
+    let [thirteen, many] = &tables.errors;
     let default = Wanted::default;
-    let small = grid(&example, &thirteen, default())?;
-    let large = grid(&example, &many, default())?;
+    let [[small, few_exact @ ..], [large, many_exact @ ..]] = &tables.built;
     let by_axis = grid(
-        &example,
+        example,
         &many,
         Wanted {
             per_axis: true,
@@ -109,7 +141,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         },
     )?;
     let printed = grid(
-        &example,
+        example,
         &many,
         Wanted {
             rms: Rms::Printed,
@@ -117,20 +149,15 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         },
     )?;
     let zone = grid(
-        &example,
+        example,
         &example.errors(Parameters::Hu40Of84)?,
         Wanted {
             calibrated: true,
             ..default()
         },
     )?;
-    let exact = |errors: &ErrorModel| -> Result<Vec<Built>, ReproduceError> {
-        let one = |policy| built(&example.machine, errors, Scheme::default(), policy, None);
-        both().into_iter().map(one).collect()
-    };
-    let [few_exact, many_exact] = [exact(&thirteen)?, exact(&many)?];
-    let (_, of_13) = at_rest(&example, &thirteen, [&small, &few_exact[0], &few_exact[1]])?;
-    let (_, of_84) = at_rest(&example, &many, [&large, &many_exact[0], &many_exact[1]])?;
+    let (_, of_13) = at_rest(example, thirteen, [small, &few_exact[0], &few_exact[1]])?;
+    let (_, of_84) = at_rest(example, many, [large, &many_exact[0], &many_exact[1]])?;
     let size = |built: &Built| {
         let [x, y, z] = nodes(built)?;
         Ok::<_, ReproduceError>(Figure::Words(format!("{x}×{y}×{z}")))
@@ -143,28 +170,23 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     let [ours_13, a_13, b_13] = rms(&of_13);
     let [ours_84, a_84, b_84] = rms(&of_84);
     let mut compared = vec![
-        Compared::plain("nodes, 13 errors", words("2×2×2"), size(&small)?)
-            .beside(tables(&few_exact)),
+        Compared::plain("nodes, 13 errors", words("2×2×2"), size(small)?).beside(tables(few_exact)),
         Compared::plain("… RMS that is left", words("< 0.1"), ours_13)
             .in_unit("µm")
             .beside([a_13, b_13]),
         Compared::plain(
             "nodes, 84 coefficients, first simulated set",
             words("14×14×14"),
-            size(&large)?,
+            size(large)?,
         )
-        .beside(tables(&many_exact))
+        .beside(tables(many_exact))
         .because(SETS),
-        Compared::plain("… second simulated set", words("19×19×19"), size(&large)?)
-            .beside(tables(&many_exact))
+        Compared::plain("… second simulated set", words("19×19×19"), size(large)?)
+            .beside(tables(many_exact))
             .because(SETS),
-        Compared::plain(
-            "… as measured (Table 4-2)",
-            words("19×19×19"),
-            size(&large)?,
-        )
-        .beside(tables(&many_exact))
-        .because(REAL),
+        Compared::plain("… as measured (Table 4-2)", words("19×19×19"), size(large)?)
+            .beside(tables(many_exact))
+            .because(REAL),
     ];
     compared.extend([
         Compared::plain(
@@ -181,13 +203,13 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         Compared::plain(
             "largest correction, 13 errors",
             words("< 100"),
-            Figure::new(largest(&example, &small), 1),
+            Figure::new(largest(example, small), 1),
         )
         .in_unit("µm"),
         Compared::plain(
             "… 84 coefficients",
             words("< 100"),
-            Figure::new(largest(&example, &large), 1),
+            Figure::new(largest(example, large), 1),
         )
         .in_unit("µm")
         .because(LARGE),
@@ -199,8 +221,8 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             Figure::count(nodes.pow(3)),
         ));
     }
-    let few = nodes(&small)?;
-    let most = nodes(&large)?;
+    let few = nodes(small)?;
+    let most = nodes(large)?;
     let meets = |errors: &ErrorModel| {
         left_by_size(
             &example.machine,
@@ -210,7 +232,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             SIZES,
         )
     };
-    let curves = [meets(&thirteen)?, meets(&many)?];
+    let curves = [meets(thirteen)?, meets(many)?];
     Ok(Chapter {
         title: "Chapter 4: the size of a grid (Figure 4.5)",
         how: "The HU40, whose grid corrects its linear axes with B and C at zero. It is the smallest to which one node \

@@ -1,7 +1,7 @@
 //! Section 5.9: polynomials of two error models on the Kolibri (Tables 5-5 to 5-7, Fig. 5.12).
 
 use super::embedded::{Example, Parameters, Strategy, kolibri};
-use super::validated::{Corrector, Validation, both, built, poly25};
+use super::validated::{Corrector, Validation, both, built, exact, poly25};
 use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError, Table};
 use crate::compile::Built;
 use crate::errors::{ErrorModel, Parameter};
@@ -9,7 +9,6 @@ use crate::identify::{Compensated, Identified};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::picture::{Chart, Ink, Mark, Scale, Series};
-use crate::schemes::Scheme;
 use crate::schemes::poly25::Objective;
 use crate::simulate::Disturbances;
 use crate::validate::Statistics;
@@ -109,8 +108,8 @@ fn tables(zone: &Example, known: &ErrorModel) -> Result<Vec<Built>, ReproduceErr
     Ok(vec![
         one(poly25(Objective::Error), orientation, Some(POINTS))?,
         one(poly25(Objective::Corrections), orientation, Some(POINTS))?,
-        one(Scheme::default(), orientation, None)?,
-        one(Scheme::default(), direction, None)?,
+        exact(&zone.machine, known, orientation)?,
+        exact(&zone.machine, known, direction)?,
     ])
 }
 
@@ -150,7 +149,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     let mut compared = Vec::new();
     let printed = [[87.3, 75.4, 71.5], [24.8, 18.8, 22.1], [18.6, 11.9, 21.5]];
     for (k, direction) in ["X", "Y", "Z"].into_iter().enumerate() {
-        let exact = |of: &[Told]| [3, 4].map(|i| um(of[i].rms[k]));
+        let of_exact = |of: &[Told]| [3, 4].map(|i| um(of[i].rms[k]));
         compared.extend([
             Compared::plain(
                 format!("RMS along {direction}: before"),
@@ -161,7 +160,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             .because(TWELVE),
             Compared::plain("… 12 errors", um(printed[1][k]), um(few[1].rms[k]))
                 .in_unit("µm")
-                .beside(exact(&few))
+                .beside(of_exact(&few))
                 .because(TWELVE),
             Compared::plain(
                 "… before, machine with 81 coefficients",
@@ -172,7 +171,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             .because(MANY),
             Compared::plain("… 81 coefficients", um(printed[2][k]), um(all[1].rms[k]))
                 .in_unit("µm")
-                .beside(exact(&all))
+                .beside(of_exact(&all))
                 .because(MANY),
         ]);
     }

@@ -4,7 +4,7 @@
 use super::ReproduceError;
 use super::embedded::Example;
 use crate::compile::{self, Built};
-use crate::errors::{ErrorModel, Parameter, Situation, Switches};
+use crate::errors::{ErrorModel, Motion, Parameter, Situation, Switches};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use crate::identify::{Compensated, Identified, Options, Problem, compensability, identify};
@@ -12,7 +12,6 @@ use crate::kinematics::{Kinematics, Policy};
 use crate::machine::{Machine, PerAxis};
 use crate::schemes::{self, Scheme, poly25, trigo23};
 use crate::simulate::{Disturbances, compensated, corrections};
-use crate::target::Target;
 use crate::validate::Runtime;
 
 /// Nodes along each axis that polynomials and trigonometric functions are fitted on (sections 5.9.1, 6.8).
@@ -40,7 +39,7 @@ pub fn both() -> [Policy; 2] {
     [Policy::Orientation, Policy::default()]
 }
 
-/// Options of a compensation for a controller that holds all, proven at so many positions.
+/// Options of a compensation, proven at so many positions.
 pub fn options(
     scheme: Scheme,
     policy: Policy,
@@ -52,7 +51,6 @@ pub fn options(
         tables: schemes::Options {
             policy,
             points,
-            target: Target::desktop(),
             ..schemes::Options::default()
         },
         allow_large: true,
@@ -70,6 +68,22 @@ pub fn built(
     points: Option<usize>,
 ) -> Result<Built, ReproduceError> {
     let options = options(scheme, policy, points, 0);
+    Ok(compile::build(machine, errors, &options, &())?)
+}
+
+/// Tolerance (mm) of `exact` where there are error motions: what the document's coefficients mean is no finer.
+const COARSE: f64 = 1e-3;
+
+/// The tables of `exact`: to its usual tolerance for errors that are numbers, to 1 µm for polynomials.
+pub fn exact(
+    machine: &Machine,
+    errors: &ErrorModel,
+    policy: Policy,
+) -> Result<Built, ReproduceError> {
+    let mut options = options(Scheme::default(), policy, None, 0);
+    if errors.motions.iter().flatten().any(Motion::holds) {
+        options.tables.tolerance = COARSE;
+    }
     Ok(compile::build(machine, errors, &options, &())?)
 }
 
