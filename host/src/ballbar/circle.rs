@@ -60,11 +60,10 @@ impl Circle {
         let all = points.concat();
         let common = fit(&all)?;
         let off = [common.centre.x, common.centre.y];
-        let made = |points: &Vec<Vector3<f64>>| (!points.is_empty()).then_some(());
         let mut deviation = [None; 2];
         let mut least_squares = [None; 2];
         for (turn, points) in points.iter().enumerate() {
-            if made(points).is_some() {
+            if !points.is_empty() {
                 least_squares[turn] = Some(fit(points)?.range());
                 deviation[turn] = Some(band(points, &common)?);
             }

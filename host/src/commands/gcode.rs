@@ -1,5 +1,6 @@
 //! `trueaxis gcode`
 
+mod ahead;
 mod arguments;
 mod screen;
 
@@ -8,6 +9,7 @@ use super::bad_input::BadInput;
 use super::files;
 use super::progress::Bar;
 use super::replace;
+use ahead::ahead;
 pub use arguments::Arguments;
 use std::fs::File;
 use std::io::BufReader;
@@ -101,12 +103,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let mut failed = None;
     let mut seen = 0_u64;
     let done = replace::replace_by(&arguments.output, |file| {
-        let done = stream::correct(reader, file, &mut corrector, |read| {
-            if (seen + read) >> 20 != seen >> 20 {
-                bar.step();
-            }
-            seen += read;
+        let (done, written) = ahead(file, |file| {
+            stream::correct(reader, file, &mut corrector, |read| {
+                if (seen + read) >> 20 != seen >> 20 {
+                    bar.step();
+                }
+                seen += read;
+            })
         });
+        let done = written.map_err(StreamError::Write).and(done);
         done.map_err(|error| {
             failed = Some(error);
             std::io::Error::other("the program is refused")

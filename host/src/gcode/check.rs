@@ -64,6 +64,8 @@ struct Along<'s> {
     travel: Ways,
     /// The part of the way that it has come.
     last_t: f64,
+    /// The parts of the way at which an axis of an arc turns round.
+    quarters: Vec<f64>,
     /// The part of the way up to which directions are known from a step at a reversal.
     turned_until: f64,
 }
@@ -175,6 +177,7 @@ impl Check<'_> {
             segment,
             travel: ways,
             last_t: 0.0,
+            quarters: travel::quarters(&segment.path),
             turned_until: -1.0,
         };
         let mut in_cycle = false;

@@ -12,7 +12,7 @@ mod runs;
 mod straight;
 mod write;
 
-use super::axes;
+use super::axes::{self, COUNT, PerLetter};
 use super::dialect::Dialect;
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
@@ -45,6 +45,8 @@ pub struct Corrector<'a> {
     block: Block,
     edits: Edits,
     traced: Traced,
+    /// A move by so much needs no cut, wherever it is (mm, degrees; commands of axes).
+    uncut: PerLetter,
     ends: Vec<usize>,
     text: Vec<u8>,
     check: Block,
@@ -115,6 +117,7 @@ impl<'a> Corrector<'a> {
             block: Block::default(),
             edits: Edits::default(),
             traced: Traced::default(),
+            uncut: [0.0; COUNT],
             ends: Vec::new(),
             text: Vec::new(),
             check: Block::default(),

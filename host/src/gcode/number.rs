@@ -91,8 +91,14 @@ pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: boo
 
 /// A feed with six digits that count; what it then is.
 pub fn write_feed(to: &mut Vec<u8>, value: f64, point: bool) -> f64 {
-    let digits = 5 - value.abs().log10().floor().clamp(-10.0, 5.0) as i32;
-    write(to, value, digits.clamp(0, 15) as usize, 0, point)
+    let size = value.abs();
+    // Not by a logarithm, which is computed where no feed is written too.
+    let before_point = POWERS[1..=5].iter().filter(|power| size >= **power).count();
+    let zeros = POWERS[..10]
+        .iter()
+        .filter(|power| size * **power < 1.0)
+        .count();
+    write(to, value, 5 - before_point + zeros, 0, point)
 }
 
 #[cfg(test)]

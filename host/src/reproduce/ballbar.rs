@@ -62,9 +62,9 @@ fn told(radius: f64, read: &[Read]) -> Result<(Told, Vec<f64>), ReproduceError> 
 
 const READINGS: &str = "the readings were not published. These are of a machine that has the 84 coefficients of Table 4-2 \
     and nothing else";
-const MODELS: &str = "of a machine with 84 coefficients: the two published models disagree about it (Table 4-3 has scales \
-    of −17, −23 and −32 µm/m, Table 4-2 straightness and scale coefficients ten times as large that make up for each \
-    other), so tables of one leave their difference to the other. On the real machine both left about the same";
+const MODELS: &str = "of a machine with 84 coefficients. The two published models and the measurement do not agree: by \
+    Table 4-3 the sphere is 2.3 µm smaller, by Table 4-2 33 µm, and the bar found it 19.3 µm larger. So tables of one model \
+    leave what the other has; on the real machine both left about the same";
 const NOTHING_ELSE: &str = "here the machine has the errors that the tables know and no others, no backlash, and nothing \
     moves between calibration and test";
 

@@ -103,6 +103,17 @@ impl Example {
         Ok(Artefact::from_toml(self.artefact, self.machine.tool_axis)?)
     }
 
+    /// The same with the tip in the frame of Z, where Chapter 6 has it (Eq. 44 has no tool), and the travel of Z where the
+    /// tip goes.
+    pub fn tip_at_z(mut self) -> Self {
+        let along = self.machine.tip[2];
+        self.machine.tip = [0.0; 3];
+        if let Some(index) = self.machine.index('Z') {
+            self.machine.axes[index].travel = self.machine.axes[index].travel.map(|end| end + along);
+        }
+        self
+    }
+
     /// The same with an axis within so many degrees on either side.
     pub fn within(mut self, letter: char, degrees: f64) -> Self {
         if let Some(index) = self.machine.index(letter) {

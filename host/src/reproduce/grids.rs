@@ -11,6 +11,7 @@ use crate::schemes::Scheme;
 use crate::schemes::grid3d::{Rms, Wanted, left_by_size};
 use crate::validate::{Quality, Region, Runtime, random_commands, verify};
 use std::ops::RangeInclusive;
+use trueaxis::Travel;
 
 /// Grids that are looked at.
 const SIZES: RangeInclusive<usize> = 2..=25;
@@ -63,6 +64,8 @@ fn at_rest<const N: usize>(
         for (i, axis) in machine.axes.iter().enumerate() {
             if axis.letter.is_rotary() {
                 command.axes[i] = 0.0;
+                // It does not move: its backlash is no matter of the grid.
+                command.travel[i] = Travel::Unknown;
             }
         }
     }

@@ -31,7 +31,8 @@ pub fn page(reproduced: &Reproduced) -> String {
 }
 
 fn write_chapter(text: &mut String, chapter: &Chapter) {
-    let _ = write!(text, "\n## {}\n\n{}\n", chapter.title, chapter.how);
+    let _ = write!(text, "\n## {}\n\n", chapter.title);
+    wrap(text, "", chapter.how);
     if !chapter.compared.is_empty() {
         write_compared(text, &chapter.compared);
     }
@@ -53,7 +54,8 @@ fn write_chapter(text: &mut String, chapter: &Chapter) {
             } else {
                 "does not hold"
             };
-            let _ = writeln!(text, "- {}: {} ({holds}).", fixed.statement, fixed.found);
+            let said = format!("{}: {} ({holds}).", fixed.statement, fixed.found);
+            wrap(text, "- ", &said);
         }
     }
 }
@@ -85,7 +87,7 @@ fn write_compared(text: &mut String, all: &[Compared]) {
     if !reasons.is_empty() {
         text.push_str("\nWhy:\n\n");
         for (number, reason) in reasons.iter().enumerate() {
-            let _ = writeln!(text, "{}. {reason}.", number + 1);
+            wrap(text, &format!("{}. ", number + 1), &format!("{reason}."));
         }
     }
 }
@@ -100,4 +102,29 @@ fn write_table(text: &mut String, table: &Table) {
         let figures: Vec<String> = figures.iter().map(Figure::text).collect();
         let _ = writeln!(text, "| {name} | {} |", figures.join(" | "));
     }
+}
+
+/// Characters of a line of the manual.
+const WIDE: usize = 118;
+
+/// Words in lines, the first behind a mark, the others below its text.
+fn wrap(text: &mut String, mark: &str, words: &str) {
+    let mut line = mark.to_owned();
+    let mut is_empty = true;
+    for word in words.split_whitespace() {
+        let room = line.chars().count() + 1 + word.chars().count();
+        if !is_empty && room > WIDE {
+            text.push_str(line.trim_end());
+            text.push('\n');
+            line = " ".repeat(mark.len());
+            is_empty = true;
+        }
+        if !is_empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        is_empty = false;
+    }
+    text.push_str(line.trim_end());
+    text.push('\n');
 }

@@ -155,7 +155,8 @@ const POINTS_TOO_FEW: &str =
     "ten points of ±55° miss a sine of twice the angle by 2.3 %: more points leave less";
 
 pub fn chapter() -> Result<Chapter, ReproduceError> {
-    let (example, zone) = (kolibri()?, kolibri()?.within('A', PROBED));
+    let example = kolibri()?.tip_at_z();
+    let zone = kolibri()?.tip_at_z().within('A', PROBED);
     let cases: Result<Vec<OfCase>, ReproduceError> = CASES
         .par_iter()
         .map(|case| probed(&example, &zone, *case))
@@ -238,8 +239,8 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     Ok(Chapter {
         title: "Table 6-2: one error at a time (Figures 6.6 and 6.7)",
         how: "The Kolibri with one error of Table 6-2 at a time. It is probed with the 60 positions of the validation \
-            (Table 5-4) while it is corrected, and the ten parameters are identified once more. A within ±55°, tables of \
-            ten points, policy *orientation* but where another is named.",
+            (Table 5-4) while it is corrected, and the ten parameters are identified once more. Tables are \
+            made for A within ±55°, with ten points and the tip in the frame of Z as in Eq. 44, policy *orientation* but where another is named.",
         compared,
         tables: vec![
             at_probings("tip at the probings, mean (µm), Figure 6.7", &cases, 0),

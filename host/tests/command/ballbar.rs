@@ -90,6 +90,7 @@ fn squareness_alone_makes_the_form_and_the_circle_that_geometry_says() {
         );
     }
     assert!((figure(&json, "/circle/f_max_um") - 2.0).abs() < 1e-3);
+    assert!((figure(&json, "/circle/f_min_um") + 2.0).abs() < 1e-3);
     assert!(figure(&json, "/circle/h_um") < 1e-3);
     let said = answer(0, &["ballbar", "analyse", &circle]);
     assert!(

@@ -49,13 +49,15 @@ fn sets_have_as_many_positions_as_the_document_and_tell_every_parameter_of_its_m
         let [machine, artefact] = of_example(name);
         let out = folder.at("set.csv");
         let plan = planned(&machine, &artefact, model, set, &["-o", &out]);
-        assert_eq!(plan["probings"], probings, "{set}");
+        let left_out = plan["left_out"].as_array().unwrap();
+        let count = plan["probings"].as_u64().unwrap() + left_out.len() as u64;
+        assert_eq!(count, probings, "{set}");
+        // Where the balls of the HU40 stood is assumed: one touch of one of them is beyond its Z.
+        assert_eq!(left_out.len(), usize::from(set == "samba"), "{set}: {left_out:?}");
         assert_eq!(plan["balls"].as_array().unwrap().len(), balls, "{set}");
         assert_eq!(plan["rank"], plan["unknowns"], "{set}");
         assert!(plan["unseen"].as_array().unwrap().is_empty(), "{set}");
-        for empty in ["left_out", "unreachable"] {
-            assert!(plan[empty].as_array().unwrap().is_empty(), "{set}: {empty}");
-        }
+        assert!(plan["unreachable"].as_array().unwrap().is_empty(), "{set}");
         let csv = std::fs::read_to_string(&out).unwrap();
         assert_eq!(positions(&csv), places, "{csv}");
     }
@@ -133,25 +135,25 @@ fn what_is_simulated_at_a_set_is_identified_again() {
 #[test]
 fn other_machines_get_a_set_for_their_own_axes_inside_their_travel() {
     let folder = Folder::new();
-    let artefact = folder.file(
-        "artefact.toml",
-        "[[ball]]\nname = \"1\"\nnominal_mm = [60.0, 20.0, 40.0]\n\n[[ball]]\nname = \"2\"\nnominal_mm = [-30.0, 70.0, 60.0]\n",
-    );
-    for (name, tilts) in [
-        ("huron-k2x8", 'A'),
-        ("fork-head", 'A'),
-        ("table-head", 'B'),
-        ("linuxcnc-xyzac-trt", 'A'),
-        ("five-axis-30", 'A'),
+    for (name, tilts, ball) in [
+        ("huron-k2x8", 'A', [60.0, 20.0, 40.0]),
+        ("fork-head", 'B', [1500.0, 20.0, -600.0]),
+        ("table-head", 'B', [60.0, 20.0, 40.0]),
+        ("linuxcnc-xyzac-trt", 'A', [230.0, 160.0, -260.0]),
+        ("five-axis-30", 'A', [60.0, 20.0, 40.0]),
     ] {
+        let artefact = folder.file(
+            "artefact.toml",
+            format!("[[ball]]\nname = \"1\"\nnominal_mm = {ball:?}\n"),
+        );
         let machine = example(&format!("{name}/machine.toml"));
         let text = std::fs::read_to_string(&machine).unwrap();
         let description: toml::Table = text.parse().unwrap();
         let axes = description["axis"].as_array().unwrap();
         for set in ["chase-the-ball", "rumba"] {
             let out = folder.at(&format!("{name}-{set}.csv"));
-            let plan = planned(&machine, &artefact, "auto", set, &["-o", &out]);
-            assert!(plan["probings"].as_u64().unwrap() > 10, "{name}: {plan}");
+            let plan = planned(&machine, &artefact, "EXX1", set, &["-o", &out]);
+            assert!(plan["probings"].as_u64().unwrap() > 30, "{name}: {plan}");
             assert!(plan["unreachable"].as_array().unwrap().is_empty(), "{name}");
             let csv = std::fs::read_to_string(&out).unwrap();
             let header: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
@@ -221,8 +223,8 @@ fn what_the_stylus_does_not_reach_is_left_out_and_said() {
     let left_out = plan["left_out"].as_array().unwrap();
     let probings = plan["probings"].as_u64().unwrap();
     assert_eq!(probings + left_out.len() as u64, 168);
-    // Of the 42 pairs of Table 5-3, 21 have A beyond 30 degrees.
-    assert_eq!(left_out.len(), 4 * 21, "{left_out:?}");
+    // Of the 42 pairs of Table 5-3, 18 have A beyond 30 degrees.
+    assert_eq!(left_out.len(), 4 * 18, "{left_out:?}");
     let reason = left_out[0]["reason"].as_str().unwrap();
     assert!(reason.contains("45°"), "{reason}");
 }

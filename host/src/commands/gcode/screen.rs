@@ -206,6 +206,13 @@ pub fn check(found: &Found, options: &Options) -> String {
         text,
         "  feed moves take {after:.2} min, before {before:.2} min"
     );
+    if found.excess_um > 0.0 {
+        let _ = writeln!(
+            text,
+            "  {:.2} µm farther from the corrected path than allowed in line {}",
+            found.excess_um, found.excess_line
+        );
+    }
     if found.times_differ > 0 {
         let _ = writeln!(
             text,

@@ -31,6 +31,11 @@ pub struct Found {
     pub off_um: f64,
     /// Its line in the program.
     pub off_line: u64,
+    /// How much farther (µm) than allowed the worst place is: than the tolerance, and on chords of an arc than their
+    /// sagitta more; 0 if none is.
+    pub excess_um: f64,
+    /// Its line in the program.
+    pub excess_line: u64,
     /// The largest angle of a rotary axis from the corrected path (µrad).
     pub off_urad: f64,
     /// Minutes of all feed moves, before and after.
@@ -52,7 +57,7 @@ impl Found {
     /// True if the check holds: along the path, and in time.
     #[must_use]
     pub fn holds(&self, options: &Options) -> bool {
-        self.off_um <= (options.tolerance + options.chord) * 1e3
+        self.excess_um == 0.0
             && self.off_urad <= options.direction * 1e6
             && self.times_differ == 0
     }

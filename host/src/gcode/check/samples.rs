@@ -92,12 +92,13 @@ impl Check<'_> {
         let whole = length_of(path);
         let from = self.part(along, &written.path.at(0.0), &along.travel)?;
         let mut turned = along.travel.clone();
-        let (mut beyond, mut ahead) = (BEYOND, from);
+        let (mut beyond, mut ahead, mut last) = (BEYOND, from, from);
         while ahead < 1.0 {
             ahead = (from + beyond / whole).min(1.0);
             beyond *= FARTHER;
             let before = turned.travel;
-            turned.come_to(self.tables, &along.field.axes(&path.at(ahead))?);
+            along.goes(self.tables, &mut turned, [last, ahead])?;
+            last = ahead;
             // An axis that has turned round and back goes as it went: that is no step.
             if turned.travel == before || turned.travel == along.travel.travel {
                 continue;
@@ -133,12 +134,14 @@ impl Check<'_> {
         at: &PerLetter,
     ) -> Result<(), Lost> {
         let t = self.part(along, at, &along.travel)?;
+        let came_from = along.last_t;
         along.last_t = t.max(along.last_t);
         let command = along.segment.path.at(t);
         let before = along.travel.clone();
         if self.options.backlash != Backlash::Leave && t > along.turned_until {
-            let q = along.field.axes(&command)?;
-            along.travel.come_to(self.tables, &q);
+            let mut ways = along.travel.clone();
+            along.goes(self.tables, &mut ways, [came_from.min(t), t])?;
+            along.travel = ways;
         }
         let mut node = along.field.node(t, &command, &along.travel)?;
         if along.travel.travel != before.travel && self.turns_here(along, &before, t)? {
@@ -171,6 +174,14 @@ impl Check<'_> {
             if um > self.found.off_um {
                 self.found.off_um = um;
                 self.found.off_line = segment.line;
+            }
+            let is_chord = matches!(segment.path, Path::Arc(_))
+                && matches!(written.path, Path::Line(..));
+            let chord = if is_chord { self.options.chord } else { 0.0 };
+            let excess = um - (self.options.tolerance + chord) * 1e3;
+            if excess > self.found.excess_um {
+                self.found.excess_um = excess;
+                self.found.excess_line = segment.line;
             }
             self.found.off_urad = self.found.off_urad.max(rotary.sqrt() * 1e6);
         }

@@ -1,11 +1,13 @@
 //! Which way axes go along a motion of the program.
 
-use super::Check;
+use super::{Along, Check};
 use crate::gcode::axes::{COUNT, PerLetter};
 use crate::gcode::correct::Backlash;
 use crate::gcode::interpret::bits;
 use crate::gcode::program::Segment;
+use crate::gcode::tables::Tables;
 use crate::gcode::trace::{Field, Lost, Path};
+use crate::gcode::ways::Ways;
 use std::f64::consts::FRAC_PI_2;
 use trueaxis::Travel;
 
@@ -13,6 +15,38 @@ use trueaxis::Travel;
 const FINEST: f64 = 1e-3;
 /// A 64th of a move is halved so often at most.
 const MOST_HALVINGS: u32 = 8;
+
+/// The parts of the way at which an axis of the plane of an arc turns round, in order: at every quarter.
+pub(super) fn quarters(path: &Path) -> Vec<f64> {
+    let Path::Arc(arc) = path else {
+        return Vec::new();
+    };
+    let [i, j, _] = arc.axes;
+    let start = (arc.from[j] - arc.centre[1]).atan2(arc.from[i] - arc.centre[0]);
+    let count = (arc.sweep.abs() / FRAC_PI_2) as i32 + 4;
+    let turns = (-count..=count).map(|k| (f64::from(k) * FRAC_PI_2 - start) / arc.sweep);
+    let mut turns: Vec<f64> = turns.filter(|t| *t > 0.0 && *t < 1.0).collect();
+    turns.sort_by(f64::total_cmp);
+    turns
+}
+
+impl Along<'_> {
+    /// Takes directions along from one part of the way to another, past every place where an axis of an arc turns
+    /// round: how far one has come back counts from there.
+    pub(super) fn goes(
+        &self,
+        tables: &Tables<'_>,
+        ways: &mut Ways,
+        [from, to]: [f64; 2],
+    ) -> Result<(), Lost> {
+        let first = self.quarters.partition_point(|t| *t <= from);
+        let between = self.quarters[first..].iter().take_while(|t| **t < to);
+        for t in between.chain([&to]) {
+            ways.come_to(tables, &self.field.axes(&self.segment.path.at(*t))?);
+        }
+        Ok(())
+    }
+}
 
 impl Check<'_> {
     /// False where directions stay what they are, whichever way axes go: reversals are left out.
@@ -30,16 +64,8 @@ impl Check<'_> {
             _ => 64,
         };
         let mut parts: Vec<f64> = (1..=steps).map(|k| k as f64 / steps as f64).collect();
-        if let Path::Arc(arc) = segment.path {
-            // Where an axis of the plane turns round: at every quarter.
-            let [i, j, _] = arc.axes;
-            let start = (arc.from[j] - arc.centre[1]).atan2(arc.from[i] - arc.centre[0]);
-            let quarters = (arc.sweep.abs() / FRAC_PI_2) as i32 + 4;
-            let turns =
-                (-quarters..=quarters).map(|k| (f64::from(k) * FRAC_PI_2 - start) / arc.sweep);
-            parts.extend(turns.filter(|t| *t > 0.0 && *t < 1.0));
-            parts.sort_by(f64::total_cmp);
-        }
+        parts.extend(quarters(&segment.path));
+        parts.sort_by(f64::total_cmp);
         let mut from = (0.0, field.axes(&segment.path.at(0.0))?);
         for t in parts {
             let to = (t, field.axes(&segment.path.at(t))?);

@@ -92,9 +92,27 @@ impl Corrector<'_> {
         if looks || !self.joined {
             return false;
         }
-        let by = std::array::from_fn(|i| straight.to[i] - straight.from.at[i]);
-        let most = self.limits().of_lengths(self.tables.bend.at_most(&by));
-        most <= SURELY && self.ways.goes_on(self.tables, &straight.to)
+        let by = std::array::from_fn(|i| (straight.to[i] - straight.from.at[i]).abs());
+        self.bends_little(&by) && self.ways.goes_on(self.tables, &straight.to)
+    }
+
+    /// True if corrections along a move by so much (not negative) certainly keep the straight line between their ends.
+    fn bends_little(&mut self, by: &PerLetter) -> bool {
+        // A bound grows with the way of each axis: what is within a move that is known to be straight is straight.
+        let is_within = by.iter().zip(&self.uncut).all(|(by, most)| by <= most);
+        if is_within {
+            return true;
+        }
+        let limits = self.limits();
+        let keeps = |by: &PerLetter| limits.of_lengths(self.tables.bend.at_most(by)) <= SURELY;
+        if !keeps(by) {
+            return false;
+        }
+        let both = std::array::from_fn(|i| by[i].max(self.uncut[i]));
+        if keeps(&both) {
+            self.uncut = both;
+        }
+        true
     }
 
     /// The corrected end of a motion, by the directions that hold.

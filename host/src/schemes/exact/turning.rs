@@ -111,7 +111,6 @@ impl Turning {
 /// True if the correction does not depend on where a rotary axis stands: the last one before the workpiece, or
 /// before the tool, without motions of its own that vary, turns everything alike.
 fn turns_all_alike(kinematics: &Kinematics<'_>, index: usize) -> bool {
-    let range = kinematics.machine.axes[index].travel.map(f64::to_radians);
     let mut random = Pcg64Mcg::seed_from_u64(4);
     let mut situation = Situation {
         sign: [1.0; MAX_AXES],
@@ -122,9 +121,12 @@ fn turns_all_alike(kinematics: &Kinematics<'_>, index: usize) -> bool {
     }
     (0..PLACES).all(|_| {
         let start = within_travel(kinematics.machine, &mut random);
-        let mut corrections = positions(range, 3).into_iter().map(|x| {
+        // Anywhere: at even parts of a turn harmonics are alike too.
+        let others = [(); 2].map(|()| within_travel(kinematics.machine, &mut random));
+        let all = std::iter::once(start).chain(others);
+        let mut corrections = all.map(|other| {
             let mut q = start;
-            q[index] = x;
+            q[index] = other[index];
             let found = kinematics.correction(&q, &situation, &Switches::ALL);
             found.ok().map(|correction| correction.dq)
         });
@@ -230,6 +232,10 @@ mod tests {
         assert_eq!(own, [false, false]);
         let backlash = last(&format!("{location}EXCb = 1e-3\nEXAb = 1e-3\n"));
         assert_eq!(backlash, [false, false]);
+        for harmonic in 1..=8 {
+            let text = format!("[parameters]\nEXCc{harmonic} = 1e-3\nEXAs{harmonic} = 1e-3\n");
+            assert_eq!(last(&text), [false, false], "{text}");
+        }
     }
 
     #[test]

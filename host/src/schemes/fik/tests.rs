@@ -1,12 +1,11 @@
 //! The scheme beside the document's formulas, its counts and its cases.
 
 use super::compile;
-use crate::compile as whole;
 use crate::errors::{ErrorModel, Parameter, Situation};
 use crate::kinematics::{Kinematics, Linearised, Policy};
 use crate::machine::{Machine, PerAxis};
-use crate::schemes::{self, Found, Scheme, SchemeError};
-use crate::validate::{Command, Runtime, Verification};
+use crate::schemes::{self, Found, SchemeError};
+use crate::validate::{Command, Runtime};
 use trueaxis::{Inputs, Travel, Travelling};
 
 fn machine(text: &str) -> Machine {
@@ -109,74 +108,6 @@ fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
             );
         }
     }
-}
-
-/// What is left of one error of Table 6-2, with A within ±120° on the travels of section 6.6.
-fn case(name: &str, value: f64, points: usize) -> Verification {
-    let machine = machine(include_str!("../../../../examples/kolibri/machine.toml"));
-    let mut errors = ErrorModel::perfect(&machine);
-    assert!(errors.set(&machine, Parameter::parse(name).unwrap(), value));
-    let options = whole::Options {
-        scheme: Scheme::Fik {
-            adjustable: Vec::new(),
-        },
-        tables: schemes::Options {
-            points: Some(points),
-            ..options(Policy::Orientation)
-        },
-        random: 4000,
-        ..whole::Options::default()
-    };
-    let compiled = whole::compile(&machine, &errors, &options, &()).unwrap();
-    compiled.proof.travel
-}
-
-/// The errors of Table 6-2: mm, rad, mm per mm.
-const CASES: [(&str, f64); 10] = [
-    ("EB0A", 0.4e-3),
-    ("EC0A", 0.4e-3),
-    ("EY0C", 10e-3),
-    ("EA0C", 0.4e-3),
-    ("EB0C", 0.4e-3),
-    ("EC0X", 0.4e-3),
-    ("EA0Z", 0.4e-3),
-    ("EB0Z", 0.4e-3),
-    ("EYY1", 0.04e-3),
-    ("EZZ1", 0.04e-3),
-];
-
-#[test]
-fn ten_cases_of_table_6_2_are_left_with_a_twentieth_of_a_micrometre_by_101_points() {
-    for (name, value) in CASES {
-        let left = case(name, value, 101).after.translation_um;
-        println!(
-            "{name}, 101 points: mean {:.4}, max {:.4} µm",
-            left.mean, left.max
-        );
-        assert!(left.mean <= 0.05 && left.max <= 0.1, "{name}: {left:?}");
-    }
-}
-
-#[test]
-fn the_documents_ten_points_cost_what_they_cost_a_sine() {
-    let step = 240_f64.to_radians() / 9.0;
-    for (name, value) in CASES {
-        let found = case(name, value, 10);
-        let (left, before) = (found.after.translation_um, found.before.translation_um);
-        println!(
-            "{name}, 10 points: mean {:.3}, max {:.3} of {:.1} µm",
-            left.mean, left.max, before.max
-        );
-        // A chord is off by 1 − cos(h/2) of a sine, 2.7 %, and of twice the angle by 11 %: of the largest lever
-        // (half of 420 mm, with 240 + 74 mm above it, and 130 mm aside) twice, in two outputs.
-        let chord = 1.0 - step.cos();
-        assert!(
-            left.max <= 0.1 + chord * before.max * 2.0,
-            "{name}: {left:?} {before:?}"
-        );
-    }
-    let left = case("EB0C", 0.4e-3, 10).after.translation_um;
-    assert!(left.max > 1.0, "ten points are no hundred: {left:?}");
 }
 
 /// The correction of first order (mm, rad) of all inter-axis errors and scales, by the transport matrices.

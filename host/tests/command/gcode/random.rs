@@ -285,13 +285,13 @@ fn try_programs(bench: &Bench, count: u64) {
             options,
         )
         .unwrap_or_else(|e| panic!("{e}: {}", shown()));
+        assert!(found.excess_um == 0.0, "{found:?} {}", shown());
         let chord = if corrector.report.arcs[1] > 0 {
             options.chord * 1e3
         } else {
             0.0
         };
         let allowed = options.tolerance * 1e3 + chord;
-        assert!(found.off_um <= allowed, "{found:?} {}", shown());
         assert!(
             found.off_urad <= options.direction * 1e6,
             "{found:?} {}",
@@ -354,7 +354,7 @@ proptest! {
         if stream::correct(text.as_bytes(), &mut written, &mut corrector, |_| {}).is_ok() {
             let found = check(text.as_bytes(), written.as_slice(), &rules, &tables, None, None, options);
             let found = found.unwrap_or_else(|e| panic!("{e}:\n{text}\n{}", String::from_utf8_lossy(&written)));
-            prop_assert!(found.off_um <= 1.5, "{found:?}\n{text}\n{}", String::from_utf8_lossy(&written));
+            prop_assert!(found.excess_um == 0.0, "{found:?}\n{text}\n{}", String::from_utf8_lossy(&written));
         }
     }
 }

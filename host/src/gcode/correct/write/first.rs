@@ -2,7 +2,7 @@
 
 use super::wording::{Wording, replace_number};
 use super::{Change, is_after};
-use crate::gcode::axes::{self, COUNT};
+use crate::gcode::axes;
 use crate::gcode::codes::{self, Code};
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
@@ -10,6 +10,7 @@ use crate::gcode::correct::given::Given;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
+use crate::gcode::interpret::bits;
 use crate::gcode::number;
 
 /// What the words of the line say already, and where others belong.
@@ -70,11 +71,12 @@ impl Corrector<'_> {
             if let Some(axis) = axes::index(word.letter) {
                 if (change.gone | words.left_out) & (1 << axis) != 0 {
                     edits.remove(given.line, word.span());
-                } else if let Some(value) = words.value[axis] {
+                } else if words.written & (1 << axis) != 0 {
                     said.axes |= 1 << axis;
                     said.first_axis = said.first_axis.or(Some(word.start));
                     said.last_axis = Some(word.end);
-                    replace_number(edits, rules, word, value, words.decimals[axis]);
+                    let decimals = usize::from(words.decimals[axis]);
+                    replace_number(edits, rules, word, words.value[axis], decimals);
                 }
                 continue;
             }
@@ -144,16 +146,13 @@ impl Corrector<'_> {
                 }),
             }
         }
-        for axis in 0..COUNT {
-            if let Some(value) = words.value[axis]
-                && said.axes & (1 << axis) == 0
-            {
-                edits.replace(place..place, |to| {
-                    to.extend_from_slice(separator);
-                    to.push(axes::LETTERS[axis]);
-                    number::write(to, value, words.decimals[axis], 0, point);
-                });
-            }
+        for axis in bits(words.written & !said.axes) {
+            edits.replace(place..place, |to| {
+                to.extend_from_slice(separator);
+                to.push(axes::LETTERS[axis]);
+                let decimals = usize::from(words.decimals[axis]);
+                number::write(to, words.value[axis], decimals, 0, point);
+            });
         }
         for (k, (letter, value)) in wording.centre.iter().flatten().enumerate() {
             if !said.centre[k] {

@@ -1,11 +1,12 @@
 //! Further lines: those of a motion that is cut.
 
-use crate::gcode::axes::{self, COUNT};
+use crate::gcode::axes;
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::given::Given;
 use crate::gcode::correct::piece::Piece;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
+use crate::gcode::interpret::bits;
 use crate::gcode::number;
 
 impl Corrector<'_> {
@@ -36,12 +37,11 @@ impl Corrector<'_> {
             text.extend_from_slice(motion.word().as_bytes());
             text.push(b' ');
         }
-        for axis in 0..COUNT {
-            if let Some(value) = words.value[axis] {
-                text.push(axes::LETTERS[axis]);
-                number::write(&mut text, value, words.decimals[axis], 0, point);
-                text.push(b' ');
-            }
+        for axis in bits(words.written) {
+            let decimals = usize::from(words.decimals[axis]);
+            text.push(axes::LETTERS[axis]);
+            number::write(&mut text, words.value[axis], decimals, 0, point);
+            text.push(b' ');
         }
         for (letter, value) in wording.centre.iter().flatten() {
             let decimals = number::decimals(0, self.units());

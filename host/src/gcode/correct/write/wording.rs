@@ -18,15 +18,25 @@ use crate::gcode::words::{Block, Word};
 
 /// Words of axes of a line that is written.
 pub(super) struct Words {
-    /// Value in units of the program, of each axis that is written.
-    pub value: [Option<f64>; COUNT],
-    pub decimals: [usize; COUNT],
+    /// Axes (bits) that are written.
+    pub written: u16,
+    /// Value in units of the program, of each of them.
+    pub value: PerLetter,
+    pub decimals: [u8; COUNT],
     /// Axes (bits) whose words go.
     pub left_out: u16,
     /// Where the rounded words lead.
     pub to: PerLetter,
     /// True if they lead anywhere else than where it is.
     pub moves: bool,
+}
+
+impl Words {
+    fn says(&mut self, axis: usize, value: f64, decimals: usize) {
+        self.written |= 1 << axis;
+        self.value[axis] = value;
+        self.decimals[axis] = decimals as u8;
+    }
 }
 
 /// All that a line with a piece has to say.
@@ -115,7 +125,8 @@ impl Corrector<'_> {
             )
         };
         let mut words = Words {
-            value: [None; COUNT],
+            written: 0,
+            value: [0.0; COUNT],
             decimals: [0; COUNT],
             left_out: 0,
             to: at.at,
@@ -142,14 +153,12 @@ impl Corrector<'_> {
                 let dialect = self.rules.dialect;
                 let word = word_of_wrapped(dialect, here[axis], target[axis], decimals);
                 let (word, leads) = word.ok_or_else(|| no_word_of_wrapped(block, axis))?;
-                words.value[axis] = Some(word);
-                words.decimals[axis] = decimals;
+                words.says(axis, word, decimals);
                 program[axis] = leads;
                 words.moves = true;
                 continue;
             }
-            words.value[axis] = Some(rounded);
-            words.decimals[axis] = decimals;
+            words.says(axis, rounded, decimals);
             program[axis] = if relative {
                 here[axis] + rounded * unit
             } else {
@@ -163,10 +172,8 @@ impl Corrector<'_> {
             self.written.offsets.machine(&program)
         } else {
             let mut to = at.at;
-            for axis in bits(self.tables.axes) {
-                if words.value[axis].is_some() {
-                    to[axis] = self.written.offsets.machine_axis(axis, program[axis]);
-                }
+            for axis in bits(words.written) {
+                to[axis] = self.written.offsets.machine_axis(axis, program[axis]);
             }
             to
         };
