@@ -109,7 +109,8 @@ impl Example {
         let along = self.machine.tip[2];
         self.machine.tip = [0.0; 3];
         if let Some(index) = self.machine.index('Z') {
-            self.machine.axes[index].travel = self.machine.axes[index].travel.map(|end| end + along);
+            self.machine.axes[index].travel =
+                self.machine.axes[index].travel.map(|end| end + along);
         }
         self
     }

@@ -293,7 +293,8 @@ fn table(still: &Validated) -> Table {
 }
 
 fn picture(moved: &Validated) -> Picture {
-    let title = "Table 6-6: compensability of the ten parameters; −20 % and less at the bottom".to_owned();
+    let title =
+        "Table 6-6: compensability of the ten parameters; −20 % and less at the bottom".to_owned();
     let of = |name: &str, ink, scheme: usize| Series {
         name: name.to_owned(),
         ink,
@@ -314,10 +315,7 @@ fn picture(moved: &Validated) -> Picture {
         drawn: Drawn::Chart(Chart {
             title: title.clone(),
             x: Scale::exact("parameter, in the order of Table 6-4", [0.5, 10.5]),
-            y: Scale::exact(
-                "compensability (%)",
-                [-22.0, 102.0],
-            ),
+            y: Scale::exact("compensability (%)", [-22.0, 102.0]),
             shaded: None,
             series,
         }),

@@ -53,7 +53,11 @@ fn sets_have_as_many_positions_as_the_document_and_tell_every_parameter_of_its_m
         let count = plan["probings"].as_u64().unwrap() + left_out.len() as u64;
         assert_eq!(count, probings, "{set}");
         // Where the balls of the HU40 stood is assumed: one touch of one of them is beyond its Z.
-        assert_eq!(left_out.len(), usize::from(set == "samba"), "{set}: {left_out:?}");
+        assert_eq!(
+            left_out.len(),
+            usize::from(set == "samba"),
+            "{set}: {left_out:?}"
+        );
         assert_eq!(plan["balls"].as_array().unwrap().len(), balls, "{set}");
         assert_eq!(plan["rank"], plan["unknowns"], "{set}");
         assert!(plan["unseen"].as_array().unwrap().is_empty(), "{set}");

@@ -57,9 +57,7 @@ impl Found {
     /// True if the check holds: along the path, and in time.
     #[must_use]
     pub fn holds(&self, options: &Options) -> bool {
-        self.excess_um == 0.0
-            && self.off_urad <= options.direction * 1e6
-            && self.times_differ == 0
+        self.excess_um == 0.0 && self.off_urad <= options.direction * 1e6 && self.times_differ == 0
     }
 }
 

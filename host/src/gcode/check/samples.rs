@@ -175,8 +175,8 @@ impl Check<'_> {
                 self.found.off_um = um;
                 self.found.off_line = segment.line;
             }
-            let is_chord = matches!(segment.path, Path::Arc(_))
-                && matches!(written.path, Path::Line(..));
+            let is_chord =
+                matches!(segment.path, Path::Arc(_)) && matches!(written.path, Path::Line(..));
             let chord = if is_chord { self.options.chord } else { 0.0 };
             let excess = um - (self.options.tolerance + chord) * 1e3;
             if excess > self.found.excess_um {
