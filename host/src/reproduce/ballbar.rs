@@ -25,6 +25,9 @@ struct Told {
     rms: f64,
 }
 
+/// One of these figures.
+type OfTold = fn(&Told) -> f64;
+
 /// Readings of a machine with something that corrects, or nothing.
 fn read(
     example: &Example,
@@ -86,7 +89,7 @@ pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
     }
     let actual = &found[1];
     let mut compared = Vec::new();
-    let rows: [(&str, [f64; 3], fn(&Told) -> f64); 5] = [
+    let rows: [(&str, [f64; 3], OfTold); 5] = [
         (
             "form, largest less smallest residual",
             [14.1, 1.7, 1.3],

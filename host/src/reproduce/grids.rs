@@ -137,7 +137,7 @@ pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
     let [[small, few_exact @ ..], [large, many_exact @ ..]] = &tables.built;
     let by_axis = grid(
         example,
-        &many,
+        many,
         Wanted {
             per_axis: true,
             ..default()
@@ -145,7 +145,7 @@ pub fn chapter(tables: &Tables) -> Result<Chapter, ReproduceError> {
     )?;
     let printed = grid(
         example,
-        &many,
+        many,
         Wanted {
             rms: Rms::Printed,
             ..default()

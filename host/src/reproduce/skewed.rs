@@ -27,6 +27,9 @@ struct Gone {
     least: Option<f64>,
 }
 
+/// One of these figures.
+type OfGone = fn(&Gone) -> Option<f64>;
+
 fn gone(
     example: &Example,
     errors: &ErrorModel,
@@ -90,7 +93,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     let (printed, free, exact) = (&found[1], &found[5], [found[8], found[9]]);
     let figure = |value: f64| Figure::new(value, 2);
     let least = |gone: &Gone| gone.least.map_or(Figure::Nothing, figure);
-    let rows: [(&str, fn(&Gone) -> Option<f64>); 3] = [
+    let rows: [(&str, OfGone); 3] = [
         ("mean error that is compensated", |g| Some(g.mean)),
         ("maximum that is compensated", |g| Some(g.max)),
         ("least compensability of a parameter", |g| g.least),

@@ -92,7 +92,7 @@ pub enum Corrector<'a> {
     /// Nothing does.
     Nothing,
     /// The kinematic correction of errors that are known: the document's K-B.
-    Kinematic(Kinematics<'a>),
+    Kinematic(Box<Kinematics<'a>>),
     /// Tables.
     Tables(Runtime<'a>),
 }
@@ -105,7 +105,9 @@ impl<'a> Corrector<'a> {
 
     /// The kinematic correction as the document has it.
     pub fn kinematic(machine: &'a Machine, known: &'a ErrorModel) -> Self {
-        Self::Kinematic(Kinematics::new(machine, known).with_policy(Policy::Orientation))
+        Self::Kinematic(Box::new(
+            Kinematics::new(machine, known).with_policy(Policy::Orientation),
+        ))
     }
 
     fn of(
