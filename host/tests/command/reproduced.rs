@@ -47,7 +47,9 @@ fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
     let at = folder.at("written");
     let said = answer(0, &["reproduce", "-o", &at]);
     let read = |name: &str| std::fs::read_to_string(Path::new(&at).join(name)).unwrap();
-    shows("reproduced.md", &read("reproduced.md"));
+    for name in ["reproduced.md", "reproduced.json"] {
+        shows(name, &read(name));
+    }
     let json: Value = serde_json::from_str(&read("reproduced.json")).unwrap();
     let chapters = json["chapters"].as_array().unwrap();
     let (mut fixed, mut pictures, mut compared) = (0, 0, 0);
