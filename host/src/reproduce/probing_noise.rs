@@ -153,7 +153,11 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
                 )
                 .in_unit("µm")
                 .beside([3, 4].map(|exact| tip(&moved.left[exact], which)))
-                .because(if scheme == 1 { OBJECTIVE } else { MOVED }),
+                .because(match scheme {
+                    0 => MOVED,
+                    1 => OBJECTIVE,
+                    _ => OFFSET,
+                }),
             );
         }
     }
