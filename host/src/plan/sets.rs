@@ -150,8 +150,10 @@ impl SetError {
     }
 }
 
-/// Positions of scaled axes are rounded to this (deg).
-const ROUND: f64 = 0.1;
+/// Positions of scaled axes are whole tenths of a degree.
+const TENTHS: f64 = 10.0;
+/// What is so near to one is one: rounding.
+const NEAR: f64 = 1e-12;
 const TURN: f64 = 360.0;
 
 /// A set for a machine and its artefact: without what the stylus or an axis does not reach.
@@ -282,7 +284,7 @@ fn scaled(position: f64, [least, most]: [f64; 2], [low, high]: [f64; 2]) -> f64 
     };
     let moved = match part < 1.0 {
         // Towards zero, so that it stays inside.
-        true => (position * part / ROUND).trunc() * ROUND,
+        true => (position * part * TENTHS * (1.0 + NEAR)).trunc() / TENTHS,
         false => position,
     };
     moved.clamp(low, high)
