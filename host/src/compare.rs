@@ -1,6 +1,6 @@
 //! Schemes on one machine, side by side.
 
-mod probed;
+pub(crate) mod probed;
 
 use crate::compile::{self, CompileError, Compiled, Progress, Size};
 use crate::cost::instructions;

@@ -12,6 +12,7 @@ mod judge;
 mod order;
 mod program;
 mod remedy;
+mod sets;
 mod simulated;
 mod touches;
 
@@ -22,5 +23,6 @@ pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
 pub use judge::{JudgeError, Judgement, judge, placed};
 pub use program::{Feeds, NotTouched, linuxcnc, table};
 pub use remedy::{Remedy, would_show};
+pub use sets::{Positions, Set, SetError, positions};
 pub use simulated::{simulated_touches, touch_log};
 pub use touches::{PER_BALL, Probe, Touch, Touching, touching};

@@ -31,6 +31,7 @@ mod probings;
 mod progress;
 mod quantity;
 mod replace;
+mod reproduce;
 mod scheme;
 mod schemes;
 mod screen;
@@ -82,6 +83,7 @@ enum Command {
     Linuxcnc(linuxcnc::Arguments),
     Export(export::Arguments),
     Import(import::Arguments),
+    Reproduce(reproduce::Arguments),
 }
 
 /// How a command ended that had good input.
@@ -118,6 +120,7 @@ pub fn run() -> ExitCode {
         Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
+        Command::Reproduce(arguments) => reproduce::run(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -14,8 +14,8 @@ use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{Assumed, Model};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
-    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Setup, Wanted,
-    as_good_as, design, judge, linuxcnc, needs_spindle, table,
+    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Positions, Set,
+    Setup, Wanted, as_good_as, design, judge, linuxcnc, needs_spindle, positions, table,
 };
 
 /// Say what a probing strategy will tell before anybody probes, or propose one
@@ -47,6 +47,11 @@ pub struct Arguments {
     /// Judge this strategy instead of proposing one (CSV)
     #[arg(long, value_name = "FILE.csv")]
     strategy: Option<PathBuf>,
+    /// Take a position set of the source document instead of proposing one: one ball at 60 rotary positions
+    /// (chase-the-ball), every ball at 42 (rumba), or a bar and master balls at 32 with an indexed spindle (samba).
+    /// What cannot be reached is left out; for samba --cone is 90 unless given
+    #[arg(long, value_enum, conflicts_with_all = ["strategy", "as_good_as", "minutes", "probings", "indexings"])]
+    set: Option<SetName>,
     /// Propose the fewest probings after which the volumetric error (--best-for parameters: and every parameter) is
     /// known no less than after this strategy (CSV)
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["strategy", "minutes", "probings"])]
@@ -138,6 +143,27 @@ impl From<For> for Criterion {
     }
 }
 
+/// A position set with a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SetName {
+    /// One ball, followed through 60 rotary positions
+    ChaseTheBall,
+    /// Every ball at 42 rotary positions
+    Rumba,
+    /// A bar and master balls at 32 rotary positions, with an indexed spindle
+    Samba,
+}
+
+impl From<SetName> for Set {
+    fn from(name: SetName) -> Self {
+        match name {
+            SetName::ChaseTheBall => Self::ChaseTheBall,
+            SetName::Rumba => Self::Rumba,
+            SetName::Samba => Self::Samba,
+        }
+    }
+}
+
 /// A name that fits into a comment of G-code.
 fn log_name(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_graphic() && !"()".contains(c);
@@ -167,7 +193,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))
     };
     let model: Model = arguments.model.parse().map_err(no_model)?;
-    let given = arguments.strategy.as_ref().map(&read).transpose()?;
+    let set = arguments.set.map(Set::from);
+    let positions = set
+        .map(|set| arguments.positions(&setup, set))
+        .transpose()?;
+    let given = match &positions {
+        Some(positions) => Some(positions.strategy.clone()),
+        None => arguments.strategy.as_ref().map(&read).transpose()?,
+    };
     let directions = arguments.directions(&machine, &model, given.as_ref())?;
     let parameters =
         (model.parameters(&machine, arguments.degree, &directions)).map_err(no_model)?;
@@ -196,7 +229,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => None,
     };
     let judgement = match (&arguments.strategy, given) {
-        (Some(path), Some(strategy)) => {
+        (path, Some(strategy)) => {
+            let name = Path::new(set.map_or("", Set::name));
+            let path = path.as_deref().unwrap_or(name);
             judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
         }
         _ => {
@@ -212,7 +247,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.write(&setup, &judgement)?;
     let minutes = judgement.strategy.rows.len() as f64 * arguments.seconds / 60.0;
     if arguments.json {
-        files::print_json(&Answer::new(&machine, &judgement, other.as_ref(), minutes))?;
+        let left_out = positions.map(|positions| positions.left_out);
+        let answer = Answer::new(&machine, &judgement, other.as_ref(), minutes);
+        files::print_json(&answer.leaving_out(&left_out.unwrap_or_default()))?;
     } else {
         files::print(&screen(&machine, &judgement, other.as_ref(), minutes))?;
     }
@@ -258,7 +295,10 @@ impl Arguments {
             .map(|b| b.name.clone())
             .collect();
         let balls = if self.balls.is_empty() {
-            known.clone()
+            match self.set {
+                Some(SetName::ChaseTheBall) => known.iter().take(1).cloned().collect(),
+                _ => known.clone(),
+            }
         } else {
             self.balls.clone()
         };
@@ -284,7 +324,10 @@ impl Arguments {
             machine,
             artefact,
             balls,
-            probe: self.touching.probe()?,
+            probe: match self.set.and_then(|set| Set::from(set).cone()) {
+                Some(cone) => self.touching.probe_within(cone)?,
+                None => self.touching.probe()?,
+            },
             sigma: self.noise * 1e-3,
         })
     }
@@ -315,6 +358,20 @@ impl Arguments {
         Ok((machine.axes.iter())
             .map(|a| a.letter.is_rotary() && backlash(a.letter.char()))
             .collect())
+    }
+
+    /// A position set, and what is left out of it.
+    fn positions(&self, setup: &Setup<'_>, set: Set) -> Result<Positions, BadInput> {
+        let found = positions(setup, set);
+        let found = found.map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
+        if let Some((ball, _, reason)) = found.left_out.first() {
+            let all = found.strategy.rows.len() + found.left_out.len();
+            eprintln!(
+                "note: {} of the {all} probings of {set} are left out, the first of ball {ball}: {reason}",
+                found.left_out.len()
+            );
+        }
+        Ok(found)
     }
 
     fn propose(

@@ -5,9 +5,10 @@ use super::unseen;
 use serde::Serialize;
 use std::fmt::Write;
 use trueaxis_host::errors::Parameter;
+use trueaxis_host::formats::probings::Probing;
 use trueaxis_host::identify::Unknown;
 use trueaxis_host::machine::Machine;
-use trueaxis_host::plan::{Judgement, Ratios, Spread};
+use trueaxis_host::plan::{Judgement, Ratios, Spread, Unreachable};
 
 /// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
 #[derive(Serialize)]
@@ -24,6 +25,8 @@ pub struct Answer<'a> {
     direction_urad: Over,
     unseen: Vec<NotSeen>,
     unreachable: Vec<NotReached>,
+    /// What of a position set with a name cannot be probed.
+    left_out: Vec<LeftOut>,
     compared: Option<Compared>,
 }
 
@@ -57,6 +60,12 @@ struct NotReached {
 }
 
 #[derive(Serialize)]
+struct LeftOut {
+    ball: String,
+    reason: String,
+}
+
+#[derive(Serialize)]
 struct Compared {
     probings: usize,
     tip_um: Over,
@@ -71,6 +80,18 @@ impl Over {
             percentile_95: spread.most_of * scale,
             largest: spread.largest * scale,
         }
+    }
+}
+
+impl Answer<'_> {
+    /// The same, with what of a position set is left out.
+    pub fn leaving_out(mut self, rows: &[(String, Probing, Unreachable)]) -> Self {
+        let one = |(ball, _, reason): &(String, Probing, Unreachable)| LeftOut {
+            ball: ball.clone(),
+            reason: reason.to_string(),
+        };
+        self.left_out = rows.iter().map(one).collect();
+        self
     }
 }
 
@@ -116,6 +137,7 @@ impl<'a> Answer<'a> {
                     reason: reason.to_string(),
                 })
                 .collect(),
+            left_out: Vec::new(),
             compared: other.map(|other| Compared {
                 probings: other.strategy.rows.len(),
                 tip_um: Over::new(&other.tip, 1e3),

@@ -19,18 +19,25 @@ pub struct Touching {
     /// How far beyond the nominal surface touches may go on
     #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
     search: f64,
-    /// Largest angle of the stylus from the direction in which a ball stands away from the table
-    #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = angle)]
-    cone: f64,
+    /// Largest angle of the stylus from the direction in which a ball stands away from the table (default: 60)
+    #[arg(long, value_name = "DEG", value_parser = angle)]
+    cone: Option<f64>,
 }
 
 /// Diameters of ball and stylus (mm) where nothing is written that moves a machine.
 const BALL: f64 = 20.0;
 const STYLUS: f64 = 6.0;
+/// Largest angle of the stylus (deg) where nothing is said.
+const CONE: f64 = 60.0;
 
 impl Touching {
     /// The same for the library.
     pub fn probe(&self) -> Result<Probe, BadInput> {
+        self.probe_within(CONE)
+    }
+
+    /// The same with another angle (deg) where none is given.
+    pub fn probe_within(&self, cone: f64) -> Result<Probe, BadInput> {
         let ball = self.ball_diameter.unwrap_or(BALL);
         let radius = (ball + self.stylus_diameter.unwrap_or(STYLUS)) / 2.0;
         if self.search >= radius {
@@ -43,7 +50,7 @@ impl Touching {
             radius,
             clearance: self.clearance,
             search: self.search,
-            cone: self.cone.to_radians(),
+            cone: self.cone.unwrap_or(cone).to_radians(),
         })
     }
 }

@@ -270,10 +270,14 @@ impl Setup<'_> {
 
     /// True if every axis can come from the direction that a row wants.
     fn has_run_up(&self, row: &Probing) -> bool {
-        self.machine.axes.iter().enumerate().all(|(i, axis)| {
-            let from = row.position[i] - row.direction[i] * RUN_UP;
-            let [low, high] = axis.travel;
-            axis.modulo || row.direction[i] == 0.0 || (low..=high).contains(&from)
-        })
+        (0..self.machine.axes.len()).all(|i| self.can_come(row, i))
+    }
+
+    /// True if an axis can come from the direction that a row wants.
+    pub(super) fn can_come(&self, row: &Probing, i: usize) -> bool {
+        let axis = &self.machine.axes[i];
+        let from = row.position[i] - row.direction[i] * RUN_UP;
+        let [low, high] = axis.travel;
+        axis.modulo || row.direction[i] == 0.0 || (low..=high).contains(&from)
     }
 }

@@ -11,11 +11,12 @@ mod size;
 use super::blank::blank;
 use super::{Found, Options, SchemeError};
 use crate::errors::{ErrorModel, Motion};
-use crate::kinematics::Kinematics;
+use crate::kinematics::{Kinematics, Policy};
 use crate::machine::{Machine, PerAxis};
 use crate::validate::calibrated;
 use mesh::Mesh;
 use size::Sizing;
+use std::ops::RangeInclusive;
 use trueaxis::{Draft, DraftGrid, GridAxis};
 
 /// How the error that is left is put into a number, for each direction (Eq. 12).
@@ -84,25 +85,11 @@ pub fn compile(
     wanted: &Wanted,
     options: &Options,
 ) -> Result<Found, SchemeError> {
-    let linear: Vec<usize> = (0..machine.axes.len())
-        .filter(|i| !machine.axes[*i].letter.is_rotary())
-        .collect();
-    let Ok(linear) = <[usize; 3]>::try_from(linear.clone()) else {
-        return Err(SchemeError::Axes {
-            scheme: "grid3d".to_owned(),
-            needs: "three linear axes",
-            linear: linear.len(),
-            rotary: machine.axes.len() - linear.len(),
-        });
-    };
+    let linear = three_linear(machine)?;
     let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
     let zero = options.zero(machine, errors)?;
-    let mut at = PerAxis::default();
-    for (axis, position) in wanted.held(machine) {
-        at[axis] = machine.axes[axis].to_kinematic(position);
-    }
     let zone = linear.map(|i| zone(machine, errors, i, wanted.calibrated));
-    let sizing = Sizing::new(&kinematics, linear, at, zone, wanted)?;
+    let sizing = Sizing::new(&kinematics, linear, held_at(machine, wanted), zone, wanted)?;
     let mesh = sizing.smallest()?;
     let sizes = mesh.sizes();
     let [x, y, z] = sizes;
@@ -132,6 +119,50 @@ pub fn compile(
         is_full: false,
         notes,
     })
+}
+
+/// What grids leave (mm) at the random commands by which their size is chosen: the norm of the root mean squares along
+/// x, y and z, for each number of nodes along every axis (Fig. 4.5).
+///
+/// # Errors
+/// [`SchemeError`]: not three linear axes, or the kinematic correction fails.
+pub fn left_by_size(
+    machine: &Machine,
+    errors: &ErrorModel,
+    wanted: &Wanted,
+    policy: Policy,
+    sizes: RangeInclusive<usize>,
+) -> Result<Vec<(usize, f64)>, SchemeError> {
+    let linear = three_linear(machine)?;
+    let kinematics = Kinematics::new(machine, errors).with_policy(policy);
+    let zone = linear.map(|i| zone(machine, errors, i, wanted.calibrated));
+    let sizing = Sizing::new(&kinematics, linear, held_at(machine, wanted), zone, wanted)?;
+    let of = |nodes: usize| Ok((nodes, sizing.left_by(nodes)?));
+    sizes.map(of).collect()
+}
+
+/// The numbers of the three linear axes.
+fn three_linear(machine: &Machine) -> Result<[usize; 3], SchemeError> {
+    let axes = 0..machine.axes.len();
+    let linear: Vec<usize> = axes
+        .filter(|i| !machine.axes[*i].letter.is_rotary())
+        .collect();
+    let count = linear.len();
+    <[usize; 3]>::try_from(linear).map_err(|_| SchemeError::Axes {
+        scheme: "grid3d".to_owned(),
+        needs: "three linear axes",
+        linear: count,
+        rotary: machine.axes.len() - count,
+    })
+}
+
+/// Where the rotary axes are (rad).
+fn held_at(machine: &Machine, wanted: &Wanted) -> PerAxis {
+    let mut at = PerAxis::default();
+    for (axis, position) in wanted.held(machine) {
+        at[axis] = machine.axes[axis].to_kinematic(position);
+    }
+    at
 }
 
 /// Where the nodes of an axis are (mm): over its travel, or where its motions do not hold their end values.

@@ -91,7 +91,7 @@ fn same_number(printed: &str, shown: &str, least: f64) -> bool {
 }
 
 /// Whether a line that is printed is one that is shown, whatever the spaces.
-fn same(printed: &str, shown: &str, least: f64) -> bool {
+pub fn same(printed: &str, shown: &str, least: f64) -> bool {
     let words = |line: &str| -> Vec<String> {
         let parts = line.split([' ', ',', '(', ')']);
         let parts = parts.filter(|part| !part.is_empty());

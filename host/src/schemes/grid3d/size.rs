@@ -93,6 +93,12 @@ impl<'a> Sizing<'a> {
         }
     }
 
+    /// Norm of the root mean squares (mm) of what a grid of so many nodes along each axis leaves (Fig. 4.5).
+    pub fn left_by(&self, nodes: usize) -> Result<f64, NotConverged> {
+        let [x, y, z] = self.left(&self.mesh([nodes; 3])?);
+        Ok((x * x + y * y + z * z).sqrt())
+    }
+
     fn mesh(&self, sizes: [usize; 3]) -> Result<Mesh<'a>, NotConverged> {
         Mesh::new(self.kinematics, self.axes, &self.at, &self.zone, sizes)
     }
