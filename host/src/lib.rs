@@ -21,6 +21,7 @@ pub mod picture;
 pub mod plan;
 pub mod policy;
 pub mod pose;
+pub mod report;
 pub mod schemes;
 pub mod simulate;
 pub mod size;
