@@ -5,6 +5,7 @@ pub mod ballbar;
 pub mod cec;
 pub mod compare;
 pub mod compile;
+pub mod contents;
 pub mod cost;
 pub mod direct;
 pub mod errors;
