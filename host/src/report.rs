@@ -7,8 +7,11 @@
 mod budget;
 mod document;
 mod model;
+mod motions;
 mod page;
 mod reach;
+mod tables;
+mod tested;
 mod verdict;
 mod volumetric;
 mod words;
@@ -23,8 +26,11 @@ use crate::validate::{DrawError, Runtime};
 pub use budget::{Budget, Share};
 pub use document::{Document, File};
 pub use model::Model;
+pub use motions::{AxisMotions, Motion};
 pub use page::page;
 use serde::{Deserialize, Serialize};
+pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
+pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
 pub use volumetric::{Known, Volumetric};
 
 /// The version of what is written: it grows when a name changes its meaning.
@@ -60,6 +66,12 @@ pub struct Report {
     pub budget: Budget,
     /// What no table corrects, and why, a sentence each.
     pub beyond: Vec<String>,
+    /// The tables, if there are some.
+    pub tables: Option<Tables>,
+    /// What tests of the machine would find.
+    pub tests: Tests,
+    /// The error motions of its axes.
+    pub axes: Vec<AxisMotions>,
 }
 
 /// Why there is no report.
@@ -71,6 +83,9 @@ pub enum ReportError {
     /// Random positions cannot be drawn.
     #[error(transparent)]
     Draw(#[from] DrawError),
+    /// The bounds of the tables cannot be found.
+    #[error(transparent)]
+    Bounds(#[from] CompileError),
 }
 
 impl ReportError {
@@ -79,7 +94,8 @@ impl ReportError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Zero(error) => error.remedy(),
-            Self::Draw(error) => CompileError::from(error.clone()).remedy(),
+            Self::Draw(error) => CompileError::from(*error).remedy(),
+            Self::Bounds(error) => error.remedy(),
         }
     }
 }
@@ -119,6 +135,8 @@ pub fn report(
     let mut remarks = Vec::new();
     let volumetric = volumetric::volumetric(&subject, &mut remarks)?;
     let budget = budget::budget(&subject)?;
+    let tables = compensation.map(|c| tables::tables(&subject, c.runtime));
+    let tests = tested::tests(&subject, &mut remarks);
     let mut report = Report {
         format: FORMAT,
         verdict: Vec::new(),
@@ -127,6 +145,9 @@ pub fn report(
         beyond: reach::beyond(&subject, &volumetric, &budget),
         volumetric,
         budget,
+        tables: tables.transpose()?,
+        tests,
+        axes: motions::motions(&subject),
     };
     report.verdict = verdict::sentences(&report);
     Ok(report)

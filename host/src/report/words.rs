@@ -26,23 +26,9 @@ pub fn in_words(alone: &Alone<'_>) -> String {
     } = alone.parameter;
     let about = AXES[component % 3];
     let angular = alone.parameter.is_angular();
-    // The coordinate axis that the axis goes along or turns about.
-    let own = match axis {
-        'X' | 'U' | 'A' => 'X',
-        'Y' | 'V' | 'B' => 'Y',
-        _ => 'Z',
-    };
-    let rotary = matches!(axis, 'A' | 'B' | 'C');
-    let motion = || match (rotary, angular, about == own) {
-        (false, false, true) => format!("the positioning of {axis}"),
-        (false, false, false) => format!("the straightness of {axis} in {about}"),
-        (false, true, true) => format!("the roll of {axis}"),
-        (false, true, false) => format!("the tilt of {axis} about {about} as it moves"),
-        (true, true, true) => format!("the angular positioning of {axis}"),
-        (true, false, true) => format!("the axial motion of {axis}"),
-        (true, false, false) => format!("the radial motion of {axis} in {about}"),
-        (true, true, false) => format!("the tilt of {axis} about {about} as it turns"),
-    };
+    let own = along(axis);
+    let rotary = is_rotary(axis);
+    let motion = || motion_in_words(component, axis);
     let words = match (&alone.said, kind) {
         (Said::Table, _) => format!("{}, as measured", motion()),
         (Said::TableReversal, _) => format!("{}, between its two directions", motion()),
@@ -75,6 +61,34 @@ pub fn in_words(alone: &Alone<'_>) -> String {
     match &alone.said {
         Said::PerKelvin { sensor, .. } => format!("{words}, as {sensor} warms"),
         _ => words,
+    }
+}
+
+fn is_rotary(axis: char) -> bool {
+    matches!(axis, 'A' | 'B' | 'C')
+}
+
+/// The coordinate axis that an axis goes along or turns about.
+fn along(axis: char) -> char {
+    match axis {
+        'X' | 'U' | 'A' => 'X',
+        'Y' | 'V' | 'B' => 'Y',
+        _ => 'Z',
+    }
+}
+
+/// What an error motion is, by its component 0…5 of an axis: `the straightness of X in Y`.
+pub fn motion_in_words(component: usize, axis: char) -> String {
+    let about = AXES[component % 3];
+    match (is_rotary(axis), component >= 3, about == along(axis)) {
+        (false, false, true) => format!("the positioning of {axis}"),
+        (false, false, false) => format!("the straightness of {axis} in {about}"),
+        (false, true, true) => format!("the roll of {axis}"),
+        (false, true, false) => format!("the tilt of {axis} about {about} as it moves"),
+        (true, true, true) => format!("the angular positioning of {axis}"),
+        (true, false, true) => format!("the axial motion of {axis}"),
+        (true, false, false) => format!("the radial motion of {axis} in {about}"),
+        (true, true, false) => format!("the tilt of {axis} about {about} as it turns"),
     }
 }
 
