@@ -20,6 +20,7 @@ pub mod motion;
 pub mod plan;
 pub mod policy;
 pub mod pose;
+pub mod report;
 pub mod schemes;
 pub mod simulate;
 pub mod size;
