@@ -6,7 +6,7 @@
 
 mod budget;
 mod document;
-mod model;
+pub mod model;
 mod motions;
 mod page;
 mod reach;

@@ -266,6 +266,19 @@ pub fn random_commands(
     Ok(commands)
 }
 
+/// As [`random_commands`] in the whole travel, where nothing decides what is drawn again.
+#[must_use]
+pub fn commands_in_travel(
+    machine: &Machine,
+    errors: &ErrorModel,
+    count: usize,
+    seed: u64,
+) -> Vec<Command> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let draw = |_| random_command(machine, errors, Region::Travel, &mut random);
+    (0..count).map(draw).collect()
+}
+
 /// One of them, which may turn out to be somewhere else.
 fn random_command(
     machine: &Machine,
