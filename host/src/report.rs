@@ -5,7 +5,10 @@
 //! page is made of nothing else and of the [`Model`] that its drawings move.
 
 mod budget;
+mod compare;
 mod document;
+mod figures;
+mod identification;
 pub mod model;
 mod motions;
 mod page;
@@ -24,7 +27,9 @@ use crate::policy::of_blob;
 use crate::schemes::{self, SchemeError};
 use crate::validate::{DrawError, Runtime};
 pub use budget::{Budget, Share};
+pub use compare::{Change, Changes, Figure, changes};
 pub use document::{Document, File};
+pub use identification::Identification;
 pub use model::Model;
 pub use motions::{AxisMotions, Motion};
 pub use page::page;
@@ -72,6 +77,10 @@ pub struct Report {
     pub tests: Tests,
     /// The error motions of its axes.
     pub axes: Vec<AxisMotions>,
+    /// How the errors were found, if that is known.
+    pub identification: Option<Identification>,
+    /// What has changed since an older report, if there is one.
+    pub changes: Option<Changes>,
 }
 
 /// Why there is no report.
@@ -115,6 +124,7 @@ pub fn report(
     machine: &Machine,
     errors: &ErrorModel,
     compensation: Option<Compensation<'_>>,
+    identification: Option<Identification>,
     document: Document,
 ) -> Result<Report, ReportError> {
     let policy = compensation.map_or(Policy::default(), |c| {
@@ -137,6 +147,16 @@ pub fn report(
     let budget = budget::budget(&subject)?;
     let tables = compensation.map(|c| tables::tables(&subject, c.runtime));
     let tests = tested::tests(&subject, &mut remarks);
+    let identification = identification.filter(|found| {
+        let is_this = found.machine == machine.name;
+        if !is_this {
+            remarks.push(format!(
+                "The identification is left out: it is of the machine `{}`.",
+                found.machine
+            ));
+        }
+        is_this
+    });
     let mut report = Report {
         format: FORMAT,
         verdict: Vec::new(),
@@ -148,6 +168,8 @@ pub fn report(
         tables: tables.transpose()?,
         tests,
         axes: motions::motions(&subject),
+        identification,
+        changes: None,
     };
     report.verdict = verdict::sentences(&report);
     Ok(report)

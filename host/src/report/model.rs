@@ -176,7 +176,6 @@ impl Model {
             checks: check::checks(machine, errors, runtime),
         }
     }
-
 }
 
 /// A pose as three rows of rotation and translation (mm).

@@ -58,11 +58,7 @@ impl ErrorLeft {
 }
 
 /// Zero and both ends with directions unknown, then random positions with random directions.
-pub fn checks(
-    machine: &Machine,
-    errors: &ErrorModel,
-    runtime: Option<&Runtime<'_>>,
-) -> Vec<Check> {
+pub fn checks(machine: &Machine, errors: &ErrorModel, runtime: Option<&Runtime<'_>>) -> Vec<Check> {
     let ends = [0, 1].map(|end| {
         let travel: Vec<f64> = machine.axes.iter().map(|a| a.travel[end]).collect();
         Command::at(machine, &travel)
