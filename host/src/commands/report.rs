@@ -15,8 +15,11 @@ use trueaxis_host::compile::{self, Proof};
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{of_blob, stored, tolerance_urad};
-use trueaxis_host::report::{self, Compensation, Document, Identification, Model, Report};
+use trueaxis_host::report::{
+    self, Compensation, Document, Identification, Model, Report, ReportError,
+};
 use trueaxis_host::schemes;
+use trueaxis_host::uncertainty::{OverTravel, over_travel};
 use trueaxis_host::validate::Runtime;
 
 /// Show a machine's errors and what a compensation does about them, on one page
@@ -120,19 +123,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map(|text| at::zero_position(text, &machine))
         .transpose()?;
     let proof = match &runtime {
-        Some(runtime) => Some(prove(
-            arguments,
-            &machine,
-            &errors,
-            runtime,
-            zero_at.as_ref(),
-        )?),
+        Some(runtime) => Some(arguments.prove(&machine, &errors, runtime, zero_at.as_ref())?),
         None => None,
     };
     let compensation = runtime.as_ref().zip(proof.as_ref());
-    let compensation = compensation.map(|(runtime, proof)| Compensation {
+    let compensation = compensation.map(|(runtime, (proof, uncertainty))| Compensation {
         runtime,
         proof,
+        uncertainty: uncertainty.as_ref(),
         zero_at: zero_at.as_deref(),
         tolerance_um: arguments.tolerance,
     });
@@ -143,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     document.policy = policy.to_string();
     document.tolerance_urad = tolerance_urad(of_blob(policy), arguments.tolerance);
     let mut report = report::report(&machine, &errors, compensation, identification, document)
-        .map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
+        .map_err(|error| bad(&error))?;
     if let Some(mismatch) = &mismatch {
         let remark = format!(
             "The compensation is left out: {mismatch}. What is shown is the machine without it."
@@ -207,25 +205,38 @@ fn read_old(path: &Path) -> Result<Report, BadInput> {
     Ok(old)
 }
 
-/// Compares the tables with the exact model.
-fn prove(
-    arguments: &Arguments,
-    machine: &Machine,
-    errors: &ErrorModel,
-    runtime: &Runtime<'_>,
-    zero_at: Option<&Vec<f64>>,
-) -> Result<Proof, BadInput> {
-    let blame = |error| blame::compile(error, &arguments.files, machine, errors);
-    let subtracted = schemes::Options {
-        policy: of_blob(runtime.compensation().policy()),
-        zero_at: zero_at.cloned(),
-        ..schemes::Options::default()
-    };
-    let zero = subtracted.zero(machine, errors);
-    let zero = zero.map_err(|error| blame(error.into()))?;
-    let Random { random, seed } = arguments.random;
-    let bar = Bar::new();
-    compile::prove(machine, errors, runtime, &zero, random as usize, seed, &bar).map_err(blame)
+impl Arguments {
+    /// Compares the tables with the exact model, and finds what uncertain parameters leave.
+    fn prove(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        runtime: &Runtime<'_>,
+        zero_at: Option<&Vec<f64>>,
+    ) -> Result<(Proof, Option<OverTravel>), BadInput> {
+        let blame = |error| blame::compile(error, &self.files, machine, errors);
+        let subtracted = schemes::Options {
+            policy: of_blob(runtime.compensation().policy()),
+            zero_at: zero_at.cloned(),
+            ..schemes::Options::default()
+        };
+        let zero = subtracted.zero(machine, errors);
+        let zero = zero.map_err(|error| blame(error.into()))?;
+        let Random { random, seed } = self.random;
+        let random = random as usize;
+        let bar = Bar::new();
+        let proof = compile::prove(machine, errors, runtime, &zero, random, seed, &bar);
+        let uncertainty = over_travel(&runtime.kinematics(machine, errors), seed);
+        Ok((
+            proof.map_err(blame)?,
+            uncertainty.map_err(|error| blame(error.into()))?,
+        ))
+    }
+}
+
+/// What is wrong where there is no report.
+pub fn bad(error: &ReportError) -> BadInput {
+    BadInput::new(error.to_string(), error.remedy())
 }
 
 /// What a person reads on the terminal.
