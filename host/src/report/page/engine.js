@@ -113,8 +113,8 @@ const Engine = (() => {
     }
     let u = f(d * span.inverseStep);
     u = u > 0 ? u : 0;
-    const end = span.modulo ? span.points : span.end;
-    u = u < end ? u : end;
+    if (span.modulo) u = u < span.points ? u : 0;
+    else u = u < span.end ? u : span.end;
     const i = Math.trunc(u);
     return [i, i < span.last ? i + 1 : span.modulo ? 0 : span.last, f(u - i)];
   }
