@@ -18,7 +18,7 @@ use clap::{Args, ValueEnum};
 use made::{Made, Wanted, Whole};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
-use trueaxis_host::compile;
+use trueaxis_host::compile::{self, CompileError};
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{stored, tolerance_urad};
@@ -259,7 +259,10 @@ impl Arguments {
         let compensation = self.compensation(&runtime, wanted, made);
         let found = report::report(machine, errors, Some(compensation), None, document);
         let found = found.map_err(|error| super::report::bad(&error))?;
-        let model = Model::new(machine, errors, Some(&runtime));
+        let blame = |error: CompileError| blame::compile(error, &self.files, machine, errors);
+        let zero = tables.zero(machine, errors);
+        let zero = zero.map_err(|error| blame(error.into()))?;
+        let model = Model::relative_to(machine, errors, Some(&runtime), &zero);
         files::write(page, report::page(&found, &model).as_bytes())
     }
 

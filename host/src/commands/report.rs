@@ -159,7 +159,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
-    let model = Model::new(&machine, &errors, runtime.as_ref());
+    let zero = schemes::Options {
+        policy: of_blob(policy),
+        zero_at: zero_at.filter(|_| runtime.is_some()),
+        ..schemes::Options::default()
+    };
+    let zero = zero.zero(&machine, &errors);
+    let zero = zero.map_err(|error| blame::compile(error.into(), files, &machine, &errors))?;
+    let model = Model::relative_to(&machine, &errors, runtime.as_ref(), &zero);
     if let Some(output) = &arguments.output {
         files::write(output, report::page(&report, &model).as_bytes())?;
     }

@@ -21,9 +21,18 @@ const TEMPLATES: [(&str, &str); 9] = [
     ),
     ("document.html", include_str!("page/document.html")),
 ];
-const STYLE: &str = include_str!("page/style.css");
+const STYLE: &str = concat!(
+    include_str!("page/style.css"),
+    include_str!("page/view.css")
+);
 /// What the page computes, and what it draws with that.
-const SCRIPTS: [&str; 2] = [include_str!("page/engine.js"), include_str!("page/view.js")];
+const SCRIPTS: [&str; 5] = [
+    include_str!("page/engine.js"),
+    include_str!("page/scene.js"),
+    include_str!("page/machine.js"),
+    include_str!("page/field.js"),
+    include_str!("page/view.js"),
+];
 
 /// Figures beside the data that they show.
 #[derive(Serialize)]

@@ -113,8 +113,8 @@ const Engine = (() => {
     }
     let u = f(d * span.inverseStep);
     u = u > 0 ? u : 0;
-    const end = span.modulo ? span.points : span.end;
-    u = u < end ? u : end;
+    if (span.modulo) u = u < span.points ? u : 0;
+    else u = u < span.end ? u : span.end;
     const i = Math.trunc(u);
     return [i, i < span.last ? i + 1 : span.modulo ? 0 : span.last, f(u - i)];
   }
@@ -316,10 +316,16 @@ const Engine = (() => {
       };
     }
 
+    /** Before, as `left`: relative to the position whose correction the tables leave out, if there is one. */
+    before(state) {
+      return this.left(state, this.model.zero);
+    }
+
     /** Before, and with tables after: as `left`. */
     both(state) {
       const added = this.correction(state);
-      return { before: this.left(state, null), after: added && this.left(state, added), added };
+      const after = added && this.left(state, added.map((d, k) => d + this.model.zero[k]));
+      return { before: this.before(state), after, added };
     }
   }
 

@@ -1,0 +1,365 @@
+/* The controls of the page: sliders move the machine; drawings, figures and the error field follow. */
+(() => {
+  "use strict";
+  const { figure } = Field;
+  const $ = (id) => document.getElementById(id);
+  const machine = new Engine.Machine(JSON.parse($("model-data").textContent));
+  const { model } = machine;
+  const drawing = new Drawing(machine);
+  const field = new Field(machine);
+  const state = structuredClone(drawing.home);
+  const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
+  const wrong = model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
+  let exaggeration = drawing.suited(model.checks);
+  let shown = "before";
+  const SVG = "http://www.w3.org/2000/svg";
+
+  /** An element with attributes and children; words are never read as markup. */
+  function element(name, attributes, ...children) {
+    const made = document.createElement(name);
+    for (const [key, value] of Object.entries(attributes ?? {})) {
+      if (value !== false) made.setAttribute(key, value === true ? "" : value);
+    }
+    made.append(...children);
+    return made;
+  }
+
+  const inUnit = (axis, value) => (axis.rotary ? `${value.toFixed(1)}°` : `${value.toFixed(1)} mm`).replace("-", "−");
+
+  /* What the page computes is compared with what the program wrote. */
+
+  function agreement() {
+    const far = Engine.compare(machine);
+    const where = $("agreement");
+    const numbers = `${far.mm.toExponential(1)} mm and ${far.rad.toExponential(1)} rad`;
+    if (far.agrees) {
+      const same = far.corrections === 0 ? ", corrections to the bit" : "";
+      where.textContent = `Poses and errors are computed in this page. At ${far.positions} positions they agree with the program's to ${numbers}${model.tables ? same : ""}.`;
+      return;
+    }
+    where.textContent = `This page computes something else than the program: at ${far.positions} positions they differ by up to ${numbers}, more than ${Engine.LIMIT.mm} mm or ${Engine.LIMIT.rad} rad. Do not rely on the drawing and the error field.`;
+    where.className = "disagreement";
+    where.setAttribute("role", "alert");
+    document.querySelector("main").prepend(where);
+  }
+
+  /* Drawings. */
+
+  function canvas(id, azimuth, elevation, height, words) {
+    const holder = $(id);
+    const svg = document.createElementNS(SVG, "svg");
+    svg.setAttribute("role", "img");
+    svg.setAttribute("tabindex", "0");
+    svg.setAttribute("aria-label", words);
+    holder.prepend(svg);
+    const view = new Scene.View({ azimuth, elevation });
+    const resize = () => {
+      const width = Math.max(260, Math.round(holder.clientWidth));
+      view.size = [width, Math.round(Math.min(height, Math.max(300, 0.82 * width)))];
+      svg.setAttribute("viewBox", `0 0 ${view.size[0]} ${view.size[1]}`);
+      redraw();
+    };
+    let held = null;
+    svg.addEventListener("pointerdown", (e) => {
+      held = [e.clientX, e.clientY];
+      svg.setPointerCapture(e.pointerId);
+    });
+    svg.addEventListener("pointermove", (e) => {
+      if (!held) return;
+      view.turn(-0.008 * (e.clientX - held[0]), 0.008 * (e.clientY - held[1]));
+      held = [e.clientX, e.clientY];
+      redraw();
+    });
+    for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, () => (held = null));
+    const keys = {
+      ArrowLeft: () => view.turn(0.1, 0), ArrowRight: () => view.turn(-0.1, 0),
+      ArrowUp: () => view.turn(0, -0.1), ArrowDown: () => view.turn(0, 0.1),
+      "+": () => (view.zoom *= 1.15), "-": () => (view.zoom /= 1.15), Home: () => view.reset(),
+    };
+    svg.addEventListener("keydown", (e) => {
+      if (!keys[e.key]) return;
+      keys[e.key]();
+      e.preventDefault();
+      redraw();
+    });
+    const buttons = element("p", { class: "view-buttons screen-only" });
+    for (const [label, name, does] of [
+      ["Reset view", "Reset the view", () => view.reset()],
+      ["From the front", "Look from the front", () => Object.assign(view, { azimuth: 0, elevation: 0 })],
+      ["From the side", "Look from the right side", () => Object.assign(view, { azimuth: Math.PI / 2, elevation: 0 })],
+      ["From above", "Look from above", () => Object.assign(view, { azimuth: 0, elevation: Math.PI / 2 })],
+    ]) {
+      const button = element("button", { type: "button", "aria-label": name }, label);
+      button.addEventListener("click", () => {
+        does();
+        redraw();
+      });
+      buttons.append(button);
+    }
+    holder.append(buttons);
+    return { view, svg, resize };
+  }
+
+  let pending = false;
+  /** Draws once before the next picture of the screen. */
+  function redraw() {
+    if (pending) return;
+    pending = true;
+    requestAnimationFrame(() => {
+      pending = false;
+      draw();
+    });
+  }
+
+  function draw() {
+    machinePicture.svg.innerHTML = drawing.draw(machinePicture.view, state, exaggeration);
+    $("exaggeration-note").textContent = !wrong
+      ? "All errors are zero: the machine is drawn as it is described."
+      : `Errors are drawn ${exaggeration.toLocaleString("en")} times as large${drawing.cut ? ", the largest of them no larger than can be shown" : ""}.`;
+    figuresHere();
+    drawField();
+  }
+
+  /* Figures beside the machine. */
+
+  function figuresHere() {
+    const { before, after, added } = machine.both(state);
+    const rows = [["before", before]];
+    if (after) rows.push(["after", after]);
+    const cells = (left) => [...left.way.map((v) => 1e3 * v), 1e3 * left.tip, 1e6 * left.direction].map(figure);
+    const body = rows.map(([name, left]) => row(name === "after" ? "with the tables" : "before", cells(left), name));
+    if (after) {
+      const change = (k) => 1e3 * (after.way[k] - before.way[k]);
+      body.push(row("difference", [change(0), change(1), change(2), 1e3 * (after.tip - before.tip), 1e6 * (after.direction - before.direction)].map(figure), ""));
+    }
+    $("here-errors").replaceChildren(...body);
+    const nominal = machine.nominal(state);
+    $("here-tip").textContent = `Tool tip in the workpiece frame: x ${nominal[3].toFixed(3)}, y ${nominal[7].toFixed(3)}, z ${nominal[11].toFixed(3)} mm.`.replaceAll("-", "−");
+    $("here-correction").textContent = added
+      ? `The tables add ${model.axes.map((a, i) => `${a.letter} ${figure(a.rotary ? 1e6 * added[i] * Math.PI / 180 : 1e3 * added[i])} ${a.rotary ? "µrad" : "µm"}`).join(", ")}.`
+      : "There are no tables: errors are shown as they are.";
+  }
+
+  function row(name, cells, style) {
+    const line = element("tr", {}, element("th", { scope: "row", class: style }, name));
+    line.append(...cells.map((c) => element("td", {}, c)));
+    return line;
+  }
+
+  /* The error field. */
+
+  function drawField() {
+    const nodes = field.lattice(state);
+    const { svg, most } = field.draw(fieldPicture.view, nodes, shown, state);
+    fieldPicture.svg.innerHTML = svg;
+    const rotary = model.axes.map((a, i) => [a, i]).filter(([a]) => a.rotary);
+    const at = rotary.length ? ` at ${rotary.map(([a, i]) => `${a.letter} ${inUnit(a, state.position[i])}`).join(", ")}` : "";
+    const what = { before: "before", after: "with the tables", difference: "what the tables change" }[shown];
+    $("field-caption").textContent = `Error of the tip over the linear travel (X, Y, Z in mm), ${what}${at}, seen from the workpiece`
+      .replace("X, Y, Z", field.axes.map((a) => a.letter).join(", "));
+    const kinds = shown === "difference" ? ["before", "after", "difference"] : model.tables ? ["before", "after"] : ["before"];
+    $("field-figures").replaceChildren(...kinds.map((kind) => {
+      const { um, urad } = field.summary(nodes, kind);
+      const name = { before: "before", after: "with the tables", difference: "difference" }[kind];
+      return row(name, [um.mean, um.max, urad.mean, urad.max].map(figure), kind);
+    }));
+    legend(1e3 * most);
+  }
+
+  function legend(most) {
+    const holder = $("field-legend");
+    if (most === 0) {
+      holder.textContent = "The error is zero at all of these positions: there is nothing to draw.";
+      return;
+    }
+    const steps = Array.from({ length: Field.COLOURS }, (_, k) => {
+      const swatch = element("span", { class: `swatch colour${k}`, "aria-hidden": "true" });
+      const range = k === 0 ? `to ${figure(most / Field.COLOURS)}` : `${figure((most * k) / Field.COLOURS)} to ${figure((most * (k + 1)) / Field.COLOURS)}`;
+      return element("li", {}, swatch, range);
+    });
+    holder.replaceChildren(
+      element("span", {}, "Length of the error (µm):"),
+      element("ul", {}, ...steps),
+      element("span", {}, `The longest arrow is ${figure(most)} µm. The ring is where the sliders are.`),
+    );
+  }
+
+  function worst() {
+    const list = $("worst-list");
+    const which = shown === "after" ? "after" : "before";
+    $("worst-title").textContent = which === "after" ? "Worst positions with the tables" : "Worst positions before";
+    if (!wrong) {
+      list.replaceChildren(element("li", {}, "All errors are zero: no position is worse than another."));
+      return;
+    }
+    list.replaceChildren(...field.worst(drawing.home.auxiliaries, which).map(({ state: there, left }) => {
+      const place = model.axes.map((a, i) => `${a.letter} ${inUnit(a, there.position[i])}${there.direction[i] ? (there.direction[i] > 0 ? " from below" : " from above") : ""}`).join(", ");
+      const button = element("button", { type: "button", class: "place" },
+        element("b", { class: which }, `${figure(1e3 * left.tip)} µm, ${figure(1e6 * left.direction)} µrad`), ` at ${place}`);
+      button.addEventListener("click", () => {
+        Object.assign(state, structuredClone(there));
+        showSliders();
+        redraw();
+      });
+      return element("li", {}, button);
+    }));
+  }
+
+  /* Sliders. */
+
+  const sliders = [];
+
+  /** A slider with its name, its value in words, and what else belongs to it. */
+  function slider({ id, name, words, range: [low, high], read, write, say }, ...others) {
+    const input = element("input", { type: "range", id, min: low, max: high, step: "any", "aria-describedby": `${id}-note` });
+    const output = element("output", { for: id });
+    const show = () => {
+      input.value = read();
+      output.textContent = say(read());
+      input.setAttribute("aria-valuetext", say(read()));
+    };
+    input.addEventListener("input", () => {
+      write(Number(input.value));
+      output.textContent = say(read());
+      input.setAttribute("aria-valuetext", say(read()));
+      redraw();
+    });
+    sliders.push(show);
+    show();
+    return element("div", { class: "slider" }, element("label", { for: id }, element("b", {}, name), ` ${words}`), output, input, ...others);
+  }
+
+  function showSliders() {
+    for (const show of sliders) show();
+  }
+
+  /** Where a positive command leads, in words. */
+  function sense(axis, index) {
+    const home = drawing.home;
+    const names = ["x", "y", "z"];
+    const along = (v) => {
+      const k = v.map(Math.abs).indexOf(Math.max(...v.map(Math.abs)));
+      const exact = Math.abs(v[k]) > 0.999;
+      return `${exact ? "" : "mostly "}${v[k] > 0 ? "+" : "−"}${names[k]}`;
+    };
+    const direction = drawing.axes[index].direction;
+    const position = [...home.position];
+    const step = axis.rotary ? 0.01 : 1;
+    position[index] += position[index] + step <= axis.travel[1] ? step : -step;
+    const [a, b] = [home, { ...home, position }].map((s) => machine.nominal(s));
+    const sign = Math.sign(position[index] - home.position[index]);
+    const carried = axis.carries === "workpiece" ? "the workpiece" : "the tool";
+    if (axis.rotary) return `+ turns ${carried} about ${along(direction)} (right-handed)`;
+    const seen = [3, 7, 11].map((k) => (sign * (b[k] - a[k])) / step);
+    return `+ moves ${carried} along ${along(direction)}; the tip goes ${along(seen)} of the workpiece`;
+  }
+
+  let playing = 0;
+
+  /** Moves an axis from its lower to its upper limit and back to where it was. */
+  function play(index, button) {
+    const mine = ++playing;
+    const [low, high] = model.axes[index].travel;
+    const start = state.position[index];
+    const set = (q) => {
+      state.direction[index] = Math.sign(q - state.position[index]) || state.direction[index];
+      state.position[index] = q;
+      showSliders();
+      redraw();
+    };
+    const done = () => {
+      if (playing === mine) set(start);
+      button.setAttribute("aria-pressed", "false");
+    };
+    button.setAttribute("aria-pressed", "true");
+    set(low);
+    if (calm.matches) {
+      // Without motion: the two ends, one after the other.
+      setTimeout(() => playing === mine && set(high), 900);
+      setTimeout(done, 1800);
+      return;
+    }
+    const from = performance.now();
+    const step = (now) => {
+      const t = (now - from) / 2500;
+      if (playing !== mine || t >= 1) {
+        if (playing === mine) set(high);
+        setTimeout(done, 500);
+        return;
+      }
+      set(low + (high - low) * Math.max(0, t));
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  function controls() {
+    const holder = $("axis-sliders");
+    model.axes.forEach((axis, index) => {
+      const id = `axis-${axis.letter}`;
+      const button = element("button", { type: "button", class: "play", "aria-pressed": "false", "aria-label": `Move ${axis.letter} from its lower to its upper limit` }, "▶");
+      button.addEventListener("click", () => play(index, button));
+      const [low, high] = axis.travel;
+      const note = element("small", { id: `${id}-note` }, `${low} to ${high} ${axis.rotary ? "deg" : "mm"}${axis.endless ? ", endless" : ""}. ${sense(axis, index)}.`.replace(/-(?=\d)/g, "−"));
+      const came = () => (state.direction[index] > 0 ? " ↑" : state.direction[index] < 0 ? " ↓" : "");
+      holder.append(slider({
+        id, name: axis.letter, words: axis.rotary ? "(deg)" : "(mm)", range: axis.travel,
+        read: () => state.position[index],
+        write: (q) => {
+          playing++;
+          if (q !== state.position[index]) state.direction[index] = Math.sign(q - state.position[index]);
+          state.position[index] = q;
+        },
+        say: (q) => inUnit(axis, q) + came(),
+      }, button, note));
+    });
+    const auxiliary = (k, id, name, words, range, unit) => holder.append(slider({
+      id, name, words, range, read: () => state.auxiliaries[k], write: (v) => (state.auxiliaries[k] = v), say: (v) => `${v.toFixed(1)} ${unit}`.replace("-", "−"),
+    }, element("small", { id: `${id}-note` }, `${range[0]} to ${range[1]} ${unit}`.replaceAll("-", "−"))));
+    if (model.length_range) auxiliary(0, "tool-length", "Tool length", "(mm)", model.length_range, "mm");
+    model.sensors.forEach((sensor, k) => auxiliary(k + (model.length_range ? 1 : 0), `sensor-${k}`, sensor.name, "(K from its reference)", sensor.range_kelvin, "K"));
+    $("exaggeration").append(slider({
+      id: "exaggeration-slider", name: "Errors drawn", words: "larger (times)", range: [0, 4],
+      read: () => Math.log10(exaggeration),
+      write: (v) => (exaggeration = Number((10 ** v).toPrecision(2))),
+      say: () => `${exaggeration.toLocaleString("en")} ×`,
+    }, element("small", { id: "exaggeration-slider-note" }, "1 to 10 000 times, in equal ratios")));
+    const home = element("button", { type: "button" }, "All axes to where they were");
+    home.addEventListener("click", () => {
+      playing++;
+      Object.assign(state, structuredClone(drawing.home));
+      showSliders();
+      redraw();
+    });
+    $("exaggeration").append(element("p", {}, home));
+    for (const kind of ["before", "after", "difference"]) {
+      const button = $(`show-${kind}`);
+      button.hidden = kind !== "before" && !model.tables;
+      button.addEventListener("click", () => {
+        shown = kind;
+        for (const other of ["before", "after", "difference"]) $(`show-${other}`).setAttribute("aria-pressed", String(other === kind));
+        worst();
+        redraw();
+      });
+    }
+  }
+
+  agreement();
+  const machinePicture = canvas("machine-drawing", -0.55, 0.42, 560, "The machine in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
+  const fieldPicture = canvas("field-drawing", -0.6, 0.38, 520, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
+  machinePicture.view.fit(drawing.extent());
+  controls();
+  const resize = () => {
+    machinePicture.resize();
+    fieldPicture.resize();
+  };
+  window.addEventListener("resize", resize);
+  window.addEventListener("afterprint", resize);
+  resize();
+  draw();
+  // After the first picture: it takes longest.
+  setTimeout(worst, 0);
+
+  /** For tests: what the page computes and shows. */
+  window.trueaxis = { machine, state, redraw: draw, showSliders, compare: () => Engine.compare(machine) };
+})();
