@@ -10,7 +10,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
-pub use verification::{AxisDeviation, Measured, Quality, Statistics, Verification, verify};
+pub use verification::{
+    AxisDeviation, Measured, Quality, Statistics, Verification, direction, verify,
+};
 
 /// A position of the machine with everything the runtime is told about it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -31,6 +31,7 @@ mod probings;
 mod progress;
 mod quantity;
 mod replace;
+mod report;
 mod scheme;
 mod schemes;
 mod screen;
@@ -62,6 +63,7 @@ enum Command {
     Compile(compile::Arguments),
     Verify(verify::Arguments),
     Inspect(inspect::Arguments),
+    Report(report::Arguments),
     Eval(eval::Arguments),
     Schemes(schemes::Arguments),
     Correct(correct::Arguments),
@@ -99,6 +101,7 @@ pub fn run() -> ExitCode {
         Command::Compile(arguments) => compile::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
         Command::Schemes(arguments) => schemes::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),

@@ -9,12 +9,12 @@ mod tables;
 
 use crate::errors::{ErrorModel, Motion};
 use crate::kinematics::Htm;
-use crate::machine::Machine;
+use crate::machine::{MAX_AXES, Machine, PerAxis};
 use crate::pose::carries;
 use crate::validate::Runtime;
-pub use check::{Check, ErrorLeft};
+use check::Check;
 use serde::Serialize;
-pub use tables::{Bank, Grid, GridInput, Tables, Term};
+use tables::Tables;
 use trueaxis_kinematics::ParameterKind;
 
 /// A pose: three rows of rotation and translation (mm).
@@ -43,6 +43,9 @@ pub struct Model {
     pub locations_per_kelvin: Vec<LocationChange>,
     /// The compensation, if there is one.
     pub tables: Option<Tables>,
+    /// What every correction is counted from (mm, deg), before and after: that of the position whose correction
+    /// the tables leave out, or nothing.
+    pub zero: Vec<f64>,
     /// What this program computes at positions all over the travel.
     pub checks: Vec<Check>,
 }
@@ -140,6 +143,18 @@ impl Model {
     /// ([`belongs`](crate::compile::belongs)).
     #[must_use]
     pub fn new(machine: &Machine, errors: &ErrorModel, runtime: Option<&Runtime<'_>>) -> Self {
+        Self::relative_to(machine, errors, runtime, &[0.0; MAX_AXES])
+    }
+
+    /// The same of tables that leave out a correction (mm, rad): the machine's datum is corrected by as much,
+    /// before and after, as [`Measured`](crate::validate::Measured) has it.
+    #[must_use]
+    pub fn relative_to(
+        machine: &Machine,
+        errors: &ErrorModel,
+        runtime: Option<&Runtime<'_>>,
+        zero: &PerAxis,
+    ) -> Self {
         let axes = machine.axes.iter().enumerate().map(|(index, axis)| Axis {
             letter: axis.letter.char(),
             carries: carries(axis.branch),
@@ -173,10 +188,10 @@ impl Model {
             locations: errors.inter[..=machine.axes.len()].to_vec(),
             locations_per_kelvin: changes.collect(),
             tables: runtime.map(|runtime| Tables::of(runtime.compensation())),
-            checks: check::checks(machine, errors, runtime),
+            zero: machine.to_command(zero)[..machine.axes.len()].to_vec(),
+            checks: check::checks(machine, errors, runtime, zero),
         }
     }
-
 }
 
 /// A pose as three rows of rotation and translation (mm).

@@ -3,7 +3,7 @@
 use super::{Frame, frame};
 use crate::errors::{ErrorModel, Switches};
 use crate::kinematics::{Kinematics, Twist};
-use crate::machine::{MAX_AXES, Machine};
+use crate::machine::{Machine, PerAxis};
 use crate::validate::{Command, Runtime, commands_in_travel};
 use serde::Serialize;
 use trueaxis::{AUXILIARIES, Travel};
@@ -62,6 +62,7 @@ pub fn checks(
     machine: &Machine,
     errors: &ErrorModel,
     runtime: Option<&Runtime<'_>>,
+    zero: &PerAxis,
 ) -> Vec<Check> {
     let ends = [0, 1].map(|end| {
         let travel: Vec<f64> = machine.axes.iter().map(|a| a.travel[end]).collect();
@@ -73,7 +74,7 @@ pub fn checks(
     commands.extend(commands_in_travel(machine, errors, random, SEED));
     commands
         .iter()
-        .map(|command| check(machine, errors, runtime, command))
+        .map(|command| check(machine, errors, runtime, zero, command))
         .collect()
 }
 
@@ -81,6 +82,7 @@ fn check(
     machine: &Machine,
     errors: &ErrorModel,
     runtime: Option<&Runtime<'_>>,
+    zero: &PerAxis,
     command: &Command,
 ) -> Check {
     let n = machine.axes.len();
@@ -100,8 +102,11 @@ fn check(
         auxiliaries: exactly(&command.auxiliaries[..auxiliaries.min(AUXILIARIES)]),
         nominal: frame(&kinematics.nominal(&q, situation.length)),
         actual: frame(&kinematics.actual(&q, &situation, &Switches::ALL)),
-        before: left(&[0.0; MAX_AXES]),
-        after: correction.map(|dq| left(&machine.to_kinematic(&dq.map(f64::from)))),
+        before: left(zero),
+        after: correction.map(|dq| {
+            let dq = machine.to_kinematic(&dq.map(f64::from));
+            left(&std::array::from_fn(|i| dq[i] + zero[i]))
+        }),
         correction: correction.map(|dq| exactly(&dq[..n])),
     }
 }

@@ -117,7 +117,12 @@ fn errors_that_are_not_there_are_left_out() {
     let (machine, _) = xyzac();
     let mut errors = ErrorModel::perfect(&machine);
     let model = Model::new(&machine, &errors, None);
-    assert!(model.axes.iter().all(|a| a.motions.iter().all(Option::is_none)));
+    assert!(
+        model
+            .axes
+            .iter()
+            .all(|a| a.motions.iter().all(Option::is_none))
+    );
     assert!(model.checks.iter().all(|c| c.before.tip_mm == 0.0));
     assert!(errors.set(&machine, Parameter::parse("EXCs2").unwrap(), 1e-3));
     let model = Model::new(&machine, &errors, None);

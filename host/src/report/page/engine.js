@@ -316,10 +316,16 @@ const Engine = (() => {
       };
     }
 
+    /** Before, as `left`: relative to the position whose correction the tables leave out, if there is one. */
+    before(state) {
+      return this.left(state, this.model.zero);
+    }
+
     /** Before, and with tables after: as `left`. */
     both(state) {
       const added = this.correction(state);
-      return { before: this.left(state, null), after: added && this.left(state, added), added };
+      const after = added && this.left(state, added.map((d, k) => d + this.model.zero[k]));
+      return { before: this.before(state), after, added };
     }
   }
 

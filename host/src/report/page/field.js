@@ -152,7 +152,7 @@ const Field = (() => {
         const at = random();
         return !rotary && random() < 0.6 ? (at < 0.5 ? low : high) : low + (high - low) * at;
       };
-      const look = (state) => ({ state, left: shown === "before" ? this.machine.left(state, null) : this.machine.both(state).after });
+      const look = (state) => ({ state, left: shown === "before" ? this.machine.before(state) : this.machine.both(state).after });
       const found = Array.from({ length: SEARCHED }, () => look({
         position: model.axes.map(draw),
         // Whence it came matters where there is backlash.

@@ -1,0 +1,118 @@
+//! Bars of names: how much each has of something.
+
+use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
+use super::{Ink, Picture, tick};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// Width in CSS pixels.
+const WIDE: u32 = 380;
+/// Height of a row in CSS pixels.
+const ROW: u32 = 21;
+
+/// One name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// Its name.
+    pub name: String,
+    /// The length of the dark bar.
+    pub mean: f64,
+    /// The length of the light line beyond it.
+    pub max: f64,
+    /// The whisker about the end of the light line, if there is one.
+    pub uncertainty: Option<f64>,
+}
+
+/// Bars with a mean and a maximum each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bars {
+    /// What they show, in words, for who cannot see them.
+    pub title: String,
+    /// What the axis is, with its unit.
+    pub label: String,
+    /// Names in the legend: of the dark bar, of the light line, of the whisker.
+    pub legend: [String; 3],
+    /// The colour of bars.
+    pub ink: Ink,
+    /// From top to bottom.
+    pub bars: Vec<Bar>,
+}
+
+impl Bars {
+    /// Draws them.
+    #[must_use]
+    pub fn draw(&self) -> Picture {
+        let [mean, max, whisker] = &self.legend;
+        let is_uncertain = self.bars.iter().any(|bar| bar.uncertainty.is_some());
+        let entry = |name, ink, swatch| Entry { name, ink, swatch };
+        let mut entries = vec![
+            entry(mean, self.ink, Swatch::Area),
+            entry(max, self.ink, Swatch::Line),
+        ];
+        if is_uncertain {
+            entries.push(entry(whisker, Ink::Text, Swatch::Line));
+        }
+        let high = self.bars.len() as u32 * ROW + 2 * LETTERS + 26;
+        let legend = canvas::legend_height(&entries, WIDE);
+        canvas::picture(&self.title, [WIDE, high + legend], |area| {
+            let (plot, below) = area.split_vertically(high * SCALE);
+            self.rows(&plot)?;
+            canvas::legend(&below, &entries, WIDE)
+        })
+    }
+
+    fn rows<'a>(&self, area: &Area<'a>) -> Result<(), Failed<'a>> {
+        let names = self.bars.iter().map(|bar| canvas::width(&bar.name));
+        let names = names.max().unwrap_or(0) + 10 * SCALE as i32;
+        let ends = self
+            .bars
+            .iter()
+            .map(|bar| bar.max + bar.uncertainty.unwrap_or(0.0));
+        let most = ends.filter(|end| end.is_finite()).fold(0.0, f64::max);
+        let most = if most > 0.0 { 1.05 * most } else { 1.0 };
+        let rows = self.bars.len() as f64;
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(4 * SCALE)
+            .margin_right(14 * SCALE)
+            .x_label_area_size((2 * LETTERS + 14) * SCALE)
+            .y_label_area_size(names)
+            .build_cartesian_2d(0.0..most, rows..0.0)?;
+        chart
+            .configure_mesh()
+            .disable_y_mesh()
+            .disable_y_axis()
+            .x_labels(6)
+            .x_desc(&self.label)
+            .x_label_formatter(&|v| tick(*v))
+            .axis_desc_style(canvas::letters(Ink::Text))
+            .label_style(canvas::letters(Ink::Muted))
+            .axis_style(canvas::line(Ink::Muted, 1.0))
+            .bold_line_style(canvas::line(Ink::Grid, 0.75))
+            .light_line_style(TRANSPARENT)
+            .set_all_tick_mark_size(4 * SCALE)
+            .draw()?;
+        let gap = 6 * SCALE as i32;
+        for (row, bar) in self.bars.iter().enumerate() {
+            let middle = row as f64 + 0.5;
+            let corners = [(0.0, middle - 0.3), (bar.mean, middle + 0.3)];
+            let line = |x: [f64; 2], ink, width| {
+                PathElement::new([(x[0], middle), (x[1], middle)], canvas::line(ink, width))
+            };
+            chart.draw_series([Rectangle::new(corners, canvas::fill(self.ink))])?;
+            chart.draw_series([line([0.0, bar.max], self.ink, 3.0)])?;
+            if let Some(u) = bar.uncertainty {
+                let ends = [(bar.max - u).max(0.0), (bar.max + u).min(most)];
+                chart.draw_series([line(ends, Ink::Text, 1.25)])?;
+                let cap = |x: f64| {
+                    let ends = [(x, middle - 0.2), (x, middle + 0.2)];
+                    PathElement::new(ends, canvas::line(Ink::Text, 1.25))
+                };
+                chart.draw_series(ends.map(cap))?;
+            }
+            let (x, y) = chart.backend_coord(&(0.0, middle));
+            let style = canvas::letters_at(Ink::Text, HPos::Right, VPos::Center);
+            area.draw(&Text::new(bar.name.clone(), (x - gap, y), style))?;
+        }
+        Ok(())
+    }
+}

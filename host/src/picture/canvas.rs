@@ -1,0 +1,156 @@
+//! What pictures are drawn on: the backend of `plotters`, its colours, letters and legends.
+
+use super::{INKS, Ink, Picture};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Units of the drawing in a CSS pixel: `plotters` knows whole units only, which alone would make curves rough.
+pub const SCALE: u32 = 4;
+/// Height of letters, in CSS pixels.
+pub const LETTERS: u32 = 12;
+/// Width of a letter, in parts of its height; about as wide as those of common fonts are at most.
+const WIDE: f64 = 0.58;
+
+/// An area to draw on; drawing into memory cannot fail.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// What `plotters` says if a backend fails, which one in memory does not.
+pub type Failed<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+
+/// Draws a picture of a size in CSS pixels.
+pub fn picture(
+    title: &str,
+    size: [u32; 2],
+    draw: impl for<'a> FnOnce(&Area<'a>) -> Result<(), Failed<'a>>,
+) -> Picture {
+    let mut text = String::new();
+    {
+        let backend = SVGBackend::with_string(&mut text, (size[0] * SCALE, size[1] * SCALE));
+        let area = backend.into_drawing_area();
+        let drawn = draw(&area).and_then(|()| area.present());
+        // Nothing is written but memory, and coordinates are finite.
+        debug_assert!(drawn.is_ok(), "{drawn:?}");
+    }
+    // The element itself is written anew, see `Picture::element`.
+    let start = text.find('>').map_or(0, |at| at + 2);
+    let end = text.rfind("</svg>").unwrap_or(text.len());
+    let mut content = text.get(start..end).unwrap_or_default().to_owned();
+    for (ink, _, name, ..) in INKS {
+        let RGBColor(r, g, b) = ink.sentinel();
+        content = content.replace(
+            &format!("\"#{r:02X}{g:02X}{b:02X}\""),
+            &format!("\"var(--{name})\""),
+        );
+    }
+    Picture {
+        title: title.to_owned(),
+        size,
+        content: content.replace(" opacity=\"1\"", ""),
+    }
+}
+
+/// Letters of an ink.
+pub fn letters(ink: Ink) -> TextStyle<'static> {
+    // `plotters` divides the height by 1.24 for SVG.
+    let height = f64::from(LETTERS * SCALE) * 1.24;
+    ("sans-serif", height).into_font().color(&ink.sentinel())
+}
+
+/// The same, written about a point.
+pub fn letters_at(ink: Ink, h: HPos, v: VPos) -> TextStyle<'static> {
+    letters(ink).pos(Pos::new(h, v))
+}
+
+/// A line of a width in CSS pixels.
+pub fn line(ink: Ink, width: f64) -> ShapeStyle {
+    ShapeStyle {
+        color: ink.sentinel().into(),
+        filled: false,
+        stroke_width: (width * f64::from(SCALE)).round() as u32,
+    }
+}
+
+/// An area.
+pub fn fill(ink: Ink) -> ShapeStyle {
+    ink.sentinel().filled()
+}
+
+/// Width of a text in units of the drawing, about.
+pub fn width(text: &str) -> i32 {
+    let letter = WIDE * f64::from(LETTERS * SCALE);
+    (text.chars().count() as f64 * letter).round() as i32
+}
+
+/// How an entry of a legend looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Swatch {
+    /// A line.
+    Line,
+    /// A line with gaps.
+    Dashed,
+    /// A point.
+    Point,
+    /// An area.
+    Area,
+}
+
+/// An entry of a legend.
+pub struct Entry<'a> {
+    pub name: &'a str,
+    pub ink: Ink,
+    pub swatch: Swatch,
+}
+
+/// Height in CSS pixels of a legend below a picture of a width in CSS pixels.
+pub fn legend_height(entries: &[Entry<'_>], wide: u32) -> u32 {
+    let rows = placed(entries, wide);
+    rows.last()
+        .map_or(0, |(row, _)| (*row as u32 + 1) * (LETTERS + 5) + 4)
+}
+
+/// Rows, and where entries begin in them.
+fn placed(entries: &[Entry<'_>], wide: u32) -> Vec<(i32, i32)> {
+    let [swatch, gap] = [24, 14].map(|n| n * SCALE as i32);
+    let (mut row, mut x) = (0, 0);
+    let place = |entry: &Entry<'_>| {
+        let needs = swatch + width(entry.name) + gap;
+        if x > 0 && x + needs > (wide * SCALE) as i32 {
+            (row, x) = (row + 1, 0);
+        }
+        let at = (row, x);
+        x += needs;
+        at
+    };
+    entries.iter().map(place).collect()
+}
+
+/// Draws a legend.
+pub fn legend<'a>(area: &Area<'a>, entries: &[Entry<'_>], wide: u32) -> Result<(), Failed<'a>> {
+    let unit = SCALE as i32;
+    let high = (LETTERS + 5) as i32 * unit;
+    for (entry, (row, x)) in entries.iter().zip(placed(entries, wide)) {
+        let middle = row * high + high / 2;
+        let [from, to] = [x + 2 * unit, x + 20 * unit];
+        let style = line(entry.ink, 2.0);
+        match entry.swatch {
+            Swatch::Line => area.draw(&PathElement::new([(from, middle), (to, middle)], style))?,
+            Swatch::Dashed => {
+                for start in [from, from + 7 * unit, from + 14 * unit] {
+                    let piece = [(start, middle), (start + 4 * unit, middle)];
+                    area.draw(&PathElement::new(piece, style))?;
+                }
+            }
+            Swatch::Point => {
+                let centre = ((from + to) / 2, middle);
+                area.draw(&Circle::new(centre, 3 * unit, fill(entry.ink)))?;
+            }
+            Swatch::Area => {
+                let corners = [(from, middle - 5 * unit), (to, middle + 5 * unit)];
+                area.draw(&Rectangle::new(corners, fill(entry.ink)))?;
+            }
+        }
+        let style = letters_at(Ink::Text, HPos::Left, VPos::Center);
+        area.draw(&Text::new(entry.name, (x + 24 * unit, middle), style))?;
+    }
+    Ok(())
+}

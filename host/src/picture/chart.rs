@@ -1,0 +1,180 @@
+//! Curves over an axis.
+
+use super::canvas::{self, Area, Entry, Failed, LETTERS, SCALE, Swatch};
+use super::{Ink, Picture, tick};
+use plotters::prelude::*;
+
+/// Width and height of the part above the legend, in CSS pixels: two stand side by side on a sheet of paper, and
+/// one is as wide as a telephone.
+const SIZE: [u32; 2] = [380, 220];
+
+/// An axis of a chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scale {
+    /// What it is, with its unit.
+    pub label: String,
+    /// Its ends.
+    pub range: [f64; 2],
+}
+
+impl Scale {
+    /// With given ends; if these are one, a little around it.
+    #[must_use]
+    pub fn exact(label: impl Into<String>, [low, high]: [f64; 2]) -> Self {
+        let range = match high > low && (high - low).is_finite() {
+            true => [low, high],
+            false => [low.min(0.0) - 1.0, low.max(0.0) + 1.0],
+        };
+        Self {
+            label: label.into(),
+            range,
+        }
+    }
+
+    /// Around values and zero, with a little room.
+    #[must_use]
+    pub fn around(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
+        let finite = values.filter(|v| v.is_finite());
+        let (low, high) = finite.fold((0.0, 0.0), |(l, h): (f64, f64), v| (l.min(v), h.max(v)));
+        let room = 0.06 * (high - low);
+        let range = match room > 0.0 {
+            true => [
+                if low < 0.0 { low - room } else { -0.5 * room },
+                high + room,
+            ],
+            false => [-1.0, 1.0],
+        };
+        Self::exact(label, range)
+    }
+}
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// A line from point to point.
+    Line,
+    /// A thin line with gaps.
+    Dashed,
+    /// Points.
+    Points,
+    /// A filled area: from point to point and back to the first.
+    Area,
+}
+
+/// Points that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Its name in the legend; none if empty.
+    pub name: String,
+    /// Its colour.
+    pub ink: Ink,
+    /// How it is drawn.
+    pub mark: Mark,
+    /// Its points; those that are not finite are left out.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Curves over an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// What it shows, in words, for who cannot see it.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Scale,
+    /// The vertical axis.
+    pub y: Scale,
+    /// A part of the horizontal axis that is shaded, and its name in the legend.
+    pub shaded: Option<(String, [f64; 2])>,
+    /// What is drawn, the first at the back.
+    pub series: Vec<Series>,
+}
+
+impl Chart {
+    /// Draws it.
+    #[must_use]
+    pub fn draw(&self) -> Picture {
+        let shaded = self.shaded.iter().map(|(name, _)| Entry {
+            name,
+            ink: Ink::Shade,
+            swatch: Swatch::Area,
+        });
+        let named = self.series.iter().filter(|series| !series.name.is_empty());
+        let named = named.map(|series| Entry {
+            name: &series.name,
+            ink: series.ink,
+            swatch: match series.mark {
+                Mark::Line => Swatch::Line,
+                Mark::Dashed => Swatch::Dashed,
+                Mark::Points => Swatch::Point,
+                Mark::Area => Swatch::Area,
+            },
+        });
+        let entries: Vec<Entry<'_>> = shaded.chain(named).collect();
+        let [wide, high] = SIZE;
+        let legend = canvas::legend_height(&entries, wide);
+        canvas::picture(&self.title, [wide, high + legend], |area| {
+            let (plot, below) = area.split_vertically(high * SCALE);
+            self.curves(&plot)?;
+            canvas::legend(&below, &entries, wide)
+        })
+    }
+
+    fn curves<'a>(&self, area: &Area<'a>) -> Result<(), Failed<'a>> {
+        let ([x0, x1], [y0, y1]) = (self.x.range, self.y.range);
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(8 * SCALE)
+            .margin_right(12 * SCALE)
+            .x_label_area_size((2 * LETTERS + 14) * SCALE)
+            .y_label_area_size((3 * LETTERS + 24) * SCALE)
+            .build_cartesian_2d(x0..x1, y0..y1)?;
+        if let Some((_, [from, to])) = &self.shaded {
+            let corners = [(from.max(x0), y0), (to.min(x1), y1)];
+            let area = Rectangle::new(corners, canvas::fill(Ink::Shade));
+            chart.draw_series([area])?;
+        }
+        chart
+            .configure_mesh()
+            .x_labels(6)
+            .y_labels(6)
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .x_label_formatter(&|v| tick(*v))
+            .y_label_formatter(&|v| tick(*v))
+            .axis_desc_style(canvas::letters(Ink::Text))
+            .label_style(canvas::letters(Ink::Muted))
+            .axis_style(canvas::line(Ink::Muted, 1.0))
+            .bold_line_style(canvas::line(Ink::Grid, 0.75))
+            .light_line_style(TRANSPARENT)
+            .set_all_tick_mark_size(4 * SCALE)
+            .draw()?;
+        if y0 < 0.0 && y1 > 0.0 {
+            let zero = PathElement::new([(x0, 0.0), (x1, 0.0)], canvas::line(Ink::Muted, 0.75));
+            chart.draw_series([zero])?;
+        }
+        for series in &self.series {
+            let finite = series.points.iter().filter(|[x, y]| (x + y).is_finite());
+            let points = finite.map(|[x, y]| (*x, *y));
+            let style = canvas::line(series.ink, 1.75);
+            match series.mark {
+                Mark::Line => {
+                    chart.draw_series(LineSeries::new(points, style))?;
+                }
+                Mark::Dashed => {
+                    let [dash, gap] = [5, 4].map(|n| n * SCALE);
+                    let style = canvas::line(series.ink, 1.25);
+                    chart.draw_series(DashedLineSeries::new(points, dash, gap, style))?;
+                }
+                Mark::Points => {
+                    let size = (2.5 * f64::from(SCALE)) as u32;
+                    let point = |at| Circle::new(at, size, canvas::fill(series.ink));
+                    chart.draw_series(points.map(point))?;
+                }
+                Mark::Area => {
+                    let points: Vec<(f64, f64)> = points.collect();
+                    chart.draw_series([Polygon::new(points, canvas::fill(series.ink))])?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
