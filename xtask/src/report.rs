@@ -36,7 +36,7 @@ const fn case(
 
 /// Every example with every error file. Where tables to 0.05 µm take long to find, coarser ones do: what is tried
 /// is the page.
-const CASES: [Case; 19] = [
+const CASES: [Case; 18] = [
     case(
         "five-axis-30",
         "examples/five-axis-30/machine.toml",
@@ -103,13 +103,6 @@ const CASES: [Case; 19] = [
     case(
         "xyzac-11",
         "examples/linuxcnc-xyzac-trt/machine.toml",
-        "examples/linuxcnc-xyzac-trt/errors-11.toml",
-        "",
-        "",
-    ),
-    case(
-        "xyzac-conventional-11",
-        "examples/linuxcnc-xyzac-trt/machine-conventional.toml",
         "examples/linuxcnc-xyzac-trt/errors-11.toml",
         "",
         "",
