@@ -204,6 +204,7 @@ struct Subject<'a> {
     /// What the tables leave out.
     subtracted: schemes::Options,
 }
+<<<<<<< HEAD
 
 impl<'a> Subject<'a> {
     fn new(
@@ -229,3 +230,5 @@ impl<'a> Subject<'a> {
         }
     }
 }
+=======
+>>>>>>> report-view

@@ -12,7 +12,7 @@
   const wrong = model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
   let exaggeration = drawing.suited(model.checks);
   let shown = "before";
-  const SVG = "http://www.w3.org/2000/svg";
+  const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI;
 
   /** An element with attributes and children; words are never read as markup. */
   function element(name, attributes, ...children) {
@@ -45,14 +45,14 @@
 
   /* Drawings. */
 
-  function canvas(id, azimuth, elevation, height, words) {
+  function canvas(id, { azimuth, elevation, height, margin }, words) {
     const holder = $(id);
     const svg = document.createElementNS(SVG, "svg");
     svg.setAttribute("role", "img");
     svg.setAttribute("tabindex", "0");
     svg.setAttribute("aria-label", words);
     holder.prepend(svg);
-    const view = new Scene.View({ azimuth, elevation });
+    const view = new Scene.View({ azimuth, elevation, margin });
     const resize = () => {
       const width = Math.max(260, Math.round(holder.clientWidth));
       view.size = [width, Math.round(Math.min(height, Math.max(300, 0.82 * width)))];
@@ -345,8 +345,8 @@
   }
 
   agreement();
-  const machinePicture = canvas("machine-drawing", -0.55, 0.42, 560, "The machine in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
-  const fieldPicture = canvas("field-drawing", -0.6, 0.38, 520, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
+  const machinePicture = canvas("machine-drawing", { azimuth: -0.55, elevation: 0.42, height: 560, margin: [46, 26] }, "The machine in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
+  const fieldPicture = canvas("field-drawing", { azimuth: -0.6, elevation: 0.38, height: 520, margin: [78, 44] }, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
   machinePicture.view.fit(drawing.extent());
   controls();
   const resize = () => {
