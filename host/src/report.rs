@@ -204,7 +204,6 @@ struct Subject<'a> {
     /// What the tables leave out.
     subtracted: schemes::Options,
 }
-<<<<<<< HEAD
 
 impl<'a> Subject<'a> {
     fn new(
@@ -230,5 +229,3 @@ impl<'a> Subject<'a> {
         }
     }
 }
-=======
->>>>>>> report-view

@@ -149,7 +149,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         eprintln!("warning: {remark}");
         report.remarks.insert(0, remark);
     }
-<<<<<<< HEAD
     if let Some(old) = &old {
         if old.document.machine == machine.name {
             report.changes = Some(report::changes(old, &report));
@@ -160,8 +159,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
-=======
->>>>>>> report-view
     let zero = schemes::Options {
         policy: of_blob(policy),
         zero_at: zero_at.filter(|_| runtime.is_some()),

@@ -221,17 +221,35 @@ mod tests {
                 let (q, situation) = command.kinematic(&machine);
                 let nominal = kinematics.nominal(&q, None);
                 let actual = kinematics.actual(&q, &situation, &Switches::ALL);
-                let turn = nominal.r.column(machine.tool_axis).dot(&actual.r.column(machine.tool_axis));
-                [(actual.t - nominal.t).norm() * 1e3, turn.clamp(-1.0, 1.0).acos() * 1e6]
+                let turn = nominal
+                    .r
+                    .column(machine.tool_axis)
+                    .dot(&actual.r.column(machine.tool_axis));
+                [
+                    (actual.t - nominal.t).norm() * 1e3,
+                    turn.clamp(-1.0, 1.0).acos() * 1e6,
+                ]
             });
-            let distances: Vec<[f64; 2]> = distances.collect();
+            let distances: Vec<[f64; 2]> = distance.collect();
             let mean = |k: usize| distances.iter().map(|d| d[k]).sum::<f64>() / POSITIONS as f64;
-            let share = found.shares.iter().find(|s| s.name == parameter.to_string()).unwrap();
+            let share = found
+                .shares
+                .iter()
+                .find(|s| s.name == parameter.to_string())
+                .unwrap();
             let tip = share.alone.translation_um;
             // Rounding of positions of 1 m; of the cosine of a small angle, half of its last digit.
-            assert!((tip.mean - mean(0)).abs() < 1e-9, "{parameter}: {tip:?} {}", mean(0));
+            assert!(
+                (tip.mean - mean(0)).abs() < 1e-9,
+                "{parameter}: {tip:?} {}",
+                mean(0)
+            );
             let direction = share.alone.direction_urad.mean;
-            assert!((direction - mean(1)).abs() < 0.05, "{parameter}: {direction} {}", mean(1));
+            assert!(
+                (direction - mean(1)).abs() < 0.05,
+                "{parameter}: {direction} {}",
+                mean(1)
+            );
         }
         let scale = found.shares.iter().find(|s| s.name == "EZ0C").unwrap();
         assert!((scale.alone.translation_um.max - 5.0).abs() < 1e-9);
@@ -240,13 +258,15 @@ mod tests {
 
     #[test]
     fn an_uncertainty_does_what_a_parameter_of_its_size_does_twice() {
-        let (machine, errors) = kolibri(
-            "[parameters]\nEZ0C = 5e-3\n[standard_uncertainty]\nEZ0C = 1e-3\n",
-        );
+        let (machine, errors) =
+            kolibri("[parameters]\nEZ0C = 5e-3\n[standard_uncertainty]\nEZ0C = 1e-3\n");
         let found = budget(&Subject::new(&machine, &errors, None, 1), Depth::Everything).unwrap();
         let share = &found.shares[0];
         assert_eq!(share.standard_uncertainty, Some(1e-3));
-        for um in [share.expanded_uncertainty_mean_um, share.expanded_uncertainty_max_um] {
+        for um in [
+            share.expanded_uncertainty_mean_um,
+            share.expanded_uncertainty_max_um,
+        ] {
             assert!((um.unwrap() - 2.0).abs() < 1e-9);
         }
     }

@@ -167,7 +167,12 @@ mod tests {
             found[0],
             "The spindle's X position (EX0S) by itself would cause 100 µm on average; together with the others it is 82 µm."
         );
-        let shares = [share("EA0S", "the spindle's inclination about X", 0.0, 30.0)];
+        let shares = [share(
+            "EA0S",
+            "the spindle's inclination about X",
+            0.0,
+            30.0,
+        )];
         let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares);
         assert_eq!(
             found[0],
@@ -178,9 +183,15 @@ mod tests {
     #[test]
     fn a_machine_without_known_errors_has_a_verdict() {
         let found = sentences(&volumetric(quality(0.0, 0.0), None), &[]);
-        assert_eq!(found, ["No error of this machine is known: there is nothing to correct."]);
+        assert_eq!(
+            found,
+            ["No error of this machine is known: there is nothing to correct."]
+        );
         let shares = [share("EX0X", "the X position of axis X", 0.0, 0.0)];
         let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares);
-        assert_eq!(found[0], "The errors that are known change nothing at the tool.");
+        assert_eq!(
+            found[0],
+            "The errors that are known change nothing at the tool."
+        );
     }
 }
