@@ -5,8 +5,11 @@
 //! page is made of nothing else and of the [`Model`] that its drawings move.
 
 mod budget;
+mod compare;
 mod document;
-mod model;
+mod figures;
+mod identification;
+pub mod model;
 mod motions;
 mod page;
 mod reach;
@@ -22,9 +25,13 @@ use crate::kinematics::{NotConverged, Policy};
 use crate::machine::Machine;
 use crate::policy::of_blob;
 use crate::schemes::{self, SchemeError};
+use crate::uncertainty::OverTravel;
 use crate::validate::{DrawError, Runtime};
+use budget::Depth;
 pub use budget::{Budget, Share};
+pub use compare::{Change, Changes, Figure, changes};
 pub use document::{Document, File};
+pub use identification::Identification;
 pub use model::Model;
 pub use motions::{AxisMotions, Motion};
 pub use page::page;
@@ -32,6 +39,7 @@ use serde::{Deserialize, Serialize};
 pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
 pub use volumetric::{Known, Volumetric};
+pub use words::figure;
 
 /// The version of what is written: it grows when a name changes its meaning.
 pub const FORMAT: u32 = 1;
@@ -43,6 +51,8 @@ pub struct Compensation<'a> {
     pub runtime: &'a Runtime<'a>,
     /// The comparison with the exact model.
     pub proof: &'a Proof,
+    /// What uncertain parameters leave, if an uncertainty is known.
+    pub uncertainty: Option<&'a OverTravel>,
     /// The position (mm, deg, one per axis) whose correction the tables leave out.
     pub zero_at: Option<&'a [f64]>,
     /// The tolerance (µm) that it is held to.
@@ -72,6 +82,10 @@ pub struct Report {
     pub tests: Tests,
     /// The error motions of its axes.
     pub axes: Vec<AxisMotions>,
+    /// How the errors were found, if that is known.
+    pub identification: Option<Identification>,
+    /// What has changed since an older report, if there is one.
+    pub changes: Option<Changes>,
 }
 
 /// Why there is no report.
@@ -115,28 +129,25 @@ pub fn report(
     machine: &Machine,
     errors: &ErrorModel,
     compensation: Option<Compensation<'_>>,
+    identification: Option<Identification>,
     document: Document,
 ) -> Result<Report, ReportError> {
-    let policy = compensation.map_or(Policy::default(), |c| {
-        of_blob(c.runtime.compensation().policy())
-    });
-    let subject = Subject {
-        machine,
-        errors,
-        policy,
-        compensation,
-        seed: document.seed,
-        subtracted: schemes::Options {
-            policy,
-            zero_at: compensation.and_then(|c| c.zero_at).map(<[f64]>::to_vec),
-            ..schemes::Options::default()
-        },
-    };
+    let subject = Subject::new(machine, errors, compensation, document.seed);
     let mut remarks = Vec::new();
     let volumetric = volumetric::volumetric(&subject, &mut remarks)?;
-    let budget = budget::budget(&subject)?;
+    let budget = budget::budget(&subject, Depth::Everything)?;
     let tables = compensation.map(|c| tables::tables(&subject, c.runtime));
     let tests = tested::tests(&subject, &mut remarks);
+    let identification = identification.filter(|found| {
+        let is_this = found.machine == machine.name;
+        if !is_this {
+            remarks.push(format!(
+                "The identification is left out: it is of the machine `{}`.",
+                found.machine
+            ));
+        }
+        is_this
+    });
     let mut report = Report {
         format: FORMAT,
         verdict: Vec::new(),
@@ -148,9 +159,39 @@ pub fn report(
         tables: tables.transpose()?,
         tests,
         axes: motions::motions(&subject),
+        identification,
+        changes: None,
     };
-    report.verdict = verdict::sentences(&report);
+    report.verdict = verdict::sentences(&report.volumetric, &report.budget.shares);
     Ok(report)
+}
+
+/// What there is to say first, and the parameters that do most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The first sentences of a report.
+    pub sentences: Vec<String>,
+    /// What every parameter does, the largest mean at the tip first.
+    pub shares: Vec<Share>,
+}
+
+/// The verdict of a report, without the rest of it; positions are drawn with `seed`.
+///
+/// # Errors
+/// As [`report`].
+pub fn verdict(
+    machine: &Machine,
+    errors: &ErrorModel,
+    compensation: Option<Compensation<'_>>,
+    seed: u64,
+) -> Result<Verdict, ReportError> {
+    let subject = Subject::new(machine, errors, compensation, seed);
+    let volumetric = volumetric::volumetric(&subject, &mut Vec::new())?;
+    let shares = budget::budget(&subject, Depth::Alone)?.shares;
+    Ok(Verdict {
+        sentences: verdict::sentences(&volumetric, &shares),
+        shares,
+    })
 }
 
 /// What a report is about.
@@ -162,4 +203,29 @@ struct Subject<'a> {
     seed: u64,
     /// What the tables leave out.
     subtracted: schemes::Options,
+}
+
+impl<'a> Subject<'a> {
+    fn new(
+        machine: &'a Machine,
+        errors: &'a ErrorModel,
+        compensation: Option<Compensation<'a>>,
+        seed: u64,
+    ) -> Self {
+        let policy = compensation.map_or(Policy::default(), |c| {
+            of_blob(c.runtime.compensation().policy())
+        });
+        Self {
+            machine,
+            errors,
+            policy,
+            compensation,
+            seed,
+            subtracted: schemes::Options {
+                policy,
+                zero_at: compensation.and_then(|c| c.zero_at).map(<[f64]>::to_vec),
+                ..schemes::Options::default()
+            },
+        }
+    }
 }

@@ -39,6 +39,7 @@ mod simulate;
 mod target;
 mod touching;
 mod unseen;
+mod verdict;
 mod verify;
 
 use bad_input::BadInput;

@@ -5,17 +5,21 @@ use super::at;
 use super::bad_input::BadInput;
 use super::blame;
 use super::compile::{Random, positive};
-use super::files::{self, MachineFiles};
+use super::files::{self, MachineFiles, Text};
 use super::progress::Bar;
 use clap::Args;
+use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use trueaxis::AlignedBlob;
 use trueaxis_host::compile::{self, Proof};
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{of_blob, stored, tolerance_urad};
-use trueaxis_host::report::{self, Compensation, Document, Model, Report};
+use trueaxis_host::report::{
+    self, Compensation, Document, Identification, Model, Report, ReportError,
+};
 use trueaxis_host::schemes;
+use trueaxis_host::uncertainty::{OverTravel, over_travel};
 use trueaxis_host::validate::Runtime;
 
 /// Show a machine's errors and what a compensation does about them, on one page
@@ -42,6 +46,12 @@ pub struct Arguments {
         required_unless_present = "json"
     )]
     output: Option<PathBuf>,
+    /// How the errors were found: what `identify --json` has printed
+    #[arg(long, value_name = "FILE.json")]
+    identification: Option<PathBuf>,
+    /// An older report of the machine, as --json prints it: what has changed since
+    #[arg(long, value_name = "OLD.json")]
+    compare: Option<PathBuf>,
     /// The date that the page shows, as it is to stand there (default: none)
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
@@ -63,6 +73,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let Arguments { files, blob, .. } = arguments;
     let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
     inputs.extend(blob.as_deref());
+    inputs.extend(arguments.identification.as_deref());
+    inputs.extend(arguments.compare.as_deref());
     if let Some(output) = &arguments.output {
         files::prepare(output, &inputs)?;
     }
@@ -77,6 +89,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for (role, path) in [("machine", &files.machine), ("errors", &files.errors)] {
         document.files.push(files::described(role, path)?);
     }
+    let identification: Option<Identification> = match &arguments.identification {
+        Some(path) => Some(read_json(path, "what `trueaxis identify --json` prints")?),
+        None => None,
+    };
+    let old: Option<Report> = match &arguments.compare {
+        Some(path) => Some(read_old(path)?),
+        None => None,
+    };
     let bytes = match blob {
         Some(path) => {
             document.files.push(files::described("compensation", path)?);
@@ -84,6 +104,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
         None => None,
     };
+    if let Some(path) = &arguments.identification {
+        document
+            .files
+            .push(files::described("identification", path)?);
+    }
     let runtime = match (&bytes, blob) {
         (Some(bytes), Some(path)) => Some(load(bytes, path)?),
         _ => None,
@@ -98,19 +123,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .map(|text| at::zero_position(text, &machine))
         .transpose()?;
     let proof = match &runtime {
-        Some(runtime) => Some(prove(
-            arguments,
-            &machine,
-            &errors,
-            runtime,
-            zero_at.as_ref(),
-        )?),
+        Some(runtime) => Some(arguments.prove(&machine, &errors, runtime, zero_at.as_ref())?),
         None => None,
     };
     let compensation = runtime.as_ref().zip(proof.as_ref());
-    let compensation = compensation.map(|(runtime, proof)| Compensation {
+    let compensation = compensation.map(|(runtime, (proof, uncertainty))| Compensation {
         runtime,
         proof,
+        uncertainty: uncertainty.as_ref(),
         zero_at: zero_at.as_deref(),
         tolerance_um: arguments.tolerance,
     });
@@ -120,14 +140,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     document.policy = policy.to_string();
     document.tolerance_urad = tolerance_urad(of_blob(policy), arguments.tolerance);
-    let mut report = report::report(&machine, &errors, compensation, document)
-        .map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
+    let mut report = report::report(&machine, &errors, compensation, identification, document)
+        .map_err(|error| bad(&error))?;
     if let Some(mismatch) = &mismatch {
         let remark = format!(
             "The compensation is left out: {mismatch}. What is shown is the machine without it."
         );
         eprintln!("warning: {remark}");
         report.remarks.insert(0, remark);
+    }
+    if let Some(old) = &old {
+        if old.document.machine == machine.name {
+            report.changes = Some(report::changes(old, &report));
+        } else {
+            report.remarks.push(format!(
+                "The older report is of the machine `{}`: it is not compared.",
+                old.document.machine
+            ));
+        }
     }
     let zero = schemes::Options {
         policy: of_blob(policy),
@@ -154,25 +184,66 @@ fn load<'a>(bytes: &'a AlignedBlob, path: &Path) -> Result<Runtime<'a>, BadInput
     Runtime::load(bytes).map_err(|error| BadInput::in_blob(error, path))
 }
 
-/// Compares the tables with the exact model.
-fn prove(
-    arguments: &Arguments,
-    machine: &Machine,
-    errors: &ErrorModel,
-    runtime: &Runtime<'_>,
-    zero_at: Option<&Vec<f64>>,
-) -> Result<Proof, BadInput> {
-    let blame = |error| blame::compile(error, &arguments.files, machine, errors);
-    let subtracted = schemes::Options {
-        policy: of_blob(runtime.compensation().policy()),
-        zero_at: zero_at.cloned(),
-        ..schemes::Options::default()
-    };
-    let zero = subtracted.zero(machine, errors);
-    let zero = zero.map_err(|error| blame(error.into()))?;
-    let Random { random, seed } = arguments.random;
-    let bar = Bar::new();
-    compile::prove(machine, errors, runtime, &zero, random as usize, seed, &bar).map_err(blame)
+/// Reads what another run has printed as JSON.
+fn read_json<T: DeserializeOwned>(path: &Path, what: &str) -> Result<T, BadInput> {
+    let text = Text::read(path)?;
+    serde_json::from_str(&text.text).map_err(|error| {
+        BadInput::new(
+            format!("{}: this is not {what}: {error}", text.name),
+            format!("give the file in which you have kept {what}"),
+        )
+    })
+}
+
+/// Reads an older report.
+fn read_old(path: &Path) -> Result<Report, BadInput> {
+    let old: Report = read_json(path, "what `trueaxis report --json` prints")?;
+    if old.format != report::FORMAT {
+        return Err(BadInput::new(
+            format!(
+                "{}: this report has the format {}, this version writes {}",
+                path.display(),
+                old.format,
+                report::FORMAT
+            ),
+            "make the older report once more from its files, with this version",
+        ));
+    }
+    Ok(old)
+}
+
+impl Arguments {
+    /// Compares the tables with the exact model, and finds what uncertain parameters leave.
+    fn prove(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        runtime: &Runtime<'_>,
+        zero_at: Option<&Vec<f64>>,
+    ) -> Result<(Proof, Option<OverTravel>), BadInput> {
+        let blame = |error| blame::compile(error, &self.files, machine, errors);
+        let subtracted = schemes::Options {
+            policy: of_blob(runtime.compensation().policy()),
+            zero_at: zero_at.cloned(),
+            ..schemes::Options::default()
+        };
+        let zero = subtracted.zero(machine, errors);
+        let zero = zero.map_err(|error| blame(error.into()))?;
+        let Random { random, seed } = self.random;
+        let random = random as usize;
+        let bar = Bar::new();
+        let proof = compile::prove(machine, errors, runtime, &zero, random, seed, &bar);
+        let uncertainty = over_travel(&runtime.kinematics(machine, errors), seed);
+        Ok((
+            proof.map_err(blame)?,
+            uncertainty.map_err(|error| blame(error.into()))?,
+        ))
+    }
+}
+
+/// What is wrong where there is no report.
+pub fn bad(error: &ReportError) -> BadInput {
+    BadInput::new(error.to_string(), error.remedy())
 }
 
 /// What a person reads on the terminal.

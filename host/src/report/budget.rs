@@ -53,17 +53,28 @@ pub struct Share {
     pub uncorrected_urad: Option<f64>,
 }
 
+/// How much is found out about each parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// What it does.
+    Alone,
+    /// What its uncertainty does, too, and what no correction takes away.
+    Everything,
+}
+
 /// A position, and the temperatures there.
 type Place = (PerAxis, Situation);
 
 /// Looks at each parameter by itself.
-pub fn budget(subject: &Subject<'_>) -> Result<Budget, ReportError> {
+pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
     let places: Vec<Place> = commands.iter().map(|c| c.kinematic(machine)).collect();
     let all = Alone::all(machine, errors);
-    let shares = all.par_iter().map(|alone| share(subject, alone, &places));
+    let shares = all
+        .par_iter()
+        .map(|alone| share(subject, alone, &places, depth));
     let mut shares = shares.collect::<Result<Vec<Share>, ReportError>>()?;
     let size = |share: &Share| {
         let Quality {
@@ -82,9 +93,13 @@ pub fn budget(subject: &Subject<'_>) -> Result<Budget, ReportError> {
     })
 }
 
-fn share(subject: &Subject<'_>, alone: &Alone<'_>, places: &[Place]) -> Result<Share, ReportError> {
+fn share(
+    subject: &Subject<'_>,
+    alone: &Alone<'_>,
+    places: &[Place],
+    depth: Depth,
+) -> Result<Share, ReportError> {
     let quality = does(subject, alone, places)?;
-    let errors = subject.errors;
     let (value, standard_uncertainty) = match &alone.said {
         Said::Parameter(value) => (
             Some(*value),
@@ -93,19 +108,20 @@ fn share(subject: &Subject<'_>, alone: &Alone<'_>, places: &[Place]) -> Result<S
         Said::PerKelvin { per_kelvin, .. } => (Some(*per_kelvin), None),
         Said::Table | Said::TableReversal => (None, None),
     };
+    let is_whole = depth == Depth::Everything;
     let spread = match standard_uncertainty {
-        Some(u) => {
+        Some(u) if is_whole => {
             let unsure = alone.instead(alone.parameter, EXPANDED * u);
             Some(does(subject, &unsure, places)?)
         }
-        None => None,
+        _ => None,
     };
     let turns = quality.direction_urad.mean > TURNS;
     let uncorrected_urad = match turns {
+        _ if !is_whole => None,
         true => left(subject, alone, &places[..CORRECTED.min(places.len())]),
         false => Some(0.0),
     };
-    debug_assert!(errors.sensors.len() <= MAX_SENSORS);
     Ok(Share {
         name: name(alone),
         words: in_words(alone),

@@ -1,17 +1,25 @@
 //! The page: templates, figures and data in one file.
 
 use super::words::figure;
-use super::{Model, Report};
-use crate::picture::{Bar, Bars, Ink};
+use super::{Model, Report, figures};
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
 
 /// Parts of the page by name.
-const TEMPLATES: [(&str, &str); 3] = [
+const TEMPLATES: [(&str, &str); 9] = [
     ("page.html", include_str!("page/page.html")),
     ("machine.html", include_str!("page/machine.html")),
     ("field.html", include_str!("page/field.html")),
+    ("budget.html", include_str!("page/budget.html")),
+    ("motions.html", include_str!("page/motions.html")),
+    ("tests.html", include_str!("page/tests.html")),
+    ("tables.html", include_str!("page/tables.html")),
+    (
+        "identification.html",
+        include_str!("page/identification.html"),
+    ),
+    ("document.html", include_str!("page/document.html")),
 ];
 const STYLE: &str = concat!(
     include_str!("page/style.css"),
@@ -26,8 +34,22 @@ const SCRIPTS: [&str; 5] = [
     include_str!("page/view.js"),
 ];
 
-/// Bars in one picture.
-const BARS: usize = 30;
+/// Figures beside the data that they show.
+#[derive(Serialize)]
+struct Motions<'a> {
+    axis: &'a super::AxisMotions,
+    figures: Vec<Figure>,
+    /// Names of those that are zero.
+    none: Vec<String>,
+}
+
+/// A figure and its heading.
+#[derive(Serialize)]
+struct Figure {
+    name: String,
+    words: String,
+    svg: String,
+}
 
 /// The page of a report: one file that needs no other.
 #[must_use]
@@ -35,11 +57,15 @@ pub fn page(report: &Report, model: &Model) -> String {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("figure", |value: f64| figure(value));
+    environment.add_filter("value", |value: f64| {
+        crate::explain::number(value).replace('-', "−")
+    });
     for (name, text) in TEMPLATES {
         let added = environment.add_template(name, text);
         // The templates are part of the program: a test renders each of them.
         debug_assert!(added.is_ok(), "{added:?}");
     }
+    let identification = report.identification.as_ref();
     let rendered = environment.get_template("page.html").and_then(|page| {
         page.render(context! {
             report => Value::from(Serde(report)),
@@ -47,15 +73,48 @@ pub fn page(report: &Report, model: &Model) -> String {
             scripts => Value::from_safe_string(SCRIPTS.join("\n")),
             report_data => Value::from_safe_string(data(report)),
             model_data => Value::from_safe_string(data(model)),
-            budget_tip => svg(budget(report, true)),
-            budget_direction => svg(budget(report, false)),
+            budget_tip => svg(figures::budget(&report.budget, true)),
+            budget_direction => svg(figures::budget(&report.budget, false)),
+            motions => Value::from(Serde(motions(report))),
+            circles => svgs(report.tests.circles.iter().map(figures::circle)),
+            diagonals => svgs(report.tests.diagonals.iter().map(figures::diagonal)),
+            positioning => svgs(report.tests.positioning.iter().map(figures::positioning)),
+            curves => svgs(report.tables.iter().flat_map(|t| &t.curves).map(figures::curve)),
+            uses => report.tables.iter().flat_map(|t| &t.axes).map(|a| svg(figures::along(a)))
+                .collect::<Vec<_>>(),
+            checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
+                .collect::<Vec<_>>()),
+            balls => svg(identification.and_then(figures::balls)),
+            residuals => svg(identification.and_then(figures::residuals)),
         })
     });
     debug_assert!(rendered.is_ok(), "{rendered:?}");
     rendered.unwrap_or_default()
 }
 
-/// Data for an element `script` of a page: as JSON in which nothing ends the element or begins another.
+fn motions(report: &Report) -> Vec<Motions<'_>> {
+    report
+        .axes
+        .iter()
+        .map(|axis| {
+            let (motions, letter) = (&axis.motions, axis.axis);
+            let figures = motions.iter().map(|motion| Figure {
+                name: motion.name.clone(),
+                words: motion.words.clone(),
+                svg: figures::motion(axis, motion),
+            });
+            let all = ['X', 'Y', 'Z', 'A', 'B', 'C'].map(|c| format!("E{c}{letter}"));
+            let is_none = |name: &String| motions.iter().all(|motion| motion.name != *name);
+            Motions {
+                axis,
+                figures: figures.collect(),
+                none: all.into_iter().filter(is_none).collect(),
+            }
+        })
+        .collect()
+}
+
+/// Data for an element `script` of a page: JSON in which nothing ends the element or begins another.
 fn data(value: &impl Serialize) -> String {
     let json = serde_json::to_string(value).unwrap_or_default();
     let mut safe = String::with_capacity(json.len());
@@ -74,45 +133,6 @@ fn svg(picture: Option<String>) -> Value {
     picture.map_or(Value::from(()), Value::from_safe_string)
 }
 
-/// Bars of what each parameter does at the tip, or to the tool's direction.
-fn budget(report: &Report, at_tip: bool) -> Option<String> {
-    let mut bars: Vec<Bar> = (report.budget.shares.iter())
-        .map(|share| {
-            let (found, uncertainty) = match at_tip {
-                true => (
-                    share.alone.translation_um,
-                    share.expanded_uncertainty_max_um,
-                ),
-                false => (
-                    share.alone.direction_urad,
-                    share.expanded_uncertainty_max_urad,
-                ),
-            };
-            Bar {
-                name: share.name.clone(),
-                mean: found.mean,
-                max: found.max,
-                uncertainty,
-            }
-        })
-        .filter(|bar| bar.max >= 1e-4)
-        .collect();
-    bars.sort_by(|a, b| b.mean.total_cmp(&a.mean));
-    bars.truncate(BARS);
-    let (what, unit) = match at_tip {
-        true => ("at the tip", "µm"),
-        false => ("of the tool's direction", "µrad"),
-    };
-    let bars = Bars {
-        title: format!("Error budget: error {what} that each parameter makes by itself, in {unit}"),
-        label: format!("error {what} by itself ({unit})"),
-        legend: [
-            "mean over the travel".to_owned(),
-            "maximum".to_owned(),
-            "uncertainty (95 %)".to_owned(),
-        ],
-        ink: Ink::Accent,
-        bars,
-    };
-    (!bars.bars.is_empty()).then(|| bars.draw().inline())
+fn svgs(pictures: impl Iterator<Item = String>) -> Value {
+    pictures.map(Value::from_safe_string).collect()
 }

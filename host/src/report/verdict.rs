@@ -1,20 +1,19 @@
 //! What there is to say first.
 
 use super::words::{capital, figure};
-use super::{Report, Share, Volumetric};
+use super::{Share, Volumetric};
 use crate::validate::Quality;
 
 /// Errors below this on average (µm, µrad) are none.
 const NOTHING: f64 = 5e-5;
 
 /// The verdict, a sentence each: what causes most, what the tables leave, how well it is known.
-pub fn sentences(report: &Report) -> Vec<String> {
-    let volumetric = &report.volumetric;
+pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
     let before = &volumetric.before;
-    if is_nothing(before) && report.budget.shares.is_empty() {
+    if is_nothing(before) && shares.is_empty() {
         return vec!["No error of this machine is known: there is nothing to correct.".to_owned()];
     }
-    let mut sentences = vec![cause(before, &report.budget.shares)];
+    let mut sentences = vec![cause(before, shares)];
     sentences.push(left(volumetric));
     sentences
 }

@@ -51,7 +51,11 @@ pub fn volumetric(
     remarks: &mut Vec<String>,
 ) -> Result<Volumetric, ReportError> {
     let kinematics = Kinematics::new(subject.machine, subject.errors).with_policy(subject.policy);
-    let known = over_travel(&kinematics, subject.seed)?.map(|found| Known {
+    let known = match subject.compensation {
+        Some(compensation) => compensation.uncertainty.cloned(),
+        None => over_travel(&kinematics, subject.seed)?,
+    };
+    let known = known.map(|found| Known {
         band: found.travel,
         uncertain: found.parameters + found.tables,
         exact: found.exact + found.exact_tables,

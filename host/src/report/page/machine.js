@@ -214,7 +214,7 @@ const Drawing = (() => {
     suited(states) {
       const most = Math.max(...states.map((s) => this.machine.before(s).tip));
       const angle = Math.max(...states.map((s) => this.machine.before(s).twist.slice(3).reduce((m, v) => Math.max(m, Math.abs(v)), 0)));
-      const fits = Math.min(0.25 * this.size / most, 0.35 / angle, 10000);
+      const fits = Math.min(0.25 * this.size / most, 0.35 / angle, 5000);
       const power = 10 ** Math.floor(Math.log10(fits));
       const rounded = [5, 2, 1].map((k) => k * power).find((k) => k <= fits);
       return Number.isFinite(rounded) ? Math.max(1, rounded) : 1;

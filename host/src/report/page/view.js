@@ -346,7 +346,7 @@
 
   agreement();
   const machinePicture = canvas("machine-drawing", { azimuth: -0.55, elevation: 0.42, height: 560, margin: [46, 26] }, "The machine in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
-  const fieldPicture = canvas("field-drawing", { azimuth: -0.6, elevation: 0.38, height: 520, margin: [78, 44] }, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
+  const fieldPicture = canvas("field-drawing", { azimuth: -0.6, elevation: 0.38, height: 520, margin: [62, 44] }, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
   machinePicture.view.fit(drawing.extent());
   controls();
   const resize = () => {
