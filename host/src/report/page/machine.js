@@ -27,6 +27,22 @@ const Drawing = (() => {
       this.size = Math.max(...linear.map((a) => a.travel[1] - a.travel[0]));
       this.reach();
       this.layOut();
+      this.goHome();
+    }
+
+    /** Puts the tip a little above a table that turns, as far as the travel goes. */
+    goHome() {
+      if (!this.axes.some((a) => a.rotary && a.carries === "workpiece")) return;
+      const { model } = this.machine;
+      const tip = (position) => point(model.workpiece, [3, 7, 11].map((k) => this.machine.nominal({ ...this.home, position })[k]));
+      const wanted = add(this.table, this.up, 0.14 * this.size);
+      for (const { index, travel: [low, high] } of [...this.axes, ...this.axes].filter((a) => !a.rotary)) {
+        const { position } = this.home;
+        const now = tip(position);
+        const way = sub(tip(position.map((q, k) => (k === index ? q + 1 : q))), now);
+        const q = position[index] + dot(sub(wanted, now), way);
+        position[index] = Math.round(Math.max(low, Math.min(high, q)) * 10) / 10;
+      }
     }
 
     /** Where the axes are at first, linear ones halfway, and all corners that the tip reaches from there. */

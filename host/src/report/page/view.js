@@ -239,8 +239,8 @@
     const names = ["x", "y", "z"];
     const along = (v) => {
       const k = v.map(Math.abs).indexOf(Math.max(...v.map(Math.abs)));
-      const exact = Math.abs(v[k]) > 0.999;
-      return `${exact ? "" : "mostly "}${v[k] > 0 ? "+" : "−"}${names[k]}`;
+      if (Math.abs(v[k]) > 0.9999) return `${v[k] > 0 ? "+" : "−"}${names[k]}`;
+      return `(${v.map((x) => x.toFixed(2)).join(", ")})`;
     };
     const direction = drawing.axes[index].direction;
     const position = [...home.position];
