@@ -189,3 +189,85 @@ fn left(subject: &Subject<'_>, alone: &Alone<'_>, places: &[Place]) -> Option<f6
     let left: Option<Vec<f64>> = left.collect();
     left.map(|left| left.iter().sum::<f64>() / left.len() as f64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::errors::ErrorModel;
+    use crate::machine::Machine;
+
+    fn kolibri(errors: &str) -> (Machine, ErrorModel) {
+        let text = include_str!("../../../examples/kolibri/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let text = format!("machine = \"Kolibri\"\n{errors}");
+        let errors = ErrorModel::with_files(&text, &machine, &|_| Err(String::new())).unwrap();
+        (machine, errors)
+    }
+
+    #[test]
+    fn a_share_is_what_the_parameter_does_to_the_exact_poses() {
+        let (machine, errors) = kolibri(
+            "[parameters]\nEB0A = 1e-3\nEYY1 = 20e-6\nEXXb = 4e-3\nEZ0C = 5e-3\nEZX2 = 1e-7\n",
+        );
+        let subject = Subject::new(&machine, &errors, None, 7);
+        let found = budget(&subject, Depth::Everything).unwrap();
+        let kinematics = Kinematics::new(&machine, &errors);
+        let commands = random_commands(&kinematics, Region::Travel, POSITIONS, 7).unwrap();
+        for (parameter, value) in &errors.parameters {
+            let mut only = ErrorModel::perfect(&machine);
+            assert!(only.set(&machine, *parameter, *value));
+            let kinematics = Kinematics::new(&machine, &only);
+            let distance = commands.iter().map(|command| {
+                let (q, situation) = command.kinematic(&machine);
+                let nominal = kinematics.nominal(&q, None);
+                let actual = kinematics.actual(&q, &situation, &Switches::ALL);
+                let turn = nominal
+                    .r
+                    .column(machine.tool_axis)
+                    .dot(&actual.r.column(machine.tool_axis));
+                [
+                    (actual.t - nominal.t).norm() * 1e3,
+                    turn.clamp(-1.0, 1.0).acos() * 1e6,
+                ]
+            });
+            let distances: Vec<[f64; 2]> = distance.collect();
+            let mean = |k: usize| distances.iter().map(|d| d[k]).sum::<f64>() / POSITIONS as f64;
+            let share = found
+                .shares
+                .iter()
+                .find(|s| s.name == parameter.to_string())
+                .unwrap();
+            let tip = share.alone.translation_um;
+            // Rounding of positions of 1 m; of the cosine of a small angle, half of its last digit.
+            assert!(
+                (tip.mean - mean(0)).abs() < 1e-9,
+                "{parameter}: {tip:?} {}",
+                mean(0)
+            );
+            let direction = share.alone.direction_urad.mean;
+            assert!(
+                (direction - mean(1)).abs() < 0.05,
+                "{parameter}: {direction} {}",
+                mean(1)
+            );
+        }
+        let scale = found.shares.iter().find(|s| s.name == "EZ0C").unwrap();
+        assert!((scale.alone.translation_um.max - 5.0).abs() < 1e-9);
+        assert_eq!(scale.expanded_uncertainty_max_um, None);
+    }
+
+    #[test]
+    fn an_uncertainty_does_what_a_parameter_of_its_size_does_twice() {
+        let (machine, errors) =
+            kolibri("[parameters]\nEZ0C = 5e-3\n[standard_uncertainty]\nEZ0C = 1e-3\n");
+        let found = budget(&Subject::new(&machine, &errors, None, 1), Depth::Everything).unwrap();
+        let share = &found.shares[0];
+        assert_eq!(share.standard_uncertainty, Some(1e-3));
+        for um in [
+            share.expanded_uncertainty_mean_um,
+            share.expanded_uncertainty_max_um,
+        ] {
+            assert!((um.unwrap() - 2.0).abs() < 1e-9);
+        }
+    }
+}

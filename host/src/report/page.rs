@@ -57,6 +57,7 @@ pub fn page(report: &Report, model: &Model) -> String {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("figure", |value: f64| figure(value));
+    environment.add_filter("plain", |value: f64| crate::picture::tick(value));
     environment.add_filter("value", |value: f64| {
         crate::explain::number(value).replace('-', "−")
     });

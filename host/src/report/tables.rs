@@ -314,7 +314,9 @@ fn class(contents: &Contents<'_>) -> Class {
             .collect();
         reads.sort_unstable();
         reads.dedup();
-        let is_straight = term.tables.iter().all(|t| straight[usize::from(*t)]);
+        let linear = |t: &&u8| !inputs[usize::from(**t)].chars().all(is_rotary);
+        let mut read = term.tables.iter().filter(linear);
+        let is_straight = read.all(|t| straight[usize::from(*t)]);
         found.add(term.output, &reads, is_straight);
     }
     for grid in &contents.grid_list {
@@ -339,14 +341,14 @@ struct Found {
 impl Found {
     /// A correction of an axis that depends on some axes.
     fn add(&mut self, output: char, reads: &[&str], is_straight: bool) {
-        let rotary = reads.iter().any(|r| r.chars().all(is_rotary));
+        let (rotary, linear): (Vec<&str>, Vec<&str>) =
+            reads.iter().partition(|r| r.chars().all(is_rotary));
+        self.turning |= !rotary.is_empty();
         if is_rotary(output) {
             self.orientation = true;
-            self.turning |= rotary;
             return;
         }
-        match reads {
-            _ if rotary => self.turning = true,
+        match linear[..] {
             [] => {}
             [one] if one.starts_with(output) => self.own = true,
             [_] if is_straight => self.square = true,

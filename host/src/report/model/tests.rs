@@ -103,7 +103,8 @@ fn what_is_left_is_the_twist_between_both_poses() {
     let (machine, errors) = xyzac();
     for check in Model::new(&machine, &errors, None).checks {
         let twist = (pose(&check.nominal).inverse() * pose(&check.actual)).twist();
-        let off = twist.to_array().iter().zip(check.before.twist);
+        let twist = twist.to_array();
+        let off = twist.iter().zip(check.before.twist);
         // The difference of two places some hundred mm away.
         assert!(off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-12);
         let [x, y, z, a, b, _] = check.before.twist;

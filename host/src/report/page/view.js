@@ -12,7 +12,7 @@
   const wrong = model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
   let exaggeration = drawing.suited(model.checks);
   let shown = "before";
-  const SVG = "http://www.w3.org/2000/svg";
+  const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI;
 
   /** An element with attributes and children; words are never read as markup. */
   function element(name, attributes, ...children) {
