@@ -12,7 +12,6 @@
   const wrong = model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
   let exaggeration = drawing.suited(model.checks);
   let shown = "before";
-  const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI;
 
   /** An element with attributes and children; words are never read as markup. */
   function element(name, attributes, ...children) {
@@ -47,11 +46,8 @@
 
   function canvas(id, { azimuth, elevation, height, margin }, words) {
     const holder = $(id);
-    const svg = document.createElementNS(SVG, "svg");
-    svg.setAttribute("role", "img");
-    svg.setAttribute("tabindex", "0");
+    const svg = holder.querySelector("svg");
     svg.setAttribute("aria-label", words);
-    holder.prepend(svg);
     const view = new Scene.View({ azimuth, elevation, margin });
     const resize = () => {
       const width = Math.max(260, Math.round(holder.clientWidth));
