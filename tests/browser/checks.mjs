@@ -54,6 +54,10 @@ export function overflow() {
     if (!box.width || element.closest(".scroll")) continue;
     if (box.right > width + 1 || box.left < -1) faults.push(`<${element.tagName} class="${element.className}"> reaches from ${box.left} to ${box.right} px`);
   }
+  // What would have to be pushed aside to be read.
+  for (const scroll of document.querySelectorAll(".scroll")) {
+    if (scroll.scrollWidth > scroll.clientWidth + 1) faults.push(`a table of ${scroll.scrollWidth} px has ${scroll.clientWidth} px: ${scroll.textContent.trim().slice(0, 40)}`);
+  }
   for (const svg of document.querySelectorAll("figure svg")) {
     const room = svg.getBoundingClientRect();
     for (const text of svg.querySelectorAll("text")) {
@@ -177,7 +181,7 @@ export async function sliders(page, fault) {
   await page.mouse.move(box.x + 160, box.y + 120, { steps: 3 });
   await page.mouse.up();
   if ((await drawn(page)).picture === turned.picture) fault("a drag does not turn the machine");
-  await page.click("#machine-drawing >> text=Reset view");
+  await page.click("#machine >> text=Reset view");
   if ((await drawn(page)).picture !== start.picture) fault("the view is not reset");
 }
 

@@ -92,7 +92,7 @@
       });
       buttons.append(button);
     }
-    holder.append(buttons);
+    holder.after(buttons);
     return { view, svg, resize };
   }
 
