@@ -2,7 +2,7 @@
 //   node report.mjs FOLDER BROWSER TRUEAXIS
 // FOLDER has reports.json, and gets pictures and printed pages; BROWSER has playwright-core.
 
-import { mkdirSync, readFileSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import * as checks from "./checks.mjs";
@@ -69,6 +69,7 @@ async function look(browser, report) {
       if (figures.open > MOST_OPEN) fault(`it opens in ${figures.open} ms`);
       await page.waitForFunction(() => document.querySelector("#worst-list li"));
       Object.assign(figures, await agreesEverywhere(page, report, trueaxis, folder, fault));
+      if (await page.isVisible(".disagreement")) fault("the page does not agree with the program");
       await checks.keyboard(page, fault);
       await checks.sliders(page, fault);
       await checks.field(page, fault);
@@ -76,12 +77,21 @@ async function look(browser, report) {
     }
     await context.close();
   }
-  const { page, context, fault } = await open(browser, report, { width: 1400, scheme: "light", motion: "reduce" });
-  if (report === reports[0]) await checks.calm(page, fault);
-  await checks.alarm(page, fault);
-  await context.close();
+  if (report === reports[0]) await once(browser, report);
   const far = Object.entries(figures).map(([name, value]) => `${name} ${value === undefined ? "-" : value.toPrecision(3)}`);
   console.log(`  ${report.name.padEnd(22)} ${far.join("  ")}`);
+}
+
+/** What is the same on every page. */
+async function once(browser, report) {
+  const calm = await open(browser, report, { width: 1400, scheme: "light", motion: "reduce" });
+  await checks.calm(calm.page, calm.fault);
+  await calm.context.close();
+  const copy = { ...report, name: `${report.name} falsified`, page: join(folder, `${report.name}-falsified.html`) };
+  writeFileSync(copy.page, checks.falsified(readFileSync(report.page, "utf8")));
+  const wrong = await open(browser, copy, { width: 1400, scheme: "light" });
+  await checks.alarm(wrong.page, wrong.fault);
+  await wrong.context.close();
 }
 
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
