@@ -18,7 +18,7 @@ export async function prints(page, report, folder, fault) {
       for (const [end, place] of [["a", "top:0"], ["b", "bottom:0"]]) {
         const mark = document.createElement("span");
         mark.className = "mark-of-test";
-        mark.textContent = `figure${k}${end}.`;
+        mark.textContent = `figure${k}${end}`;
         mark.style.cssText = `position:absolute;left:0;${place};font-size:2px;line-height:1;color:#777`;
         figure.append(mark);
       }
@@ -30,7 +30,7 @@ export async function prints(page, report, folder, fault) {
     await page.pdf({ path: file, format, printBackground: true });
     const text = pages(file);
     for (let k = 0; k < count; k++) {
-      const [first, last] = ["a", "b"].map((end) => text.findIndex((t) => t.includes(`figure${k}${end}.`)));
+      const [first, last] = ["a", "b"].map((end) => text.findIndex((t) => t.includes(`figure${k}${end}`)));
       const name = await page.evaluate((k) => document.querySelectorAll("figure figcaption")[k]?.textContent.slice(0, 40), k);
       if (first < 0 || last < 0) fault(`${format}: figure ${k} (${name}) is not on paper`);
       else if (first !== last) fault(`${format}: figure ${k} (${name}) begins on page ${first + 1} and ends on page ${last + 1}`);

@@ -36,7 +36,7 @@ const fn case(
 
 /// Every example with every error file. Where tables to 0.05 µm take long to find, coarser ones do: what is tried
 /// is the page.
-const CASES: [Case; 18] = [
+const CASES: [Case; 19] = [
     case(
         "five-axis-30",
         "examples/five-axis-30/machine.toml",
@@ -148,6 +148,13 @@ const CASES: [Case; 18] = [
         "tests/browser/machines/six-axes-errors.toml",
         "--tolerance 10",
         "--tolerance 10",
+    ),
+    case(
+        "four-axes",
+        "tests/browser/machines/four-axes.toml",
+        "tests/browser/machines/four-axes-errors.toml",
+        "",
+        "",
     ),
     Case {
         name: "no-tables",

@@ -138,7 +138,12 @@ const Field = (() => {
         const [low, high] = axis.travel;
         words([p[0] + 0.08 * d[0], p[1] + 0.08 * d[1]], String(low), "limit", 12);
         words([p[0] + 0.92 * d[0], p[1] + 0.92 * d[1]], String(high), "limit", 12);
-        words(m, `${axis.letter} (mm)`, "letter", 26);
+        const title = `${axis.letter} (mm)`;
+        const upright = Math.abs(d[1]) > 2 * Math.abs(d[0]);
+        const top = p[1] < q[1] ? p : q;
+        // Beside a scale that stands upright there is little room.
+        if (upright) picture.over.push(`<text class="letter" x="${top[0].toFixed(1)}" y="${(top[1] - 14).toFixed(1)}" text-anchor="middle">${title}</text>`);
+        else words(m, title, "letter", 26);
       });
     }
 

@@ -27,6 +27,22 @@ const Drawing = (() => {
       this.size = Math.max(...linear.map((a) => a.travel[1] - a.travel[0]));
       this.reach();
       this.layOut();
+      this.goHome();
+    }
+
+    /** Puts the tip a little above a table that turns, as far as the travel goes. */
+    goHome() {
+      if (!this.axes.some((a) => a.rotary && a.carries === "workpiece")) return;
+      const { model } = this.machine;
+      const tip = (position) => point(model.workpiece, [3, 7, 11].map((k) => this.machine.nominal({ ...this.home, position })[k]));
+      const wanted = add(this.table, this.up, 0.14 * this.size);
+      for (const { index, travel: [low, high] } of [...this.axes, ...this.axes].filter((a) => !a.rotary)) {
+        const { position } = this.home;
+        const now = tip(position);
+        const way = sub(tip(position.map((q, k) => (k === index ? q + 1 : q))), now);
+        const q = position[index] + dot(sub(wanted, now), way);
+        position[index] = Math.round(Math.max(low, Math.min(high, q)) * 10) / 10;
+      }
     }
 
     /** Where the axes are at first, linear ones halfway, and all corners that the tip reaches from there. */
@@ -117,7 +133,7 @@ const Drawing = (() => {
               }
               const foot = add(centre, a, outwards * 0.9 * w);
               put(before, cone(add(foot, a, -0.45 * w), a, 0.62 * r, 0.62 * r, 0.9 * w, style, 24));
-              this.turns.push({ axis, centre: isDisc ? add(axis.origin, up, 0.1 * w) : centre, radius: isDisc ? 0.86 * r : 1.25 * r });
+              this.turns.push({ axis, centre: isDisc ? add(axis.origin, up, 0.1 * w) : centre, radius: isDisc ? 0.86 * r : 1.25 * r, head: back.map((x) => -x) });
               held = foot;
               place = add(foot, up, outwards * 0.5 * w);
             } else {
@@ -144,7 +160,7 @@ const Drawing = (() => {
                 put(before, beam(e, feet[k], 1.1 * w, style, piece));
               });
               put(before, beam(feet[0], feet[1], 1.1 * w, style, piece));
-              this.turns.push({ axis, centre: ends[0], radius: 0.1 * size });
+              this.turns.push({ axis, centre: ends[0], radius: 0.1 * size, head: up });
               held = add(feet[0], sub(feet[1], feet[0]), 0.5);
               place = held;
             }
@@ -214,7 +230,7 @@ const Drawing = (() => {
     suited(states) {
       const most = Math.max(...states.map((s) => this.machine.before(s).tip));
       const angle = Math.max(...states.map((s) => this.machine.before(s).twist.slice(3).reduce((m, v) => Math.max(m, Math.abs(v)), 0)));
-      const fits = Math.min(0.25 * this.size / most, 0.35 / angle, 10000);
+      const fits = Math.min(0.25 * this.size / most, 0.35 / angle, 5000);
       const power = 10 ** Math.floor(Math.log10(fits));
       const rounded = [5, 2, 1].map((k) => k * power).find((k) => k <= fits);
       return Number.isFinite(rounded) ? Math.max(1, rounded) : 1;
@@ -282,13 +298,15 @@ const Drawing = (() => {
         picture.arrow(arrow, `sense ${style}`, 10);
         picture.label(arrow[1], `+${axis.letter}`, `letter ${style}`, arrow[0], 13);
       }
-      for (const { axis, centre, radius } of this.turns) {
+      for (const { axis, centre, radius, head } of this.turns) {
         const before = this.of(actual, ["before", axis.index]);
         const move = (p) => point(before, p);
         const arm = axis.rotary && add(axis.origin, axis.direction, -0.3 * size);
         picture.above([arm, add(axis.origin, axis.direction, 0.3 * size)].map(move), "centre-line");
         const style = axis.carries;
-        const arc = ring(centre, axis.direction, radius, 22, 0.35, 4.3).map(move);
+        const [x, y] = across(axis.direction).map((d) => dot(d, head));
+        const [end, turn] = [Math.atan2(y, x), 4.3];
+        const arc = ring(centre, axis.direction, radius, 22, end - turn, turn).map(move);
         picture.arrow(arc, `sense ${style}`, 10);
         picture.label(arc[21], `+${axis.letter}`, `letter ${style}`, move(centre), 14);
         const turnedBy = this.of(actual, ["after", axis.index]);

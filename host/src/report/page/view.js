@@ -12,7 +12,6 @@
   const wrong = model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
   let exaggeration = drawing.suited(model.checks);
   let shown = "before";
-  const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI;
 
   /** An element with attributes and children; words are never read as markup. */
   function element(name, attributes, ...children) {
@@ -47,11 +46,8 @@
 
   function canvas(id, { azimuth, elevation, height, margin }, words) {
     const holder = $(id);
-    const svg = document.createElementNS(SVG, "svg");
-    svg.setAttribute("role", "img");
-    svg.setAttribute("tabindex", "0");
+    const svg = holder.querySelector("svg");
     svg.setAttribute("aria-label", words);
-    holder.prepend(svg);
     const view = new Scene.View({ azimuth, elevation, margin });
     const resize = () => {
       const width = Math.max(260, Math.round(holder.clientWidth));
@@ -96,7 +92,7 @@
       });
       buttons.append(button);
     }
-    holder.append(buttons);
+    holder.after(buttons);
     return { view, svg, resize };
   }
 
@@ -239,8 +235,8 @@
     const names = ["x", "y", "z"];
     const along = (v) => {
       const k = v.map(Math.abs).indexOf(Math.max(...v.map(Math.abs)));
-      const exact = Math.abs(v[k]) > 0.999;
-      return `${exact ? "" : "mostly "}${v[k] > 0 ? "+" : "−"}${names[k]}`;
+      if (Math.abs(v[k]) > 0.9999) return `${v[k] > 0 ? "+" : "−"}${names[k]}`;
+      return `(${v.map((x) => x.toFixed(2)).join(", ")})`;
     };
     const direction = drawing.axes[index].direction;
     const position = [...home.position];
@@ -346,7 +342,7 @@
 
   agreement();
   const machinePicture = canvas("machine-drawing", { azimuth: -0.55, elevation: 0.42, height: 560, margin: [46, 26] }, "The machine in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
-  const fieldPicture = canvas("field-drawing", { azimuth: -0.6, elevation: 0.38, height: 520, margin: [78, 44] }, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
+  const fieldPicture = canvas("field-drawing", { azimuth: -0.6, elevation: 0.38, height: 520, margin: [62, 44] }, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
   machinePicture.view.fit(drawing.extent());
   controls();
   const resize = () => {
