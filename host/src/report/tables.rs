@@ -401,3 +401,32 @@ impl Found {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What terms with these outputs, inputs and straightness amount to.
+    fn names(terms: &[(char, &[&str], bool)]) -> Vec<String> {
+        let mut found = Found::default();
+        for (output, reads, is_straight) in terms {
+            found.add(*output, reads, *is_straight);
+        }
+        found.class().names
+    }
+
+    #[test]
+    fn compensations_have_the_types_of_iso_tr_16907() {
+        assert_eq!(names(&[('X', &["X"], false)]), ["L-POS"]);
+        assert_eq!(names(&[('Y', &["X"], true)]), ["L-SQR"]);
+        assert_eq!(names(&[('Y', &["X"], false)]), ["L-STR"]);
+        let volume: [(char, &[&str], bool); 2] = [('X', &["X"], false), ('Y', &["X"], true)];
+        assert_eq!(names(&volume), ["L-VOL"]);
+        assert_eq!(names(&[('X', &["Y", "Z"], true)]), ["L-VOL"]);
+        assert_eq!(names(&[('X', &["C"], false)]), ["R-RAX"]);
+        let whole: [(char, &[&str], bool); 2] = [('X', &["C", "X", "Y"], false), ('A', &["C"], false)];
+        assert_eq!(names(&whole), ["L-VOL+", "R-ANG"]);
+        assert_eq!(names(&[('A', &["X"], false)]), ["FOR"]);
+        assert!(names(&[('X', &[], false)]).is_empty());
+    }
+}

@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 
 /// Lengths of ball-bars (mm), the longest that the travels allow is used.
 const BARS: [f64; 6] = [300.0, 250.0, 150.0, 100.0, 50.0, 25.0];
-/// Steps of a turn.
-const STEPS: i32 = 180;
+/// Steps of a turn: of 1.5°, so that the middles of quarters are among them.
+const STEPS: i32 = 240;
 /// Steps with which a turn is run in and out.
-const OVERSHOOT: i32 = 22;
+const OVERSHOOT: i32 = 30;
 /// Targets along an axis and along a diagonal.
 const TARGETS: u32 = 20;
 
@@ -345,5 +345,70 @@ fn positioning(
         before: found(None),
         after: runtime.map(|runtime| found(Some(runtime))),
         at_mm: targets,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::errors::{ErrorModel, Parameter};
+    use crate::machine::Machine;
+
+    fn found(parameters: &[(&str, f64)]) -> (Machine, Tests) {
+        let text = include_str!("../../../examples/mill-21/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, value) in parameters {
+            assert!(errors.set(&machine, Parameter::parse(name).unwrap(), *value));
+        }
+        let mut remarks = Vec::new();
+        let tests = super::tests(&Subject::new(&machine, &errors, None, 1), &mut remarks);
+        assert!(remarks.is_empty(), "{remarks:?}");
+        (machine, tests)
+    }
+
+    #[test]
+    fn squareness_is_a_circular_deviation_of_so_much_of_the_radius() {
+        let (_, tests) = found(&[("EC0X", 40e-6)]);
+        let planes: Vec<&str> = tests.circles.iter().map(|c| &*c.plane).collect();
+        assert_eq!(planes, ["XY", "YZ", "ZX"]);
+        let [xy, yz, zx] = [0, 1, 2].map(|k| &tests.circles[k].before);
+        let expected = 40e-6 * tests.circles[0].radius_mm * 1e3;
+        // Of second order: some µm squared by the radius.
+        assert!((xy.deviation_um - expected).abs() < 1e-3, "{xy:?}");
+        assert!((xy.radial_um[0] - 0.5 * expected).abs() < 1e-3);
+        assert!((xy.radial_um[1] + 0.5 * expected).abs() < 1e-3);
+        for other in [yz, zx] {
+            assert!(other.deviation_um < 1e-3, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_scale_and_a_backlash_are_what_positioning_and_diagonals_show() {
+        let (machine, tests) = found(&[("EXX1", 20e-6), ("EXXb", 3e-3)]);
+        let travel = |letter: char| {
+            let [low, high] = machine.axes[machine.index(letter).unwrap()].travel;
+            high - low
+        };
+        let x = tests.positioning.iter().find(|p| p.axis == 'X').unwrap();
+        // Rounding of positions of 1 m.
+        let near = |a: Option<f64>, b: f64| (a.unwrap() - b).abs() < 1e-8;
+        let scale = 20e-6 * travel('X') * 1e3;
+        assert!(near(x.before.mean_range_um, scale), "{x:?}");
+        assert!(near(x.before.reversal_um, 6.0), "{x:?}");
+        assert!(near(x.before.systematic_um, scale + 6.0), "{x:?}");
+        let y = tests.positioning.iter().find(|p| p.axis == 'Y').unwrap();
+        assert!(near(y.before.systematic_um, 0.0), "{y:?}");
+        for diagonal in &tests.diagonals {
+            let length = travel('X').hypot(travel('Y')).hypot(travel('Z'));
+            assert!((diagonal.length_mm - length).abs() < 1e-9);
+            // The part of X along the diagonal.
+            let part = travel('X') / length;
+            let [forth, back] = &diagonal.before_um;
+            assert!((forth.last().unwrap().abs() - scale * part).abs() < 1e-8, "{diagonal:?}");
+            assert!(((forth[0] - back[0]).abs() - 6.0 * part).abs() < 1e-8, "{diagonal:?}");
+            let range = (scale + 6.0) * part;
+            assert!((diagonal.systematic_before_um - range).abs() < 1e-8);
+        }
     }
 }
