@@ -25,7 +25,9 @@ function draw({ axes, length_range: length, sensors }) {
   let last = null;
   while (rows.length < COUNT) {
     // The last degree of a turn is left out: what is corrected must stay within the turn.
-    const position = axes.map(({ travel: [low, high], endless }) => (endless ? between([low + 1, high - 1]) : between([low, high])));
+    const position = axes.map(({ travel: [low, high], endless }) =>
+      endless ? between([low + 1, high - 1]) : between([low, high]),
+    );
     const moves = position.map((q, i) => {
       const d = last ? q - last[i] : 0;
       return axes[i].endless ? d - 360 * Math.round(d / 360) : d;
@@ -43,17 +45,39 @@ function draw({ axes, length_range: length, sensors }) {
 export async function agreesEverywhere(page, report, trueaxis, folder, fault) {
   const machine = await page.evaluate(() => {
     const { axes, length_range, sensors } = window.trueaxis.machine.model;
-    return { axes: axes.map(({ letter, travel, endless }) => ({ letter, travel, endless })), length_range, sensors };
+    return {
+      axes: axes.map(({ letter, travel, endless }) => ({ letter, travel, endless })),
+      length_range,
+      sensors,
+    };
   });
   const rows = draw(machine);
-  const names = [...machine.axes.map((a) => a.letter), ...(machine.length_range ? ["tool length"] : []), ...machine.sensors.map((s) => s.name)];
+  const names = [
+    ...machine.axes.map((a) => a.letter),
+    ...(machine.length_range ? ["tool length"] : []),
+    ...machine.sensors.map((s) => s.name),
+  ];
   const write = (name, positions) => {
     const file = join(folder, `${report.name}-${name}.csv`);
-    writeFileSync(file, [names.join(","), ...rows.map((row, k) => [...positions[k], ...row.auxiliaries].join(","))].join("\n") + "\n");
+    writeFileSync(
+      file,
+      [names.join(","), ...rows.map((row, k) => [...positions[k], ...row.auxiliaries].join(","))].join("\n") +
+        "\n",
+    );
     return file;
   };
-  const ask = (...words) => JSON.parse(execFileSync(trueaxis, [...words, "--json"], { encoding: "utf8", maxBuffer: 1 << 28, stdio: ["ignore", "pipe", "ignore"] }));
-  const here = write("positions", rows.map((r) => r.position));
+  const ask = (...words) =>
+    JSON.parse(
+      execFileSync(trueaxis, [...words, "--json"], {
+        encoding: "utf8",
+        maxBuffer: 1 << 28,
+        stdio: ["ignore", "pipe", "ignore"],
+      }),
+    );
+  const here = write(
+    "positions",
+    rows.map((r) => r.position),
+  );
   const poses = ask("pose", report.machine, report.errors, "--positions", here).poses;
   let corrections = null;
   let corrected = null;
@@ -61,32 +85,42 @@ export async function agreesEverywhere(page, report, trueaxis, folder, fault) {
     corrections = ask("eval", report.blob, "--positions", here).corrections;
     // f32 as written is the nearest of its decimals.
     corrections = corrections.map((row) => row.map(Math.fround));
-    const there = write("corrected", rows.map((r, k) => r.position.map((q, i) => q + corrections[k][i])));
+    const there = write(
+      "corrected",
+      rows.map((r, k) => r.position.map((q, i) => q + corrections[k][i])),
+    );
     corrected = ask("pose", report.machine, report.errors, "--positions", there).poses;
   }
-  const far = await page.evaluate(({ rows, poses, corrections, corrected }) => {
-    const { machine } = window.trueaxis;
-    const { model } = machine;
-    const side = model.tip[model.tool_axis] > 0 ? -1 : 1;
-    const far = { mm: 0, rad: 0, corrections: 0 };
-    const see = (key, off) => (far[key] = off <= far[key] ? far[key] : off >= 0 ? off : Infinity);
-    const pose = (p, tool) => [0, 1, 2].forEach((k) => {
-      see("mm", Math.abs(p[4 * k + 3] - tool.tip[k]));
-      see("rad", Math.abs(side * p[4 * k + model.tool_axis] - tool.direction[k]));
-    });
-    rows.forEach((state, row) => {
-      pose(machine.nominal(state), poses[row].nominal);
-      pose(machine.actual(state), poses[row].actual);
-      const way = (left, tool) => left.way.forEach((v, k) => see("mm", Math.abs(v - (tool.actual.tip[k] - poses[row].nominal.tip[k]))));
-      const { before, after, added } = machine.both(state);
-      way(before, poses[row]);
-      if (!corrections) return;
-      way(after, corrected[row]);
-      if (added.some((v, k) => v !== corrections[row][k])) far.corrections++;
-    });
-    return far;
-  }, { rows, poses, corrections, corrected });
-  if (!(far.mm <= MM) || !(far.rad <= RAD)) fault(`at ${COUNT} positions it differs from the program by ${far.mm} mm and ${far.rad} rad`);
-  if (far.corrections) fault(`at ${far.corrections} of ${COUNT} positions corrections differ from those of the runtime`);
+  const far = await page.evaluate(
+    ({ rows, poses, corrections, corrected }) => {
+      const { machine } = window.trueaxis;
+      const { model } = machine;
+      const side = model.tip[model.tool_axis] > 0 ? -1 : 1;
+      const far = { mm: 0, rad: 0, corrections: 0 };
+      const see = (key, off) => (far[key] = off <= far[key] ? far[key] : off >= 0 ? off : Infinity);
+      const pose = (p, tool) =>
+        [0, 1, 2].forEach((k) => {
+          see("mm", Math.abs(p[4 * k + 3] - tool.tip[k]));
+          see("rad", Math.abs(side * p[4 * k + model.tool_axis] - tool.direction[k]));
+        });
+      rows.forEach((state, row) => {
+        pose(machine.nominal(state), poses[row].nominal);
+        pose(machine.actual(state), poses[row].actual);
+        const way = (left, tool) =>
+          left.way.forEach((v, k) => see("mm", Math.abs(v - (tool.actual.tip[k] - poses[row].nominal.tip[k]))));
+        const { before, after, added } = machine.both(state);
+        way(before, poses[row]);
+        if (!corrections) return;
+        way(after, corrected[row]);
+        if (added.some((v, k) => v !== corrections[row][k])) far.corrections++;
+      });
+      return far;
+    },
+    { rows, poses, corrections, corrected },
+  );
+  if (!(far.mm <= MM) || !(far.rad <= RAD))
+    fault(`at ${COUNT} positions it differs from the program by ${far.mm} mm and ${far.rad} rad`);
+  if (far.corrections)
+    fault(`at ${far.corrections} of ${COUNT} positions corrections differ from those of the runtime`);
   return far;
 }

@@ -15,8 +15,15 @@ const reports = JSON.parse(readFileSync(join(folder, "reports.json"), "utf8"));
 const pictures = join(folder, "pictures");
 mkdirSync(pictures, { recursive: true });
 
-const FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync"];
+const FLAGS = [
+  "--no-sandbox",
+  "--disable-gpu",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+];
 /** Widths at which nothing may overflow: a phone, a desk. */
 const WIDTHS = [390, 1400];
 /** Milliseconds in which a page is open, at the best of three times. */
@@ -29,7 +36,11 @@ const faults = [];
 
 /** A page of a report, whose messages and requests are faults. */
 async function open(browser, report, { width, scheme, motion = "no-preference" }) {
-  const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme: scheme, reducedMotion: motion });
+  const context = await browser.newContext({
+    viewport: { width, height: 900 },
+    colorScheme: scheme,
+    reducedMotion: motion,
+  });
   const page = await context.newPage();
   const address = `file://${report.page}`;
   const fault = (words) => faults.push(`${report.name}, ${width} px, ${scheme}: ${words}`);
@@ -58,13 +69,17 @@ async function look(browser, report) {
       }
     }
     await page.emulateMedia({ colorScheme: scheme });
-    for (const check of [checks.overflow, checks.figures, checks.hostile]) (await page.evaluate(check)).forEach(fault);
+    for (const check of [checks.overflow, checks.figures, checks.hostile])
+      (await page.evaluate(check)).forEach(fault);
     if (width === Math.max(...WIDTHS)) {
       const timing = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
       figures.open = timing;
       for (let again = 0; again < 2; again++) {
         await page.reload();
-        figures.open = Math.min(figures.open, await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd));
+        figures.open = Math.min(
+          figures.open,
+          await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd),
+        );
       }
       if (figures.open > MOST_OPEN) fault(`it opens in ${figures.open} ms`);
       await page.waitForFunction(() => document.querySelector("#worst-list li"));
@@ -78,7 +93,9 @@ async function look(browser, report) {
     await context.close();
   }
   if (report === reports[0]) await once(browser, report);
-  const far = Object.entries(figures).map(([name, value]) => `${name} ${value === undefined ? "-" : value.toPrecision(3)}`);
+  const far = Object.entries(figures).map(
+    ([name, value]) => `${name} ${value === undefined ? "-" : value.toPrecision(3)}`,
+  );
   console.log(`  ${report.name.padEnd(22)} ${far.join("  ")}`);
 }
 
@@ -87,14 +104,21 @@ async function once(browser, report) {
   const calm = await open(browser, report, { width: 1400, scheme: "light", motion: "reduce" });
   await checks.calm(calm.page, calm.fault);
   await calm.context.close();
-  const copy = { ...report, name: `${report.name} falsified`, page: join(folder, `${report.name}-falsified.html`) };
+  const copy = {
+    ...report,
+    name: `${report.name} falsified`,
+    page: join(folder, `${report.name}-falsified.html`),
+  };
   writeFileSync(copy.page, checks.falsified(readFileSync(report.page, "utf8")));
   const wrong = await open(browser, copy, { width: 1400, scheme: "light" });
   await checks.alarm(wrong.page, wrong.fault);
   await wrong.context.close();
 }
 
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: FLAGS,
+});
 console.log("in the browser: least contrast, opens (ms), 1000 positions: mm, rad, corrections that differ");
 try {
   // Two at a time: a page waits for pictures most of the time.
@@ -107,6 +131,11 @@ try {
   await browser.close();
 }
 if (faults.length) {
-  console.error(`${faults.length} faults:\n${faults.slice(0, 60).map((f) => `  ${f}`).join("\n")}`);
+  console.error(
+    `${faults.length} faults:\n${faults
+      .slice(0, 60)
+      .map((f) => `  ${f}`)
+      .join("\n")}`,
+  );
   process.exit(1);
 }
