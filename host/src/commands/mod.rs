@@ -6,6 +6,7 @@ mod ballbar;
 mod blame;
 mod cec;
 mod compile;
+mod completions;
 mod control;
 mod correct;
 mod eval;
@@ -85,6 +86,8 @@ enum Command {
     Linuxcnc(linuxcnc::Arguments),
     Export(export::Arguments),
     Import(import::Arguments),
+    Completions(completions::Arguments),
+    Man(completions::Pages),
 }
 
 /// How a command ended that had good input.
@@ -122,6 +125,8 @@ pub fn run() -> ExitCode {
         Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => completions::man(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
