@@ -66,8 +66,8 @@ export function overflow() {
         `<${element.tagName} class="${element.className}"> reaches from ${box.left} to ${box.right} px`,
       );
   }
-  // What would have to be pushed aside to be read.
-  for (const scroll of document.querySelectorAll(".scroll")) {
+  // What would have to be pushed aside to be read; regions of their own may be, also with the keyboard.
+  for (const scroll of document.querySelectorAll(".scroll:not([tabindex])")) {
     if (scroll.scrollWidth > scroll.clientWidth + 1)
       faults.push(
         `a table of ${scroll.scrollWidth} px has ${scroll.clientWidth} px: ${scroll.textContent.trim().slice(0, 40)}`,
@@ -143,7 +143,7 @@ export function hostile() {
 export async function keyboard(page, fault) {
   const wanted = await page.evaluate(() => {
     const controls = [...document.querySelectorAll("button, input, select, a[href], summary, [tabindex='0']")];
-    const seen = controls.filter((e) => e.getClientRects().length && !e.disabled);
+    const seen = controls.filter((e) => e.checkVisibility() && !e.disabled);
     seen.forEach((e, k) => (e.dataset.control = k));
     document.activeElement?.blur();
     window.scrollTo(0, 0);

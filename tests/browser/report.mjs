@@ -59,14 +59,18 @@ async function look(browser, report) {
     const scheme = ["dark", "light"][k];
     const { page, context, fault } = await open(browser, report, { width, scheme });
     for (const other of ["light", "dark"]) {
+      // All four of a few; the rest differ in what is on them only.
+      if (other !== scheme && !SHOWN.includes(report.name)) continue;
+      await page.emulateMedia({ colorScheme: other });
+      await page.screenshot({ path: join(pictures, `${report.name}-${width}-${other}.png`), fullPage: true });
+    }
+    // What is folded is looked at too.
+    await page.$$eval("details", (all) => all.forEach((e) => (e.open = true)));
+    for (const other of ["light", "dark"]) {
       await page.emulateMedia({ colorScheme: other });
       const found = await page.evaluate(checks.contrast);
       figures.contrast = Math.min(figures.contrast ?? Infinity, found.least);
       found.faults.forEach((words) => fault(`${other}: ${words}`));
-      // All four of a few; the rest differ in what is on them only.
-      if (other === scheme || SHOWN.includes(report.name)) {
-        await page.screenshot({ path: join(pictures, `${report.name}-${width}-${other}.png`), fullPage: true });
-      }
     }
     await page.emulateMedia({ colorScheme: scheme });
     for (const check of [checks.overflow, checks.figures, checks.hostile])
@@ -115,6 +119,13 @@ async function once(browser, report) {
   await wrong.context.close();
 }
 
+/** Lists by name. */
+function grouped(all, name) {
+  const lists = new Map();
+  for (const one of all) lists.set(name(one), [...(lists.get(name(one)) ?? []), one]);
+  return lists;
+}
+
 const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: FLAGS,
@@ -131,11 +142,14 @@ try {
   await browser.close();
 }
 if (faults.length) {
-  console.error(
-    `${faults.length} faults:\n${faults
-      .slice(0, 60)
-      .map((f) => `  ${f}`)
-      .join("\n")}`,
+  // What is the same but for its numbers is told once, with how often.
+  const kinds = grouped(faults, (fault) =>
+    fault
+      .replace(/^[^:]*: /, "")
+      .replace(/[\d.]+/g, "#")
+      .slice(0, 60),
   );
+  const told = [...kinds.values()].map((alike) => `  ${alike.length} × ${alike[0].replace(/\s+/g, " ")}`);
+  console.error(`${faults.length} faults:\n${told.slice(0, 60).join("\n")}`);
   process.exit(1);
 }
