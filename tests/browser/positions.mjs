@@ -41,6 +41,43 @@ function draw({ axes, length_range: length, sensors }) {
   return rows;
 }
 
+/** Arrows point, and lie, where the program says that a positive command leads. */
+export async function pointsRight(page, report, trueaxis, fault) {
+  const [at] = ask(trueaxis, "pose", report.machine).poses;
+  const drawn = await page.evaluate(() => {
+    const { drawing, machine } = window.trueaxis;
+    const zero = { ...drawing.home, position: drawing.axes.map(() => 0) };
+    // Of a slide how far the carriage really goes in the picture, of a rotary axis what its arrow goes around.
+    return drawing.axes.map((axis, i) => {
+      const place = (q) => {
+        const position = zero.position.map((z, k) => (k === i ? q : z));
+        return Engine.point(drawing.moves(machine.frames({ ...zero, position }, null)).after[i], axis.origin);
+      };
+      const moved = Scene.sub(place(1), place(0));
+      return {
+        letter: axis.letter,
+        direction: axis.direction,
+        moved: axis.rotary ? null : moved,
+        origin: axis.origin,
+      };
+    });
+  });
+  for (const [i, { letter, direction, moved, origin }] of drawn.entries()) {
+    const line = at.axes[i];
+    const off = (a, b) => Math.hypot(...a.map((v, k) => v - b[k]));
+    if (line.axis !== letter || off(direction, line.direction) > 1e-12)
+      fault(`+${letter} points along ${direction}`);
+    if (moved && off(moved, line.direction) > 1e-9) fault(`+${letter} moves along ${moved}`);
+    if (off(origin, line.point) > 1e-9) fault(`${letter} lies at ${origin}, not at ${line.point}`);
+  }
+}
+
+/** What a command answers. */
+function ask(trueaxis, ...words) {
+  const options = { encoding: "utf8", maxBuffer: 1 << 28, stdio: ["ignore", "pipe", "ignore"] };
+  return JSON.parse(execFileSync(trueaxis, [...words, "--json"], options));
+}
+
 /** Poses, corrections, and what is left with them. */
 export async function agreesEverywhere(page, report, trueaxis, folder, fault) {
   const machine = await page.evaluate(() => {
@@ -66,30 +103,22 @@ export async function agreesEverywhere(page, report, trueaxis, folder, fault) {
     );
     return file;
   };
-  const ask = (...words) =>
-    JSON.parse(
-      execFileSync(trueaxis, [...words, "--json"], {
-        encoding: "utf8",
-        maxBuffer: 1 << 28,
-        stdio: ["ignore", "pipe", "ignore"],
-      }),
-    );
   const here = write(
     "positions",
     rows.map((r) => r.position),
   );
-  const poses = ask("pose", report.machine, report.errors, "--positions", here).poses;
+  const poses = ask(trueaxis, "pose", report.machine, report.errors, "--positions", here).poses;
   let corrections = null;
   let corrected = null;
   if (report.blob) {
-    corrections = ask("eval", report.blob, "--positions", here).corrections;
+    corrections = ask(trueaxis, "eval", report.blob, "--positions", here).corrections;
     // f32 as written is the nearest of its decimals.
     corrections = corrections.map((row) => row.map(Math.fround));
     const there = write(
       "corrected",
       rows.map((r, k) => r.position.map((q, i) => q + corrections[k][i])),
     );
-    corrected = ask("pose", report.machine, report.errors, "--positions", there).poses;
+    corrected = ask(trueaxis, "pose", report.machine, report.errors, "--positions", there).poses;
   }
   const far = await page.evaluate(
     ({ rows, poses, corrections, corrected }) => {

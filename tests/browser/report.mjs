@@ -6,7 +6,7 @@ import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import * as checks from "./checks.mjs";
-import { agreesEverywhere } from "./positions.mjs";
+import { agreesEverywhere, pointsRight } from "./positions.mjs";
 import { prints } from "./printed.mjs";
 
 const [folder, driver, trueaxis] = process.argv.slice(2);
@@ -88,6 +88,7 @@ async function look(browser, report) {
       if (figures.open > MOST_OPEN) fault(`it opens in ${figures.open} ms`);
       await page.waitForFunction(() => document.querySelector("#worst-list li"));
       Object.assign(figures, await agreesEverywhere(page, report, trueaxis, folder, fault));
+      await pointsRight(page, report, trueaxis, fault);
       if (await page.isVisible(".disagreement")) fault("the page does not agree with the program");
       await checks.keyboard(page, fault);
       await checks.sliders(page, fault);

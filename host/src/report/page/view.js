@@ -299,5 +299,5 @@
   setTimeout(worst, 0);
 
   /** For tests: what the page computes and shows. */
-  window.trueaxis = { machine, state, redraw: draw, showSliders: () => sliders.show() };
+  window.trueaxis = { machine, drawing, state, redraw: draw, showSliders: () => sliders.show() };
 })();
