@@ -92,7 +92,7 @@ fn all_figures_are_json_and_come_back() {
     let [machine, errors] = huron();
     let report = figures(&[&machine, &errors, &blob("huron")]);
     let again: Report = serde_json::from_str(&serde_json::to_string(&report).unwrap()).unwrap();
-    assert_eq!(again, report);
+    assert!(again == report);
     let most = &report.budget.shares[0];
     assert_eq!(most.name, "EZ0S");
     // A shift of 55.6 µm at every position, but for rounding.
@@ -185,7 +185,9 @@ fn nothing_of_a_name_is_run() {
     // The page's own: two of data and one to run.
     assert_eq!(page.matches("<script").count(), 3);
     assert_eq!(page.matches("</script>").count(), 3);
-    assert!(!page.contains("<!-- ") && !page.contains('\u{2028}'));
+    // What ends a line for scripts alone is no such thing in text.
+    let data = &page[page.find("id=\"report-data\"").unwrap()..];
+    assert!(!data.contains("<!--") && !data.contains('\u{2028}'));
     let heading = "<h1>&lt;&#x2f;script&gt;&lt;script&gt;alert(1)";
     assert!(page.contains(heading), "{}", &text(&page)[..400]);
     assert!(page.contains("&lt;machine&gt;&amp;.toml"));
@@ -217,8 +219,9 @@ fn machines_and_errors_of_every_kind_have_a_report_that_says_what_is_missing() {
     // Measured motions.
     let mill = of("mill-21/machine", "mill-21/errors-21");
     let report = figures(&[&mill[0], &mill[1], &blob("mill-21")]);
-    assert_eq!(report.axes[0].motions.len(), 6);
-    assert_eq!(report.axes[0].motions[0].measured_at.len(), 51);
+    let x = report.axes.iter().find(|axis| axis.axis == 'X').unwrap();
+    assert_eq!(x.motions.len(), 6);
+    assert_eq!(x.motions[0].measured_at.len(), 51);
     // An axis that turns without end.
     let endless = of(
         "linuxcnc-xyzac-trt/machine-endless",
