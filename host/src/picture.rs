@@ -68,6 +68,9 @@ pub struct Picture {
     content: String,
 }
 
+/// Room on all sides, in units of a CSS pixel: numbers at the ends of an axis reach beyond it.
+const EDGE: u32 = 9;
+
 impl Picture {
     /// Width and height in units of a CSS pixel.
     #[must_use]
@@ -100,10 +103,11 @@ impl Picture {
     }
 
     fn element(&self, namespace: &str, style: &str) -> String {
-        let [width, height] = self.size;
+        let [width, height] = self.size.map(|size| size + 2 * EDGE);
         let scale = canvas::SCALE;
+        let edge = EDGE * scale;
         format!(
-            "<svg{namespace} viewBox=\"0 0 {} {}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
+            "<svg{namespace} viewBox=\"-{edge} -{edge} {} {}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
              aria-label=\"{}\">\n{style}{}</svg>\n",
             width * scale,
             height * scale,

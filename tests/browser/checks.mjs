@@ -29,7 +29,12 @@ export function contrast() {
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   for (let text = walker.nextNode(); text; text = walker.nextNode()) {
     const element = text.parentElement;
-    if (!text.data.trim() || element.closest("script, style, noscript, title, desc, defs") || !element.getClientRects().length) continue;
+    if (
+      !text.data.trim() ||
+      element.closest("script, style, noscript, title, desc, defs") ||
+      !element.getClientRects().length
+    )
+      continue;
     const style = getComputedStyle(element);
     if (style.visibility === "hidden") continue;
     const below = background(element);
@@ -39,7 +44,10 @@ export function contrast() {
     const [a, b] = [luminance(over([...ink.slice(0, 3), ink[3] * opacity], below)), luminance(below)];
     const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
     least = Math.min(least, ratio);
-    if (ratio < 4.5) faults.add(`contrast ${ratio.toFixed(2)} of <${element.tagName} class="${element.getAttribute("class") ?? ""}"> “${text.data.trim().slice(0, 30)}”`);
+    if (ratio < 4.5)
+      faults.add(
+        `contrast ${ratio.toFixed(2)} of <${element.tagName} class="${element.getAttribute("class") ?? ""}"> “${text.data.trim().slice(0, 30)}”`,
+      );
   }
   return { faults: [...faults], least };
 }
@@ -48,22 +56,37 @@ export function contrast() {
 export function overflow() {
   const faults = [];
   const width = document.documentElement.clientWidth;
-  if (document.documentElement.scrollWidth > width) faults.push(`the page is ${document.documentElement.scrollWidth} px wide`);
+  if (document.documentElement.scrollWidth > width)
+    faults.push(`the page is ${document.documentElement.scrollWidth} px wide`);
   for (const element of document.querySelectorAll("main *:not(svg *)")) {
     const box = element.getBoundingClientRect();
     if (!box.width || element.closest(".scroll")) continue;
-    if (box.right > width + 1 || box.left < -1) faults.push(`<${element.tagName} class="${element.className}"> reaches from ${box.left} to ${box.right} px`);
+    if (box.right > width + 1 || box.left < -1)
+      faults.push(
+        `<${element.tagName} class="${element.className}"> reaches from ${box.left} to ${box.right} px`,
+      );
   }
-  // What would have to be pushed aside to be read.
-  for (const scroll of document.querySelectorAll(".scroll")) {
-    if (scroll.scrollWidth > scroll.clientWidth + 1) faults.push(`a table of ${scroll.scrollWidth} px has ${scroll.clientWidth} px: ${scroll.textContent.trim().slice(0, 40)}`);
+  // What would have to be pushed aside to be read; regions of their own may be, also with the keyboard.
+  for (const scroll of document.querySelectorAll(".scroll:not([tabindex])")) {
+    if (scroll.scrollWidth > scroll.clientWidth + 1)
+      faults.push(
+        `a table of ${scroll.scrollWidth} px has ${scroll.clientWidth} px: ${scroll.textContent.trim().slice(0, 40)}`,
+      );
   }
   for (const svg of document.querySelectorAll("figure svg")) {
     const room = svg.getBoundingClientRect();
     for (const text of svg.querySelectorAll("text")) {
       const box = text.getBoundingClientRect();
-      const out = Math.max(room.left - box.left, box.right - room.right, room.top - box.top, box.bottom - room.bottom);
-      if (out > 1.5) faults.push(`“${text.textContent}” sticks out of its picture by ${out.toFixed(1)} px (${svg.closest("figure").querySelector("figcaption")?.textContent.slice(0, 40)})`);
+      const out = Math.max(
+        room.left - box.left,
+        box.right - room.right,
+        room.top - box.top,
+        box.bottom - room.bottom,
+      );
+      if (out > 1.5)
+        faults.push(
+          `“${text.textContent}” sticks out of its picture by ${out.toFixed(1)} px (${svg.closest("figure").querySelector("figcaption")?.textContent.slice(0, 40)})`,
+        );
     }
   }
   return faults;
@@ -90,10 +113,12 @@ export function figures() {
     const words = svg.textContent;
     if (!unit.test(words) && !unit.test(caption.textContent)) faults.push(`“${name}” has no unit`);
     if (svg.querySelectorAll("text").length < 2) faults.push(`“${name}” has no axes`);
-    const named = svg.getAttribute("aria-label") || svg.getAttribute("aria-labelledby") || svg.querySelector("title");
+    const named =
+      svg.getAttribute("aria-label") || svg.getAttribute("aria-labelledby") || svg.querySelector("title");
     if (!named) faults.push(`“${name}”: its picture has no name for who cannot see it`);
     // A drawing has its legend beside it, a chart with more than one mark in it.
-    if (figure.classList.contains("drawing") && !figure.querySelector(".key")?.textContent.trim()) faults.push(`“${name}” has no legend`);
+    if (figure.classList.contains("drawing") && !figure.querySelector(".key")?.textContent.trim())
+      faults.push(`“${name}” has no legend`);
   }
   return faults;
 }
@@ -102,11 +127,13 @@ export function figures() {
 export function hostile() {
   const faults = [];
   if (window.ran !== undefined) faults.push("something from a file was run");
-  for (const element of document.querySelectorAll("img, iframe, object, embed, link, base, form, i")) faults.push(`there is <${element.tagName}>`);
+  for (const element of document.querySelectorAll("img, iframe, object, embed, link, base, form, i"))
+    faults.push(`there is <${element.tagName}>`);
   for (const element of document.querySelectorAll("*")) {
     for (const { name, value } of element.attributes) {
       if (/^on/i.test(name)) faults.push(`<${element.tagName} ${name}>`);
-      if (/^(href|src|action|xlink:href)$/i.test(name) && !value.startsWith("#")) faults.push(`an address: ${value}`);
+      if (/^(href|src|action|xlink:href)$/i.test(name) && !value.startsWith("#"))
+        faults.push(`an address: ${value}`);
     }
   }
   return faults;
@@ -116,7 +143,7 @@ export function hostile() {
 export async function keyboard(page, fault) {
   const wanted = await page.evaluate(() => {
     const controls = [...document.querySelectorAll("button, input, select, a[href], summary, [tabindex='0']")];
-    const seen = controls.filter((e) => e.getClientRects().length && !e.disabled);
+    const seen = controls.filter((e) => e.checkVisibility() && !e.disabled);
     seen.forEach((e, k) => (e.dataset.control = k));
     document.activeElement?.blur();
     window.scrollTo(0, 0);
@@ -128,7 +155,12 @@ export async function keyboard(page, fault) {
     const at = await page.evaluate(() => {
       const e = document.activeElement;
       const style = getComputedStyle(e);
-      return { control: e.dataset.control, outline: style.outlineStyle !== "none" ? parseFloat(style.outlineWidth) : 0, name: e.id || e.textContent.slice(0, 20), label: e.getAttribute("aria-label") || e.labels?.[0]?.textContent || e.textContent.trim() };
+      return {
+        control: e.dataset.control,
+        outline: style.outlineStyle !== "none" ? parseFloat(style.outlineWidth) : 0,
+        name: e.id || e.textContent.slice(0, 20),
+        label: e.getAttribute("aria-label") || e.labels?.[0]?.textContent || e.textContent.trim(),
+      };
     });
     if (at.control === undefined) continue;
     reached.add(at.control);
@@ -138,17 +170,31 @@ export async function keyboard(page, fault) {
   if (reached.size < wanted) fault(`the keyboard reaches ${reached.size} of ${wanted} controls`);
 }
 
-const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done({
-  picture: document.querySelector("#machine-drawing svg").innerHTML,
-  figures: document.querySelector("#here-errors").textContent + document.querySelector("#here-tip").textContent,
-  note: document.querySelector("#exaggeration-note").textContent,
-})))));
+const drawn = (page) =>
+  page.evaluate(
+    () =>
+      new Promise((done) =>
+        requestAnimationFrame(() =>
+          requestAnimationFrame(() =>
+            done({
+              picture: document.querySelector("#machine-drawing svg").innerHTML,
+              figures:
+                document.querySelector("#here-errors").textContent +
+                document.querySelector("#here-tip").textContent,
+              note: document.querySelector("#exaggeration-note").textContent,
+            }),
+          ),
+        ),
+      ),
+  );
 
 /** Every slider, moved with the keyboard, changes the picture and the figures beside it. */
 export async function sliders(page, fault) {
   const ids = await page.$$eval("#machine input[type=range]", (all) => all.map((e) => e.id));
   if (ids.length < 4) fault(`there are only ${ids.length} sliders`);
-  const errors = await page.evaluate(() => window.trueaxis.machine.model.checks.some((c) => c.before.tip_mm > 0));
+  const errors = await page.evaluate(() =>
+    window.trueaxis.machine.model.checks.some((c) => c.before.tip_mm > 0),
+  );
   // Not where turning changes nothing.
   for (const id of ids.filter((id) => id.startsWith("axis-"))) {
     await page.focus(`#${id}`);
@@ -187,15 +233,28 @@ export async function sliders(page, fault) {
 
 /** The field shows what its buttons say, and the worst positions move the sliders. */
 export async function field(page, fault) {
-  const picture = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(document.querySelector("#field-drawing svg").innerHTML)))));
-  const { tables, errors } = await page.evaluate(() => ({ tables: !!window.trueaxis.machine.model.tables, errors: window.trueaxis.machine.model.checks.some((c) => c.before.tip_mm > 0) }));
+  const picture = () =>
+    page.evaluate(
+      () =>
+        new Promise((done) =>
+          requestAnimationFrame(() =>
+            requestAnimationFrame(() => done(document.querySelector("#field-drawing svg").innerHTML)),
+          ),
+        ),
+    );
+  const { tables, errors } = await page.evaluate(() => ({
+    tables: !!window.trueaxis.machine.model.tables,
+    errors: window.trueaxis.machine.model.checks.some((c) => c.before.tip_mm > 0),
+  }));
   const shown = [await picture()];
   for (const kind of ["after", "difference"]) {
-    if ((await page.isVisible(`#show-${kind}`)) !== tables) fault(`the button ${kind} is there without tables, or not with them`);
+    if ((await page.isVisible(`#show-${kind}`)) !== tables)
+      fault(`the button ${kind} is there without tables, or not with them`);
     if (!tables) continue;
     await page.click(`#show-${kind}`);
     shown.push(await picture());
-    if ((await page.getAttribute(`#show-${kind}`, "aria-pressed")) !== "true") fault(`the button ${kind} is not pressed`);
+    if ((await page.getAttribute(`#show-${kind}`, "aria-pressed")) !== "true")
+      fault(`the button ${kind} is not pressed`);
   }
   if (new Set(shown).size !== shown.length) fault("before, after and difference look alike");
   if (tables) await page.click("#show-before");
@@ -212,13 +271,18 @@ export async function field(page, fault) {
     const there = await page.evaluate(() => {
       const { machine, state } = window.trueaxis;
       const sliders = machine.model.axes.map((a) => Number(document.getElementById(`axis-${a.letter}`).value));
-      return { um: 1e3 * machine.before(state).tip, far: Math.max(...sliders.map((v, k) => Math.abs(v - state.position[k]))) };
+      return {
+        um: 1e3 * machine.before(state).tip,
+        far: Math.max(...sliders.map((v, k) => Math.abs(v - state.position[k]))),
+      };
     });
     if (Math.abs(there.um - said) > 0.006 * said) fault(`a worst position of ${said} µm has ${there.um} µm`);
     if (!(there.far < 1e-9)) fault(`sliders are ${there.far} away from the position that was chosen`);
   }
   // Nothing that the lattice shows is worse than the list by much.
-  const most = await page.evaluate(() => Number(document.querySelector("#field-figures tr td:nth-child(3)").textContent));
+  const most = await page.evaluate(() =>
+    Number(document.querySelector("#field-figures tr td:nth-child(3)").textContent),
+  );
   const first = Number((await places[0].textContent()).match(/^([\d.]+) µm/)[1]);
   if (most > 1.02 * first) fault(`the field has ${most} µm, the worst position that is listed ${first} µm`);
 }
@@ -226,24 +290,28 @@ export async function field(page, fault) {
 /** Who wants no motion sees both ends, one after the other. */
 export async function calm(page, fault) {
   const letter = await page.evaluate(() => window.trueaxis.machine.model.axes[0].letter);
-  const seen = await page.evaluate((id) => new Promise((done) => {
-    const slider = document.getElementById(id);
-    const seen = new Set();
-    slider.closest(".slider").querySelector(".play").click();
-    const from = performance.now();
-    const look = () => {
-      seen.add(slider.value);
-      if (performance.now() - from > 2200) done(seen.size);
-      else requestAnimationFrame(look);
-    };
-    look();
-  }), `axis-${letter}`);
+  const seen = await page.evaluate(
+    (id) =>
+      new Promise((done) => {
+        const slider = document.getElementById(id);
+        const seen = new Set();
+        slider.closest(".slider").querySelector(".play").click();
+        const from = performance.now();
+        const look = () => {
+          seen.add(slider.value);
+          if (performance.now() - from > 2200) done(seen.size);
+          else requestAnimationFrame(look);
+        };
+        look();
+      }),
+    `axis-${letter}`,
+  );
   if (seen < 2 || seen > 3) fault(`without motion, an axis is played over ${seen} positions`);
 }
 
 /** The same page with another number in one of the positions that the program wrote. */
 export function falsified(html) {
-  const from = html.indexOf('>', html.indexOf('id="model-data"')) + 1;
+  const from = html.indexOf(">", html.indexOf('id="model-data"')) + 1;
   const to = html.indexOf("</script>", from);
   const model = JSON.parse(html.slice(from, to));
   model.checks[50].actual[3] += 2e-6;
@@ -257,7 +325,13 @@ export async function alarm(page, fault) {
     const probe = document.createElement("span");
     probe.style.color = "var(--alarm)";
     document.body.append(probe);
-    return { words: first.textContent, seen: first.getClientRects().length > 0, ground: getComputedStyle(first).backgroundColor, red: getComputedStyle(probe).color };
+    return {
+      words: first.textContent,
+      seen: first.getClientRects().length > 0,
+      ground: getComputedStyle(first).backgroundColor,
+      red: getComputedStyle(probe).color,
+    };
   });
-  if (!said.seen || said.ground !== said.red || !/2\.0e-6 mm/.test(said.words)) fault(`a page that is wrong by 2e-6 mm begins with “${said.words.slice(0, 80)}” on ${said.ground}`);
+  if (!said.seen || said.ground !== said.red || !/2\.0e-6 mm/.test(said.words))
+    fault(`a page that is wrong by 2e-6 mm begins with “${said.words.slice(0, 80)}” on ${said.ground}`);
 }

@@ -4,18 +4,25 @@ import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 
 /** Pages of a printed file, as text. */
-const pages = (file) => execFileSync("pdftotext", ["-raw", file, "-"], { encoding: "utf8", maxBuffer: 1 << 27 }).split("\f");
+const pages = (file) =>
+  execFileSync("pdftotext", ["-raw", file, "-"], { encoding: "utf8", maxBuffer: 1 << 27 }).split("\f");
 
 export async function prints(page, report, folder, fault) {
   await page.emulateMedia({ media: "print" });
-  const seen = await page.$$eval("input, button.play, .view-buttons, .choice", (all) => all.filter((e) => e.getClientRects().length).length);
+  const seen = await page.$$eval(
+    "input, button.play, .view-buttons, .choice",
+    (all) => all.filter((e) => e.getClientRects().length).length,
+  );
   if (seen) fault(`${seen} controls are printed`);
   // Letters that take no room, in the first and in the last corner of each figure.
   const count = await page.evaluate(() => {
     const figures = [...document.querySelectorAll("figure")].filter((f) => f.getClientRects().length);
     figures.forEach((figure, k) => {
       figure.style.position = "relative";
-      for (const [end, place] of [["a", "top:0"], ["b", "bottom:0"]]) {
+      for (const [end, place] of [
+        ["a", "top:0"],
+        ["b", "bottom:0"],
+      ]) {
         const mark = document.createElement("span");
         mark.className = "mark-of-test";
         mark.textContent = `figure${k}${end}`;
@@ -31,9 +38,13 @@ export async function prints(page, report, folder, fault) {
     const text = pages(file);
     for (let k = 0; k < count; k++) {
       const [first, last] = ["a", "b"].map((end) => text.findIndex((t) => t.includes(`figure${k}${end}`)));
-      const name = await page.evaluate((k) => document.querySelectorAll("figure figcaption")[k]?.textContent.slice(0, 40), k);
+      const name = await page.evaluate(
+        (k) => document.querySelectorAll("figure figcaption")[k]?.textContent.slice(0, 40),
+        k,
+      );
       if (first < 0 || last < 0) fault(`${format}: figure ${k} (${name}) is not on paper`);
-      else if (first !== last) fault(`${format}: figure ${k} (${name}) begins on page ${first + 1} and ends on page ${last + 1}`);
+      else if (first !== last)
+        fault(`${format}: figure ${k} (${name}) begins on page ${first + 1} and ends on page ${last + 1}`);
     }
   }
   await page.$$eval(".mark-of-test", (all) => all.forEach((e) => e.remove()));

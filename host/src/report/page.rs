@@ -26,11 +26,13 @@ const STYLE: &str = concat!(
     include_str!("page/view.css")
 );
 /// What the page computes, and what it draws with that.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("page/engine.js"),
     include_str!("page/scene.js"),
+    include_str!("page/layout.js"),
     include_str!("page/machine.js"),
     include_str!("page/field.js"),
+    include_str!("page/sliders.js"),
     include_str!("page/view.js"),
 ];
 

@@ -48,9 +48,18 @@ const Engine = (() => {
   function ofError([x, y, z, a, b, c]) {
     const [sa, ca, sb, cb, sc, cc] = [a, b, c].flatMap((r) => [Math.sin(r), Math.cos(r)]);
     return [
-      cb * cc, -cb * sc, sb, x,
-      ca * sc + sa * sb * cc, ca * cc - sa * sb * sc, -sa * cb, y,
-      sa * sc - ca * sb * cc, sa * cc + ca * sb * sc, ca * cb, z,
+      cb * cc,
+      -cb * sc,
+      sb,
+      x,
+      ca * sc + sa * sb * cc,
+      ca * cc - sa * sb * sc,
+      -sa * cb,
+      y,
+      sa * sc - ca * sb * cc,
+      sa * cc + ca * sb * sc,
+      ca * cb,
+      z,
     ];
   }
 
@@ -123,8 +132,14 @@ const Engine = (() => {
     const step = f(of.step);
     const period = f(points * step);
     return {
-      start: f(of.start), inverseStep: f(1 / step), modulo: of.modulo, period,
-      inversePeriod: f(1 / period), points, last: points - 1, end: cubic ? points - 3 : points - 1,
+      start: f(of.start),
+      inverseStep: f(1 / step),
+      modulo: of.modulo,
+      period,
+      inversePeriod: f(1 / period),
+      points,
+      last: points - 1,
+      end: cubic ? points - 3 : points - 1,
     };
   }
 
@@ -153,7 +168,12 @@ const Engine = (() => {
       spans: grid.inputs.map((of) => span(of, of.points, false)),
       samples: Float32Array.from(grid.samples),
     }));
-    const holds = { both: () => 1, positive: (s) => (s > 0 ? 1 : 0), negative: (s) => (s < 0 ? 1 : 0), signed: (s) => s };
+    const holds = {
+      both: () => 1,
+      positive: (s) => (s > 0 ? 1 : 0),
+      negative: (s) => (s < 0 ? 1 : 0),
+      signed: (s) => s,
+    };
     return (inputs, signs) => {
       const values = [];
       for (const bank of banks) {
@@ -214,7 +234,10 @@ const Engine = (() => {
 
     /** A position of any turn of an endless axis as the same place within its travel. */
     withinTurn(index, q) {
-      const { travel: [low, high], endless } = this.model.axes[index];
+      const {
+        travel: [low, high],
+        endless,
+      } = this.model.axes[index];
       if (!endless || (q >= low && q <= high)) return q;
       return q - (high - low) * Math.floor((q - low) / (high - low));
     }
@@ -324,7 +347,12 @@ const Engine = (() => {
     /** Before, and with tables after: as `left`. */
     both(state) {
       const added = this.correction(state);
-      const after = added && this.left(state, added.map((d, k) => d + this.model.zero[k]));
+      const after =
+        added &&
+        this.left(
+          state,
+          added.map((d, k) => d + this.model.zero[k]),
+        );
       return { before: this.before(state), after, added };
     }
   }

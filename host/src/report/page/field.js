@@ -7,7 +7,8 @@ const Field = (() => {
   const COLOURS = 6;
   /** Positions along each linear axis. */
   const LATTICE = 5;
-  /** Random positions among which the worst are looked for, how many of them go on to worse ones, how many are listed. */
+  /** Random positions among which the worst are looked for, how many of them go on to worse ones, and how many
+   * are listed. */
   const [SEARCHED, CLIMBING, LISTED] = [1000, 12, 6];
 
   /** What an arrow shows: a way of the tip (mm), seen from the workpiece. */
@@ -47,7 +48,9 @@ const Field = (() => {
       this.machine = machine;
       // Three of them span space; a further one stays where its slider is.
       this.axes = machine.model.axes.map((axis, index) => ({ ...axis, index })).filter((a) => !a.rotary);
-      this.axes = this.axes.filter((a, _, all) => all.find((b) => b.component === a.component) === a).slice(0, 3);
+      this.axes = this.axes
+        .filter((a, _, all) => all.find((b) => b.component === a.component) === a)
+        .slice(0, 3);
     }
 
     /** Errors on a lattice of the linear axes, the others as in a state. */
@@ -58,7 +61,10 @@ const Field = (() => {
           nodes.push({ position, ...this.machine.both({ ...state, position }) });
           return;
         }
-        const { index, travel: [low, high] } = this.axes[k];
+        const {
+          index,
+          travel: [low, high],
+        } = this.axes[k];
         for (let i = 0; i < count; i++) {
           const next = [...position];
           next[index] = low + ((high - low) * i) / (count - 1);
@@ -71,7 +77,10 @@ const Field = (() => {
 
     /** Mean and maximum of what is shown (µm, µrad). */
     summary(nodes, shown) {
-      const of = (values) => ({ mean: values.reduce((s, v) => s + v, 0) / values.length, max: Math.max(...values) });
+      const of = (values) => ({
+        mean: values.reduce((s, v) => s + v, 0) / values.length,
+        max: Math.max(...values),
+      });
       return {
         um: of(nodes.map((n) => 1e3 * length(SHOWN[shown](n)))),
         urad: of(nodes.map((n) => 1e6 * Math.abs(ANGLE[shown](n)))),
@@ -93,7 +102,10 @@ const Field = (() => {
         const size = length(way);
         const colour = most > 0 ? Math.min(COLOURS - 1, Math.floor((COLOURS * size) / most)) : 0;
         const [x, y, depth] = view.project(node.before.at);
-        picture.parts.push([depth + 1e-6, `<circle class="node" cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="1.3"/>`]);
+        picture.parts.push([
+          depth + 1e-6,
+          `<circle class="node" cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="1.3"/>`,
+        ]);
         if (most === 0) continue;
         const arrow = [node.before.at, add(node.before.at, way, Math.max(1.1 * cell, 34 / view.scale) / most)];
         picture.arrow(arrow, `flow colour${colour}`, 8, true);
@@ -117,11 +129,13 @@ const Field = (() => {
         }
         for (const [a, b] of edges) picture.line([a, add(a, sub(b, a), 0.5), b], "edge");
         // The scale stands at the outermost edge: low ones before high ones, left before right.
-        const outermost = edges.map(([a, b]) => {
-          const [p, q] = [view.project(a), view.project(b)];
-          const middle = [0.5 * (p[0] + q[0]) - centre[0], 0.5 * (p[1] + q[1]) - centre[1]];
-          return { a, b, far: Math.hypot(...middle) + 0.25 * middle[1] - 0.1 * middle[0] };
-        }).sort((x, y) => y.far - x.far)[0];
+        const outermost = edges
+          .map(([a, b]) => {
+            const [p, q] = [view.project(a), view.project(b)];
+            const middle = [0.5 * (p[0] + q[0]) - centre[0], 0.5 * (p[1] + q[1]) - centre[1]];
+            return { a, b, far: Math.hypot(...middle) + 0.25 * middle[1] - 0.1 * middle[0] };
+          })
+          .sort((x, y) => y.far - x.far)[0];
         const { a, b } = outermost;
         const middle = add(a, sub(b, a), 0.5);
         // Away from the middle of the box, across the edge.
@@ -132,7 +146,7 @@ const Field = (() => {
         if (across[0] * (m[0] - centre[0]) + across[1] * (m[1] - centre[1]) < 0) across = across.map((v) => -v);
         const words = (at, text, style, distance) => {
           const anchor = across[0] > 0.35 ? "start" : across[0] < -0.35 ? "end" : "middle";
-          picture.over.push(`<text class="${style}" x="${(at[0] + distance * across[0]).toFixed(1)}" y="${(at[1] + distance * across[1] + 4).toFixed(1)}" text-anchor="${anchor}">${text}</text>`);
+          picture.write([at[0] + distance * across[0], at[1] + distance * across[1] + 4], text, style, anchor);
         };
         picture.above([a, b], "scale");
         const [low, high] = axis.travel;
@@ -142,7 +156,7 @@ const Field = (() => {
         const upright = Math.abs(d[1]) > 2 * Math.abs(d[0]);
         const top = p[1] < q[1] ? p : q;
         // Beside a scale that stands upright there is little room.
-        if (upright) picture.over.push(`<text class="letter" x="${top[0].toFixed(1)}" y="${(top[1] - 14).toFixed(1)}" text-anchor="middle">${title}</text>`);
+        if (upright) picture.write([top[0], top[1] - 14], title, "letter", "middle");
         else words(m, title, "letter", 26);
       });
     }
@@ -151,19 +165,26 @@ const Field = (() => {
     worst(auxiliaries, shown) {
       const { model } = this.machine;
       const random = seeded(16);
-      const reverses = model.axes.map((a) => a.motions.some((m) => m && (m.backlash !== 0 || (m.tabulated && m.tabulated.negative))));
+      const reverses = model.axes.map((a) =>
+        a.motions.some((m) => m && (m.backlash !== 0 || (m.tabulated && m.tabulated.negative))),
+      );
       // A tip is mostly worst at ends of the linear travel.
       const draw = ({ travel: [low, high], rotary }) => {
         const at = random();
         return !rotary && random() < 0.6 ? (at < 0.5 ? low : high) : low + (high - low) * at;
       };
-      const look = (state) => ({ state, left: shown === "before" ? this.machine.before(state) : this.machine.both(state).after });
-      const found = Array.from({ length: SEARCHED }, () => look({
-        position: model.axes.map(draw),
-        // Whence it came matters where there is backlash.
-        direction: reverses.map((does) => (does ? (random() < 0.5 ? -1 : 1) : 0)),
-        auxiliaries,
-      })).sort((a, b) => b.left.tip - a.left.tip);
+      const look = (state) => ({
+        state,
+        left: shown === "before" ? this.machine.before(state) : this.machine.both(state).after,
+      });
+      const found = Array.from({ length: SEARCHED }, () =>
+        look({
+          position: model.axes.map(draw),
+          // Whence it came matters where there is backlash.
+          direction: reverses.map((does) => (does ? (random() < 0.5 ? -1 : 1) : 0)),
+          auxiliaries,
+        }),
+      ).sort((a, b) => b.left.tip - a.left.tip);
       // The first of them go on, one axis after the other, to where it is worse.
       const better = (one) => {
         for (let round = 0; round < 2; round++) {
@@ -182,7 +203,12 @@ const Field = (() => {
       found.unshift(...climbed);
       found.sort((a, b) => b.left.tip - a.left.tip);
       const chosen = [];
-      const near = (a, b) => Math.max(...model.axes.map(({ travel: [low, high] }, i) => Math.abs(a.position[i] - b.position[i]) / (high - low))) < 0.25;
+      const near = (a, b) =>
+        Math.max(
+          ...model.axes.map(
+            ({ travel: [low, high] }, i) => Math.abs(a.position[i] - b.position[i]) / (high - low),
+          ),
+        ) < 0.25;
       for (const one of found) {
         if (chosen.length < LISTED && !chosen.some((c) => near(c.state, one.state))) chosen.push(one);
       }

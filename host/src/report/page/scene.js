@@ -12,7 +12,12 @@ const Scene = (() => {
   /** Two directions across one, and across each other. */
   function across(a) {
     const k = a.map(Math.abs).indexOf(Math.min(...a.map(Math.abs)));
-    const u = unit(cross(a, [0, 1, 2].map((i) => (i === k ? 1 : 0))));
+    const u = unit(
+      cross(
+        a,
+        [0, 1, 2].map((i) => (i === k ? 1 : 0)),
+      ),
+    );
     return [u, cross(a, u)];
   }
 
@@ -31,7 +36,12 @@ const Scene = (() => {
     const pieces = Math.max(1, Math.min(12, Math.round(length(whole) / piece)));
     const ring = (k) => {
       const at = add(a, whole, k / pieces);
-      return [[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([i, j]) => add(add(at, u, i), v, j));
+      return [
+        [1, 1],
+        [-1, 1],
+        [-1, -1],
+        [1, -1],
+      ].map(([i, j]) => add(add(at, u, i), v, j));
     };
     const faces = [face(ring(0).reverse(), style), face(ring(pieces), style)];
     for (let k = 0; k < pieces; k++) {
@@ -100,13 +110,19 @@ const Scene = (() => {
     fit(points) {
       const [from, to] = [-1, 1];
       const ways = [];
-      for (let x = from; x <= to; x++) for (let y = from; y <= to; y++) for (let z = from; z <= to; z++) ways.push([x, y, z]);
+      for (let x = from; x <= to; x++)
+        for (let y = from; y <= to; y++) for (let z = from; z <= to; z++) ways.push([x, y, z]);
       const last = (way) => points.reduce((best, p) => (dot(p, way) > dot(best, way) ? p : best));
       this.extreme = ways.map(last);
     }
 
     begin() {
-      const [ca, sa, ce, se] = [Math.cos(this.azimuth), Math.sin(this.azimuth), Math.cos(this.elevation), Math.sin(this.elevation)];
+      const [ca, sa, ce, se] = [
+        Math.cos(this.azimuth),
+        Math.sin(this.azimuth),
+        Math.cos(this.elevation),
+        Math.sin(this.elevation),
+      ];
       this.right = [ca, sa, 0];
       this.up = [-sa * se, ca * se, ce];
       this.away = [-sa * ce, ca * ce, -se];
@@ -116,9 +132,12 @@ const Scene = (() => {
       };
       const [across, high, deep] = [this.right, this.up, this.away].map(range);
       const room = [this.size[0] - 2 * this.margin[0], this.size[1] - 2 * this.margin[1]];
-      this.scale = this.zoom * Math.min(room[0] / (across[1] - across[0] || 1), room[1] / (high[1] - high[0] || 1));
+      this.scale =
+        this.zoom * Math.min(room[0] / (across[1] - across[0] || 1), room[1] / (high[1] - high[0] || 1));
       const middle = [across, high, deep].map(([low, top]) => 0.5 * (low + top));
-      this.centre = [0, 1, 2].map((k) => middle[0] * this.right[k] + middle[1] * this.up[k] + middle[2] * this.away[k]);
+      this.centre = [0, 1, 2].map(
+        (k) => middle[0] * this.right[k] + middle[1] * this.up[k] + middle[2] * this.away[k],
+      );
     }
 
     /** On the page: right, down, and away from the eye. */
@@ -157,7 +176,10 @@ const Scene = (() => {
         const light = 0.5 + 0.35 * normal[2] - 0.15 * dot(normal, this.view.away);
         const shade = Math.max(0, Math.min(3, Math.floor(4 * light)));
         const depth = p.reduce((s, q) => s + q[2], 0) / p.length;
-        this.parts.push([depth, `<polygon class="${style} shade${shade}" points="${p.map((q) => `${n(q[0])},${n(q[1])}`).join(" ")}"/>`]);
+        this.parts.push([
+          depth,
+          `<polygon class="${style} shade${shade}" points="${p.map((q) => `${n(q[0])},${n(q[1])}`).join(" ")}"/>`,
+        ]);
       }
     }
 
@@ -171,7 +193,9 @@ const Scene = (() => {
           area += a[0] * b[1] - b[0] * a[1];
         });
         if (area >= 0) continue;
-        this.over.push(`<polygon class="${style}" points="${p.map((q) => `${n(q[0])},${n(q[1])}`).join(" ")}"/>`);
+        this.over.push(
+          `<polygon class="${style}" points="${p.map((q) => `${n(q[0])},${n(q[1])}`).join(" ")}"/>`,
+        );
       }
     }
 
@@ -180,13 +204,21 @@ const Scene = (() => {
       const p = points.map((q) => this.view.project(q));
       for (let i = 1; i < p.length; i++) {
         const depth = 0.5 * (p[i - 1][2] + p[i][2]) - 1 / this.view.scale;
-        this.parts.push([depth, `<path class="${style}" d="M${n(p[i - 1][0])},${n(p[i - 1][1])}L${n(p[i][0])},${n(p[i][1])}"/>`]);
+        this.parts.push([
+          depth,
+          `<path class="${style}" d="M${n(p[i - 1][0])},${n(p[i - 1][1])}L${n(p[i][0])},${n(p[i][1])}"/>`,
+        ]);
       }
     }
 
     /** A line over everything. */
     above(points, style) {
-      this.over.push(`<path class="${style}" d="M${points.map((q) => this.view.project(q)).map((q) => `${n(q[0])},${n(q[1])}`).join("L")}"/>`);
+      this.over.push(
+        `<path class="${style}" d="M${points
+          .map((q) => this.view.project(q))
+          .map((q) => `${n(q[0])},${n(q[1])}`)
+          .join("L")}"/>`,
+      );
     }
 
     /** The same with a head at its end; `among` the faces or over them. */
@@ -199,7 +231,8 @@ const Scene = (() => {
       if (size > 0.5) {
         const [x, y] = [d[0] / size, d[1] / size];
         const h = among ? Math.min(head, 1.2 * size) : head;
-        const at = (k, s) => `${n(b[0] - k * h * x + s * h * 0.42 * -y)},${n(b[1] - k * h * y + s * h * 0.42 * x)}`;
+        const at = (k, s) =>
+          `${n(b[0] - k * h * x + s * h * 0.42 * -y)},${n(b[1] - k * h * y + s * h * 0.42 * x)}`;
         svg += `<polygon class="${style} head" points="${at(-0.25, 0)} ${at(0.85, 1)} ${at(0.85, -1)}"/>`;
       }
       if (among) this.parts.push([0.5 * (a[2] + b[2]), svg]);
@@ -221,9 +254,16 @@ const Scene = (() => {
       // Words stay in the picture.
       const left = Math.min(x + dx, x + dx + (anchor === "middle" ? -half : shift));
       const right = Math.max(x + dx, x + dx + (anchor === "middle" ? half : shift));
-      const inside = (left < 2 ? 2 - left : 0) - (right > this.view.size[0] - 2 ? right - this.view.size[0] + 2 : 0);
+      const inside =
+        (left < 2 ? 2 - left : 0) - (right > this.view.size[0] - 2 ? right - this.view.size[0] + 2 : 0);
       const down = Math.max(12, Math.min(this.view.size[1] - 4, y + dy));
-      this.over.push(`<text class="${style}" x="${n(x + dx + inside)}" y="${n(down)}" text-anchor="${anchor}">${text(words)}</text>`);
+      this.write([x + dx + inside, down], words, style, anchor);
+    }
+
+    /** Words at a place of the page. */
+    write([x, y], words, style, anchor) {
+      const place = `x="${n(x)}" y="${n(y)}" text-anchor="${anchor}"`;
+      this.over.push(`<text class="${style}" ${place}>${text(words)}</text>`);
     }
 
     dot(at, r, style) {

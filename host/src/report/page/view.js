@@ -2,28 +2,19 @@
 (() => {
   "use strict";
   const { figure } = Field;
+  const { element, inUnit } = Sliders;
+  /** What the error field shows. */
+  const KINDS = ["before", "after", "difference"];
   const $ = (id) => document.getElementById(id);
   const machine = new Engine.Machine(JSON.parse($("model-data").textContent));
   const { model } = machine;
   const drawing = new Drawing(machine);
   const field = new Field(machine);
   const state = structuredClone(drawing.home);
-  const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
+  const sliders = new Sliders(drawing, state, () => redraw());
   const wrong = model.checks.some((c) => c.before.tip_mm > 0 || c.before.direction_rad > 0);
   let exaggeration = drawing.suited(model.checks);
   let shown = "before";
-
-  /** An element with attributes and children; words are never read as markup. */
-  function element(name, attributes, ...children) {
-    const made = document.createElement(name);
-    for (const [key, value] of Object.entries(attributes ?? {})) {
-      if (value !== false) made.setAttribute(key, value === true ? "" : value);
-    }
-    made.append(...children);
-    return made;
-  }
-
-  const inUnit = (axis, value) => (axis.rotary ? `${value.toFixed(1)}°` : `${value.toFixed(1)} mm`).replace("-", "−");
 
   /* What the page computes is compared with what the program wrote. */
 
@@ -32,11 +23,16 @@
     const where = $("agreement");
     const numbers = `${far.mm.toExponential(1)} mm and ${far.rad.toExponential(1)} rad`;
     if (far.agrees) {
-      const same = far.corrections === 0 ? ", corrections to the bit" : "";
-      where.textContent = `Poses and errors are computed in this page. At ${far.positions} positions they agree with the program's to ${numbers}${model.tables ? same : ""}.`;
+      const same = model.tables && far.corrections === 0 ? ", corrections to the bit" : "";
+      where.textContent =
+        `Poses and errors are computed in this page. At ${far.positions} positions they agree with ` +
+        `the program's to ${numbers}${same}.`;
       return;
     }
-    where.textContent = `This page computes something else than the program: at ${far.positions} positions they differ by up to ${numbers}, more than ${Engine.LIMIT.mm} mm or ${Engine.LIMIT.rad} rad. Do not rely on the drawing and the error field.`;
+    where.textContent =
+      `This page computes something else than the program: at ${far.positions} positions they differ by up ` +
+      `to ${numbers}, more than ${Engine.LIMIT.mm} mm or ${Engine.LIMIT.rad} rad. Do not rely on the drawing ` +
+      "and the error field.";
     where.className = "disagreement";
     where.setAttribute("role", "alert");
     document.querySelector("main").prepend(where);
@@ -68,9 +64,13 @@
     });
     for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, () => (held = null));
     const keys = {
-      ArrowLeft: () => view.turn(0.1, 0), ArrowRight: () => view.turn(-0.1, 0),
-      ArrowUp: () => view.turn(0, -0.1), ArrowDown: () => view.turn(0, 0.1),
-      "+": () => (view.zoom *= 1.15), "-": () => (view.zoom /= 1.15), Home: () => view.reset(),
+      ArrowLeft: () => view.turn(0.1, 0),
+      ArrowRight: () => view.turn(-0.1, 0),
+      ArrowUp: () => view.turn(0, -0.1),
+      ArrowDown: () => view.turn(0, 0.1),
+      "+": () => (view.zoom *= 1.15),
+      "-": () => (view.zoom /= 1.15),
+      Home: () => view.reset(),
     };
     svg.addEventListener("keydown", (e) => {
       if (!keys[e.key]) return;
@@ -82,7 +82,11 @@
     for (const [label, name, does] of [
       ["Reset view", "Reset the view", () => view.reset()],
       ["From the front", "Look from the front", () => Object.assign(view, { azimuth: 0, elevation: 0 })],
-      ["From the side", "Look from the right side", () => Object.assign(view, { azimuth: Math.PI / 2, elevation: 0 })],
+      [
+        "From the side",
+        "Look from the right side",
+        () => Object.assign(view, { azimuth: Math.PI / 2, elevation: 0 }),
+      ],
       ["From above", "Look from above", () => Object.assign(view, { azimuth: 0, elevation: Math.PI / 2 })],
     ]) {
       const button = element("button", { type: "button", "aria-label": name }, label);
@@ -111,7 +115,8 @@
     machinePicture.svg.innerHTML = drawing.draw(machinePicture.view, state, exaggeration);
     $("exaggeration-note").textContent = !wrong
       ? "All errors are zero: the machine is drawn as it is described."
-      : `Errors are drawn ${exaggeration.toLocaleString("en")} times as large${drawing.cut ? ", the largest of them no larger than can be shown" : ""}.`;
+      : `Errors are drawn ${exaggeration.toLocaleString("en")} times as large` +
+        `${drawing.cut ? ", the largest of them no larger than can be shown" : ""}.`;
     figuresHere();
     drawField();
   }
@@ -123,16 +128,35 @@
     const rows = [["before", before]];
     if (after) rows.push(["after", after]);
     const cells = (left) => [...left.way.map((v) => 1e3 * v), 1e3 * left.tip, 1e6 * left.direction].map(figure);
-    const body = rows.map(([name, left]) => row(name === "after" ? "with the tables" : "before", cells(left), name));
+    const body = rows.map(([name, left]) =>
+      row(name === "after" ? "with the tables" : "before", cells(left), name),
+    );
     if (after) {
       const change = (k) => 1e3 * (after.way[k] - before.way[k]);
-      body.push(row("difference", [change(0), change(1), change(2), 1e3 * (after.tip - before.tip), 1e6 * (after.direction - before.direction)].map(figure), ""));
+      body.push(
+        row(
+          "difference",
+          [
+            change(0),
+            change(1),
+            change(2),
+            1e3 * (after.tip - before.tip),
+            1e6 * (after.direction - before.direction),
+          ].map(figure),
+          "",
+        ),
+      );
     }
     $("here-errors").replaceChildren(...body);
     const nominal = machine.nominal(state);
-    $("here-tip").textContent = `Tool tip in the workpiece frame: x ${nominal[3].toFixed(3)}, y ${nominal[7].toFixed(3)}, z ${nominal[11].toFixed(3)} mm.`.replaceAll("-", "−");
+    const [x, y, z] = [3, 7, 11].map((k) => nominal[k].toFixed(3).replace("-", "−"));
+    $("here-tip").textContent = `Tool tip in the workpiece frame: x ${x}, y ${y}, z ${z} mm.`;
+    const adds = (axis, value) =>
+      axis.rotary
+        ? `${axis.letter} ${figure((1e6 * value * Math.PI) / 180)} µrad`
+        : `${axis.letter} ${figure(1e3 * value)} µm`;
     $("here-correction").textContent = added
-      ? `The tables add ${model.axes.map((a, i) => `${a.letter} ${figure(a.rotary ? 1e6 * added[i] * Math.PI / 180 : 1e3 * added[i])} ${a.rotary ? "µrad" : "µm"}`).join(", ")}.`
+      ? `The tables add ${model.axes.map((axis, i) => adds(axis, added[i])).join(", ")}.`
       : "There are no tables: errors are shown as they are.";
   }
 
@@ -149,16 +173,28 @@
     const { svg, most } = field.draw(fieldPicture.view, nodes, shown, state);
     fieldPicture.svg.innerHTML = svg;
     const rotary = model.axes.map((a, i) => [a, i]).filter(([a]) => a.rotary);
-    const at = rotary.length ? ` at ${rotary.map(([a, i]) => `${a.letter} ${inUnit(a, state.position[i])}`).join(", ")}` : "";
+    const at = rotary.length
+      ? ` at ${rotary.map(([a, i]) => `${a.letter} ${inUnit(a, state.position[i])}`).join(", ")}`
+      : "";
     const what = { before: "before", after: "with the tables", difference: "what the tables change" }[shown];
-    $("field-caption").textContent = `Error of the tip over the linear travel (X, Y, Z in mm), ${what}${at}, seen from the workpiece`
-      .replace("X, Y, Z", field.axes.map((a) => a.letter).join(", "));
-    const kinds = shown === "difference" ? ["before", "after", "difference"] : model.tables ? ["before", "after"] : ["before"];
-    $("field-figures").replaceChildren(...kinds.map((kind) => {
-      const { um, urad } = field.summary(nodes, kind);
-      const name = { before: "before", after: "with the tables", difference: "difference" }[kind];
-      return row(name, [um.mean, um.max, urad.mean, urad.max].map(figure), kind);
-    }));
+    $("field-caption").textContent =
+      `Error of the tip over the linear travel (X, Y, Z in mm), ${what}${at}, seen from the workpiece`.replace(
+        "X, Y, Z",
+        field.axes.map((a) => a.letter).join(", "),
+      );
+    const kinds =
+      shown === "difference"
+        ? ["before", "after", "difference"]
+        : model.tables
+          ? ["before", "after"]
+          : ["before"];
+    $("field-figures").replaceChildren(
+      ...kinds.map((kind) => {
+        const { um, urad } = field.summary(nodes, kind);
+        const name = { before: "before", after: "with the tables", difference: "difference" }[kind];
+        return row(name, [um.mean, um.max, urad.mean, urad.max].map(figure), kind);
+      }),
+    );
     legend(1e3 * most);
   }
 
@@ -170,7 +206,10 @@
     }
     const steps = Array.from({ length: Field.COLOURS }, (_, k) => {
       const swatch = element("span", { class: `swatch colour${k}`, "aria-hidden": "true" });
-      const range = k === 0 ? `to ${figure(most / Field.COLOURS)}` : `${figure((most * k) / Field.COLOURS)} to ${figure((most * (k + 1)) / Field.COLOURS)}`;
+      const range =
+        k === 0
+          ? `to ${figure(most / Field.COLOURS)}`
+          : `${figure((most * k) / Field.COLOURS)} to ${figure((most * (k + 1)) / Field.COLOURS)}`;
       return element("li", {}, swatch, range);
     });
     holder.replaceChildren(
@@ -183,157 +222,52 @@
   function worst() {
     const list = $("worst-list");
     const which = shown === "after" ? "after" : "before";
-    $("worst-title").textContent = which === "after" ? "Worst positions with the tables" : "Worst positions before";
+    $("worst-title").textContent =
+      which === "after" ? "Worst positions with the tables" : "Worst positions before";
     if (!wrong) {
       list.replaceChildren(element("li", {}, "All errors are zero: no position is worse than another."));
       return;
     }
-    list.replaceChildren(...field.worst(drawing.home.auxiliaries, which).map(({ state: there, left }) => {
-      const place = model.axes.map((a, i) => `${a.letter} ${inUnit(a, there.position[i])}${there.direction[i] ? (there.direction[i] > 0 ? " from below" : " from above") : ""}`).join(", ");
-      const button = element("button", { type: "button", class: "place" },
-        element("b", { class: which }, `${figure(1e3 * left.tip)} µm, ${figure(1e6 * left.direction)} µrad`), ` at ${place}`);
-      button.addEventListener("click", () => {
-        Object.assign(state, structuredClone(there));
-        showSliders();
-        redraw();
-      });
-      return element("li", {}, button);
-    }));
+    list.replaceChildren(
+      ...field.worst(drawing.home.auxiliaries, which).map(({ state: there, left }) => {
+        const came = (i) => ["from above", "", "from below"][there.direction[i] + 1];
+        const at = (axis, i) => `${axis.letter} ${inUnit(axis, there.position[i])} ${came(i)}`.trim();
+        const place = model.axes.map(at).join(", ");
+        const button = element(
+          "button",
+          { type: "button", class: "place" },
+          element("b", { class: which }, `${figure(1e3 * left.tip)} µm, ${figure(1e6 * left.direction)} µrad`),
+          ` at ${place}`,
+        );
+        button.addEventListener("click", () => sliders.goTo(there));
+        return element("li", {}, button);
+      }),
+    );
   }
 
-  /* Sliders. */
-
-  const sliders = [];
-
-  /** A slider with its name, its value in words, and what else belongs to it. */
-  function slider({ id, name, words, range: [low, high], read, write, say }, ...others) {
-    const input = element("input", { type: "range", id, min: low, max: high, step: "any", "aria-describedby": `${id}-note` });
-    const output = element("output", { for: id });
-    const show = () => {
-      input.value = read();
-      output.textContent = say(read());
-      input.setAttribute("aria-valuetext", say(read()));
-    };
-    input.addEventListener("input", () => {
-      write(Number(input.value));
-      output.textContent = say(read());
-      input.setAttribute("aria-valuetext", say(read()));
-      redraw();
-    });
-    sliders.push(show);
-    show();
-    return element("div", { class: "slider" }, element("label", { for: id }, element("b", {}, name), ` ${words}`), output, input, ...others);
-  }
-
-  function showSliders() {
-    for (const show of sliders) show();
-  }
-
-  /** Where a positive command leads, in words. */
-  function sense(axis, index) {
-    const home = drawing.home;
-    const names = ["x", "y", "z"];
-    const along = (v) => {
-      const k = v.map(Math.abs).indexOf(Math.max(...v.map(Math.abs)));
-      if (Math.abs(v[k]) > 0.9999) return `${v[k] > 0 ? "+" : "−"}${names[k]}`;
-      return `(${v.map((x) => x.toFixed(2)).join(", ")})`;
-    };
-    const direction = drawing.axes[index].direction;
-    const position = [...home.position];
-    const step = axis.rotary ? 0.01 : 1;
-    position[index] += position[index] + step <= axis.travel[1] ? step : -step;
-    const [a, b] = [home, { ...home, position }].map((s) => machine.nominal(s));
-    const sign = Math.sign(position[index] - home.position[index]);
-    const carried = axis.carries === "workpiece" ? "the workpiece" : "the tool";
-    if (axis.rotary) return `+ turns ${carried} about ${along(direction)} (right-handed)`;
-    const seen = [3, 7, 11].map((k) => (sign * (b[k] - a[k])) / step);
-    return `+ moves ${carried} along ${along(direction)}; the tip goes ${along(seen)} of the workpiece`;
-  }
-
-  let playing = 0;
-
-  /** Moves an axis from its lower to its upper limit and back to where it was. */
-  function play(index, button) {
-    const mine = ++playing;
-    const [low, high] = model.axes[index].travel;
-    const start = state.position[index];
-    const set = (q) => {
-      state.direction[index] = Math.sign(q - state.position[index]) || state.direction[index];
-      state.position[index] = q;
-      showSliders();
-      redraw();
-    };
-    const done = () => {
-      if (playing === mine) set(start);
-      button.setAttribute("aria-pressed", "false");
-    };
-    button.setAttribute("aria-pressed", "true");
-    set(low);
-    if (calm.matches) {
-      // Without motion: the two ends, one after the other.
-      setTimeout(() => playing === mine && set(high), 900);
-      setTimeout(done, 1800);
-      return;
-    }
-    const from = performance.now();
-    const step = (now) => {
-      const t = (now - from) / 2500;
-      if (playing !== mine || t >= 1) {
-        if (playing === mine) set(high);
-        setTimeout(done, 500);
-        return;
-      }
-      set(low + (high - low) * Math.max(0, t));
-      requestAnimationFrame(step);
-    };
-    requestAnimationFrame(step);
-  }
+  /* Controls. */
 
   function controls() {
-    const holder = $("axis-sliders");
-    model.axes.forEach((axis, index) => {
-      const id = `axis-${axis.letter}`;
-      const button = element("button", { type: "button", class: "play", "aria-pressed": "false", "aria-label": `Move ${axis.letter} from its lower to its upper limit` }, "▶");
-      button.addEventListener("click", () => play(index, button));
-      const [low, high] = axis.travel;
-      const note = element("small", { id: `${id}-note` }, `${low} to ${high} ${axis.rotary ? "deg" : "mm"}${axis.endless ? ", endless" : ""}. ${sense(axis, index)}.`.replace(/-(?=\d)/g, "−"));
-      const came = () => (state.direction[index] > 0 ? " ↑" : state.direction[index] < 0 ? " ↓" : "");
-      holder.append(slider({
-        id, name: axis.letter, words: axis.rotary ? "(deg)" : "(mm)", range: axis.travel,
-        read: () => state.position[index],
-        write: (q) => {
-          playing++;
-          if (q !== state.position[index]) state.direction[index] = Math.sign(q - state.position[index]);
-          state.position[index] = q;
-        },
-        say: (q) => inUnit(axis, q) + came(),
-      }, button, note));
-    });
-    const auxiliary = (k, id, name, words, range, unit) => holder.append(slider({
-      id, name, words, range, read: () => state.auxiliaries[k], write: (v) => (state.auxiliaries[k] = v), say: (v) => `${v.toFixed(1)} ${unit}`.replace("-", "−"),
-    }, element("small", { id: `${id}-note` }, `${range[0]} to ${range[1]} ${unit}`.replaceAll("-", "−"))));
-    if (model.length_range) auxiliary(0, "tool-length", "Tool length", "(mm)", model.length_range, "mm");
-    model.sensors.forEach((sensor, k) => auxiliary(k + (model.length_range ? 1 : 0), `sensor-${k}`, sensor.name, "(K from its reference)", sensor.range_kelvin, "K"));
-    $("exaggeration").append(slider({
-      id: "exaggeration-slider", name: "Errors drawn", words: "larger (times)", range: [0, 4],
+    $("axis-sliders").append(...sliders.all());
+    const exaggerated = {
+      id: "exaggeration-slider",
+      name: "Errors drawn",
+      words: "larger (times)",
+      range: [0, 4],
       read: () => Math.log10(exaggeration),
       write: (v) => (exaggeration = Number((10 ** v).toPrecision(2))),
       say: () => `${exaggeration.toLocaleString("en")} ×`,
-    }, element("small", { id: "exaggeration-slider-note" }, "1 to 10 000 times, in equal ratios")));
+    };
+    const note = element("small", { id: "exaggeration-slider-note" }, "1 to 10 000 times, in equal ratios");
     const home = element("button", { type: "button" }, "All axes to where they were");
-    home.addEventListener("click", () => {
-      playing++;
-      Object.assign(state, structuredClone(drawing.home));
-      showSliders();
-      redraw();
-    });
-    $("exaggeration").append(element("p", {}, home));
-    for (const kind of ["before", "after", "difference"]) {
+    home.addEventListener("click", () => sliders.goTo(drawing.home));
+    $("exaggeration").append(sliders.make(exaggerated, note), element("p", {}, home));
+    for (const kind of KINDS) {
       const button = $(`show-${kind}`);
       button.hidden = kind !== "before" && !model.tables;
       button.addEventListener("click", () => {
         shown = kind;
-        for (const other of ["before", "after", "difference"]) $(`show-${other}`).setAttribute("aria-pressed", String(other === kind));
+        for (const other of KINDS) $(`show-${other}`).setAttribute("aria-pressed", String(other === kind));
         worst();
         redraw();
       });
@@ -341,8 +275,16 @@
   }
 
   agreement();
-  const machinePicture = canvas("machine-drawing", { azimuth: -0.55, elevation: 0.42, height: 560, margin: [46, 26] }, "The machine in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
-  const fieldPicture = canvas("field-drawing", { azimuth: -0.6, elevation: 0.38, height: 520, margin: [62, 44] }, "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.");
+  const machinePicture = canvas(
+    "machine-drawing",
+    { azimuth: -0.55, elevation: 0.42, height: 560, margin: [46, 26] },
+    "The machine in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.",
+  );
+  const fieldPicture = canvas(
+    "field-drawing",
+    { azimuth: -0.6, elevation: 0.38, height: 520, margin: [62, 44] },
+    "The error field in three dimensions. Arrow keys turn it, + and − change its size, Home resets the view.",
+  );
   machinePicture.view.fit(drawing.extent());
   controls();
   const resize = () => {
@@ -357,5 +299,5 @@
   setTimeout(worst, 0);
 
   /** For tests: what the page computes and shows. */
-  window.trueaxis = { machine, state, redraw: draw, showSliders, compare: () => Engine.compare(machine) };
+  window.trueaxis = { machine, drawing, state, redraw: draw, showSliders: () => sliders.show() };
 })();
