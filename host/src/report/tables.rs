@@ -424,7 +424,8 @@ mod tests {
         assert_eq!(names(&volume), ["L-VOL"]);
         assert_eq!(names(&[('X', &["Y", "Z"], true)]), ["L-VOL"]);
         assert_eq!(names(&[('X', &["C"], false)]), ["R-RAX"]);
-        let whole: [(char, &[&str], bool); 2] = [('X', &["C", "X", "Y"], false), ('A', &["C"], false)];
+        let whole: [(char, &[&str], bool); 2] =
+            [('X', &["C", "X", "Y"], false), ('A', &["C"], false)];
         assert_eq!(names(&whole), ["L-VOL+", "R-ANG"]);
         assert_eq!(names(&[('A', &["X"], false)]), ["FOR"]);
         assert!(names(&[('X', &[], false)]).is_empty());

@@ -405,8 +405,14 @@ mod tests {
             // The part of X along the diagonal.
             let part = travel('X') / length;
             let [forth, back] = &diagonal.before_um;
-            assert!((forth.last().unwrap().abs() - scale * part).abs() < 1e-8, "{diagonal:?}");
-            assert!(((forth[0] - back[0]).abs() - 6.0 * part).abs() < 1e-8, "{diagonal:?}");
+            assert!(
+                (forth.last().unwrap().abs() - scale * part).abs() < 1e-8,
+                "{diagonal:?}"
+            );
+            assert!(
+                ((forth[0] - back[0]).abs() - 6.0 * part).abs() < 1e-8,
+                "{diagonal:?}"
+            );
             let range = (scale + 6.0) * part;
             assert!((diagonal.systematic_before_um - range).abs() < 1e-8);
         }
