@@ -8,5 +8,5 @@ mod sphere;
 
 pub use circle::{Circle, CircleError, Turns};
 pub use hemisphere::{Hemisphere, Place, Uneven, program};
-pub use read_out::{Bar, OutOfTravel, Read};
+pub use read_out::{Bar, OutOfTravel, Read, tip};
 pub use sphere::{Fitted, Sphere, TooFew, fitted};

@@ -16,6 +16,7 @@ use crate::machine::Machine;
 pub use alone::{Alone, Nature, Said};
 pub use bench::{Bench, Deviation, State};
 pub use instrument::{Instrument, Place, REACH, Reading, Sense};
+pub use sentence::number;
 
 /// What one thing in an error file means.
 #[derive(Clone, Debug)]

@@ -68,6 +68,9 @@ pub struct Picture {
     content: String,
 }
 
+/// Room on all sides, in units of a CSS pixel: numbers at the ends of an axis reach beyond it.
+const EDGE: u32 = 9;
+
 impl Picture {
     /// Width and height in units of a CSS pixel.
     #[must_use]
@@ -100,10 +103,11 @@ impl Picture {
     }
 
     fn element(&self, namespace: &str, style: &str) -> String {
-        let [width, height] = self.size;
+        let [width, height] = self.size.map(|size| size + 2 * EDGE);
         let scale = canvas::SCALE;
+        let edge = EDGE * scale;
         format!(
-            "<svg{namespace} viewBox=\"0 0 {} {}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
+            "<svg{namespace} viewBox=\"-{edge} -{edge} {} {}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
              aria-label=\"{}\">\n{style}{}</svg>\n",
             width * scale,
             height * scale,
@@ -132,14 +136,19 @@ pub fn escaped(text: &str) -> String {
     escaped
 }
 
-/// A number at an axis: as many digits as it has, and a true minus sign.
+/// A number at an axis: as many digits as it has, with a power of ten where those are many zeros, and a true minus
+/// sign.
 #[must_use]
 pub fn tick(value: f64) -> String {
     // What a sum of steps leaves of rounding.
     let rounded = format!("{value:.9}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     match short {
-        "-0" | "" => "0".to_owned(),
+        "-0" | "" | "0" => "0".to_owned(),
+        short if value.abs() < 1e-5 => {
+            let shortest: f64 = short.parse().unwrap_or(value);
+            format!("{shortest:e}").replace('-', "−")
+        }
         short => short.replace('-', "−"),
     }
 }
@@ -208,6 +217,7 @@ mod tests {
     fn numbers_at_axes_have_no_digits_of_rounding() {
         assert_eq!(tick(0.1 + 0.2), "0.3");
         assert_eq!(tick(-0.000_05), "−0.00005");
+        assert_eq!(tick(-0.000_002), "−2e−6");
         assert_eq!(tick(-0.0), "0");
         assert_eq!(tick(100.0), "100");
     }

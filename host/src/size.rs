@@ -1,10 +1,10 @@
 //! How large a compensation is.
 
 use crate::validate::Runtime;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Numbers and sizes of a compensation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Size {
     /// Axes.
     #[serde(skip)]

@@ -10,7 +10,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
-pub use verification::{AxisDeviation, Measured, Quality, Statistics, Verification, verify};
+pub use verification::{
+    AxisDeviation, Measured, Quality, Statistics, Verification, direction, verify,
+};
 
 /// A position of the machine with everything the runtime is told about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -262,6 +264,19 @@ pub fn random_commands(
         }
     }
     Ok(commands)
+}
+
+/// As [`random_commands`] in the whole travel, where nothing decides what is drawn again.
+#[must_use]
+pub fn commands_in_travel(
+    machine: &Machine,
+    errors: &ErrorModel,
+    count: usize,
+    seed: u64,
+) -> Vec<Command> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let draw = |_| random_command(machine, errors, Region::Travel, &mut random);
+    (0..count).map(draw).collect()
 }
 
 /// One of them, which may turn out to be somewhere else.

@@ -18,6 +18,7 @@ mod packages;
 mod process;
 mod qemu;
 mod random_machines;
+mod report;
 mod test;
 
 use std::process::ExitCode;
@@ -43,6 +44,7 @@ usage: cargo xtask COMMAND
                                  twentieth and five times of it: how many meet it, what is worse for it
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
                                  how fast, and how much memory
+  report                         the report of every example in a browser: what it computes, shows, prints
   fuzz [TARGET…] [--seconds N] [--runs N]
                                  every fuzz target, or those named, N seconds (60) or N executions each
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
@@ -65,6 +67,7 @@ fn main() -> ExitCode {
         ["hil", ref parts @ ..] => hil::execute(parts),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
+        ["report"] => report::execute(),
         ["gcode", ref options @ ..] => gcode::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),
         ["mutants", ref names @ ..] => mutants::execute(names),

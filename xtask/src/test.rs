@@ -95,6 +95,7 @@ fn steps() -> Vec<Step> {
         step("plugin for grblHAL", "xtask grblhal"),
         step("LinuxCNC", "xtask linuxcnc"),
         step("programs beside another interpreter", "xtask gcode"),
+        step("reports in a browser", "xtask report"),
         step("examples for RTIC and embassy", "xtask boards"),
         step(
             "instructions, cycles, code and stack on the target",

@@ -78,7 +78,7 @@ impl<'a> Bar<'a> {
     /// order is the motion: an axis has come from the last side it moved on.
     #[must_use]
     pub fn read(&self, path: &[Place], runtime: Option<&Runtime<'_>>) -> Vec<Read> {
-        let tip = |position: &[f64], coming: &PerAxis| self.tip(position, coming, runtime);
+        let tip = |position: &[f64], coming: &PerAxis| tip(self.bench, position, coming, runtime);
         let [nominal_centre, actual_centre] = tip(&self.centre, &PerAxis::default());
         let mut last = [0.0; 3];
         let mut coming = PerAxis::default();
@@ -105,29 +105,31 @@ impl<'a> Bar<'a> {
         }
         readings
     }
+}
 
-    /// Where the tip is without errors and really (mm), in the workpiece frame.
-    fn tip(
-        &self,
-        position: &[f64],
-        coming: &PerAxis,
-        runtime: Option<&Runtime<'_>>,
-    ) -> [Vector3<f64>; 2] {
-        let machine = self.bench.machine;
-        let nominal = self.bench.nominal(&machine.to_kinematic(position)).t;
-        let mut commanded = position.to_vec();
-        if let Some(runtime) = runtime {
-            let command = Command::coming(machine, position, coming);
-            for (q, dq) in commanded.iter_mut().zip(runtime.evaluate(&command)) {
-                *q += f64::from(dq);
-            }
+/// Where the tip is without errors and really (mm), in the workpiece frame: at a command (mm, deg) to which the axes
+/// have come from the sides `coming`, with the corrections of a compensation, if there is one.
+#[must_use]
+pub fn tip(
+    bench: &Bench<'_>,
+    position: &[f64],
+    coming: &PerAxis,
+    runtime: Option<&Runtime<'_>>,
+) -> [Vector3<f64>; 2] {
+    let machine = bench.machine;
+    let nominal = bench.nominal(&machine.to_kinematic(position)).t;
+    let mut commanded = position.to_vec();
+    if let Some(runtime) = runtime {
+        let command = Command::coming(machine, position, coming);
+        for (q, dq) in commanded.iter_mut().zip(runtime.evaluate(&command)) {
+            *q += f64::from(dq);
         }
-        let state = State {
-            q: machine.to_kinematic(&commanded),
-            sign: *coming,
-        };
-        [nominal, self.bench.actual(&state).t]
     }
+    let state = State {
+        q: machine.to_kinematic(&commanded),
+        sign: *coming,
+    };
+    [nominal, bench.actual(&state).t]
 }
 
 /// An axis that moves by less (mm) stands: rounding of sines.

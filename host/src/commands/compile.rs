@@ -12,16 +12,20 @@ use super::policy::PolicyArguments;
 use super::progress::Bar;
 use super::scheme::SchemeArguments;
 use super::target;
+use super::verdict;
 use answer::{Answer, Proven};
 use clap::{Args, ValueEnum};
-use made::{Made, Wanted};
+use made::{Made, Wanted, Whole};
 use std::path::{Path, PathBuf};
 use trueaxis::SampleFormat;
-use trueaxis_host::compile;
+use trueaxis_host::compile::{self, CompileError};
+use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{stored, tolerance_urad};
+use trueaxis_host::report::{self, Compensation, Document, Model};
 use trueaxis_host::schemes::{self, Scheme};
 use trueaxis_host::target::Target;
+use trueaxis_host::validate::Runtime;
 
 /// Turn a machine and its errors into a compensation, and prove what it does
 ///
@@ -73,6 +77,12 @@ pub struct Arguments {
     /// Accept corrections whose bound exceeds 2 mm or 1°
     #[arg(long)]
     allow_large: bool,
+    /// Write a page that shows the errors and what the tables do, as `trueaxis report` does
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// The date that the page shows, as it is to stand there (default: none)
+    #[arg(long, value_name = "TEXT", requires = "report")]
+    date: Option<String>,
     #[command(flatten)]
     random: Random,
     /// Print the result as JSON
@@ -122,6 +132,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for one in &wanted {
         files::prepare(&one.output, &inputs)?;
     }
+    if let Some(page) = &arguments.report {
+        files::prepare(page, &inputs)?;
+        if wanted.len() > 1 || *page == arguments.output {
+            return Err(BadInput::new(
+                "--report is for one compensation, and a file of its own",
+                "compile one position of the rotary axes at a time, or run `trueaxis report` for each file",
+            ));
+        }
+    }
     let bar = Bar::new();
     let made: Result<Vec<Made>, BadInput> = wanted
         .iter()
@@ -136,14 +155,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let written = made
         .iter()
         .all(|one| one.may_be_written(arguments.best_effort));
-    let mut answers = Vec::new();
+    let (mut answers, mut verdicts) = (Vec::new(), Vec::new());
     for (wanted, made) in wanted.iter().zip(&made) {
         if let (true, Made::Proven(made)) = (written, made) {
             files::write(&wanted.output, &made.built.blob)?;
         }
         answers.push(arguments.answer(&machine, wanted, made, written));
+        if let (true, Made::Proven(made)) = (written, made) {
+            arguments.report(&machine, &errors, wanted, made)?;
+        }
+        verdicts.push(arguments.verdict(&machine, &errors, wanted, made)?);
     }
-    answer::print(&answers, arguments.json)?;
+    answer::print(&answers, &verdicts, arguments.json)?;
     Ok(match made.iter().all(Made::is_right) {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
@@ -165,6 +188,82 @@ impl Arguments {
             })
         });
         wanted.collect()
+    }
+
+    /// What the verdict of a report says of it, for people; nothing if there is no compensation.
+    fn verdict(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        wanted: &Wanted,
+        made: &Made,
+    ) -> Result<String, BadInput> {
+        let (false, Made::Proven(made)) = (self.json, made) else {
+            return Ok(String::new());
+        };
+        let runtime =
+            Runtime::load(&made.built.blob).map_err(|e| BadInput::in_blob(e, &wanted.output))?;
+        let compensation = self.compensation(&runtime, wanted, made);
+        let found = report::verdict(machine, errors, Some(compensation), self.random.seed);
+        Ok(verdict::lines(
+            &found.map_err(|error| super::report::bad(&error))?,
+        ))
+    }
+
+    /// A compensation for a report.
+    fn compensation<'a>(
+        &self,
+        runtime: &'a Runtime<'a>,
+        wanted: &'a Wanted,
+        made: &'a Whole,
+    ) -> Compensation<'a> {
+        Compensation {
+            runtime,
+            proof: &made.proof,
+            uncertainty: made.uncertainty.as_ref(),
+            zero_at: wanted.options.tables.zero_at.as_deref(),
+            tolerance_um: self.tolerance,
+        }
+    }
+
+    /// Writes the page, if it is asked for.
+    fn report(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        wanted: &Wanted,
+        made: &Whole,
+    ) -> Result<(), BadInput> {
+        let Some(page) = &self.report else {
+            return Ok(());
+        };
+        let runtime =
+            Runtime::load(&made.built.blob).map_err(|e| BadInput::in_blob(e, &wanted.output))?;
+        let tables = &wanted.options.tables;
+        let mut document = Document {
+            date: self.date.clone(),
+            reference_position: self.zero_at.clone(),
+            policy: stored(tables.policy).to_string(),
+            tolerance_um: self.tolerance,
+            tolerance_urad: tolerance_urad(tables.policy, self.tolerance),
+            seed: self.random.seed,
+            ..Document::of(machine)
+        };
+        for (role, path) in [
+            ("machine", &self.files.machine),
+            ("errors", &self.files.errors),
+            ("compensation", &wanted.output),
+        ] {
+            document.files.push(files::described(role, path)?);
+        }
+        let compensation = self.compensation(&runtime, wanted, made);
+        let found = report::report(machine, errors, Some(compensation), None, document);
+        let found = found.map_err(|error| super::report::bad(&error))?;
+        let blame = |error: CompileError| blame::compile(error, &self.files, machine, errors);
+        let zero = tables.zero(machine, errors);
+        let zero = zero.map_err(|error| blame(error.into()))?;
+        let model = Model::relative_to(machine, errors, Some(&runtime), &zero);
+        files::write(page, report::page(&found, &model).as_bytes())
     }
 
     /// What there is to say of it.

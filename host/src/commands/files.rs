@@ -10,6 +10,7 @@ use trueaxis::AlignedBlob;
 use trueaxis_host::direct::counted_twice;
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
+use trueaxis_host::report::File;
 use trueaxis_host::source::FileError;
 
 /// A text file with its name.
@@ -87,6 +88,12 @@ fn missing_folder(path: &Path) -> Option<&Path> {
 /// Reads a blob into aligned memory, as it would lie in flash.
 pub fn read_blob(path: &Path) -> Result<AlignedBlob, BadInput> {
     Ok(AlignedBlob::from_bytes(&read_bytes(path)?))
+}
+
+/// What a report says of a file that it was made of.
+pub fn described(role: &str, path: &Path) -> Result<File, BadInput> {
+    let name = path.display().to_string();
+    Ok(File::new(role, &name, &read_bytes(path)?))
 }
 
 /// The two files that describe a machine.

@@ -8,6 +8,7 @@ mod screen;
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
+use super::verdict;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_host::compile::belongs;
@@ -22,6 +23,7 @@ use trueaxis_host::identify::{
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{Remedy, would_show};
+use trueaxis_host::report::{self, Document, Identification, Model as ReportModel};
 use trueaxis_host::validate::{Command, Runtime};
 
 /// Identify error parameters, with their uncertainties, from probings of balls
@@ -66,6 +68,12 @@ pub struct Arguments {
     /// What this error file says was there before the compensation that was on while probing: how much of it is gone
     #[arg(long, value_name = "ERRORS.toml", conflicts_with = "active")]
     before: Option<PathBuf>,
+    /// Write a page that shows the errors and how they were found, as `trueaxis report` does
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// The date that the page shows, as it is to stand there (default: none)
+    #[arg(long, value_name = "TEXT", requires = "report")]
+    date: Option<String>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -83,7 +91,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     ];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
     let covariances = arguments.output.as_deref().map(beside);
-    for output in arguments.output.iter().chain(&covariances) {
+    let outputs = arguments.output.iter().chain(&covariances);
+    for output in outputs.chain(&arguments.report) {
         files::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
@@ -150,20 +159,29 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         held_out: held_out(&machine, &measured, &artefact, looked_for, &base, options),
         remedies: would_show(&machine, &measured, &artefact, &base, &identified),
     };
+    let name = covariances
+        .as_deref()
+        .unwrap_or(Path::new("covariance.csv"));
+    let name = name.file_name().unwrap_or_default().to_string_lossy();
+    let errors = error_file(&machine, &measured, &identified, &name);
+    let covariance = covariance::write(&identified.known);
     if let (Some(output), Some(covariances)) = (&arguments.output, &covariances) {
-        let name = covariances
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy();
-        let errors = error_file(&machine, &measured, &identified, &name);
         // If the second cannot be written, the first is refused beside what was there before.
-        files::write(covariances, covariance::write(&identified.known).as_bytes())?;
+        files::write(covariances, covariance.as_bytes())?;
         files::write(output, errors.as_bytes())?;
+    }
+    let read = |_: &str| Ok(covariance.clone());
+    let model = ErrorModel::with_files(&errors, &machine, &read);
+    let model = model.map_err(|error| BadInput::new(error.message, error.remedy))?;
+    if let Some(page) = &arguments.report {
+        arguments.report(page, &found, &model)?;
     }
     if arguments.json {
         files::print_json(&answer::Answer::new(&found))?;
     } else {
-        files::print(&screen::screen(&found))?;
+        let told = report::verdict(&machine, &model, None, SEED);
+        let told = told.map_err(|error| super::report::bad(&error))?;
+        files::print(&(screen::screen(&found) + &verdict::lines(&told)))?;
     }
     for warning in found.warnings(&artefact) {
         eprintln!("warning: {warning}");
@@ -264,7 +282,42 @@ pub fn no_model(error: ModelError) -> BadInput {
     BadInput::new(format!("--model: {}", error.reason), error.remedy)
 }
 
+/// Seed of the positions at which the machine is looked at, that of other commands.
+const SEED: u64 = 1;
+
 impl Arguments {
+    /// Writes the page: the machine with the errors that were found, and how they were.
+    fn report(&self, page: &Path, found: &Found<'_>, errors: &ErrorModel) -> Result<(), BadInput> {
+        let machine = found.machine;
+        let inputs = [
+            ("machine", Some(&self.machine)),
+            ("errors", self.output.as_ref()),
+            ("probings", Some(&self.probings)),
+            ("artefact", self.artefact.as_ref()),
+        ];
+        let mut document = Document {
+            date: self.date.clone(),
+            ..Document::of(machine)
+        };
+        for (role, path) in inputs {
+            if let Some(path) = path {
+                document.files.push(files::described(role, path)?);
+            }
+        }
+        let answer = serde_json::to_value(answer::Answer::new(found));
+        let identification = answer.and_then(serde_json::from_value::<Identification>);
+        let identification = identification.map_err(|error| {
+            BadInput::new(
+                format!("what was found cannot be shown: {error}"),
+                "leave out --report",
+            )
+        })?;
+        let shown = report::report(machine, errors, None, Some(identification), document);
+        let shown = shown.map_err(|error| super::report::bad(&error))?;
+        let model = ReportModel::new(machine, errors, None);
+        files::write(page, report::page(&shown, &model).as_bytes())
+    }
+
     fn not_identified(&self, error: &IdentifyError) -> BadInput {
         BadInput::new(
             format!("{}: {error}", self.probings.display()),

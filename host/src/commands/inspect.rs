@@ -6,9 +6,8 @@ use clap::Args;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use trueaxis::{AuxiliaryKind, Direction, Grid, Interpolation, Largest, Policy, SampleFormat};
-use trueaxis_host::compile::{Size, belongs};
-use trueaxis_host::policy::Told;
+use trueaxis_host::compile::belongs;
+use trueaxis_host::contents::{Contents, contents, end};
 use trueaxis_host::schemes::fik;
 use trueaxis_host::validate::Runtime;
 
@@ -27,223 +26,16 @@ pub struct Arguments {
     json: bool,
 }
 
+/// The answer for programs.
 #[derive(Serialize)]
-struct Contents<'a> {
+struct Answer<'a> {
     file: &'a Path,
-    machine: &'a str,
     #[serde(flatten)]
-    policy: Told,
-    #[serde(skip)]
-    stored: Policy,
-    #[serde(flatten)]
-    size: Size,
-    axes: Vec<AxisEntry>,
-    auxiliaries: Vec<AuxiliaryEntry>,
-    bank_list: Vec<BankEntry>,
-    term_list: Vec<TermEntry>,
-    grid_list: Vec<GridEntry>,
+    contents: &'a Contents<'a>,
 }
 
-#[derive(Serialize)]
-struct AxisEntry {
-    name: char,
-    unit: &'static str,
-    /// `None`: turns without end.
-    travel: Option<[f32; 2]>,
-    /// `None`: positions do not repeat.
-    period: Option<f32>,
-    value_bound: f32,
-    rate_bound: f32,
-    ramp_rate: f32,
-    hysteresis: f32,
-}
-
-#[derive(Serialize)]
-struct AuxiliaryEntry {
-    name: String,
-    kind: &'static str,
-    reference: f32,
-}
-
-#[derive(Serialize)]
-struct BankEntry {
-    input: String,
-    /// Numbers of the first and of the last table.
-    tables: [usize; 2],
-    points: u32,
-    start: f32,
-    step: f32,
-    modulo: bool,
-    direction: &'static str,
-    /// The last point; of cubic tables, where their last interval ends.
-    end: f32,
-    interpolation: &'static str,
-    samples: &'static str,
-    /// Largest magnitude of each table.
-    largest: Vec<f32>,
-}
-
-#[derive(Serialize)]
-struct TermEntry {
-    output: char,
-    weight: f32,
-    limits: Option<[f32; 2]>,
-    tables: Vec<u8>,
-    /// The errors that it is for, if they were asked for.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    errors: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct GridEntry {
-    inputs: Vec<GridInputEntry>,
-    outputs: Vec<char>,
-    samples: &'static str,
-}
-
-#[derive(Serialize)]
-struct GridInputEntry {
-    input: String,
-    points: u32,
-    start: f32,
-    step: f32,
-    modulo: bool,
-}
-
-fn format(format: SampleFormat) -> &'static str {
-    match format {
-        SampleFormat::F32 => "f32",
-        SampleFormat::I16 => "i16",
-    }
-}
-
-fn unit(name: char) -> &'static str {
-    if matches!(name, 'A' | 'B' | 'C') {
-        "deg"
-    } else {
-        "mm"
-    }
-}
-
-/// Name of an input: axes in order, then auxiliaries. Loading has checked that it exists.
-fn input(compensation: &Largest<'_>, number: u8) -> String {
-    let axes = compensation.axes();
-    let number = usize::from(number);
-    match axes.get(number) {
-        Some(axis) => char::from(axis.name).to_string(),
-        None => compensation.auxiliaries()[number - axes.len()]
-            .name
-            .to_string(),
-    }
-}
-
-fn contents<'a>(path: &'a Path, runtime: &Runtime<'a>) -> Contents<'a> {
-    let compensation = runtime.compensation();
-    let letters: Vec<char> = compensation
-        .axes()
-        .iter()
-        .map(|a| char::from(a.name))
-        .collect();
-    let axes = compensation
-        .axes()
-        .iter()
-        .zip(&letters)
-        .map(|(axis, name)| AxisEntry {
-            name: *name,
-            unit: unit(*name),
-            travel: (axis.travel != [-f32::MAX, f32::MAX]).then_some(axis.travel),
-            period: (axis.period > 0.0).then_some(axis.period),
-            value_bound: axis.value_bound,
-            rate_bound: axis.rate_bound,
-            ramp_rate: axis.ramp_rate,
-            hysteresis: axis.hysteresis,
-        });
-    let auxiliaries = compensation.auxiliaries().iter().map(|a| AuxiliaryEntry {
-        name: a.name.to_string(),
-        kind: match a.kind {
-            AuxiliaryKind::ToolLength => "tool length",
-            AuxiliaryKind::Temperature => "temperature",
-        },
-        reference: a.reference,
-    });
-    let mut next = 0;
-    let banks = compensation.banks().iter().map(|bank| {
-        let first = next;
-        next += usize::from(bank.tables);
-        BankEntry {
-            input: input(compensation, bank.input),
-            tables: [first, next - 1],
-            points: bank.points,
-            start: bank.start,
-            step: bank.step,
-            modulo: bank.modulo,
-            direction: match bank.direction {
-                Direction::Both => "both",
-                Direction::Positive => "positive",
-                Direction::Negative => "negative",
-                Direction::Signed => "signed",
-            },
-            end: match bank.interpolation {
-                Interpolation::Linear => end(bank.start, bank.step, bank.points),
-                Interpolation::Cubic => bank.end(),
-            },
-            interpolation: match bank.interpolation {
-                Interpolation::Linear => "linear",
-                Interpolation::Cubic => "cubic",
-            },
-            samples: format(bank.format),
-            largest: (first..next)
-                .filter_map(|table| compensation.peak(table))
-                .collect(),
-        }
-    });
-    let terms = compensation.terms().map(|term| TermEntry {
-        output: letters[usize::from(term.output)],
-        weight: term.weight,
-        limits: term.limits,
-        tables: term.factors.to_vec(),
-        errors: Vec::new(),
-    });
-    let grid = |grid: &Grid| GridEntry {
-        inputs: grid
-            .axes
-            .iter()
-            .map(|axis| GridInputEntry {
-                input: input(compensation, axis.input),
-                points: axis.points,
-                start: axis.start,
-                step: axis.step,
-                modulo: axis.modulo,
-            })
-            .collect(),
-        outputs: grid
-            .outputs
-            .iter()
-            .map(|o| letters[usize::from(*o)])
-            .collect(),
-        samples: format(grid.format),
-    };
-    Contents {
-        file: path,
-        machine: compensation.machine(),
-        policy: compensation.policy().into(),
-        stored: compensation.policy(),
-        size: Size::of(runtime),
-        axes: axes.collect(),
-        auxiliaries: auxiliaries.collect(),
-        bank_list: banks.collect(),
-        term_list: terms.collect(),
-        grid_list: compensation.grids().iter().map(grid).collect(),
-    }
-}
-
-/// The end of an evenly spaced row of points.
-fn end(start: f32, step: f32, points: u32) -> f32 {
-    start + step * (points - 1) as f32
-}
-
-fn listing(contents: &Contents<'_>) -> String {
-    let mut text = format!("{}: {}\n", contents.file.display(), contents.machine);
+fn listing(path: &Path, contents: &Contents<'_>) -> String {
+    let mut text = format!("{}: {}\n", path.display(), contents.machine);
     text += &screen::size(&contents.size);
     text += &screen::policy(contents.stored);
     text += "\naxes\n";
@@ -299,11 +91,7 @@ fn listing(contents: &Contents<'_>) -> String {
         );
     }
     text += "\nterms\n";
-    let inputs: Vec<&str> = contents
-        .bank_list
-        .iter()
-        .flat_map(|b| std::iter::repeat_n(b.input.as_str(), b.tables[1] + 1 - b.tables[0]))
-        .collect();
+    let inputs = contents.inputs();
     let mut before = None;
     for term in &contents.term_list {
         let head = if before == Some(term.output) {
@@ -312,15 +100,7 @@ fn listing(contents: &Contents<'_>) -> String {
             format!("d{} =", term.output)
         };
         before = Some(term.output);
-        // A weight of 1 goes without saying, unless there is nothing else or it may change.
-        let plain = term.weight == 1.0 && term.limits.is_none() && !term.tables.is_empty();
-        let weight = (!plain).then(|| term.weight.to_string());
-        let tables = term
-            .tables
-            .iter()
-            .map(|table| format!("T{table}({})", inputs[usize::from(*table)]));
-        let product: Vec<String> = weight.into_iter().chain(tables).collect();
-        let product = product.join(" · ");
+        let product = term.product(&inputs);
         let limits = term.limits.map_or(String::new(), |[low, high]| {
             format!("   adjustable, {low} to {high}")
         });
@@ -386,7 +166,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let path = &arguments.blob;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
-    let mut contents = contents(path, &runtime);
+    let mut contents = contents(&runtime);
     if let Some([machine, errors]) = arguments.names.as_deref() {
         let names = names(path, &runtime, machine, errors)?;
         for (term, errors) in contents.term_list.iter_mut().zip(names) {
@@ -394,9 +174,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     }
     if arguments.json {
-        files::print_json(&contents)?;
+        files::print_json(&Answer {
+            file: path,
+            contents: &contents,
+        })?;
     } else {
-        files::print(&listing(&contents))?;
+        files::print(&listing(path, &contents))?;
     }
     Ok(Outcome::Done)
 }

@@ -6,6 +6,7 @@ mod ballbar;
 mod blame;
 mod cec;
 mod compile;
+mod completions;
 mod control;
 mod correct;
 mod eval;
@@ -31,6 +32,7 @@ mod probings;
 mod progress;
 mod quantity;
 mod replace;
+mod report;
 mod reproduce;
 mod scheme;
 mod schemes;
@@ -39,6 +41,7 @@ mod simulate;
 mod target;
 mod touching;
 mod unseen;
+mod verdict;
 mod verify;
 
 use bad_input::BadInput;
@@ -63,6 +66,7 @@ enum Command {
     Compile(compile::Arguments),
     Verify(verify::Arguments),
     Inspect(inspect::Arguments),
+    Report(report::Arguments),
     Eval(eval::Arguments),
     Schemes(schemes::Arguments),
     Correct(correct::Arguments),
@@ -84,6 +88,8 @@ enum Command {
     Export(export::Arguments),
     Import(import::Arguments),
     Reproduce(reproduce::Arguments),
+    Completions(completions::Arguments),
+    Man(completions::Pages),
 }
 
 /// How a command ended that had good input.
@@ -101,6 +107,7 @@ pub fn run() -> ExitCode {
         Command::Compile(arguments) => compile::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Eval(arguments) => eval::run(&arguments),
         Command::Schemes(arguments) => schemes::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),
@@ -121,6 +128,8 @@ pub fn run() -> ExitCode {
         Command::Export(arguments) => export::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => completions::man(&arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

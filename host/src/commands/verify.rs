@@ -6,13 +6,14 @@ use super::blame;
 use super::compile::{Random, positive};
 use super::files::{self, MachineFiles};
 use super::progress::Bar;
-use super::{Outcome, screen};
+use super::{Outcome, screen, verdict};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis_host::compile::{self, Proof, Refusal, Size, Warning};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::{Told, of_blob, tolerance_urad};
+use trueaxis_host::report::{self, Compensation};
 use trueaxis_host::schemes;
 use trueaxis_host::uncertainty::{OverTravel, over_travel};
 use trueaxis_host::validate::Runtime;
@@ -142,6 +143,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             uncertainty,
         })?;
     } else {
+        let compensation = Compensation {
+            runtime: &runtime,
+            proof: &proof,
+            uncertainty: uncertainty.as_ref(),
+            zero_at: subtracted.zero_at.as_deref(),
+            tolerance_um: *tolerance,
+        };
+        let told = report::verdict(&machine, &errors, Some(compensation), seed)
+            .map_err(|error| super::report::bad(&error))?;
         let title = format!("{}: {}\n", path.display(), machine.name);
         let text = title
             + &screen::size(&size)
@@ -150,7 +160,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             + "\n"
             + &screen::quality(&proof, *tolerance)
             + &screen::uncertainty(uncertainty.as_ref())
-            + &screen::tool_length(&proof);
+            + &screen::tool_length(&proof)
+            + &verdict::lines(&told);
         files::print(&text)?;
     }
     for warning in &warnings {

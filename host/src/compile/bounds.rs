@@ -42,6 +42,8 @@ pub struct AxisBounds {
     pub largest: f64,
     /// Where it is (mm, deg, one per axis): the first of all places where it is hardly less.
     pub at: Vec<f64>,
+    /// Largest rate of change found, at top speed of all axes (mm/s, deg/s).
+    pub largest_rate: f64,
     /// Value bound (mm, deg).
     pub value_bound: f32,
     /// Rate bound (mm/s, deg/s).
@@ -149,6 +151,7 @@ impl<'a> Survey<'a> {
                     .iter()
                     .map(|q| f64::from(*q))
                     .collect(),
+                largest_rate: peak.rate,
                 value_bound: value_bound as f32,
                 rate_bound: (MARGIN * peak.rate + ramp_rate).max(LEAST_RATE) as f32,
                 ramp_rate: ramp_rate as f32,

@@ -7,15 +7,20 @@ use crate::machine::{MAX_AXES, Machine, PerAxis};
 use crate::policy::tolerance_urad;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// Mean, root mean square and maximum.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+/// Part of the values that is not above [`Statistics::p95`].
+const MOST: f64 = 0.95;
+
+/// Mean, root mean square, the value that 95 % do not exceed, and maximum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Arithmetic mean.
     pub mean: f64,
     /// Root mean square.
     pub rms: f64,
+    /// The least of the values that at least 95 % of them do not exceed.
+    pub p95: f64,
     /// Largest value.
     pub max: f64,
 }
@@ -23,26 +28,30 @@ pub struct Statistics {
 impl Statistics {
     /// Of some values; 0 of none.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (mut n, mut sum, mut squares, mut max) = (0.0, 0.0, 0.0, 0.0_f64);
-        for v in values {
-            n += 1.0;
+        let mut values: Vec<f64> = values.collect();
+        let n = values.len() as f64;
+        let (mut sum, mut squares, mut max) = (0.0, 0.0, 0.0_f64);
+        for v in &values {
             sum += v;
             squares += v * v;
-            max = max.max(v);
+            max = max.max(*v);
         }
-        if n == 0.0 {
+        if values.is_empty() {
             return Self::default();
         }
+        let place = (MOST * n).ceil() as usize - 1;
+        let (_, p95, _) = values.select_nth_unstable_by(place, f64::total_cmp);
         Self {
             mean: sum / n,
             rms: (squares / n).sqrt(),
+            p95: *p95,
             max,
         }
     }
 }
 
 /// Volumetric error over many positions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// Length of the translational volumetric error (µm).
     pub translation_um: Statistics,
@@ -101,6 +110,14 @@ impl Verification {
     }
 }
 
+/// The error of the tool's direction (rad): rotation of a twist in the tool frame across the tool axis.
+#[must_use]
+pub fn direction(machine: &Machine, error: &Twist) -> f64 {
+    let mut across = error.r;
+    across[machine.tool_axis] = 0.0;
+    across.norm()
+}
+
 /// Places whose difference is this part of the largest are as bad: where a table depends on one axis
 /// only, many are, and the last bit of a mathematical library must not decide which one is named.
 const AS_BAD: f64 = 0.99;
@@ -151,11 +168,10 @@ impl<'a> Measured<'a> {
         progress: impl Fn() + Sync,
     ) -> Result<Self, NotConverged> {
         let kinematics = runtime.kinematics(machine, errors);
-        let across = |mut r: Vector3<f64>| {
-            r[machine.tool_axis] = 0.0;
-            r.norm()
+        let across = |r: Vector3<f64>| {
+            let t = Vector3::zeros();
+            direction(machine, &Twist { t, r })
         };
-        let direction = |error: &Twist| across(error.r);
         let samples: Result<Vec<Sample>, NotConverged> = commands
             .par_iter()
             .map(|command| {
@@ -171,7 +187,9 @@ impl<'a> Measured<'a> {
                 progress();
                 Ok(Sample {
                     translation: errors_left.each_ref().map(|error| error.t.norm()),
-                    direction: errors_left.each_ref().map(direction),
+                    direction: errors_left
+                        .each_ref()
+                        .map(|error| direction(machine, error)),
                     apart: [
                         (errors_left[1].t - errors_left[2].t).norm(),
                         across(errors_left[1].r - errors_left[2].r),
@@ -293,4 +311,18 @@ pub fn verify(
     progress: impl Fn() + Sync,
 ) -> Result<Verification, NotConverged> {
     Ok(Measured::new(machine, errors, runtime, zero, commands.to_vec(), progress)?.everywhere())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Statistics;
+
+    #[test]
+    fn of_twenty_values_nineteen_do_not_exceed_the_second_largest() {
+        let found = Statistics::of((1..=20).rev().map(f64::from));
+        assert_eq!((found.mean, found.p95, found.max), (10.5, 19.0, 20.0));
+        let one = Statistics::of(std::iter::once(3.0));
+        assert_eq!((one.mean, one.rms, one.p95, one.max), (3.0, 3.0, 3.0, 3.0));
+        assert_eq!(Statistics::of(std::iter::empty()), Statistics::default());
+    }
 }

@@ -16,6 +16,7 @@ mod outside;
 mod plan;
 mod pose;
 mod program;
+mod report;
 mod reproduced;
 mod results;
 mod schemes;

@@ -186,3 +186,32 @@ fn a_new_file_can_be_read_by_others() {
     // As any file that this test creates.
     assert_eq!(mode(&out), mode(&positions));
 }
+
+#[test]
+fn shells_and_man_know_every_command() {
+    let folder = Folder::new();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = answer(0, &["completions", shell]);
+        for word in ["iso230-2", "report", "identification"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+    let said = answer(0, &["man", &folder.at("")]);
+    let names = folder.names();
+    assert!(
+        said.starts_with(&format!("{} pages in", names.len())),
+        "{said}"
+    );
+    for name in ["trueaxis.1", "trueaxis-compile.1", "trueaxis-iso230-2.1"] {
+        assert!(names.contains(&name.to_owned()), "{names:?}");
+    }
+    let page = std::fs::read_to_string(folder.at("trueaxis-report.1")).unwrap();
+    assert!(
+        page.contains("identification") && page.contains(".TH trueaxis-report 1"),
+        "{page}"
+    );
+    refused(
+        &["man", &folder.at("nowhere")],
+        &["there is no such folder"],
+    );
+}

@@ -93,18 +93,20 @@ impl<'a> Proven<'a> {
 }
 
 /// Prints answers: results on standard output, what is wrong on standard error. JSON is one object, or a list
-/// of several.
-pub fn print(answers: &[Answer<'_>], json: bool) -> Result<(), BadInput> {
+/// of several. Each ends with its verdict.
+pub fn print(answers: &[Answer<'_>], verdicts: &[String], json: bool) -> Result<(), BadInput> {
     match answers {
         [one] if json => files::print_json(one)?,
         _ if json => files::print_json(&answers)?,
         _ => {}
     }
-    answers.iter().try_for_each(|answer| answer.print(json))
+    let all = answers.iter().zip(verdicts);
+    all.into_iter()
+        .try_for_each(|(answer, verdict)| answer.print(verdict, json))
 }
 
 impl Answer<'_> {
-    fn print(&self, json: bool) -> Result<(), BadInput> {
+    fn print(&self, verdict: &str, json: bool) -> Result<(), BadInput> {
         if !json && let Some(proven) = &self.proven {
             let mut text = format!("{}: {}\n", self.file.display(), self.machine);
             text += &screen::size(&proven.size);
@@ -117,6 +119,7 @@ impl Answer<'_> {
             text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
             text += &screen::largest(self.stored, proven.axes);
             text += &screen::tool_length(proven.proof);
+            text += verdict;
             files::print(&text)?;
         }
         if let Some(proven) = &self.proven {

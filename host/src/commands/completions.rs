@@ -1,0 +1,62 @@
+//! `trueaxis completions` and `trueaxis man`
+
+use super::bad_input::BadInput;
+use super::{Cli, Outcome, files};
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+/// Print what a shell needs to complete commands and options
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis completions bash > ~/.local/share/bash-completion/completions/trueaxis"
+)]
+pub struct Arguments {
+    /// The shell
+    shell: Shell,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let mut script = Vec::new();
+    let mut command = Cli::command();
+    clap_complete::generate(arguments.shell, &mut command, "trueaxis", &mut script);
+    files::print(&String::from_utf8_lossy(&script))?;
+    Ok(Outcome::Done)
+}
+
+/// Write the pages of `man`, one for each command
+#[derive(Args)]
+#[command(after_help = "Example:\n  trueaxis man ~/.local/share/man/man1")]
+pub struct Pages {
+    /// An existing folder
+    #[arg(value_name = "FOLDER")]
+    folder: PathBuf,
+}
+
+/// Runs the command.
+pub fn man(arguments: &Pages) -> Result<Outcome, BadInput> {
+    let folder = &arguments.folder;
+    if !folder.is_dir() {
+        return Err(BadInput::new(
+            format!("{}: there is no such folder", folder.display()),
+            "make the folder, or give one that exists",
+        ));
+    }
+    let mut command = Cli::command();
+    command.build();
+    let commands = command.get_subcommands().filter(|c| c.get_name() != "help");
+    let pages = std::iter::once(&command).chain(commands);
+    let mut count = 0;
+    for command in pages {
+        let page = clap_mangen::Man::new(command.clone());
+        let (file, mut text) = (page.get_filename(), Vec::new());
+        page.render(&mut text).map_err(|error| {
+            BadInput::new(format!("{file}: {error}"), "give a folder on another disk")
+        })?;
+        files::write(&folder.join(file), &text)?;
+        count += 1;
+    }
+    files::print(&format!("{count} pages in {}\n", folder.display()))?;
+    Ok(Outcome::Done)
+}

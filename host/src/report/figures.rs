@@ -1,0 +1,318 @@
+//! The still figures of the page.
+
+use super::{
+    AxisMotions, AxisUse, Budget, CircularTest, Curve, Diagonal, Identification, Motion,
+    Positioning, Share,
+};
+use crate::picture::{Bar, Bars, Chart, Ink, Mark, Polar, Scale, Series, Turn};
+
+/// Bars in one figure.
+const BARS: usize = 30;
+/// What is less (µm, µrad) is no bar.
+const NOTHING: f64 = 1e-4;
+
+/// Bars of what each parameter does at the tip, or to the tool's direction; none if nothing does anything.
+pub fn budget(budget: &Budget, at_tip: bool) -> Option<String> {
+    let bar = |share: &Share| {
+        let (found, uncertainty) = match at_tip {
+            true => (
+                share.alone.translation_um,
+                share.expanded_uncertainty_max_um,
+            ),
+            false => (
+                share.alone.direction_urad,
+                share.expanded_uncertainty_max_urad,
+            ),
+        };
+        Bar {
+            name: share.name.clone(),
+            mean: found.mean,
+            max: found.max,
+            uncertainty,
+        }
+    };
+    let mut bars: Vec<Bar> = budget
+        .shares
+        .iter()
+        .map(bar)
+        .filter(|b| b.max >= NOTHING)
+        .collect();
+    bars.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+    bars.truncate(BARS);
+    let (what, unit) = match at_tip {
+        true => ("at the tip", "µm"),
+        false => ("of the tool's direction", "µrad"),
+    };
+    let bars = Bars {
+        title: format!("Error {what} that each parameter makes by itself, in {unit}"),
+        label: format!("error {what} by itself ({unit})"),
+        legend: ["mean over the travel", "maximum", "uncertainty (95 %)"].map(str::to_owned),
+        ink: Ink::Accent,
+        bars,
+    };
+    (!bars.bars.is_empty()).then(|| bars.draw().inline())
+}
+
+fn points(at: &[f64], values: &[f64], factor: f64) -> Vec<[f64; 2]> {
+    at.iter()
+        .zip(values)
+        .map(|(x, y)| [*x, *y * factor])
+        .collect()
+}
+
+fn series(name: &str, ink: Ink, mark: Mark, points: Vec<[f64; 2]>) -> Series {
+    Series {
+        name: name.to_owned(),
+        ink,
+        mark,
+        points,
+    }
+}
+
+fn chart(
+    title: String,
+    x: Scale,
+    y: &str,
+    shaded: Option<(String, [f64; 2])>,
+    series: Vec<Series>,
+) -> String {
+    let values = series.iter().flat_map(|s| &s.points).map(|p| p[1]);
+    Chart {
+        title,
+        x,
+        y: Scale::around(y, values),
+        shaded,
+        series,
+    }
+    .draw()
+    .inline()
+}
+
+/// An error motion over the travel of its axis.
+pub fn motion(axis: &AxisMotions, motion: &Motion) -> String {
+    let mut all = Vec::new();
+    let positive = points(&motion.at, &motion.positive, 1.0);
+    match &motion.negative {
+        Some(negative) => {
+            all.push(series(
+                "after positive travel",
+                Ink::Accent,
+                Mark::Line,
+                positive,
+            ));
+            let negative = points(&motion.at, negative, 1.0);
+            all.push(series(
+                "after negative travel",
+                Ink::Other,
+                Mark::Line,
+                negative,
+            ));
+        }
+        None => all.push(series(&motion.name, Ink::Accent, Mark::Line, positive)),
+    }
+    if !motion.measured_at.is_empty() {
+        let measured = |points: &Series| {
+            let is_measured = |p: &&[f64; 2]| motion.measured_at.contains(&p[0]);
+            points.points.iter().filter(is_measured).copied().collect()
+        };
+        let marks: Vec<Series> = (all.iter())
+            .map(|line| series("", line.ink, Mark::Points, measured(line)))
+            .collect();
+        all.extend(marks);
+        if let Some(last) = all.last_mut() {
+            last.name = "measured".to_owned();
+        }
+    }
+    let shaded = axis
+        .calibrated
+        .map(|range| ("calibrated".to_owned(), range));
+    let x = Scale::exact(format!("{} ({})", axis.axis, axis.unit), axis.travel);
+    let y = format!("{} ({})", motion.name, motion.unit);
+    chart(
+        format!("{}, {}, over {}", motion.name, motion.words, axis.axis),
+        x,
+        &y,
+        shaded,
+        all,
+    )
+}
+
+/// A circular test.
+pub fn circle(test: &CircularTest) -> String {
+    let turn = |name: &str, ink, found: &super::CircleFound| Turn {
+        name: name.to_owned(),
+        ink,
+        readings: (found.angles_deg.iter().zip(&found.readings_um))
+            .map(|(angle, reading)| (angle.to_radians(), *reading))
+            .collect(),
+    };
+    let mut turns = vec![turn("before", Ink::Before, &test.before)];
+    turns.extend(
+        test.after
+            .iter()
+            .map(|after| turn("with the tables", Ink::After, after)),
+    );
+    let letter = |k: usize| test.plane.chars().nth(k).unwrap_or(' ').to_string();
+    Polar {
+        title: format!(
+            "Circular test {}, radius {} mm: radial deviations in µm around the circle",
+            test.plane, test.radius_mm
+        ),
+        axes: [letter(0), letter(1)],
+        unit: "µm".to_owned(),
+        turns,
+    }
+    .draw()
+    .inline()
+}
+
+/// There and back, before and with the tables.
+fn both_ways(at: &[f64], before: &[Vec<f64>; 2], after: Option<&[Vec<f64>; 2]>) -> Vec<Series> {
+    let ways = |both: &[Vec<f64>; 2], names: [&str; 2], ink: Ink| {
+        let [forth, back] = both;
+        let mut all = vec![series(names[0], ink, Mark::Line, points(at, forth, 1.0))];
+        if forth != back {
+            all.push(series(names[1], ink, Mark::Dashed, points(at, back, 1.0)));
+        }
+        all
+    };
+    let mut all = ways(before, ["before", "before, backwards"], Ink::Before);
+    let after = after.map(|after| {
+        ways(
+            after,
+            ["with the tables", "with the tables, backwards"],
+            Ink::After,
+        )
+    });
+    all.extend(after.into_iter().flatten());
+    all
+}
+
+/// A body diagonal.
+pub fn diagonal(diagonal: &Diagonal) -> String {
+    let all = both_ways(
+        &diagonal.at_mm,
+        &diagonal.before_um,
+        diagonal.after_um.as_ref(),
+    );
+    let x = Scale::exact("along the diagonal (mm)", [0.0, diagonal.length_mm]);
+    let title = format!("Deviation along the diagonal {}", diagonal.name);
+    chart(title, x, "deviation (µm)", None, all)
+}
+
+/// Positioning of a linear axis.
+pub fn positioning(found: &Positioning) -> String {
+    let after = found.after.as_ref().map(|after| &after.deviations_um);
+    let all = both_ways(&found.at_mm, &found.before.deviations_um, after);
+    let ends = [found.at_mm.first(), found.at_mm.last()].map(|q| q.copied().unwrap_or(0.0));
+    let x = Scale::exact(format!("{} (mm)", found.axis), ends);
+    let title = format!(
+        "Positioning of {} after positive and negative travel",
+        found.axis
+    );
+    chart(title, x, "deviation (µm)", None, all)
+}
+
+/// A table.
+pub fn curve(curve: &Curve) -> String {
+    let ends = [curve.at.first(), curve.at.last()].map(|q| q.copied().unwrap_or(0.0));
+    let line = points(&curve.at, &curve.values, 1.0);
+    let mut all = vec![series(&curve.name, Ink::Accent, Mark::Line, line.clone())];
+    if line.len() <= 80 {
+        all.push(series("points", Ink::Accent, Mark::Points, line));
+    }
+    let x = Scale::exact(format!("{} ({})", curve.input, curve.input_unit), ends);
+    let y = format!("{} ({})", curve.name, curve.unit);
+    chart(
+        format!("Table {} over {}", curve.name, curve.input),
+        x,
+        &y,
+        None,
+        all,
+    )
+}
+
+/// The correction of an axis along another, between its bounds; none if it varies along none.
+pub fn along(used: &AxisUse) -> Option<String> {
+    let along = used.along.as_ref()?;
+    let ends = [along.at.first(), along.at.last()].map(|q| q.copied().unwrap_or(0.0));
+    let (factor, unit) = match used.unit.as_str() {
+        "mm" => (1e3, "µm"),
+        _ => (1e3, "0.001°"),
+    };
+    let positive = points(&along.at, &along.positive, factor);
+    let name = format!("Δ{}", used.axis);
+    let mut all = vec![series(&name, Ink::Accent, Mark::Line, positive)];
+    if let Some(negative) = &along.negative {
+        let negative = points(&along.at, negative, factor);
+        all.push(series(
+            "after negative travel",
+            Ink::Other,
+            Mark::Line,
+            negative,
+        ));
+    }
+    for (name, bound) in [("value bound", used.value_bound), ("", -used.value_bound)] {
+        let line = ends.map(|q| [q, bound * factor]).to_vec();
+        all.push(series(name, Ink::Muted, Mark::Dashed, line));
+    }
+    let x = Scale::exact(format!("{} ({})", along.axis, along.unit), ends);
+    let title = format!(
+        "Correction of {} along {}, between its bounds",
+        used.axis, along.axis
+    );
+    Some(chart(
+        title,
+        x,
+        &format!("Δ{} ({unit})", used.axis),
+        None,
+        all,
+    ))
+}
+
+/// What an identification leaves, ball by ball.
+pub fn balls(identification: &Identification) -> Option<String> {
+    let bars: Vec<Bar> = (identification.balls.iter())
+        .map(|ball| Bar {
+            name: format!("{} ({})", ball.name, ball.probings),
+            mean: ball.left_um,
+            max: ball.most_um,
+            uncertainty: None,
+        })
+        .collect();
+    let bars = Bars {
+        title: "What is left at each ball, in µm".to_owned(),
+        label: "left at a ball, with its probings (µm)".to_owned(),
+        legend: ["root mean square", "maximum", ""].map(str::to_owned),
+        ink: Ink::After,
+        bars,
+    };
+    (!bars.bars.is_empty()).then(|| bars.draw().inline())
+}
+
+/// What an identification leaves, over the time, or over the rows if no time is known.
+pub fn residuals(identification: &Identification) -> Option<String> {
+    let rows = &identification.rows;
+    let timed = rows.iter().all(|row| row.time_s.is_some());
+    let at = |k: usize| match rows[k].time_s {
+        Some(time) if timed => time / 60.0,
+        _ => k as f64 + 1.0,
+    };
+    let component = |c: usize| {
+        let all = rows.iter().enumerate();
+        all.map(|(k, row)| [at(k), row.after_um[c]]).collect()
+    };
+    let all = [("x", Ink::Accent), ("y", Ink::Before), ("z", Ink::After)];
+    let all = all.iter().enumerate();
+    let all: Vec<Series> = all
+        .map(|(c, (name, ink))| series(name, *ink, Mark::Points, component(c)))
+        .collect();
+    let places = (0..rows.len()).map(at);
+    let (low, high) = places.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+    let x = match timed {
+        true => Scale::exact("time (min)", [low, high]),
+        false => Scale::exact("probing", [low, high]),
+    };
+    let title = "What is left of each probing, in the workpiece frame, in µm".to_owned();
+    (!rows.is_empty()).then(|| chart(title, x, "left (µm)", None, all))
+}

@@ -1,0 +1,141 @@
+//! The page: templates, figures and data in one file.
+
+use super::words::figure;
+use super::{Model, Report, figures};
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment, Value, context};
+use serde::Serialize;
+
+/// Parts of the page by name.
+const TEMPLATES: [(&str, &str); 9] = [
+    ("page.html", include_str!("page/page.html")),
+    ("machine.html", include_str!("page/machine.html")),
+    ("field.html", include_str!("page/field.html")),
+    ("budget.html", include_str!("page/budget.html")),
+    ("motions.html", include_str!("page/motions.html")),
+    ("tests.html", include_str!("page/tests.html")),
+    ("tables.html", include_str!("page/tables.html")),
+    (
+        "identification.html",
+        include_str!("page/identification.html"),
+    ),
+    ("document.html", include_str!("page/document.html")),
+];
+const STYLE: &str = concat!(
+    include_str!("page/style.css"),
+    include_str!("page/view.css")
+);
+/// What the page computes, and what it draws with that.
+const SCRIPTS: [&str; 7] = [
+    include_str!("page/engine.js"),
+    include_str!("page/scene.js"),
+    include_str!("page/layout.js"),
+    include_str!("page/machine.js"),
+    include_str!("page/field.js"),
+    include_str!("page/sliders.js"),
+    include_str!("page/view.js"),
+];
+
+/// Figures beside the data that they show.
+#[derive(Serialize)]
+struct Motions<'a> {
+    axis: &'a super::AxisMotions,
+    figures: Vec<Figure>,
+    /// Names of those that are zero.
+    none: Vec<String>,
+}
+
+/// A figure and its heading.
+#[derive(Serialize)]
+struct Figure {
+    name: String,
+    words: String,
+    svg: String,
+}
+
+/// The page of a report: one file that needs no other.
+#[must_use]
+pub fn page(report: &Report, model: &Model) -> String {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_filter("figure", |value: f64| figure(value));
+    environment.add_filter("plain", |value: f64| crate::picture::tick(value));
+    environment.add_filter("value", |value: f64| {
+        crate::explain::number(value).replace('-', "−")
+    });
+    for (name, text) in TEMPLATES {
+        let added = environment.add_template(name, text);
+        // The templates are part of the program: a test renders each of them.
+        debug_assert!(added.is_ok(), "{added:?}");
+    }
+    let identification = report.identification.as_ref();
+    let rendered = environment.get_template("page.html").and_then(|page| {
+        page.render(context! {
+            report => Value::from(Serde(report)),
+            style => Value::from_safe_string(STYLE.to_owned()),
+            scripts => Value::from_safe_string(SCRIPTS.join("\n")),
+            report_data => Value::from_safe_string(data(report)),
+            model_data => Value::from_safe_string(data(model)),
+            budget_tip => svg(figures::budget(&report.budget, true)),
+            budget_direction => svg(figures::budget(&report.budget, false)),
+            motions => Value::from(Serde(motions(report))),
+            circles => svgs(report.tests.circles.iter().map(figures::circle)),
+            diagonals => svgs(report.tests.diagonals.iter().map(figures::diagonal)),
+            positioning => svgs(report.tests.positioning.iter().map(figures::positioning)),
+            curves => svgs(report.tables.iter().flat_map(|t| &t.curves).map(figures::curve)),
+            uses => report.tables.iter().flat_map(|t| &t.axes).map(|a| svg(figures::along(a)))
+                .collect::<Vec<_>>(),
+            checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
+                .collect::<Vec<_>>()),
+            balls => svg(identification.and_then(figures::balls)),
+            residuals => svg(identification.and_then(figures::residuals)),
+        })
+    });
+    debug_assert!(rendered.is_ok(), "{rendered:?}");
+    rendered.unwrap_or_default()
+}
+
+fn motions(report: &Report) -> Vec<Motions<'_>> {
+    report
+        .axes
+        .iter()
+        .map(|axis| {
+            let (motions, letter) = (&axis.motions, axis.axis);
+            let figures = motions.iter().map(|motion| Figure {
+                name: motion.name.clone(),
+                words: motion.words.clone(),
+                svg: figures::motion(axis, motion),
+            });
+            let all = ['X', 'Y', 'Z', 'A', 'B', 'C'].map(|c| format!("E{c}{letter}"));
+            let is_none = |name: &String| motions.iter().all(|motion| motion.name != *name);
+            Motions {
+                axis,
+                figures: figures.collect(),
+                none: all.into_iter().filter(is_none).collect(),
+            }
+        })
+        .collect()
+}
+
+/// Data for an element `script` of a page: JSON in which nothing ends the element or begins another.
+fn data(value: &impl Serialize) -> String {
+    let json = serde_json::to_string(value).unwrap_or_default();
+    let mut safe = String::with_capacity(json.len());
+    for c in json.chars() {
+        match c {
+            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' => {
+                safe += &format!("\\u{:04x}", u32::from(c));
+            }
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+fn svg(picture: Option<String>) -> Value {
+    picture.map_or(Value::from(()), Value::from_safe_string)
+}
+
+fn svgs(pictures: impl Iterator<Item = String>) -> Value {
+    pictures.map(Value::from_safe_string).collect()
+}

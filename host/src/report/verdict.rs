@@ -1,0 +1,197 @@
+//! What there is to say first.
+
+use super::words::{capital, figure};
+use super::{Share, Volumetric};
+use crate::validate::Quality;
+
+/// Errors below this on average (µm, µrad) are none.
+const NOTHING: f64 = 5e-5;
+
+/// The verdict, a sentence each: what causes most, what the tables leave, how well it is known.
+pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
+    let before = &volumetric.before;
+    if is_nothing(before) && shares.is_empty() {
+        return vec!["No error of this machine is known: there is nothing to correct.".to_owned()];
+    }
+    let mut sentences = vec![cause(before, shares)];
+    sentences.push(left(volumetric));
+    sentences
+}
+
+fn is_nothing(quality: &Quality) -> bool {
+    quality.translation_um.max < NOTHING && quality.direction_urad.max < NOTHING
+}
+
+/// Which parameter causes how much of the error: at the tip, or of the direction if there is none at the tip.
+fn cause(before: &Quality, shares: &[Share]) -> String {
+    let at_tip = before.translation_um.mean >= NOTHING;
+    let mean = |quality: &Quality| match at_tip {
+        true => quality.translation_um.mean,
+        false => quality.direction_urad.mean,
+    };
+    let unit = match at_tip {
+        true => "µm",
+        false => "µrad of the tool's direction",
+    };
+    let most = shares.iter().max_by(|a, b| {
+        let (a, b) = (mean(&a.alone), mean(&b.alone));
+        a.total_cmp(&b)
+    });
+    let all = mean(before);
+    match most {
+        None => format!("The error is {} {unit} on average.", figure(all)),
+        Some(_) if is_nothing(before) => {
+            "The errors that are known change nothing at the tool.".to_owned()
+        }
+        Some(most) => {
+            let (words, name) = (capital(&most.words), &most.name);
+            let alone = mean(&most.alone);
+            match alone <= all {
+                true => format!(
+                    "{words} ({name}) causes {} of {} {unit} on average.",
+                    figure(alone),
+                    figure(all)
+                ),
+                false => format!(
+                    "{words} ({name}) by itself would cause {} {unit} on average; together with the others it is {} {unit}.",
+                    figure(alone),
+                    figure(all)
+                ),
+            }
+        }
+    }
+}
+
+/// What a correction leaves, and how well that is known.
+fn left(volumetric: &Volumetric) -> String {
+    let figures = |quality: &Quality| {
+        format!(
+            "{} µm and {} µrad on average ({} µm and {} µrad at most)",
+            figure(quality.translation_um.mean),
+            figure(quality.direction_urad.mean),
+            figure(quality.translation_um.max),
+            figure(quality.direction_urad.max)
+        )
+    };
+    let left = match (&volumetric.after, &volumetric.kinematic) {
+        (Some(after), _) => format!("These tables leave {}", figures(after)),
+        (None, Some(best)) => format!(
+            "Without tables all of it stays; the best correction would leave {}",
+            figures(best)
+        ),
+        (None, None) => "Without tables all of it stays".to_owned(),
+    };
+    let known = match &volumetric.known {
+        Some(known) => format!(
+            "the parameters themselves are known to ±{} µm and ±{} µrad (95 %).",
+            figure(known.band.translation_um.mean),
+            figure(known.band.direction_urad.mean)
+        ),
+        None => "how well the parameters themselves are known is not said.".to_owned(),
+    };
+    format!("{left}; {known}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::Statistics;
+
+    fn quality(tip: f64, direction: f64) -> Quality {
+        let all = |v: f64| Statistics {
+            mean: v,
+            rms: v,
+            p95: v,
+            max: 2.0 * v,
+        };
+        Quality {
+            translation_um: all(tip),
+            direction_urad: all(direction),
+        }
+    }
+
+    fn share(name: &str, words: &str, tip: f64, direction: f64) -> Share {
+        Share {
+            name: name.to_owned(),
+            words: words.to_owned(),
+            value: None,
+            standard_uncertainty: None,
+            alone: quality(tip, direction),
+            expanded_uncertainty_mean_um: None,
+            expanded_uncertainty_max_um: None,
+            expanded_uncertainty_max_urad: None,
+            uncorrected_urad: None,
+        }
+    }
+
+    fn volumetric(before: Quality, after: Option<Quality>) -> Volumetric {
+        Volumetric {
+            positions: 1,
+            before,
+            after,
+            kinematic: None,
+            difference_um: None,
+            difference_urad: None,
+            meets_tolerance: None,
+            um_per_mm_of_tool_length: None,
+            known: after.map(|_| super::super::Known {
+                band: quality(2.06, 4.0),
+                uncertain: 1,
+                exact: 0,
+            }),
+        }
+    }
+
+    #[test]
+    fn the_largest_at_the_tip_is_named_and_what_the_tables_leave() {
+        let shares = [
+            share("EZ0S", "the spindle's Z position", 55.6, 0.0),
+            share("EA0Z", "the inclination of axis Z about X", 21.0, 106.0),
+        ];
+        let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        assert_eq!(
+            sentences(&found, &shares),
+            [
+                "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
+                "These tables leave 0.050 µm and 1.7 µrad on average (0.10 µm and 3.4 µrad at most); \
+                 the parameters themselves are known to ±2.1 µm and ±4.0 µrad (95 %).",
+            ]
+        );
+    }
+
+    #[test]
+    fn errors_that_take_each_other_away_and_those_of_direction_alone_are_told_as_such() {
+        let shares = [share("EX0S", "the spindle's X position", 100.0, 0.0)];
+        let found = sentences(&volumetric(quality(82.0, 0.0), None), &shares);
+        assert_eq!(
+            found[0],
+            "The spindle's X position (EX0S) by itself would cause 100 µm on average; together with the others it is 82 µm."
+        );
+        let shares = [share(
+            "EA0S",
+            "the spindle's inclination about X",
+            0.0,
+            30.0,
+        )];
+        let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares);
+        assert_eq!(
+            found[0],
+            "The spindle's inclination about X (EA0S) causes 30 of 30 µrad of the tool's direction on average."
+        );
+    }
+
+    #[test]
+    fn a_machine_without_known_errors_has_a_verdict() {
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &[]);
+        assert_eq!(
+            found,
+            ["No error of this machine is known: there is nothing to correct."]
+        );
+        let shares = [share("EX0X", "the X position of axis X", 0.0, 0.0)];
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares);
+        assert_eq!(
+            found[0],
+            "The errors that are known change nothing at the tool."
+        );
+    }
+}

@@ -1,0 +1,170 @@
+//! Parameters and figures as people say them.
+
+use crate::errors::{Parameter, ParameterKind};
+use crate::explain::{Alone, Said};
+
+const AXES: [char; 3] = ['X', 'Y', 'Z'];
+
+/// The name of one thing that an error file says: `EZ0S`, `EXX (table)`.
+pub fn name(alone: &Alone<'_>) -> String {
+    let name = alone.parameter.to_string();
+    let motion = &name[..3.min(name.len())];
+    match &alone.said {
+        Said::Parameter(_) => name,
+        Said::Table => format!("{motion} (table)"),
+        Said::TableReversal => format!("{motion} (reversal)"),
+        Said::PerKelvin { sensor, .. } => format!("{name} (per K of {sensor})"),
+    }
+}
+
+/// What it is: `the spindle's Z position`.
+pub fn in_words(alone: &Alone<'_>) -> String {
+    let Parameter {
+        component,
+        axis,
+        kind,
+    } = alone.parameter;
+    let about = AXES[component % 3];
+    let angular = alone.parameter.is_angular();
+    let own = along(axis);
+    let rotary = is_rotary(axis);
+    let motion = || motion_in_words(component, axis);
+    let words = match (&alone.said, kind) {
+        (Said::Table, _) => format!("{}, as measured", motion()),
+        (Said::TableReversal, _) => format!("{}, between its two directions", motion()),
+        (_, ParameterKind::Inter) => match (axis, angular) {
+            ('S', false) => format!("the spindle's {about} position"),
+            ('S', true) => format!("the spindle's inclination about {about}"),
+            (_, true) if rotary && about == own => format!("the zero position of axis {axis}"),
+            (_, false) => format!("the {about} position of axis {axis}"),
+            (_, true) => format!("the inclination of axis {axis} about {about}"),
+        },
+        (_, ParameterKind::Backlash) if angular == rotary && about == own => {
+            format!("the backlash of {axis}")
+        }
+        (_, ParameterKind::Backlash) => {
+            format!("{}, between its two directions", motion())
+        }
+        (_, ParameterKind::Degree(1)) if !rotary && !angular && about == own => {
+            format!("the scale of {axis}")
+        }
+        (_, ParameterKind::Degree(0)) => format!("a constant in {}", motion()),
+        (_, ParameterKind::Degree(1)) => format!("a slope in {}", motion()),
+        (_, ParameterKind::Degree(k)) => format!("degree {k} of {}", motion()),
+        (_, ParameterKind::Cosine(1) | ParameterKind::Sine(1)) => {
+            format!("once a turn in {}", motion())
+        }
+        (_, ParameterKind::Cosine(k) | ParameterKind::Sine(k)) => {
+            format!("{k} times a turn in {}", motion())
+        }
+    };
+    match &alone.said {
+        Said::PerKelvin { sensor, .. } => format!("{words}, as {sensor} warms"),
+        _ => words,
+    }
+}
+
+fn is_rotary(axis: char) -> bool {
+    matches!(axis, 'A' | 'B' | 'C')
+}
+
+/// The coordinate axis that an axis goes along or turns about.
+fn along(axis: char) -> char {
+    match axis {
+        'X' | 'U' | 'A' => 'X',
+        'Y' | 'V' | 'B' => 'Y',
+        _ => 'Z',
+    }
+}
+
+/// What an error motion is, by its component 0…5 of an axis: `the straightness of X in Y`.
+pub fn motion_in_words(component: usize, axis: char) -> String {
+    let about = AXES[component % 3];
+    match (is_rotary(axis), component >= 3, about == along(axis)) {
+        (false, false, true) => format!("the positioning of {axis}"),
+        (false, false, false) => format!("the straightness of {axis} in {about}"),
+        (false, true, true) => format!("the roll of {axis}"),
+        (false, true, false) => format!("the tilt of {axis} about {about} as it moves"),
+        (true, true, true) => format!("the angular positioning of {axis}"),
+        (true, false, true) => format!("the axial motion of {axis}"),
+        (true, false, false) => format!("the radial motion of {axis} in {about}"),
+        (true, true, false) => format!("the tilt of {axis} about {about} as it turns"),
+    }
+}
+
+/// With a capital letter.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => String::new(),
+    }
+}
+
+/// A figure with two digits, or as many as it has before the point; a true minus sign.
+#[must_use]
+pub fn figure(value: f64) -> String {
+    let size = value.abs();
+    let digits = match size {
+        v if v >= 9.95 => 0,
+        v if v >= 0.995 => 1,
+        v if v >= 0.0995 => 2,
+        v if v >= 0.009_95 => 3,
+        _ => 4,
+    };
+    let text = format!("{size:.digits$}");
+    match text.parse::<f64>() {
+        Ok(0.0) => "0".to_owned(),
+        _ if value < 0.0 => format!("−{text}"),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::errors::ErrorModel;
+    use crate::machine::Machine;
+
+    #[test]
+    fn figures_have_two_digits() {
+        for (value, text) in [
+            (55.6, "56"),
+            (137.24, "137"),
+            (9.96, "10"),
+            (1.78, "1.8"),
+            (0.0456, "0.046"),
+            (0.0019, "0.0019"),
+            (-2.06, "−2.1"),
+            (0.000_01, "0"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn parameters_are_named_as_people_say_them() {
+        let text = include_str!("../../../examples/huron-k2x8/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, words) in [
+            ("EZ0S", "the spindle's Z position"),
+            ("EA0S", "the spindle's inclination about X"),
+            ("EC0C", "the zero position of axis C"),
+            ("EB0A", "the inclination of axis A about Y"),
+            ("EY0C", "the Y position of axis C"),
+            ("EXX1", "the scale of X"),
+            ("EYX2", "degree 2 of the straightness of X in Y"),
+            ("EXXb", "the backlash of X"),
+            ("ECCb", "the backlash of C"),
+            ("EAX0", "a constant in the roll of X"),
+            ("EZCc2", "2 times a turn in the axial motion of C"),
+        ] {
+            errors.clone_from(&ErrorModel::perfect(&machine));
+            let parameter = Parameter::parse(name).unwrap();
+            assert!(errors.set(&machine, parameter, 1e-5), "{name}");
+            assert_eq!(in_words(&Alone::all(&machine, &errors)[0]), words, "{name}");
+        }
+    }
+}

@@ -1,0 +1,156 @@
+// The reports of all examples in a real browser. Started by `cargo xtask report`:
+//   node report.mjs FOLDER BROWSER TRUEAXIS
+// FOLDER has reports.json, and gets pictures and printed pages; BROWSER has playwright-core.
+
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import * as checks from "./checks.mjs";
+import { agreesEverywhere, pointsRight } from "./positions.mjs";
+import { prints } from "./printed.mjs";
+
+const [folder, driver, trueaxis] = process.argv.slice(2);
+const { chromium } = createRequire(join(driver, "package.json"))("playwright-core");
+const reports = JSON.parse(readFileSync(join(folder, "reports.json"), "utf8"));
+const pictures = join(folder, "pictures");
+mkdirSync(pictures, { recursive: true });
+
+const FLAGS = [
+  "--no-sandbox",
+  "--disable-gpu",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+];
+/** Widths at which nothing may overflow: a phone, a desk. */
+const WIDTHS = [390, 1400];
+/** Milliseconds in which a page is open, at the best of three times. */
+const MOST_OPEN = 1000;
+
+/** Of these there are pictures of both widths in both schemes. */
+const SHOWN = ["huron-13", "kolibri-12", "mill-21", "six-axes"];
+
+const faults = [];
+
+/** A page of a report, whose messages and requests are faults. */
+async function open(browser, report, { width, scheme, motion = "no-preference" }) {
+  const context = await browser.newContext({
+    viewport: { width, height: 900 },
+    colorScheme: scheme,
+    reducedMotion: motion,
+  });
+  const page = await context.newPage();
+  const address = `file://${report.page}`;
+  const fault = (words) => faults.push(`${report.name}, ${width} px, ${scheme}: ${words}`);
+  page.on("console", (message) => fault(`console ${message.type()}: ${message.text()}`));
+  page.on("pageerror", (error) => fault(`error: ${error.message}`));
+  page.on("request", (request) => request.url() === address || fault(`asks for ${request.url()}`));
+  page.on("dialog", (dialog) => fault(`dialog: ${dialog.message()}`));
+  await page.goto(address);
+  await page.waitForFunction(() => document.querySelector("#worst-list li"));
+  return { page, context, fault };
+}
+
+async function look(browser, report) {
+  const figures = {};
+  for (const [k, width] of WIDTHS.entries()) {
+    const scheme = ["dark", "light"][k];
+    const { page, context, fault } = await open(browser, report, { width, scheme });
+    for (const other of ["light", "dark"]) {
+      // All four of a few; the rest differ in what is on them only.
+      if (other !== scheme && !SHOWN.includes(report.name)) continue;
+      await page.emulateMedia({ colorScheme: other });
+      await page.screenshot({ path: join(pictures, `${report.name}-${width}-${other}.png`), fullPage: true });
+    }
+    // What is folded is looked at too.
+    await page.$$eval("details", (all) => all.forEach((e) => (e.open = true)));
+    for (const other of ["light", "dark"]) {
+      await page.emulateMedia({ colorScheme: other });
+      const found = await page.evaluate(checks.contrast);
+      figures.contrast = Math.min(figures.contrast ?? Infinity, found.least);
+      found.faults.forEach((words) => fault(`${other}: ${words}`));
+    }
+    await page.emulateMedia({ colorScheme: scheme });
+    for (const check of [checks.overflow, checks.figures, checks.hostile])
+      (await page.evaluate(check)).forEach(fault);
+    if (width === Math.max(...WIDTHS)) {
+      const timing = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
+      figures.open = timing;
+      for (let again = 0; again < 2; again++) {
+        await page.reload();
+        figures.open = Math.min(
+          figures.open,
+          await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd),
+        );
+      }
+      if (figures.open > MOST_OPEN) fault(`it opens in ${figures.open} ms`);
+      await page.waitForFunction(() => document.querySelector("#worst-list li"));
+      Object.assign(figures, await agreesEverywhere(page, report, trueaxis, folder, fault));
+      await pointsRight(page, report, trueaxis, fault);
+      if (await page.isVisible(".disagreement")) fault("the page does not agree with the program");
+      await checks.keyboard(page, fault);
+      await checks.sliders(page, fault);
+      await checks.field(page, fault);
+      await prints(page, report, pictures, fault);
+    }
+    await context.close();
+  }
+  if (report === reports[0]) await once(browser, report);
+  const far = Object.entries(figures).map(
+    ([name, value]) => `${name} ${value === undefined ? "-" : value.toPrecision(3)}`,
+  );
+  console.log(`  ${report.name.padEnd(22)} ${far.join("  ")}`);
+}
+
+/** What is the same on every page. */
+async function once(browser, report) {
+  const calm = await open(browser, report, { width: 1400, scheme: "light", motion: "reduce" });
+  await checks.calm(calm.page, calm.fault);
+  await calm.context.close();
+  const copy = {
+    ...report,
+    name: `${report.name} falsified`,
+    page: join(folder, `${report.name}-falsified.html`),
+  };
+  writeFileSync(copy.page, checks.falsified(readFileSync(report.page, "utf8")));
+  const wrong = await open(browser, copy, { width: 1400, scheme: "light" });
+  await checks.alarm(wrong.page, wrong.fault);
+  await wrong.context.close();
+}
+
+/** Lists by name. */
+function grouped(all, name) {
+  const lists = new Map();
+  for (const one of all) lists.set(name(one), [...(lists.get(name(one)) ?? []), one]);
+  return lists;
+}
+
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: FLAGS,
+});
+console.log("in the browser: least contrast, opens (ms), 1000 positions: mm, rad, corrections that differ");
+try {
+  // Two at a time: a page waits for pictures most of the time.
+  const rest = [...reports];
+  const worker = async () => {
+    for (let report = rest.shift(); report; report = rest.shift()) await look(browser, report);
+  };
+  await Promise.all([worker(), worker()]);
+} finally {
+  await browser.close();
+}
+if (faults.length) {
+  // What is the same but for its numbers is told once, with how often.
+  const kinds = grouped(faults, (fault) =>
+    fault
+      .replace(/^[^:]*: /, "")
+      .replace(/[\d.]+/g, "#")
+      .slice(0, 60),
+  );
+  const told = [...kinds.values()].map((alike) => `  ${alike.length} × ${alike[0].replace(/\s+/g, " ")}`);
+  console.error(`${faults.length} faults:\n${told.slice(0, 60).join("\n")}`);
+  process.exit(1);
+}

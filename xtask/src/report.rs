@@ -1,0 +1,308 @@
+//! `cargo xtask report`: the report of every example, made and opened in a real browser, which turns, moves, prints
+//! and reads it (`tests/browser`). Pages and pictures stay under `target/report`.
+
+use crate::packages::install;
+use crate::process::{root, run, target, trueaxis, works};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// What a report is made of: its name, machine, errors, and with which options tables are made, if they are.
+struct Case {
+    name: &'static str,
+    machine: &'static str,
+    errors: &'static str,
+    tables: Option<&'static str>,
+    /// Options of the report.
+    options: &'static str,
+}
+
+const fn case(
+    name: &'static str,
+    machine: &'static str,
+    errors: &'static str,
+    tables: &'static str,
+    options: &'static str,
+) -> Case {
+    Case {
+        name,
+        machine,
+        errors,
+        tables: Some(tables),
+        options,
+    }
+}
+
+/// Every example with every error file. Where tables to 0.05 µm take long to find, coarser ones do: what is tried
+/// is the page.
+const CASES: [Case; 19] = [
+    case(
+        "five-axis-30",
+        "examples/five-axis-30/machine.toml",
+        "examples/five-axis-30/errors-30.toml",
+        COARSE,
+        COARSE,
+    ),
+    case(
+        "fork-head-13",
+        "examples/fork-head/machine.toml",
+        "examples/fork-head/errors-13.toml",
+        "",
+        "",
+    ),
+    case(
+        "hu40-13",
+        "examples/hu40/machine.toml",
+        "examples/hu40/errors-13.toml",
+        "",
+        "",
+    ),
+    case(
+        "hu40-84",
+        "examples/hu40/machine.toml",
+        "examples/hu40/errors-84.toml",
+        COARSE,
+        COARSE,
+    ),
+    case(
+        "huron-13",
+        "examples/huron-k2x8/machine.toml",
+        "examples/huron-k2x8/errors-13.toml",
+        "",
+        "",
+    ),
+    case(
+        "huron-length-13",
+        "examples/huron-k2x8/machine-tool-length.toml",
+        "examples/huron-k2x8/errors-13.toml",
+        "",
+        "",
+    ),
+    case(
+        "kolibri-10",
+        "examples/kolibri/machine.toml",
+        "examples/kolibri/errors-10.toml",
+        "",
+        "",
+    ),
+    case(
+        "kolibri-12",
+        "examples/kolibri/machine.toml",
+        "examples/kolibri/errors-12.toml",
+        "",
+        "",
+    ),
+    case(
+        "kolibri-81",
+        "examples/kolibri/machine.toml",
+        "examples/kolibri/errors-81.toml",
+        "--scheme poly25 --best-effort --allow-large",
+        "",
+    ),
+    case(
+        "xyzac-11",
+        "examples/linuxcnc-xyzac-trt/machine.toml",
+        "examples/linuxcnc-xyzac-trt/errors-11.toml",
+        "",
+        "",
+    ),
+    case(
+        "xyzac-endless-11",
+        "examples/linuxcnc-xyzac-trt/machine-endless.toml",
+        "examples/linuxcnc-xyzac-trt/errors-11.toml",
+        "",
+        "",
+    ),
+    case(
+        "mill-21",
+        "examples/mill-21/machine.toml",
+        "examples/mill-21/errors-21.toml",
+        "",
+        "",
+    ),
+    case(
+        "router-10",
+        "examples/router/machine.toml",
+        "examples/router/errors-10.toml",
+        "",
+        "",
+    ),
+    case(
+        "table-head-13",
+        "examples/table-head/machine.toml",
+        "examples/table-head/errors-13.toml",
+        "",
+        "",
+    ),
+    case(
+        "mill-21-grid",
+        "examples/mill-21/machine.toml",
+        "examples/mill-21/errors-21.toml",
+        "--scheme grid3d",
+        "",
+    ),
+    case(
+        "six-axes",
+        "tests/browser/machines/six-axes.toml",
+        "tests/browser/machines/six-axes-errors.toml",
+        "--scheme subset:12 --best-effort",
+        "",
+    ),
+    case(
+        "four-axes",
+        "tests/browser/machines/four-axes.toml",
+        "tests/browser/machines/four-axes-errors.toml",
+        "",
+        "",
+    ),
+    Case {
+        name: "no-tables",
+        machine: "examples/huron-k2x8/machine.toml",
+        errors: "examples/huron-k2x8/errors-13.toml",
+        tables: None,
+        options: "",
+    },
+    Case {
+        name: "no-errors",
+        machine: "examples/mill-21/machine.toml",
+        errors: "tests/browser/machines/no-errors.toml",
+        tables: None,
+        options: "",
+    },
+];
+const COARSE: &str = "--tolerance 5";
+
+/// A report is smaller, and made in less time.
+const MOST_BYTES: u64 = 3_000_000;
+const MOST_TIME: Duration = Duration::from_secs(5);
+
+/// # Errors
+/// What cannot be installed, built or made, or what did not hold.
+pub fn execute() -> Result<(), String> {
+    let folder = target("report");
+    let browser = provide(&folder)?;
+    let trueaxis = trueaxis()?;
+    let mut made = Vec::new();
+    println!("reports, made by the debug build of trueaxis:");
+    for case in &CASES {
+        made.push(case.make(&trueaxis, &folder)?);
+    }
+    let list = folder.join("reports.json");
+    let text = format!("[\n{}\n]\n", made.join(",\n"));
+    std::fs::write(&list, text).map_err(|e| format!("{}: {e}", list.display()))?;
+    run(Command::new("node")
+        .arg(root().join("tests/browser/report.mjs"))
+        .args([&folder, &browser, &trueaxis]))
+}
+
+/// The browser, what reads a printed page, and what drives the browser: where that is.
+fn provide(folder: &Path) -> Result<PathBuf, String> {
+    let missing: Vec<&str> = [
+        ("chromium", "chromium"),
+        ("pdftotext", "poppler-utils"),
+        ("node", "nodejs"),
+        ("npm", "npm"),
+    ]
+    .into_iter()
+    .filter(|(program, _)| {
+        !works(Command::new("sh").args(["-c", &format!("command -v {program}")]))
+    })
+    .map(|(_, package)| package)
+    .collect();
+    if !missing.is_empty() {
+        // Without a font of its own a browser draws no letters.
+        install(&[&missing[..], &["fonts-dejavu-core"]].concat(), "`report`")?;
+    }
+    let place = folder.join("browser");
+    std::fs::create_dir_all(&place).map_err(|e| format!("{}: {e}", place.display()))?;
+    let mut current = place.join("node_modules").is_dir();
+    for name in ["package.json", "package-lock.json"] {
+        let (from, to) = (root().join("tests/browser").join(name), place.join(name));
+        let wanted = std::fs::read(&from).map_err(|e| format!("{}: {e}", from.display()))?;
+        if std::fs::read(&to).ok().as_ref() != Some(&wanted) {
+            current = false;
+            std::fs::write(&to, wanted).map_err(|e| format!("{}: {e}", to.display()))?;
+        }
+    }
+    if !current {
+        run(Command::new("npm")
+            .args(["ci", "--no-audit", "--no-fund"])
+            .current_dir(&place))?;
+    }
+    Ok(place)
+}
+
+impl Case {
+    /// Makes the tables and the page; what the browser's test is told of them, as JSON.
+    fn make(&self, trueaxis: &Path, folder: &Path) -> Result<String, String> {
+        let Self {
+            name,
+            machine,
+            errors,
+            tables,
+            options,
+        } = self;
+        let (blob, page) = (
+            folder.join(format!("{name}.trax")),
+            folder.join(format!("{name}.html")),
+        );
+        let files = [machine, errors].map(|file| root().join(file));
+        let quietly = |words: &[&str], out: &Path, blob: Option<&Path>| {
+            let mut command = Command::new(trueaxis);
+            let (verb, words) = words.split_at(1);
+            command
+                .args(verb)
+                .args(&files)
+                .args(blob)
+                .arg("-o")
+                .arg(out)
+                .args(words);
+            let done = command.stdout(Stdio::null()).output();
+            let done = done.map_err(|e| format!("trueaxis does not start: {e}"))?;
+            match done.status.success() {
+                true => Ok(()),
+                false => Err(format!("{name}: {}", String::from_utf8_lossy(&done.stderr))),
+            }
+        };
+        let start = Instant::now();
+        if let Some(tables) = tables {
+            let words: Vec<&str> = ["compile", "--random", "500"]
+                .into_iter()
+                .chain(tables.split_whitespace())
+                .collect();
+            quietly(&words, &blob, None)?;
+        }
+        let compiled = start.elapsed();
+        let start = Instant::now();
+        let words: Vec<&str> = std::iter::once("report")
+            .chain(options.split_whitespace())
+            .collect();
+        quietly(&words, &page, tables.map(|_| blob.as_path()))?;
+        let took = start.elapsed();
+        let bytes = std::fs::metadata(&page)
+            .map_err(|e| format!("{}: {e}", page.display()))?
+            .len();
+        println!(
+            "  {name:<22} {:>5} kB  {:>5.2} s  (tables {:.1} s)",
+            bytes / 1000,
+            took.as_secs_f64(),
+            compiled.as_secs_f64()
+        );
+        if bytes >= MOST_BYTES || took >= MOST_TIME {
+            return Err(format!(
+                "{name}: {bytes} bytes in {took:?}, more than {MOST_BYTES} or {MOST_TIME:?}"
+            ));
+        }
+        let mut json = format!("  {{\"name\": {name:?}, \"page\": {page:?}");
+        let _ = write!(
+            json,
+            ", \"machine\": {:?}, \"errors\": {:?}",
+            files[0], files[1]
+        );
+        if tables.is_some() {
+            let _ = write!(json, ", \"blob\": {blob:?}");
+        }
+        Ok(json + "}")
+    }
+}
