@@ -136,14 +136,19 @@ pub fn escaped(text: &str) -> String {
     escaped
 }
 
-/// A number at an axis: as many digits as it has, and a true minus sign.
+/// A number at an axis: as many digits as it has, with a power of ten where those are many zeros, and a true minus
+/// sign.
 #[must_use]
 pub fn tick(value: f64) -> String {
     // What a sum of steps leaves of rounding.
     let rounded = format!("{value:.9}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     match short {
-        "-0" | "" => "0".to_owned(),
+        "-0" | "" | "0" => "0".to_owned(),
+        short if value.abs() < 1e-5 => {
+            let shortest: f64 = short.parse().unwrap_or(value);
+            format!("{shortest:e}").replace('-', "−")
+        }
         short => short.replace('-', "−"),
     }
 }
@@ -212,6 +217,7 @@ mod tests {
     fn numbers_at_axes_have_no_digits_of_rounding() {
         assert_eq!(tick(0.1 + 0.2), "0.3");
         assert_eq!(tick(-0.000_05), "−0.00005");
+        assert_eq!(tick(-0.000_002), "−2e−6");
         assert_eq!(tick(-0.0), "0");
         assert_eq!(tick(100.0), "100");
     }
