@@ -213,10 +213,24 @@ pub fn positioning(found: &Positioning) -> String {
     chart(title, x, "deviation (µm)", None, all)
 }
 
+/// Points of a line, at most so many that a figure can show them apart, the last among them.
+fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    const MOST: usize = 240;
+    let (last, every) = (
+        points.len().saturating_sub(1),
+        points.len().div_ceil(MOST).max(1),
+    );
+    let kept = points
+        .into_iter()
+        .enumerate()
+        .filter(|(k, _)| k % every == 0 || *k == last);
+    kept.map(|(_, point)| point).collect()
+}
+
 /// A table.
 pub fn curve(curve: &Curve) -> String {
     let ends = [curve.at.first(), curve.at.last()].map(|q| q.copied().unwrap_or(0.0));
-    let line = points(&curve.at, &curve.values, 1.0);
+    let line = thinned(points(&curve.at, &curve.values, 1.0));
     let mut all = vec![series(&curve.name, Ink::Accent, Mark::Line, line.clone())];
     if line.len() <= 80 {
         all.push(series("points", Ink::Accent, Mark::Points, line));

@@ -230,7 +230,10 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<Curve> {
                 (true, Some(_)) => "mm",
                 _ => "factor",
             };
-            let at = |node: usize| f64::from(bank.start) + node as f64 * f64::from(bank.step);
+            let at = |node: usize| {
+                let at = f64::from(bank.start) + node as f64 * f64::from(bank.step);
+                wide(at as f32)
+            };
             Curve {
                 name: format!("T{table}"),
                 input: entry.input.clone(),
@@ -240,7 +243,7 @@ fn curves(contents: &Contents<'_>, runtime: &Runtime<'_>) -> Vec<Curve> {
                 direction: entry.direction.to_owned(),
                 is_endless: entry.modulo,
                 at: (0..nodes).map(at).collect(),
-                values: (0..nodes).map(value).collect(),
+                values: (0..nodes).map(|node| wide(value(node) as f32)).collect(),
             }
         })
         .collect()
@@ -265,7 +268,7 @@ fn along(machine: &Machine, runtime: &Runtime<'_>, output: usize) -> Option<Alon
                 let mut position = centre.clone();
                 position[moved] = q;
                 let command = Command::coming(machine, &position, &direction);
-                f64::from(runtime.evaluate(&command)[output])
+                wide(runtime.evaluate(&command)[output])
             })
             .collect()
     };

@@ -236,12 +236,12 @@ fn machines_and_errors_of_every_kind_have_a_report_that_says_what_is_missing() {
     assert!(text(&page).contains("The error file has no parameters"));
     let report = figures(&[&huron()[0], &none]);
     assert_eq!(report.volumetric.before.translation_um.max, 0.0);
-    // Six axes, on which a third turns the tool.
+    // Six axes, of which W goes along Z.
     let six = read(&huron()[0])
-        .replace("wCAYFXZSt", "wCAYFXZBSt")
+        .replace("wCAYFXZSt", "wCAYFXZWSt")
         .replace(
             "[spindle]",
-            "[[axis]]\nname = \"B\"\nbranch = \"tool\"\nrange = [-30.0, 30.0]\n\n[spindle]",
+            "[[axis]]\nname = \"W\"\nbranch = \"tool\"\nrange = [-30.0, 30.0]\n\n[spindle]",
         );
     let six = folder.file("six.toml", six);
     let report = figures(&[&six, &huron()[1]]);
