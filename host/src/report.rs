@@ -34,7 +34,7 @@ pub use document::{Document, File};
 pub use identification::Identification;
 pub use model::Model;
 pub use motions::{AxisMotions, Motion};
-pub use page::page;
+pub use page::{page, pictures};
 use serde::{Deserialize, Serialize};
 pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};

@@ -263,7 +263,7 @@ impl Arguments {
         let zero = tables.zero(machine, errors);
         let zero = zero.map_err(|error| blame(error.into()))?;
         let model = Model::relative_to(machine, errors, Some(&runtime), &zero);
-        files::write(page, report::page(&found, &model).as_bytes())
+        super::report::write_page(page, &found, &model)
     }
 
     /// What there is to say of it.

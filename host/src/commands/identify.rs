@@ -315,7 +315,7 @@ impl Arguments {
         let shown = report::report(machine, errors, None, Some(identification), document);
         let shown = shown.map_err(|error| super::report::bad(&error))?;
         let model = ReportModel::new(machine, errors, None);
-        files::write(page, report::page(&shown, &model).as_bytes())
+        super::report::write_page(page, &shown, &model)
     }
 
     fn not_identified(&self, error: &IdentifyError) -> BadInput {

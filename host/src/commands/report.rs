@@ -43,9 +43,12 @@ pub struct Arguments {
         short,
         long,
         value_name = "FILE.html",
-        required_unless_present = "json"
+        required_unless_present_any = ["json", "pictures"]
     )]
     output: Option<PathBuf>,
+    /// Write the error budget and the circular tests into this folder, as SVG files
+    #[arg(long, value_name = "FOLDER")]
+    pictures: Option<PathBuf>,
     /// How the errors were found: what `identify --json` has printed
     #[arg(long, value_name = "FILE.json")]
     identification: Option<PathBuf>,
@@ -168,7 +171,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let zero = zero.map_err(|error| blame::compile(error.into(), files, &machine, &errors))?;
     let model = Model::relative_to(&machine, &errors, runtime.as_ref(), &zero);
     if let Some(output) = &arguments.output {
-        files::write(output, report::page(&report, &model).as_bytes())?;
+        write_page(output, &report, &model)?;
+    }
+    if let Some(folder) = &arguments.pictures {
+        write_pictures(folder, &report)?;
     }
     match arguments.json {
         true => files::print_json(&report)?,
@@ -178,6 +184,32 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => Outcome::Done,
         Some(_) => Outcome::CheckFailed,
     })
+}
+
+/// Writes the page of a report.
+pub fn write_page(path: &Path, report: &Report, model: &Model) -> Result<(), BadInput> {
+    let page = report::page(report, model).map_err(|error| {
+        BadInput::new(
+            format!("the page cannot be made: {error}"),
+            "this is a mistake of trueaxis: please report it; --json writes the figures",
+        )
+    })?;
+    files::write(path, page.as_bytes())
+}
+
+/// Writes pictures of a report, each into a file of its name.
+fn write_pictures(folder: &Path, report: &Report) -> Result<(), BadInput> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        BadInput::new(
+            format!("{} cannot be made: {error}", folder.display()),
+            "give a folder that can be written to",
+        )
+    })?;
+    for (name, picture) in report::pictures(report) {
+        let path = folder.join(format!("{name}.svg"));
+        files::write(&path, picture.file().as_bytes())?;
+    }
+    Ok(())
 }
 
 fn load<'a>(bytes: &'a AlignedBlob, path: &Path) -> Result<Runtime<'a>, BadInput> {

@@ -4,7 +4,7 @@ use super::{
     AxisMotions, AxisUse, Budget, CircularTest, Curve, Diagonal, Identification, Motion,
     Positioning, Share,
 };
-use crate::picture::{Bar, Bars, Chart, Ink, Mark, Polar, Scale, Series, Turn};
+use crate::picture::{Bar, Bars, Chart, Ink, Mark, Picture, Polar, Scale, Series, Turn};
 
 /// Bars in one figure.
 const BARS: usize = 30;
@@ -12,7 +12,7 @@ const BARS: usize = 30;
 const NOTHING: f64 = 1e-4;
 
 /// Bars of what each parameter does at the tip, or to the tool's direction; none if nothing does anything.
-pub fn budget(budget: &Budget, at_tip: bool) -> Option<String> {
+pub fn budget(budget: &Budget, at_tip: bool) -> Option<Picture> {
     let bar = |share: &Share| {
         let (found, uncertainty) = match at_tip {
             true => (
@@ -50,7 +50,7 @@ pub fn budget(budget: &Budget, at_tip: bool) -> Option<String> {
         ink: Ink::Accent,
         bars,
     };
-    (!bars.bars.is_empty()).then(|| bars.draw().inline())
+    (!bars.bars.is_empty()).then(|| bars.draw())
 }
 
 fn points(at: &[f64], values: &[f64], factor: f64) -> Vec<[f64; 2]> {
@@ -138,7 +138,7 @@ pub fn motion(axis: &AxisMotions, motion: &Motion) -> String {
 }
 
 /// A circular test.
-pub fn circle(test: &CircularTest) -> String {
+pub fn circle(test: &CircularTest) -> Picture {
     let turn = |name: &str, ink, found: &super::CircleFound| Turn {
         name: name.to_owned(),
         ink,
@@ -163,7 +163,6 @@ pub fn circle(test: &CircularTest) -> String {
         turns,
     }
     .draw()
-    .inline()
 }
 
 /// There and back, before and with the tables.

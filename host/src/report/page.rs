@@ -2,8 +2,9 @@
 
 use super::words::figure;
 use super::{Model, Report, figures};
+use crate::picture::Picture;
 use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment, Value, context};
+use minijinja::{AutoEscape, Environment, Error, ErrorKind, Value, context};
 use serde::Serialize;
 
 /// Parts of the page by name.
@@ -54,8 +55,10 @@ struct Figure {
 }
 
 /// The page of a report: one file that needs no other.
-#[must_use]
-pub fn page(report: &Report, model: &Model) -> String {
+///
+/// # Errors
+/// A template that is wrong, or data that cannot be written as JSON: a mistake of the program.
+pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("figure", |value: f64| figure(value));
@@ -64,22 +67,19 @@ pub fn page(report: &Report, model: &Model) -> String {
         crate::explain::number(value).replace('-', "−")
     });
     for (name, text) in TEMPLATES {
-        let added = environment.add_template(name, text);
-        // The templates are part of the program: a test renders each of them.
-        debug_assert!(added.is_ok(), "{added:?}");
+        environment.add_template(name, text)?;
     }
     let identification = report.identification.as_ref();
-    let rendered = environment.get_template("page.html").and_then(|page| {
-        page.render(context! {
+    environment.get_template("page.html")?.render(context! {
             report => Value::from(Serde(report)),
             style => Value::from_safe_string(STYLE.to_owned()),
             scripts => Value::from_safe_string(SCRIPTS.join("\n")),
-            report_data => Value::from_safe_string(data(report)),
-            model_data => Value::from_safe_string(data(model)),
-            budget_tip => svg(figures::budget(&report.budget, true)),
-            budget_direction => svg(figures::budget(&report.budget, false)),
+            report_data => Value::from_safe_string(data(report)?),
+            model_data => Value::from_safe_string(data(model)?),
+            budget_tip => svg(inline(figures::budget(&report.budget, true))),
+            budget_direction => svg(inline(figures::budget(&report.budget, false))),
             motions => Value::from(Serde(motions(report))),
-            circles => svgs(report.tests.circles.iter().map(figures::circle)),
+            circles => svgs(report.tests.circles.iter().map(|test| figures::circle(test).inline())),
             diagonals => svgs(report.tests.diagonals.iter().map(figures::diagonal)),
             positioning => svgs(report.tests.positioning.iter().map(figures::positioning)),
             curves => svgs(report.tables.iter().flat_map(|t| &t.curves).map(figures::curve)),
@@ -89,10 +89,7 @@ pub fn page(report: &Report, model: &Model) -> String {
                 .collect::<Vec<_>>()),
             balls => svg(identification.and_then(figures::balls)),
             residuals => svg(identification.and_then(figures::residuals)),
-        })
-    });
-    debug_assert!(rendered.is_ok(), "{rendered:?}");
-    rendered.unwrap_or_default()
+    })
 }
 
 fn motions(report: &Report) -> Vec<Motions<'_>> {
@@ -118,8 +115,9 @@ fn motions(report: &Report) -> Vec<Motions<'_>> {
 }
 
 /// Data for an element `script` of a page: JSON in which nothing ends the element or begins another.
-fn data(value: &impl Serialize) -> String {
-    let json = serde_json::to_string(value).unwrap_or_default();
+fn data(value: &impl Serialize) -> Result<String, Error> {
+    let json = serde_json::to_string(value)
+        .map_err(|error| Error::new(ErrorKind::BadSerialization, error.to_string()))?;
     let mut safe = String::with_capacity(json.len());
     for c in json.chars() {
         match c {
@@ -129,7 +127,24 @@ fn data(value: &impl Serialize) -> String {
             c => safe.push(c),
         }
     }
-    safe
+    Ok(safe)
+}
+
+/// Pictures of a report that can stand elsewhere too, with their names: the error budget and the circular tests.
+#[must_use]
+pub fn pictures(report: &Report) -> Vec<(String, Picture)> {
+    let budget = [("tip", true), ("direction", false)];
+    let budget = budget.into_iter().filter_map(|(name, at_tip)| {
+        let picture = figures::budget(&report.budget, at_tip)?;
+        Some((format!("budget-{name}"), picture))
+    });
+    let circles = report.tests.circles.iter();
+    let circles = circles.map(|test| (format!("circle-{}", test.plane), figures::circle(test)));
+    budget.chain(circles).collect()
+}
+
+fn inline(picture: Option<Picture>) -> Option<String> {
+    picture.map(|picture| picture.inline())
 }
 
 fn svg(picture: Option<String>) -> Value {

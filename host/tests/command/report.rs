@@ -308,3 +308,32 @@ fn a_report_needs_a_place_and_writes_over_no_input() {
     );
     assert_eq!(folder.names(), ["errors.toml"]);
 }
+
+#[test]
+fn pictures_of_the_readme_are_what_the_command_writes() {
+    let folder = Folder::new();
+    let ([machine, errors], tables) = (huron(), blob("huron"));
+    let pictures = folder.at("pictures");
+    answer(
+        0,
+        &[
+            "report",
+            &machine,
+            &errors,
+            &tables,
+            "--pictures",
+            &pictures,
+        ],
+    );
+    let mut compared = 0;
+    for name in ["budget-tip.svg", "circle-XY.svg"] {
+        let shown = format!("{}/../docs/src/pictures/{name}", env!("CARGO_MANIFEST_DIR"));
+        let written = format!("{pictures}/{name}");
+        assert!(
+            read(&shown) == read(&written),
+            "{name} is another: write it once more with the command that the README names"
+        );
+        compared += 1;
+    }
+    assert_eq!(compared, 2);
+}
