@@ -49,6 +49,15 @@ fn a_hemisphere_is_written_simulated_and_its_readings_analysed() {
             - figure(&analysed, &format!("/measured/{name}"));
         assert!(off.abs() < 1e-3, "{name}: {off}");
     }
+    // Along X too, which carries the workpiece: a positive command takes the tip the negative way over it.
+    for axis in 0..3 {
+        let [simulated, measured] = [(&json, "after"), (&analysed, "measured")]
+            .map(|(json, which)| figure(json, &format!("/{which}/setup_um/{axis}")));
+        assert!(
+            (simulated - measured).abs() < 1e-3,
+            "{axis}: {simulated} {measured}"
+        );
+    }
 }
 
 #[test]

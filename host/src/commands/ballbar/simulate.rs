@@ -6,6 +6,7 @@ use super::super::files::{self, MachineFiles};
 use super::Test;
 use super::answer::{Answer, OnSphere};
 use clap::Args;
+use nalgebra::Vector3;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_host::ballbar::{Place, Read};
@@ -49,8 +50,12 @@ impl Simulate {
         let bench = Bench::new(&machine, &errors, Default::default());
         let bar = self.test.bar(&bench, &path)?;
         let radius = self.test.radius;
+        // As the file has them: along axes as commands count them.
         let found = |read: &[Read]| {
-            let readings: Vec<_> = read.iter().map(|r| (r.direction, r.deviation)).collect();
+            let places = path.iter().filter(|place| place.is_read);
+            let readings: Vec<_> = (places.zip(read))
+                .map(|(place, read)| (Vector3::from(place.at).normalize(), read.deviation))
+                .collect();
             OnSphere::of(radius, &readings)
         };
         let mut last = bar.read(&path, None);
