@@ -74,7 +74,7 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             report => Value::from(Serde(report)),
             style => Value::from_safe_string(STYLE.to_owned()),
             scripts => Value::from_safe_string(SCRIPTS.join("\n")),
-            report_data => Value::from_safe_string(data(report)?),
+            report_data => Value::from_safe_string(data(&without_samples(report))?),
             model_data => Value::from_safe_string(data(model)?),
             budget_tip => svg(inline(figures::budget(&report.budget, true))),
             budget_direction => svg(inline(figures::budget(&report.budget, false))),
@@ -112,6 +112,20 @@ fn motions(report: &Report) -> Vec<Motions<'_>> {
             }
         })
         .collect()
+}
+
+/// The report without the samples of its tables, half of it: the page has them once more in the data of its model.
+fn without_samples(report: &Report) -> Report {
+    let mut report = report.clone();
+    for curve in report
+        .tables
+        .iter_mut()
+        .flat_map(|tables| &mut tables.curves)
+    {
+        curve.at.clear();
+        curve.values.clear();
+    }
+    report
 }
 
 /// Data for an element `script` of a page: JSON in which nothing ends the element or begins another.
