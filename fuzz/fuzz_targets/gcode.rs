@@ -20,7 +20,7 @@ use trueaxis_host::validate::Runtime;
 const DIALECTS: [Dialect; 3] = [Dialect::LinuxCnc, Dialect::Grbl, Dialect::Fanuc];
 
 /// Sagitta of chords (mm): those of 1 µm take most of the time, and are no other lines.
-const CHORD: f64 = 0.03;
+const CHORD: f64 = 0.004;
 /// Longer programs (bytes) are not checked: hundreds of chords, each as those before.
 const LONGEST: usize = 8000;
 

@@ -10,6 +10,9 @@ use crate::gcode::fault::Fault;
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
 
+/// Chords of more, in parts of the radius, would be another figure than an arc, and the end of one its beginning.
+const LARGEST_SAGITTA: f64 = 0.1;
+
 impl Corrector<'_> {
     /// G2, G3.
     pub(super) fn arc(
@@ -48,13 +51,13 @@ impl Corrector<'_> {
         }
         // Chords: nodes as close as a quarter of one.
         let [r0, r1] = arc.radii();
-        let sagitta = (self.options.chord / r0.max(r1)).min(0.5);
-        let chord = 2.0 * (1.0 - sagitta).acos();
+        let sagitta = self.options.chord.min(LARGEST_SAGITTA * r0.min(r1));
+        let chord = 2.0 * (1.0 - sagitta / r0.max(r1)).acos();
         let finer = (4.0 * arc.sweep.abs() / chord).ceil() as usize;
         // From the directions at its start again.
         self.ways = self.start_ways.clone();
         self.trace(&path, finer, moving)?;
-        let limits = limits.plus(self.options.chord);
+        let limits = limits.plus(sagitta);
         let pieces = self.runs(&field, Shape::Feed, &limits, timing);
         let pieces = pieces.map_err(|lost| moving.lost(lost))?;
         self.report.arcs[1] += 1;

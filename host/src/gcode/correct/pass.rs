@@ -58,10 +58,11 @@ impl Corrector<'_> {
                 "give --machine machine.toml",
             ));
         };
-        if given.step.motion.is_some() {
+        if given.step.motion.is_some() || given.step.reference.is_some() {
+            // G92 would count from the axes in one, and from the tip in another controller.
             return Err(Fault::new(
                 span,
-                "tool-centre-point control is switched in a line with a motion",
+                "tool-centre-point control is switched in a line with a motion, or with G92",
                 "write two lines",
             ));
         }

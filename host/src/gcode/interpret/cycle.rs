@@ -72,7 +72,7 @@ impl State {
                 "check R and the depth",
             ));
         }
-        if bottom != r && r - bottom < SHALLOWEST {
+        if r - bottom < SHALLOWEST {
             return Err(Fault::new(
                 axis_span(block),
                 "a hole of less than half a micrometre",

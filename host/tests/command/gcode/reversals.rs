@@ -2,7 +2,7 @@
 //! corrected path, and directions of travel in programs whose correction is taken away.
 
 use super::{corrected, refuses, run};
-use crate::program::{Folder, answer, blob};
+use crate::program::{Folder, answer, blob, example, refused};
 
 /// A setup for `xyzac-trt` in the middle of its travel, with every axis known to have gone up.
 const FIVE: &str = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -125\nA = 0\nC = 0\n\
@@ -81,8 +81,6 @@ fn what_is_written_for_cycles_and_small_turns_is_accepted_whatever_becomes_of_re
     for program in [
         // Cycles that stay cycles while X comes back.
         "G21 G90 G98 F200\nG81 X10 Y10 Z1 R5\nX20\nG83 X30 Z0 R4 Q1\nG99 G82 X5 Z2 R3 P0.1\nG80\nM30\n",
-        // A hole without depth, where the axes stand.
-        "G21 G90 F200\nG81 X0 Y0 Z0 R0\nG1 X5\nG81 Z0 R0\nM30\n",
         // Turns that are hardly larger than the steps at their reversals.
         "G21 G90 G17 F300\nG2 J0.019\nG3 I-0.022\nG2 I0.1 J0.1\nM30\n",
     ] {
@@ -179,6 +177,24 @@ fn an_axis_that_goes_back_by_little_more_than_its_hysteresis_has_turned_round() 
             format!("G21 G90 G17\nG0 X0 Y0 Z0 A0 C0\nG1 X1 F300\nG3 Y-{end} R25 P2\nM30\n");
         five(&folder, &program, &["--check"]);
     }
+}
+
+#[test]
+fn what_counts_from_the_axes_or_from_the_tip_is_no_line_with_the_switch() {
+    let folder = Folder::new();
+    let part = folder.file("part.ngc", "G21 G90\nM428 G92 X0\nM30\n");
+    let (setup, out) = (folder.file("setup.toml", FIVE), folder.at("out.ngc"));
+    let (compensation, machine) = (
+        blob("xyzac-trt"),
+        example("linuxcnc-xyzac-trt/machine.toml"),
+    );
+    let arguments = [
+        ["gcode", &part, "-o", &out],
+        ["--compensation", &compensation, "--setup", &setup],
+    ];
+    let mut arguments = arguments.concat();
+    arguments.extend(["--machine", &machine]);
+    refused(&arguments, &["line 2", "M428", "two lines"]);
 }
 
 #[test]
