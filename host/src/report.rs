@@ -1,5 +1,5 @@
 //! What a machine's errors are, what a compensation does about them, and how well both are known: figures for
-//! programs ([`Report`]), and a page for people ([`page`]).
+//! programs ([`Report`]), and a page for people ([`page()`]).
 //!
 //! A report is data first: everything that the page shows as a figure is in it, with its unit in its name, and the
 //! page is made of nothing else and of the [`Model`] that its drawings move.

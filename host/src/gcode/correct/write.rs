@@ -63,12 +63,11 @@ impl Corrector<'_> {
             without_after: several && given.step.after,
         };
         self.write_first(given, &change, out)?;
-        let eol = match several && given.eol.is_empty() {
-            true => self.eol,
-            false => given.eol,
+        let given = match several {
+            true => self.with_end(given),
+            false => *given,
         };
-        out.extend_from_slice(eol);
-        let given = Given { eol, ..*given };
+        out.extend_from_slice(given.eol);
         for piece in &pieces[1..] {
             self.write_next(&given, piece, out)?;
         }
@@ -76,6 +75,15 @@ impl Corrector<'_> {
             self.write_after(&given, out)?;
         }
         Ok(())
+    }
+
+    /// A line with an end, so that another one can stand beside it: the last one of a program may have none.
+    pub(super) fn with_end<'l>(&self, given: &Given<'l>) -> Given<'l> {
+        let eol = match given.eol {
+            [] => self.eol,
+            eol => eol,
+        };
+        Given { eol, ..*given }
     }
 
     /// Words that belong behind the motion, in a line of their own.

@@ -91,6 +91,25 @@ fn what_is_written_for_cycles_and_small_turns_is_accepted_whatever_becomes_of_re
 }
 
 #[test]
+fn a_line_before_the_last_one_ends_where_that_has_no_end() {
+    let folder = Folder::new();
+    // The rotary axes are corrected at the hole before its cycle, which stays one.
+    let out = five(
+        &folder,
+        "G21 G90 G98 F200\nG81 X10 Y10 Z4.9 R5 M30",
+        &["--check"],
+    );
+    let lines: Vec<&str> = out.lines().collect();
+    let [.., before, last] = lines[..] else {
+        panic!("{out}");
+    };
+    assert!(
+        before.starts_with("G0 ") && last.starts_with("G81 "),
+        "{out}"
+    );
+}
+
+#[test]
 fn holes_of_a_series_have_each_the_r_that_is_corrected_there() {
     let folder = Folder::new();
     // The program stays at R between them; corrected, R is some micrometres lower at the second.

@@ -98,7 +98,7 @@ impl Corrector<'_> {
         if moves {
             let piece = Piece::of(Shape::Rapid, before, Timing::None);
             let motion = self.nominal.motion.replace(Motion::Rapid);
-            let done = self.write_next(given, &piece, out);
+            let done = self.write_next(&self.with_end(given), &piece, out);
             self.nominal.motion = motion;
             done?;
         }

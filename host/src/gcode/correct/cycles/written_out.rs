@@ -22,11 +22,7 @@ impl Corrector<'_> {
         moving: &Moving,
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
-        let eol = match given.eol {
-            [] => self.eol,
-            eol => eol,
-        };
-        let given = Given { eol, ..*given };
+        let given = self.with_end(given);
         let mut at = cycle.from;
         let mut first = true;
         for part in parts {
