@@ -14,22 +14,52 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
         return Err(by_hand);
     }
     eprintln!("{what_for} needs {names}: installing");
-    let command = || {
-        if works(Command::new("sh").args(["-c", "test $(id -u) = 0"])) {
-            return Command::new("apt-get");
-        }
-        let mut sudo = Command::new("sudo");
-        // A question for a password would stop a build that nobody watches.
-        sudo.args(["-n", "apt-get"]);
-        sudo
-    };
     let by_hand = |cause: String| format!("{by_hand} ({cause})");
     // What is known of the packages may be older than what the mirror still has.
-    run(command().args(["-q", "update"])).map_err(by_hand)?;
-    let mut install = command();
-    install
-        .env("DEBIAN_FRONTEND", "noninteractive")
-        .args(["-q", "install", "-y", "--no-install-recommends"])
-        .args(packages);
-    run(&mut install).map_err(by_hand)
+    run(as_root("apt-get").args(["-q", "update"])).map_err(by_hand)?;
+    let install = |options: &[&str]| {
+        let mut install = as_root("apt-get");
+        install
+            // Another installation may be under way, an automatic one of updates for example.
+            .args(["-o", "DPkg::Lock::Timeout=120"])
+            .args(["-q", "install", "-y", "--no-install-recommends"])
+            .args(options)
+            .args(packages);
+        run(&mut install)
+    };
+    if install(&[]).is_ok() && are_whole(packages) {
+        return Ok(());
+    }
+    // One that was interrupted (power, a limit of time) has to be finished before any other. What it left half unpacked
+    // counts as installed until it is installed again.
+    run(as_root("dpkg").args(["--configure", "-a"])).map_err(by_hand)?;
+    install(&["--reinstall"]).map_err(by_hand)
+}
+
+/// Whether packages are unpacked and configured.
+fn are_whole(packages: &[&str]) -> bool {
+    let states = Command::new("dpkg-query")
+        .args(["-W", "-f=${Status}\n"])
+        .args(packages)
+        .output();
+    states.is_ok_and(|states| {
+        let lines = String::from_utf8_lossy(&states.stdout);
+        lines.lines().count() >= packages.len()
+            && lines.lines().all(|line| line == "install ok installed")
+    })
+}
+
+/// A command that runs as root and asks nothing.
+fn as_root(program: &str) -> Command {
+    let quietly = ["DEBIAN_FRONTEND=noninteractive", program];
+    let mut command;
+    if works(Command::new("sh").args(["-c", "test $(id -u) = 0"])) {
+        command = Command::new("env");
+    } else {
+        command = Command::new("sudo");
+        // A question for a password would stop a build that nobody watches.
+        command.args(["-n", "env"]);
+    }
+    command.args(quietly);
+    command
 }

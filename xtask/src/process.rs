@@ -1,7 +1,12 @@
 //! Programs that the commands start.
 
+use std::collections::VecDeque;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// The root of the workspace.
 pub fn root() -> PathBuf {
@@ -63,6 +68,50 @@ pub fn run(command: &mut Command) -> Result<(), String> {
     }
 }
 
+/// The same, with the last lines of its standard error in the message, too.
+///
+/// # Errors
+/// See [`run`].
+pub fn run_keeping(command: &mut Command, lines: usize) -> Result<(), String> {
+    let shown = shown(command);
+    eprintln!("$ {shown}");
+    let failed = |cause: String| format!("`{shown}`: {cause}");
+    let mut child = command
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|e| failed(format!("does not start: {e}")))?;
+    let last = Arc::new(Mutex::new(VecDeque::new()));
+    let reader = child.stderr.take().map(|stderr| {
+        let last = Arc::clone(&last);
+        thread::spawn(move || {
+            for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
+                let line = String::from_utf8_lossy(&line).into_owned();
+                eprintln!("{line}");
+                if let Ok(mut last) = last.lock() {
+                    last.push_back(line);
+                    if last.len() > lines {
+                        last.pop_front();
+                    }
+                }
+            }
+        })
+    });
+    let status = child.wait().map_err(|e| failed(e.to_string()))?;
+    // What it has started, and not ended, may hold the pipe open: not waited for.
+    let end = Instant::now() + Duration::from_secs(1);
+    while reader.as_ref().is_some_and(|r| !r.is_finished()) && Instant::now() < end {
+        thread::sleep(Duration::from_millis(5));
+    }
+    if status.success() {
+        return Ok(());
+    }
+    let mut message = failed(status.to_string());
+    if let Ok(last) = last.lock() {
+        message.extend(last.iter().flat_map(|line| ["\n", line]));
+    }
+    Err(message)
+}
+
 /// A subcommand of cargo that comes as a package: installs it if it is missing.
 ///
 /// # Errors
@@ -93,4 +142,25 @@ fn shown(command: &Command) -> String {
         .chain(command.get_args())
         .map(|w| w.to_string_lossy().into_owned());
     variables.chain(words).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_keeps_the_last_lines() {
+        let mut command = Command::new("sh");
+        // What is left running in the background holds the pipe.
+        command.args(["-c", "echo one >&2; echo two >&2; sleep 5 & exit 3"]);
+        let began = Instant::now();
+        let message = run_keeping(&mut command, 1).unwrap_err();
+        assert!(message.contains("exit status: 3"), "{message}");
+        assert!(message.ends_with("\ntwo") && !message.contains("\none"));
+        assert!(began.elapsed() < Duration::from_secs(4));
+        assert_eq!(
+            run_keeping(Command::new("sh").args(["-c", "true"]), 1),
+            Ok(())
+        );
+    }
 }

@@ -113,17 +113,21 @@ fn steps() -> Vec<Step> {
     ]
 }
 
+/// Of what a step that failed said of errors, how many lines the summary repeats: the last ones name the cause.
+const LINES_OF_FAILED: usize = 5;
+
 /// Runs all steps, also after one has failed, and sums up.
 ///
 /// # Errors
 /// The names of what failed.
 fn run_steps(steps: Vec<Step>) -> Result<(), String> {
+    let count = steps.len();
     let mut summary = Vec::new();
     let mut failed = Vec::new();
     for mut step in steps {
         println!("\n== {}", step.name);
         let start = Instant::now();
-        let result = process::run(&mut step.command);
+        let result = process::run_keeping(&mut step.command, LINES_OF_FAILED);
         let verdict = if result.is_ok() { "ok    " } else { "FAILED" };
         summary.push(format!(
             "{verdict} {:>5} s  {}",
@@ -132,6 +136,7 @@ fn run_steps(steps: Vec<Step>) -> Result<(), String> {
         ));
         if let Err(message) = result {
             eprintln!("{message}");
+            summary.extend(message.lines().map(|line| format!("          {line}")));
             failed.push(step.name);
         }
     }
@@ -140,13 +145,12 @@ fn run_steps(steps: Vec<Step>) -> Result<(), String> {
         println!("{line}");
     }
     if failed.is_empty() {
-        println!("all steps passed: {}", summary.len());
+        println!("all steps passed: {count}");
         Ok(())
     } else {
         Err(format!(
-            "{} of {} steps failed: {}",
+            "{} of {count} steps failed: {}",
             failed.len(),
-            summary.len(),
             failed.join(", ")
         ))
     }
