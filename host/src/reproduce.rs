@@ -31,6 +31,7 @@ pub use found::{
     Chapter, Compared, Drawn, Figure, Fixed, NotReproduced, Picture, Reproduced, Table,
 };
 pub use page::page;
+pub use table_6_2::{CASES as TABLE_6_2, LINEAR as WITHOUT_REST};
 use trueaxis::LoadError;
 
 /// Why a figure could not be recomputed.

@@ -4,28 +4,12 @@ use trueaxis_host::compile::{self, Compiled};
 use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::kinematics::Policy;
 use trueaxis_host::machine::Machine;
+use trueaxis_host::reproduce::{TABLE_6_2 as CASES, WITHOUT_REST as LINEAR};
 use trueaxis_host::schemes::grid3d::Rms;
 use trueaxis_host::schemes::{self, Scheme, SchemeError, grid3d, poly25, trigo23};
 use trueaxis_host::target::Target;
 use trueaxis_host::validate::Statistics;
 use trueaxis_tests::{errors, machine};
-
-/// Table 6-2: the errors of the ten case studies, each alone (rad, mm, mm/mm).
-const CASES: [(&str, f64); 10] = [
-    ("EB0A", 0.4e-3),
-    ("EC0A", 0.4e-3),
-    ("EY0C", 10e-3),
-    ("EA0C", 0.4e-3),
-    ("EB0C", 0.4e-3),
-    ("EC0X", 0.4e-3),
-    ("EA0Z", 0.4e-3),
-    ("EB0Z", 0.4e-3),
-    ("EYY1", 0.04e-3),
-    ("EZZ1", 0.04e-3),
-];
-
-/// Of these the polynomials leave nothing (Fig. 6.6).
-const LINEAR: [&str; 5] = ["EY0C", "EA0C", "EA0Z", "EYY1", "EZZ1"];
 
 /// The Kolibri, with A within so many degrees.
 fn kolibri(a: f64) -> Machine {

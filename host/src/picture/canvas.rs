@@ -1,6 +1,6 @@
 //! What pictures are drawn on: the backend of `plotters`, its colours, letters and legends.
 
-use super::{INKS, Ink, Picture};
+use super::{INKS, Ink, Picture, escaped};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -24,17 +24,25 @@ pub fn picture(
     draw: impl for<'a> FnOnce(&Area<'a>) -> Result<(), Failed<'a>>,
 ) -> Picture {
     let mut text = String::new();
-    {
+    let failed = {
         let backend = SVGBackend::with_string(&mut text, (size[0] * SCALE, size[1] * SCALE));
         let area = backend.into_drawing_area();
         let drawn = draw(&area).and_then(|()| area.present());
-        // Nothing is written but memory, and coordinates are finite.
-        debug_assert!(drawn.is_ok(), "{drawn:?}");
-    }
+        drawn.err().map(|error| error.to_string())
+    };
+    // Nothing is written but memory, and coordinates are finite; what fails all the same is seen.
+    debug_assert!(failed.is_none(), "{failed:?}");
     // The element itself is written anew, see `Picture::element`.
     let start = text.find('>').map_or(0, |at| at + 2);
     let end = text.rfind("</svg>").unwrap_or(text.len());
-    let mut content = text.get(start..end).unwrap_or_default().to_owned();
+    let mut content = match failed {
+        None => text[start..end].to_owned(),
+        Some(error) => {
+            let high = LETTERS * SCALE;
+            let words = escaped(&error);
+            format!("<text y=\"{high}\" font-size=\"{high}\" fill=\"var(--ink)\">{words}</text>\n")
+        }
+    };
     for (ink, _, name, ..) in INKS {
         let RGBColor(r, g, b) = ink.sentinel();
         content = content.replace(

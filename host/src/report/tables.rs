@@ -1,5 +1,6 @@
 //! The tables: their curves, their terms as formulas, what they do to each axis, what they cost.
 
+use super::words::is_rotary;
 use super::{ReportError, Subject};
 use crate::compile::bounds_of;
 use crate::contents::{Contents, contents};
@@ -165,10 +166,6 @@ fn wide(value: f32) -> f64 {
         .to_string()
         .parse()
         .unwrap_or_else(|_| f64::from(value))
-}
-
-fn is_rotary(axis: char) -> bool {
-    matches!(axis, 'A' | 'B' | 'C')
 }
 
 fn unit_of(axis: &str) -> &'static str {

@@ -64,7 +64,8 @@ pub fn in_words(alone: &Alone<'_>) -> String {
     }
 }
 
-fn is_rotary(axis: char) -> bool {
+/// True if it is the letter of a rotary axis.
+pub fn is_rotary(axis: char) -> bool {
     matches!(axis, 'A' | 'B' | 'C')
 }
 

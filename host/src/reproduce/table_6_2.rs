@@ -13,8 +13,8 @@ use crate::simulate::Disturbances;
 use crate::validate::Statistics;
 use rayon::prelude::*;
 
-/// Table 6-2 (rad, mm, mm/mm).
-const CASES: [(&str, f64); 10] = [
+/// Table 6-2: the errors of the ten case studies, each alone (rad, mm, mm/mm).
+pub const CASES: [(&str, f64); 10] = [
     ("EB0A", 0.4e-3),
     ("EC0A", 0.4e-3),
     ("EY0C", 10e-3),
@@ -27,7 +27,7 @@ const CASES: [(&str, f64); 10] = [
     ("EZZ1", 0.04e-3),
 ];
 /// Of these the document's polynomials leave nothing (Fig. 6.6).
-const LINEAR: [&str; 5] = ["EY0C", "EA0C", "EA0Z", "EYY1", "EZZ1"];
+pub const LINEAR: [&str; 5] = ["EY0C", "EA0C", "EA0Z", "EYY1", "EZZ1"];
 /// Points of the document's tables (section 6.5.3), and ours.
 const PRINTED_POINTS: usize = 10;
 const POINTS: usize = 101;
