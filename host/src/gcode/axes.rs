@@ -11,6 +11,16 @@ pub const LETTERS: [u8; COUNT] = *b"XYZABCUVW";
 /// One value per letter: mm, of A, B and C degrees.
 pub type PerLetter = [f64; COUNT];
 
+/// The largest number (mm, degrees) of a program and of its setup. Of larger ones f64 does not hold the digits that
+/// matter: at 1e8 sums are rounded by 1.5e-8, far below the resolution of words.
+pub const LARGEST: f64 = 1e8;
+
+/// False for what is larger than [`LARGEST`], for infinities and NaN.
+#[must_use]
+pub fn can_be(value: f64) -> bool {
+    value.abs() <= LARGEST
+}
+
 /// The place of a letter in a [`PerLetter`].
 #[must_use]
 pub fn index(letter: u8) -> Option<usize> {

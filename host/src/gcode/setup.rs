@@ -110,10 +110,13 @@ impl Setup {
                         "write X, Y, Z, A, B, C, U, V, W, `tool` or `travel`",
                     )
                 })?;
-                if !value.is_finite() {
+                if !axes::can_be(*value) {
                     return Err(FileError::whole(
-                        format!("[start] {letter}: not a finite number"),
-                        "write a number",
+                        format!(
+                            "[start] {letter}: not a finite number, or beyond {:.0e}",
+                            axes::LARGEST
+                        ),
+                        "write where the machine stands",
                     ));
                 }
                 setup.start.set(axis, in_mm(axis, *value, units));
@@ -218,10 +221,10 @@ fn no_axis(value: &Spanned<f64>) -> FileError {
 
 fn finite(value: &Spanned<f64>) -> Result<f64, FileError> {
     let number = *value.get_ref();
-    if number.is_finite() {
+    if axes::can_be(number) {
         return Ok(number);
     }
-    let cause = "not a finite number";
+    let cause = format!("not a finite number, or beyond {:.0e}", axes::LARGEST);
     Err(FileError::at(value.span(), cause, "here", "write a number"))
 }
 
@@ -289,6 +292,7 @@ mod tests {
             ("units = \"mm\"\n[offset.G54]\nQ = 1", "no axis"),
             ("units = \"mm\"\n[offset.G54]\nX = nan", "finite"),
             ("units = \"mm\"\n[start]\nx = 1", "no axis"),
+            ("units = \"mm\"\n[offset.G54]\nC = 1e40", "beyond 1e8"),
             ("units = \"mm\"\n[start]\nX = inf", "finite"),
             ("units = \"mm\"\n[tool.1]\nlength = nan", "finite"),
             (

@@ -3,6 +3,7 @@
 mod digits;
 mod strange;
 
+use super::axes;
 use super::dialect::Dialect;
 use super::fault::{FLAT, Fault, Kind};
 use digits::{Number, number_at};
@@ -196,6 +197,14 @@ impl Block {
             decimals,
             point,
         };
+        // Numbers of lines tell nothing.
+        if letter != b'N' && !axes::can_be(value) {
+            return Err(Fault::new(
+                word.span(),
+                format!("a number beyond {:.0e}", axes::LARGEST),
+                "write what the machine can reach: so large a number holds no µm",
+            ));
+        }
         if self.words.len() == MOST {
             return Err(Fault::new(
                 word.span(),

@@ -6,10 +6,13 @@ use crate::gcode::modal::Units;
 use crate::gcode::offsets::System;
 use crate::source::FileError;
 use std::collections::BTreeMap;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Order of the axes in parameters: X Y Z A B C U V W, as everywhere here.
 type Parameters = BTreeMap<u32, (f64, Range<usize>)>;
+
+/// Parameters that are positions and offsets; the others are a program's own.
+const COORDINATES: RangeInclusive<u32> = 5161..=5390;
 
 impl Setup {
     /// Adds what a file of parameters (`.var`) says, whose lengths are in the units of the machine.
@@ -40,6 +43,14 @@ impl Setup {
                     "give the PARAMETER_FILE of LinuxCNC: a number and a value in each line",
                 ));
             };
+            if COORDINATES.contains(&number) && !axes::can_be(value) {
+                return Err(FileError::at(
+                    span,
+                    format!("a coordinate beyond {:.0e}", axes::LARGEST),
+                    "here",
+                    "give the file as LinuxCNC has written it",
+                ));
+            }
             parameters.insert(number, (value, span));
         }
         let number = |place: u32| parameters.get(&place).map(|(value, _)| *value);
@@ -123,6 +134,9 @@ impl Setup {
                     }
                     b'T' => return Err(bad("a tool number that is no whole one, or negative")),
                     b'P' | b'D' | b'I' | b'J' | b'Q' => {}
+                    _ if !axes::can_be(value) => {
+                        return Err(bad(&format!("a number beyond {:.0e}", axes::LARGEST)));
+                    }
                     letter => {
                         let axis = axes::index(letter);
                         let axis =
@@ -159,5 +173,9 @@ mod tests {
         assert_eq!(setup.tools[&99999][0], 25.4);
         assert!(setup.add_var("5161 a\n", Units::Inch).is_err());
         assert!(setup.add_tools("P1 Z2\n", Units::Inch).is_err());
+        // What a program keeps in other parameters may be as large as it likes.
+        assert!(setup.add_var("5000 1e40\n", Units::Inch).is_ok());
+        assert!(setup.add_var("5226 1e40\n", Units::Inch).is_err());
+        assert!(setup.add_tools("T1 Z1e40\n", Units::Inch).is_err());
     }
 }
