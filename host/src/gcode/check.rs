@@ -62,6 +62,8 @@ struct Along<'s> {
     segment: &'s Segment,
     /// Directions of travel, as far as it has come.
     travel: Ways,
+    /// True if they may change.
+    turns: bool,
     /// The part of the way that it has come.
     last_t: f64,
     /// The parts of the way at which an axis of an arc turns round.
@@ -162,6 +164,7 @@ impl Check<'_> {
         let lost = |_| CheckError::Outside(segment.line);
         // Directions before the motion, and at its end.
         let ways = self.ways.clone();
+        let turns = self.axes_turn();
         self.follow(&field, segment).map_err(lost)?;
         let end = field.node(1.0, &segment.to(), &self.ways).map_err(lost)?.to;
         let by = segment.path.by();
@@ -176,6 +179,7 @@ impl Check<'_> {
             field,
             segment,
             travel: ways,
+            turns,
             last_t: 0.0,
             quarters: travel::quarters(&segment.path),
             turned_until: -1.0,

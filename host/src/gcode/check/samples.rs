@@ -85,7 +85,7 @@ impl Check<'_> {
         written: &Segment,
         length: f64,
     ) -> Result<bool, Lost> {
-        if self.tables.directional == 0 || self.options.backlash != Backlash::Move {
+        if self.tables.directional == 0 || !along.turns || !self.options.backlash.is_apart() {
             return Ok(false);
         }
         let path = &along.segment.path;
@@ -138,7 +138,7 @@ impl Check<'_> {
         along.last_t = t.max(along.last_t);
         let command = along.segment.path.at(t);
         let before = along.travel.clone();
-        if self.options.backlash != Backlash::Leave && t > along.turned_until {
+        if along.turns && t > along.turned_until {
             let mut ways = along.travel.clone();
             along.goes(self.tables, &mut ways, [came_from.min(t), t])?;
             along.travel = ways;

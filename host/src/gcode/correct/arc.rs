@@ -1,8 +1,8 @@
 //! Arcs: shifted where an arc keeps the corrected path, otherwise chords.
 
+use super::Corrector;
 use super::given::Moving;
 use super::piece::{Piece, Shape, Timing};
-use super::{Backlash, Corrector};
 use crate::gcode::arc::Arc;
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cut::{self, Limits};
@@ -112,7 +112,7 @@ impl Corrector<'_> {
             if number > 0 {
                 let to = self.traced.nodes[run.start].to;
                 self.take_up(to, Shape::Feed, timing, &mut pieces);
-                if self.options.backlash == Backlash::Move {
+                if self.options.backlash.is_apart() {
                     from = to;
                 }
             }

@@ -8,8 +8,16 @@ pub enum Backlash {
     Move,
     /// Part of the next move.
     Blend,
-    /// Left out: corrections are those of the direction before.
+    /// Left out: corrections are those of the direction before, which the first motion tells where it is not known.
     Leave,
+}
+
+impl Backlash {
+    /// True if a step that is taken is a move of its own.
+    #[must_use]
+    pub fn is_apart(self) -> bool {
+        self != Self::Blend
+    }
 }
 
 /// How a program is corrected.

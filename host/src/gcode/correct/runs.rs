@@ -1,7 +1,7 @@
 //! Straight pieces along a corrected path, between the places where axes turn round.
 
+use super::Corrector;
 use super::piece::{Piece, Shape, Timing};
-use super::{Backlash, Corrector};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cut::{self, Limits};
 use crate::gcode::trace::{Field, Lost};
@@ -20,7 +20,7 @@ impl Corrector<'_> {
         runs
     }
 
-    /// The step at a reversal, where it is a move of its own.
+    /// The step where a direction changes, if it is a move of its own.
     pub(super) fn take_up(
         &mut self,
         to: PerLetter,
@@ -28,7 +28,7 @@ impl Corrector<'_> {
         timing: Timing,
         pieces: &mut Vec<Piece>,
     ) {
-        if self.options.backlash != Backlash::Move || self.nominal.cutter {
+        if !self.options.backlash.is_apart() || self.nominal.cutter {
             return;
         }
         let shape = match shape {

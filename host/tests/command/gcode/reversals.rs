@@ -10,9 +10,14 @@ travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]
 
 /// Corrects a program for `xyzac-trt`, which the check must accept, or takes the correction away.
 fn five(folder: &Folder, program: &str, options: &[&str]) -> String {
+    five_from(folder, FIVE, program, options)
+}
+
+/// The same with another setup.
+fn five_from(folder: &Folder, setup: &str, program: &str, options: &[&str]) -> String {
     let (part, setup) = (
         folder.file("part.ngc", program),
-        folder.file("setup.toml", FIVE),
+        folder.file("setup.toml", setup),
     );
     let (out, compensation) = (folder.at("out.ngc"), blob("xyzac-trt"));
     let mut arguments = vec!["gcode", &part, "-o", &out];
@@ -73,6 +78,23 @@ fn what_is_undone_turns_round_where_the_program_did_and_not_where_corrections_di
             }
         }
     }
+}
+
+#[test]
+fn the_first_motion_tells_directions_that_are_not_known() {
+    let folder = Folder::new();
+    let unknown: String = FIVE
+        .lines()
+        .filter(|line| !line.starts_with("travel"))
+        .fold(String::new(), |text, line| text + line + "\n");
+    let program = "G21 G90\nG1 X10 C49 F50\nX20 C60\nM30\n";
+    let [step, _, leave] = ["move", "blend", "leave"].map(|backlash| {
+        let options = ["--check", "--backlash", backlash];
+        let out = five_from(&folder, &unknown, program, &options);
+        out.replace(backlash, "")
+    });
+    // No axis turns round: nothing is left out.
+    assert_eq!(step, leave);
 }
 
 #[test]
