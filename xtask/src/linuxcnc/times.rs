@@ -9,6 +9,8 @@ use std::fmt::{self, Write};
 
 /// The most that our time may be of that of matrices.
 pub const SHARE: f64 = 0.15;
+/// How often it is measured until it holds: what else the computer does takes caches away and adds time, never less.
+const ATTEMPTS: usize = 3;
 /// Periods of the thread, ns, and how many are recorded. At the first nearly everything stays in the caches.
 const PERIODS: [(u32, usize); 2] = [(25_000, 200_000), (1_000_000, 5_000)];
 /// What stands in the thread, in its order, with what is recorded of it.
@@ -79,6 +81,23 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         include_str!("../../../firmware/linuxcnc/tests/until"),
     )?;
     motion::compile(bench, "EXX1 = -45e-6", "machine.trax")?;
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..ATTEMPTS {
+        for (least, share) in least.iter_mut().zip(measured(bench)?) {
+            *least = least.min(share);
+        }
+        if least.iter().all(|share| *share <= SHARE) {
+            return Ok(());
+        }
+    }
+    let [near, least] = least;
+    Err(format!(
+        "the component takes more than {SHARE} of the time of matrices: {near:.3} of the mean, {least:.3} of the least"
+    ))
+}
+
+/// Our share of the time of matrices: in the mean while nearly everything stays in the caches, and of the least.
+fn measured(bench: &Bench) -> Result<[f64; 2], String> {
     let mut found = Vec::new();
     for (period, rows) in PERIODS {
         let all = run(bench, period, rows, &COMPONENT)?;
@@ -109,13 +128,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     }
     // At 1 kHz the mean is that of memory which has left the caches, for functions that do nothing, too: it is shown.
     // Interruptions count for none.
-    let (near, least) = (found[0].0, found[0].1.max(found[1].1));
-    if near > SHARE || least > SHARE {
-        return Err(format!(
-            "the component takes more than {SHARE} of the time of matrices: {near:.3} of the mean, {least:.3} of the least"
-        ));
-    }
-    Ok(())
+    Ok([found[0].0, found[0].1.max(found[1].1)])
 }
 
 /// Times of the functions while all joints move.
