@@ -12,7 +12,7 @@ mod tool;
 mod travel;
 
 use super::axes::{COUNT, PerLetter, is_rotary, name};
-use super::correct::Options;
+use super::correct::{Backlash, Options};
 use super::interpret::bits;
 use super::moves::Rate;
 use super::program::{Event, Program, Segment};
@@ -62,6 +62,8 @@ struct Along<'s> {
     segment: &'s Segment,
     /// Directions of travel, as far as it has come.
     travel: Ways,
+    /// True if steps at reversals are blended into it.
+    blends: bool,
     /// True if they may change.
     turns: bool,
     /// The part of the way that it has come.
@@ -178,6 +180,9 @@ impl Check<'_> {
         let mut along = Along {
             field,
             segment,
+            blends: self.options.backlash == Backlash::Blend
+                && self.tables.directional != 0
+                && (matches!(segment.path, Path::Arc(_)) || ways.travel != self.ways.travel),
             travel: ways,
             turns,
             last_t: 0.0,
@@ -211,7 +216,7 @@ impl Check<'_> {
             self.found.motions[1] += 1;
             let is_take_up = self.samples(&mut along, &written).map_err(lost)?;
             let took = written.minutes(self.rules.dialect);
-            self.found.minutes[1] += took;
+            self.found.takes(1, written.rate, took);
             self.at = written.to();
             in_cycle = written.in_cycle;
             is_there = arrives(segment, &written, &self.at, &end, &self.options)
@@ -225,7 +230,7 @@ impl Check<'_> {
         self.joined = !in_cycle;
         if segment.rate != Rate::Rapid {
             let planned = segment.minutes(self.rules.dialect);
-            self.found.minutes[0] += planned;
+            self.found.takes(0, segment.rate, planned);
             // A motion that is shorter than the last digit that is written has no time of its own.
             if (minutes - planned).abs() > 0.01 * planned && !stands {
                 if self.found.times_differ == 0 {
@@ -247,7 +252,8 @@ impl Check<'_> {
             }
             after.next_event().map_err(CheckError::Corrected)?;
             self.found.motions[1] += 1;
-            self.found.minutes[1] += next.minutes(self.rules.dialect);
+            self.found
+                .takes(1, next.rate, next.minutes(self.rules.dialect));
             self.at = next.to();
         }
         Ok(())

@@ -259,6 +259,9 @@ pub fn m(tenths: u16, dialect: Dialect) -> Option<Machine> {
         620..=680 if dialect == LinuxCnc && tenths.is_multiple_of(10) => Machine::Neutral,
         4280 if dialect == LinuxCnc => Machine::Tip(true),
         4290 if dialect == LinuxCnc => Machine::Tip(false),
+        // TRAORI and TRAFOOF.
+        4289 if dialect != Dialect::Grbl => Machine::Tip(true),
+        4299 if dialect != Dialect::Grbl => Machine::Tip(false),
         _ => return None,
     })
 }

@@ -117,6 +117,13 @@ const MEETS: f64 = 2e-4;
 /// An arc from one place to another that keeps the corrected nodes of an arc, if there is one.
 #[must_use]
 pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Option<Arc> {
+    let shifted = fitted(arc, from, nodes)?;
+    (off_arc(arc, &shifted, nodes, limits) <= 1.0).then_some(shifted)
+}
+
+/// The arc from one place to another that is nearest to the corrected nodes of an arc, if there is one.
+#[must_use]
+pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
     let (first, last) = (nodes.first()?, nodes.last()?);
     let [i, j, _] = arc.axes;
     let mut to = last.to;
@@ -153,17 +160,24 @@ pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Opti
     }
     let turns = (part.abs() / TAU - 1e-9).ceil().max(1.0) as u32;
     let shifted = Arc::new(*from, to, arc.axes, centre, arc.sweep < 0.0, turns);
-    if (shifted.sweep - part).abs() > 0.1 {
-        return None;
-    }
+    ((shifted.sweep - part).abs() <= 0.1).then_some(shifted)
+}
+
+/// How far the corrected nodes of an arc are from a shifted one at most, in parts of what is allowed.
+#[must_use]
+pub fn off_arc(arc: &Arc, shifted: &Arc, nodes: &[Node], limits: &Limits) -> f64 {
+    let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
+        return 0.0;
+    };
+    let [i, j, _] = arc.axes;
     let span = last.t - first.t;
-    let keeps = nodes.iter().all(|node| {
+    let off = nodes.iter().map(|node| {
         let at = shifted.at((node.t - first.t) / span);
         let mut off: PerLetter = std::array::from_fn::<f64, COUNT, _>(|k| node.to[k] - at[k]);
         let flat = (0..COUNT).all(|k| k == i || k == j || arc.from[k] == arc.to[k]);
         if flat {
             // Where along the arc it is does not matter, but how far from it.
-            let way = [at[i] - centre[0], at[j] - centre[1]];
+            let way = [at[i] - shifted.centre[0], at[j] - shifted.centre[1]];
             let radius = way[0].hypot(way[1]);
             let out = (off[i] * way[0] + off[j] * way[1]) / radius;
             let square = off[i].powi(2) + off[j].powi(2) - out.powi(2);
@@ -171,7 +185,7 @@ pub fn arc(arc: &Arc, from: &PerLetter, nodes: &[Node], limits: &Limits) -> Opti
             off[i] = out.abs() + 0.5 * square.max(0.0) / radius;
             off[j] = 0.0;
         }
-        limits.of(&off) <= 1.0
+        limits.of(&off)
     });
-    keeps.then_some(shifted)
+    off.fold(0.0, f64::max)
 }

@@ -1,7 +1,7 @@
 //! Canned cycles: holes along the normal of the plane.
 
 use super::axes::{COUNT, PerLetter};
-use super::modal::Retract;
+use super::modal::{Retract, Units};
 use super::rate::Rate;
 
 /// Words that stay from one cycle of a series to the next, in mm.
@@ -11,6 +11,8 @@ pub struct Sticky {
     pub code: u16,
     /// Where the normal axis was before the series (machine).
     pub initial: f64,
+    /// In what the words of the series are.
+    pub frame: Frame,
     /// R and depth as written (mm).
     pub r: f64,
     /// The word of the normal axis.
@@ -19,6 +21,17 @@ pub struct Sticky {
     pub q: Option<f64>,
     /// P as written.
     pub p: Option<f64>,
+}
+
+/// What numbers of a series mean along the normal of its plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The axis of the normal.
+    pub normal: usize,
+    /// Units of words.
+    pub units: Units,
+    /// Position of the machine where its coordinate is 0.
+    pub zero: f64,
 }
 
 /// A line of a cycle, in positions of the machine.
@@ -93,13 +106,17 @@ impl Cycle {
         to
     }
 
-    /// Q of a cycle of pecks (mm) for a depth (mm) that is a little more than that of this one: as large as it takes
-    /// to have no more pecks, for the last of them would be one of a micrometre.
+    /// Q of a cycle of pecks (mm) for a hole of another depth (mm), with as many pecks, and the tolerance (mm) within
+    /// which each of them ends where its correction leads; how many pecks there are.
     #[must_use]
-    pub fn peck_for(&self, depth: f64) -> Option<f64> {
+    pub fn peck_for(&self, depth: f64, tolerance: f64) -> Option<(f64, f64)> {
         let q = self.q.filter(|_| matches!(self.code, 730 | 830))?;
-        let pecks = ((self.r - self.bottom - NO_PECK) / q).ceil().max(1.0);
-        Some(q.max(depth / pecks))
+        let planned = self.r - self.bottom;
+        let pecks = ((planned - NO_PECK) / q).ceil().max(1.0);
+        let scaled = q * depth / planned;
+        // A hole that is a little deeper would have one peck more, of a micrometre.
+        let is_within = q * pecks >= depth && (scaled - q).abs() * (pecks - 1.0) <= tolerance;
+        Some((if is_within { q } else { scaled }, pecks))
     }
 
     /// The cycle as single moves, in LinuxCNC's order; `None` for those that need the spindle.
@@ -206,15 +223,18 @@ mod tests {
             let feeds = parts.iter().filter(|part| matches!(part, Part::Feed(_)));
             feeds.count()
         };
+        let peck_for = |cycle: &Cycle, depth: f64| cycle.peck_for(depth, 1e-3).unwrap();
         let deeper = cycle(-0.0003, 1.0);
         assert_eq!(pecks(&cycle(0.0, 1.0)), 4);
         assert_eq!(pecks(&deeper), 5);
-        let q = cycle(0.0, 1.0).peck_for(4.0003).unwrap();
+        let (q, _) = peck_for(&cycle(0.0, 1.0), 4.0003);
         assert!(q > 1.0 && q < 1.0001);
         assert_eq!(pecks(&cycle(-0.0003, q)), 4);
         // Less deep, or with room in the last peck: the same Q.
-        assert_eq!(cycle(0.0, 1.0).peck_for(3.9997), Some(1.0));
-        assert_eq!(cycle(0.0, 1.5).peck_for(4.0003), Some(1.5));
+        assert_eq!(peck_for(&cycle(0.0, 1.0), 3.9997), (1.0, 4.0));
+        assert_eq!(peck_for(&cycle(0.0, 1.5), 4.0003), (1.5, 3.0));
+        // Far less deep: all pecks shorter.
+        assert_eq!(peck_for(&cycle(0.0, 1.0), 3.992), (0.998, 4.0));
         // What f64 loses is no peck.
         assert_eq!(pecks(&cycle(4.0 - 0.3 * 3.0, 0.3)), 3);
     }

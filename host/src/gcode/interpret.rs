@@ -14,6 +14,7 @@ mod wrapped;
 use super::axes::COUNT;
 use super::codes::{self, Code, Machine};
 use super::fault::{Fault, Kind};
+use super::modal::Cutter;
 use super::moves::Move;
 use super::offsets::Number;
 use super::state::{Rules, State};
@@ -81,6 +82,14 @@ impl State {
             ));
         }
         self.do_motion(&asked, &mut step)?;
+        if step.motion.is_some() {
+            self.under = match (self.cutter, self.cutter_changes) {
+                (_, true) => Cutter::Changes,
+                (true, false) => Cutter::On,
+                (false, false) => Cutter::Off,
+            };
+            self.cutter_changes = false;
+        }
         step.ends = codes::ends(block, rules.dialect);
         self.ended |= step.ends;
         Ok(step)

@@ -92,6 +92,17 @@ impl Motion {
     }
 }
 
+/// How a motion goes by G40, G41 and G42.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cutter {
+    /// The tip goes where the program says.
+    Off,
+    /// The path gets its offset, another one, or loses it, along all of the motion.
+    Changes,
+    /// Beside the path of the program.
+    On,
+}
+
 /// Where a cycle ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Retract {

@@ -3,6 +3,7 @@
 use super::axes::{PerLetter, Position};
 use super::cycle::Part;
 use super::fault::{Fault, Refusal};
+use super::modal::Cutter;
 use super::moves::{Move, Rate};
 use super::state::{Rules, State};
 use super::stream::{Lines, StreamError};
@@ -163,7 +164,7 @@ impl<'a, R: BufRead> Program<'a, R> {
                 tip: state.tip,
                 length: state.tool_length(&self.rules.setup),
                 field_length: state.field_length(self.rules, self.tables.takes_length),
-                cutter: state.cutter,
+                cutter: state.under != Cutter::Off,
                 in_cycle: matches!(motion, Some(Move::Cycle(_))),
             })
         };

@@ -3,7 +3,7 @@
 use super::axes::{COUNT, PerLetter, Position};
 use super::cycle::Sticky;
 use super::dialect::Dialect;
-use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
+use super::modal::{Cutter, Distance, FeedMode, Motion, Plane, Retract, Units};
 use super::offsets::Offsets;
 use super::setup::Setup;
 use std::collections::BTreeMap;
@@ -64,6 +64,10 @@ pub struct State {
     pub retract: Retract,
     /// G41, G42.
     pub cutter: bool,
+    /// True from G40, G41 or G42 to the end of the next motion, along which the path gets its offset or loses it.
+    pub cutter_changes: bool,
+    /// How the last motion went.
+    pub under: Cutter,
     /// True while words are workpiece coordinates.
     pub tip: bool,
     /// Words that stay within a series of cycles.
@@ -107,6 +111,8 @@ impl State {
             length: None,
             retract: Retract::Initial,
             cutter: false,
+            cutter_changes: false,
+            under: Cutter::Off,
             tip: rules.tip,
             cycle: None,
             homes: setup.homes,

@@ -69,6 +69,18 @@ pub struct Block {
 /// How the first comment of a corrected program begins.
 pub const MARK: &[u8] = b"(trueaxis corrected";
 
+/// TRAORI and TRAFOOF, a Sinumerik's words for M428 and M429, as words M: numbers that no M word has.
+pub(super) const TRANSFORMATIONS: [(&str, f64); 2] = [("TRAORI", 428.9), ("TRAFOOF", 429.9)];
+
+/// What a line begins with, if it is one of the words that are no letter and number.
+fn transformation(line: &[u8]) -> Option<(&'static str, f64)> {
+    TRANSFORMATIONS.into_iter().find(|(name, _)| {
+        let (begins, next) = (line.get(..name.len()), line.get(name.len()));
+        begins.is_some_and(|b| b.eq_ignore_ascii_case(name.as_bytes()))
+            && !next.is_some_and(u8::is_ascii_alphanumeric)
+    })
+}
+
 /// Most words of a line.
 const MOST: usize = 100;
 
@@ -170,6 +182,21 @@ impl Block {
                 Fault::new(start..line.len(), "an O-word: the program computes", FLAT)
                     .kind(Kind::Flow),
             );
+        }
+        if self.words.len() < MOST
+            && let Some((name, value)) = transformation(&line[start..])
+        {
+            let end = start + name.len();
+            self.push(Word {
+                letter: b'M',
+                value,
+                start,
+                number: start,
+                end,
+                decimals: 0,
+                point: false,
+            });
+            return Ok(end);
         }
         let Some(read) = number_at(line, number) else {
             let signed = matches!(line.get(number), Some(b'+' | b'-'));

@@ -1,5 +1,6 @@
 //! `trueaxis gcode`: programs corrected.
 
+mod cycles;
 mod five_axes;
 mod hemisphere;
 mod random;
@@ -290,15 +291,40 @@ fn g52_and_a_tool_that_the_program_sets_shift_words_and_no_positions() {
 #[test]
 fn moves_under_cutter_compensation_are_cut_only_if_asked() {
     let folder = Folder::new();
-    let program = "G21 G90 G17\nG0 X0 Y0 Z50\nG41 D1\nG1 X200 F500\nG40\nM30\n";
-    let between = |out: &str| -> usize {
-        let lines = out.lines().skip_while(|l| !l.starts_with("G41"));
-        lines.take_while(|l| !l.starts_with("G40")).count() - 1
+    // Along the first motion the path gets its offset, along the one behind G40 it loses it.
+    let program = "G21 G90 G17\nG0 X0 Y0 Z50\nG41 D1\nG1 X10 F500\nX200\nG40\nG1 X350\nX0\nM30\n";
+    let count = |out: &str, from: &str, to: &str| -> usize {
+        let lines = out.lines().skip_while(|l| !l.starts_with(from));
+        lines.take_while(|l| !l.starts_with(to)).count() - 1
     };
     let (out, said) = run(&folder, program, &["--check"]);
-    assert_eq!(between(&out), 1, "{out}");
-    assert!(said.contains("1 moves under G41 or G42"), "{said}");
+    assert_eq!(count(&out, "G41", "G40"), 2, "{out}");
+    assert!(said.contains("3 moves under G41 or G42"), "{said}");
+    // One of them leads out, the next one is cut.
+    assert!(count(&out, "G40", "M30") > 3, "{out}");
+    let leads_out = out.lines().skip_while(|l| !l.starts_with("G40")).nth(1);
+    assert!(leads_out.unwrap().starts_with("G1 X350.0"), "{out}");
     let (out, said) = run(&folder, program, &["--check", "--cut-under-g41"]);
-    assert!(between(&out) > 5, "{out}");
-    assert!(!said.contains("under G41 or G42"), "{said}");
+    assert!(count(&out, "G41", "G40") > 5, "{out}");
+    assert!(said.contains("2 moves under G41 or G42"), "{said}");
+    let leads_out = out.lines().skip_while(|l| !l.starts_with("G40")).nth(1);
+    assert!(leads_out.unwrap().starts_with("G1 X350.0"), "{out}");
+}
+
+#[test]
+fn arcs_under_cutter_compensation_stay_arcs_whatever_that_costs() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17\nG0 X0 Y0 Z50\nG41 D1\nG1 X20 F500\nG3 X220 Y200 R200\nG2 X20 Y0 I-200\nG40\nG1 X0\nM30\n";
+    let (out, said) = run(&folder, program, &["--check"]);
+    assert_eq!(out.lines().filter(|l| l.contains(" I")).count(), 2, "{out}");
+    assert!(said.contains("4 moves under G41 or G42"), "{said}");
+}
+
+#[test]
+fn feeds_per_revolution_take_revolutions() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17\nG0 X0 Y0 Z50\nS1000 M3\nG95 G1 X50 F0.1\nG94 G1 X100 F100\nM30\n";
+    let (_, said) = run(&folder, program, &["--check"]);
+    assert!(said.contains("before 0.50 min"), "{said}");
+    assert!(said.contains("before 500.00 revolutions"), "{said}");
 }

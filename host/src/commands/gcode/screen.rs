@@ -201,11 +201,21 @@ pub fn check(found: &Found, options: &Options) -> String {
             off => format!(", {off:.2} µrad of a rotary axis"),
         }
     );
-    let [before, after] = found.minutes;
-    let _ = writeln!(
-        text,
-        "  feed moves take {after:.2} min, before {before:.2} min"
-    );
+    if found.blended_um > 0.0 {
+        let _ = writeln!(
+            text,
+            "  where an axis turns round, and the step is blended into the move: {:.2} µm",
+            found.blended_um
+        );
+    }
+    for (unit, [before, after]) in [("min", found.minutes), ("revolutions", found.revolutions)] {
+        if unit == "min" || before > 0.0 {
+            let _ = writeln!(
+                text,
+                "  feed moves take {after:.2} {unit}, before {before:.2} {unit}"
+            );
+        }
+    }
     if found.excess_um > 0.0 {
         let _ = writeln!(
             text,

@@ -2,6 +2,7 @@
 
 use super::spread::Statistics;
 use crate::gcode::correct::Options;
+use crate::gcode::rate::Rate;
 use crate::gcode::stream::StreamError;
 use serde::Serialize;
 
@@ -38,8 +39,12 @@ pub struct Found {
     pub excess_line: u64,
     /// The largest angle of a rotary axis from the corrected path (µrad).
     pub off_urad: f64,
-    /// Minutes of all feed moves, before and after.
+    /// The largest distance (µm) on moves into which the step at a reversal is blended.
+    pub blended_um: f64,
+    /// Minutes of all feed moves, before and after, but for those per revolution.
     pub minutes: [f64; 2],
+    /// Revolutions of the spindle during feed moves per revolution (G95), before and after.
+    pub revolutions: [f64; 2],
     /// Motions whose time differs by more than 1 %.
     pub times_differ: u64,
     /// The first of them.
@@ -54,6 +59,14 @@ pub struct Found {
 }
 
 impl Found {
+    /// Adds what a motion takes, before (0) or after (1).
+    pub(super) fn takes(&mut self, which: usize, rate: Rate, time: f64) {
+        match rate {
+            Rate::PerRevolution(_) => self.revolutions[which] += time,
+            _ => self.minutes[which] += time,
+        }
+    }
+
     /// True if the check holds: along the path, and in time.
     #[must_use]
     pub fn holds(&self, options: &Options) -> bool {

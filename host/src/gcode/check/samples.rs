@@ -3,7 +3,6 @@
 use super::arriving::{near, over_hole};
 use super::{Along, Check};
 use crate::gcode::axes::{PerLetter, is_rotary};
-use crate::gcode::correct::Backlash;
 use crate::gcode::moves::Rate;
 use crate::gcode::program::Segment;
 use crate::gcode::trace::{Lost, Node, Path};
@@ -169,8 +168,11 @@ impl Check<'_> {
             }
         }
         let um = linear.sqrt() * 1e3;
-        let blended = self.options.backlash == Backlash::Blend && self.tables.directional != 0;
-        if !segment.cutter && !blended {
+        if segment.cutter {
+            // Corrected ends, and what lies between them as it comes: the report says how far off.
+        } else if along.blends {
+            self.found.blended_um = self.found.blended_um.max(um);
+        } else {
             if um > self.found.off_um {
                 self.found.off_um = um;
                 self.found.off_line = segment.line;

@@ -29,12 +29,8 @@ impl Corrector<'_> {
         let reaches = nodes.try_for_each(|node| field.reaches(node));
         reaches.map_err(|lost| moving.lost(lost))?;
         let timing = self.timing(rate, &path);
-        let mut limits = self.limits();
-        if self.options.undo {
-            limits = limits.plus(1e6);
-            limits.rotary = 1e6;
-        }
-        if self.nominal.cutter || self.options.undo {
+        let limits = self.limits();
+        if self.is_offset() || self.options.undo {
             return self.in_one(arc, &limits, timing, moving);
         }
         let join = self.join(&self.traced.nodes[0], &limits, timing);
@@ -64,7 +60,7 @@ impl Corrector<'_> {
         Ok(joined(pieces))
     }
 
-    /// An arc that must stay one: under cutter compensation, and where a correction is taken away.
+    /// An arc that must stay one: under cutter compensation, whatever that costs, and where a correction is taken away.
     fn in_one(
         &mut self,
         arc: &Arc,
@@ -72,27 +68,28 @@ impl Corrector<'_> {
         timing: Timing,
         moving: &Moving,
     ) -> Result<Vec<Piece>, Fault> {
-        if self.nominal.cutter {
-            self.report.under_cutter += 1;
-        }
         let from = self.written.position.at;
         let nodes = &self.traced.nodes;
         let whole = match self.traced.breaks.last() {
-            None => &nodes[..],
             Some(last) if self.options.undo => &nodes[*last..],
-            Some(_) => &[],
+            _ => &nodes[..],
         };
         let shifted = match self.nominal.tip {
             true => None,
-            false => cut::arc(arc, &from, whole, limits),
+            false => cut::fitted(arc, &from, whole),
         };
         let Some(shifted) = shifted else {
             return Err(Fault::new(
                 moving.span.clone(),
                 "an arc under cutter compensation that cannot stay one",
-                "give a larger --tolerance, or write the path out without G41 and G42",
+                "write the path out without G41 and G42",
             ));
         };
+        if self.is_offset() && !self.options.undo {
+            let off = cut::off_arc(arc, &shifted, whole, limits) * limits.linear;
+            self.report.under_cutter += 1;
+            self.report.under_cutter_off = self.report.under_cutter_off.max(off);
+        }
         self.report.arcs[0] += 1;
         Ok(vec![Piece::of(Shape::Arc(shifted), shifted.to, timing)])
     }

@@ -8,7 +8,9 @@ use super::given::{Given, Moving};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cycle::Cycle;
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::Distance;
+use crate::gcode::interpret::bits;
+use crate::gcode::modal::{Distance, Retract, Units};
+use crate::gcode::number;
 use crate::gcode::trace::{Field, Lost, Node};
 
 /// Heights at which a hole is looked at.
@@ -30,7 +32,7 @@ impl Corrector<'_> {
         let constant = || self.is_constant(&field, cycle);
         let stays = single && straight && constant().map_err(|lost| moving.lost(lost))?;
         let in_series = self.written.cycle.is_some() || self.written_out.is_none();
-        if stays && in_series {
+        if stays && in_series && self.keeps_level(&field, cycle, moving)? {
             self.written_out = None;
             self.report.cycles[0] += 1;
             // Above the hole it has the correction of the bottom.
@@ -51,6 +53,38 @@ impl Corrector<'_> {
         self.report.cycles[1] += 1;
         self.joined = true;
         self.write_out(given, cycle, &parts, moving, out)
+    }
+
+    /// False if the cycle needs a line before it, which ends its series, and would not return to the level any more that
+    /// was before that.
+    fn keeps_level(
+        &self,
+        field: &Field<'_>,
+        cycle: &Cycle,
+        moving: &Moving,
+    ) -> Result<bool, Fault> {
+        let level = |initial: f64| initial.max(cycle.r);
+        let from = cycle.from[cycle.axes[2]];
+        if cycle.retract == Retract::Plane || level(from) == level(cycle.initial) {
+            return Ok(true);
+        }
+        let bottom = self.in_hole(field, cycle, cycle.bottom);
+        let bottom = bottom.map_err(|lost| moving.lost(lost))?;
+        Ok(self.outside(cycle, &bottom.to).is_none())
+    }
+
+    /// Where rotary axes and others outside the plane have to go before the hole, if they do not stand there.
+    fn outside(&self, cycle: &Cycle, to: &PerLetter) -> Option<PerLetter> {
+        let mut before = self.written.position.at;
+        let mut moves = false;
+        for axis in bits(self.tables.axes).filter(|axis| !cycle.axes.contains(axis)) {
+            let finest = number::finest(number::decimals(axis, Units::Millimetre));
+            if (to[axis] - before[axis]).abs() >= finest {
+                before[axis] = to[axis];
+                moves = true;
+            }
+        }
+        moves.then_some(before)
     }
 
     /// True if one correction across the hole, and one straight line along it, hold over its depth.

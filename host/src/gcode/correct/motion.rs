@@ -176,7 +176,7 @@ impl<'a> Corrector<'a> {
     pub(super) fn join(&self, first: &Node, limits: &Limits, timing: Timing) -> Option<Piece> {
         let at = self.written.position.at;
         let off = std::array::from_fn(|i| first.to[i] - at[i]);
-        let stays = self.joined || self.options.undo || self.nominal.cutter;
+        let stays = self.joined || self.options.undo || self.is_offset();
         if stays || limits.of(&off) <= 1.0 {
             return None;
         }

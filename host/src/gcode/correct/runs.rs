@@ -28,7 +28,7 @@ impl Corrector<'_> {
         timing: Timing,
         pieces: &mut Vec<Piece>,
     ) {
-        if !self.options.backlash.is_apart() || self.nominal.cutter {
+        if !self.options.backlash.is_apart() || self.is_offset() {
             return;
         }
         let shape = match shape {

@@ -6,6 +6,7 @@ use super::{Backlash, Corrector};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cut::{self, Limits};
 use crate::gcode::fault::Fault;
+use crate::gcode::modal::Cutter;
 use crate::gcode::moves::{Rate, Straight};
 use crate::gcode::trace::{Node, Path};
 
@@ -69,7 +70,7 @@ impl Corrector<'_> {
             }
             return Ok(vec![Piece::of(shape, last.to, Timing::None)]);
         }
-        if self.nominal.cutter && !self.options.cut_under_cutter {
+        if self.is_offset() && !self.may_be_cut() {
             self.note_cutter(&limits);
             return Ok(vec![Piece::of(shape, last.to, timing)]);
         }
@@ -85,10 +86,20 @@ impl Corrector<'_> {
         Ok(pieces)
     }
 
+    /// True for a motion under cutter compensation, and for the one along which the path gets its offset or loses it.
+    pub(super) fn is_offset(&self) -> bool {
+        self.nominal.under != Cutter::Off
+    }
+
+    /// True if cuts change nothing but the correction: an offset that comes or goes would do so within the first piece.
+    fn may_be_cut(&self) -> bool {
+        self.options.cut_under_cutter && self.nominal.under != Cutter::Changes
+    }
+
     /// True if a move certainly needs no cut, whatever corrections are along it; directions are those at its end then.
     fn goes_on_without_cut(&mut self, straight: &Straight) -> bool {
         let leave = self.options.backlash == Backlash::Leave && self.tables.directional != 0;
-        let looks = leave || straight.with_spindle || self.nominal.cutter || self.nominal.tip;
+        let looks = leave || straight.with_spindle || self.is_offset() || self.nominal.tip;
         if looks || !self.joined {
             return false;
         }

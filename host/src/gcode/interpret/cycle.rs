@@ -3,9 +3,9 @@
 use super::needs::{axis_span, missing};
 use super::{Asked, bits, whole};
 use crate::gcode::axes::{self, COUNT};
-use crate::gcode::cycle::{Cycle, Sticky};
+use crate::gcode::cycle::{Cycle, Frame, Sticky};
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::{Distance, FeedMode};
+use crate::gcode::modal::{Distance, FeedMode, Retract};
 use crate::gcode::rate::Rate;
 use crate::gcode::state::State;
 use crate::gcode::words::Word;
@@ -41,7 +41,8 @@ impl State {
         }
         let relative = self.needs_distance(block)? == Distance::Incremental;
         let from = self.position.at;
-        let sticky = self.sticky(asked, code, n)?;
+        let frame = self.frame_of_series(asked, n, relative)?;
+        let sticky = self.sticky(asked, code, frame)?;
         let rate = self.rate_of_cycle(asked)?;
         let repeat = match asked.word(b'L') {
             Some(word) => whole(word)?,
@@ -58,7 +59,7 @@ impl State {
         let (r, bottom, by);
         if relative {
             by = std::array::from_fn(|i| first[i] - from[i]);
-            r = from[n] + sticky.r;
+            r = sticky.initial + sticky.r;
             bottom = r + sticky.depth;
         } else {
             by = [0.0; COUNT];
@@ -108,6 +109,37 @@ impl State {
         })
     }
 
+    /// What numbers of the series mean, which do not change their meaning within it.
+    fn frame_of_series(
+        &self,
+        asked: &Asked<'_>,
+        normal: usize,
+        relative: bool,
+    ) -> Result<Frame, Fault> {
+        let span = axis_span(asked.block);
+        let now = Frame {
+            normal,
+            units: self.needs_units(span.clone())?,
+            zero: self.offsets.machine_axis(normal, 0.0),
+        };
+        let Some(series) = self.cycle.map(|c| c.frame) else {
+            return Ok(now);
+        };
+        let same_numbers = series.normal == now.normal && series.units == now.units;
+        let has_level = relative || self.retract == Retract::Initial;
+        // Offsets are sums of decimal numbers.
+        let same_zero = (series.zero - now.zero).abs() < 1e-9;
+        if same_numbers && (same_zero || !has_level) {
+            return Ok(series);
+        }
+        Err(Fault::new(
+            span,
+            "a series of cycles that goes on with another plane, unit or offset: to which level it returns \
+             differs from controller to controller",
+            "write G80 in a line before it, and the cycle with all its words",
+        ))
+    }
+
     fn rate_of_cycle(&self, asked: &Asked<'_>) -> Result<Rate, Fault> {
         match (self.feed.filter(|f| *f > 0.0), self.feed_mode) {
             (Some(f), FeedMode::PerMinute) => Ok(Rate::PerMinute(f)),
@@ -121,7 +153,8 @@ impl State {
     }
 
     /// The words of a cycle: those of the line, otherwise those of the line before in its series.
-    fn sticky(&self, asked: &Asked<'_>, code: u16, normal: usize) -> Result<Sticky, Fault> {
+    fn sticky(&self, asked: &Asked<'_>, code: u16, frame: Frame) -> Result<Sticky, Fault> {
+        let normal = frame.normal;
         let before = self.cycle.filter(|c| c.code == code);
         let initial = self.cycle.map_or(self.position.at[normal], |c| c.initial);
         let lacking = |what: &str| {
@@ -151,6 +184,7 @@ impl State {
         Ok(Sticky {
             code,
             initial,
+            frame,
             r,
             depth,
             q,

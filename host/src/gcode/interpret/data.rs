@@ -70,6 +70,16 @@ impl State {
         // Where nothing is known of it all axes of the machine are set here, and R.
         let mut system = known.unwrap_or_default();
         if let Some(rotation) = asked.word(b'R') {
+            let g92 = self.offsets.g92;
+            let holds = number == self.offsets.selected();
+            if holds && rotation.value != system.rotation && (g92[0] != 0.0 || g92[1] != 0.0) {
+                return Err(unknown(
+                    rotation,
+                    "another rotation of the system that holds, under G92: LinuxCNC then takes the position for \
+                     another one",
+                    "write G92.1 before it",
+                ));
+            }
             system.rotation = rotation.value;
         }
         if kind == Some(20) && !fanuc {

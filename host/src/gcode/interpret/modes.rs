@@ -116,7 +116,10 @@ impl State {
             };
             match code {
                 Code::Plane(plane) => self.plane = Some(plane),
-                Code::Cutter(on) => self.cutter = on,
+                Code::Cutter(on) => {
+                    self.cutter_changes |= on != self.cutter;
+                    self.cutter = on;
+                }
                 Code::ToolLength(length) => self.tool_length_word(asked, word, length)?,
                 Code::TipOn => {
                     needs_machine(word, asked.rules)?;

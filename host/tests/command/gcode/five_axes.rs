@@ -45,6 +45,25 @@ fn tool_centre_point_programs_stay_what_they_are() {
 }
 
 #[test]
+fn traori_is_m428() {
+    let program = "G21 G90 G17\nG0 X230 Y150 Z-160 A0 C0\nTRAORI\nG1 X235 A-3 C4 F20\ntrafoof\nG0 Z-100\nM30\n";
+    let machine = example("linuxcnc-xyzac-trt/machine.toml");
+    let with = |program: &str| run(program, "[offset.G54]\n", &["--machine", &machine]).0;
+    let (text, other) = (
+        with(program),
+        with(&program.replace("TRAORI", "M428").replace("trafoof", "M429")),
+    );
+    assert!(
+        text.contains("\nTRAORI\n") && text.contains("\ntrafoof\n"),
+        "{text}"
+    );
+    assert_eq!(
+        text.replace("TRAORI", "M428").replace("trafoof", "M429"),
+        other
+    );
+}
+
+#[test]
 fn a_purely_rotary_move_does_not_rush() {
     let program = "G21 G90\nG0 X200 Y150 Z-21 A1 C1\nG1 A2 C1.5 F360\nG1 X201 F360\nM30\n";
     let (text, said) = run(program, "[offset.G54]\n", &[]);

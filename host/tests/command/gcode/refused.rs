@@ -42,6 +42,18 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("G92.3", &["line 3", "G92.3", "--var"]),
         ("G52", &["line 3", "G52", "without axes"]),
         (
+            "G98 G81 X12 Y12 Z45 R48 F100\nG92 Z7\nX15",
+            &["line 5", "X15", "series of cycles", "G80"],
+        ),
+        (
+            "G98 G81 X12 Y12 Z45 R48 F100\nG18 G81 X15 Y8 Z45 R9",
+            &["line 4", "series of cycles", "G80"],
+        ),
+        (
+            "G92 X22\nG10 L2 P1 R-20",
+            &["line 4", "R-20", "rotation", "G92.1"],
+        ),
+        (
             "G10 L2 P2 X1",
             &["line 3", "G10", "G55", "[offset.\"G55\"]"],
         ),

@@ -98,6 +98,29 @@ fn the_first_motion_tells_directions_that_are_not_known() {
 }
 
 #[test]
+fn the_check_says_how_far_off_blended_steps_are() {
+    let folder = Folder::new();
+    let program = "G21 G90\nG0 X10 Y0 Z0 A0 C0\nG1 X20 F800\nX10\nX30\nM30\n";
+    let said = |backlash: &str| {
+        let (part, setup) = (
+            folder.file("part.ngc", program),
+            folder.file("setup.toml", FIVE),
+        );
+        let (out, compensation) = (folder.at("out.ngc"), blob("xyzac-trt"));
+        let mut arguments = vec!["gcode", &part, "-o", &out, "--compensation", &compensation];
+        arguments.extend(["--setup", &setup, "--check", "--backlash", backlash]);
+        answer(0, &arguments)
+    };
+    // The table of X by its direction holds 4 µm.
+    assert!(
+        said("blend").contains("blended into the move: 8.0"),
+        "{}",
+        said("blend")
+    );
+    assert!(!said("move").contains("blended"));
+}
+
+#[test]
 fn what_is_written_for_cycles_and_small_turns_is_accepted_whatever_becomes_of_reversals() {
     let folder = Folder::new();
     for program in [

@@ -9,13 +9,17 @@ use crate::gcode::cycle::Cycle;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
-use crate::gcode::interpret::bits;
-use crate::gcode::modal::{Motion, Retract, Units};
+use crate::gcode::modal::{Motion, Retract};
 use crate::gcode::number;
 use crate::gcode::words::Word;
 
 /// A word that a cycle needs: letter, value in units of the program, decimals.
 type Needed = (u8, f64, usize);
+
+/// How far pecks may end from where their corrections lead, in parts of the tolerance.
+const PECKS: f64 = 0.25;
+/// Most decimals of Q.
+const MOST_DECIMALS: usize = 9;
 
 /// The words of a cycle.
 struct Words {
@@ -85,24 +89,15 @@ impl Corrector<'_> {
         to: &PerLetter,
         out: &mut Vec<u8>,
     ) -> Result<bool, Fault> {
-        let mut before = self.written.position.at;
-        let mut moves = false;
-        for axis in bits(self.tables.axes).filter(|axis| !cycle.axes.contains(axis)) {
-            let decimals = number::decimals(axis, Units::Millimetre);
-            let finest = number::finest(decimals);
-            if (to[axis] - before[axis]).abs() >= finest {
-                before[axis] = to[axis];
-                moves = true;
-            }
-        }
-        if moves {
+        let before = self.outside(cycle, to);
+        if let Some(before) = before {
             let piece = Piece::of(Shape::Rapid, before, Timing::None);
             let motion = self.nominal.motion.replace(Motion::Rapid);
             let done = self.write_next(&self.with_end(given), &piece, out);
             self.nominal.motion = motion;
             done?;
         }
-        Ok(moves)
+        Ok(before.is_some())
     }
 
     /// The words of the hole, of R and of Q; `by` is the correction of the normal axis at R.
@@ -121,11 +116,21 @@ impl Corrector<'_> {
         let r = offsets.program(&at_r)[n] / unit;
         let decimals = number::decimals(n, units);
         let depth = number::rounded(r, decimals) - number::rounded(normal.1, decimals);
-        let q = cycle.peck_for(depth * unit).map(|q| q / unit);
-        let stays = |q: f64| cycle.q.is_some_and(|before| q * unit <= before + 1e-9);
+        let tolerance = PECKS * self.options.tolerance;
+        let q = cycle.peck_for(depth * unit, tolerance);
+        let q = q.filter(|(q, _)| cycle.q.is_none_or(|before| (q - before).abs() > 1e-9));
+        let q = q.map(|(q, pecks)| {
+            let fine = |decimals: &usize| pecks * number::finest(*decimals) * unit <= tolerance;
+            above(
+                q / unit,
+                (decimals..MOST_DECIMALS)
+                    .find(fine)
+                    .unwrap_or(MOST_DECIMALS),
+            )
+        });
         Words {
             place: [first, second, normal, (b'R', r, decimals)],
-            q: q.filter(|q| !stays(*q)).map(|q| above(q, decimals)),
+            q,
         }
     }
 
@@ -148,7 +153,7 @@ impl Corrector<'_> {
             let same = |(letter, ..): &Needed| *letter == word.letter;
             if let (b'Q', Some(q)) = (word.letter, words.q) {
                 edits.replace(word.number..word.end, |to| {
-                    number::write(to, q, 9, 0, point)
+                    number::write(to, q, MOST_DECIMALS, 0, point)
                 });
             }
             if let Some(k) = needed.iter().position(same) {
@@ -180,7 +185,7 @@ impl Corrector<'_> {
         if let (true, Some(q)) = (lacks(b'Q'), q)
             && before.is_none_or(|before| (q - before).abs() > 1e-9)
         {
-            add(b'Q', q, 9);
+            add(b'Q', q, MOST_DECIMALS);
         }
         if let (true, Some(p), None) = (lacks(b'P'), cycle.p, series) {
             add(b'P', p, 6);

@@ -12,6 +12,7 @@ use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
 use crate::gcode::number;
+use crate::gcode::words::Word;
 
 /// What the words of the line say already, and where others belong.
 #[derive(Default)]
@@ -43,7 +44,13 @@ impl Corrector<'_> {
         let from = out.len();
         edits.apply(given.line, out);
         self.edits = edits;
-        self.follow(&out[from..], Some(&wording.words.to))
+        let comes_back =
+            |word: &Word| codes::code(word, self.rules.dialect) == Some(Code::Threading(331));
+        let ends = match given.block.has_codes && given.block.words.iter().any(comes_back) {
+            true => self.written.position.at,
+            false => wording.words.to,
+        };
+        self.follow(&out[from..], Some(&ends))
     }
 
     /// Changes or removes the words of the line.

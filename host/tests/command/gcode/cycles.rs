@@ -1,0 +1,87 @@
+//! Cycles, and threads: what is written is what another interpreter makes of the program, corrected.
+
+use super::{SETUP, corrected};
+use crate::program::{Folder, answer, example};
+
+#[test]
+fn pecks_end_where_their_corrections_lead() {
+    let folder = Folder::new();
+    // Scales alone: one straight line over any depth.
+    let errors = folder.file(
+        "errors.toml",
+        "machine = \"Mill with 21 errors\"\n[parameters]\nEXX1 = 200e-6\nEYY1 = -300e-6\nEZZ1 = 400e-6\n",
+    );
+    let (setup, trax) = (folder.file("setup.toml", SETUP), folder.at("scales.trax"));
+    answer(
+        0,
+        &[
+            "compile",
+            &example("mill-21/machine.toml"),
+            &errors,
+            "-o",
+            &trax,
+        ],
+    );
+    for cycle in ["G83", "G73"] {
+        for q in ["Q1.3", "Q5", "Q0.7", "Q150"] {
+            let program = format!(
+                "G21 G90 G17 F300\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z120.5 R240 {q}\nX150\nG80\nM30\n"
+            );
+            let (part, out) = (folder.file("part.ngc", program), folder.at("out.ngc"));
+            let said = answer(
+                0,
+                &[
+                    "gcode",
+                    &part,
+                    "-o",
+                    &out,
+                    "--compensation",
+                    &trax,
+                    "--setup",
+                    &setup,
+                    "--check",
+                ],
+            );
+            assert!(said.contains("cycles: 2 stay"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn incremental_cycles_count_r_from_the_level_before_their_series() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17 F300\nG0 X100 Y100 Z250\nG99 G81 X110 Y110 Z225 R230\nG91 G81 X5 Z-7 R0 L2\nG80\nM30\n";
+    let out = corrected(&folder, program, &["--check"]);
+    let behind = out
+        .lines()
+        .skip_while(|line| !line.starts_with("G99"))
+        .skip(1);
+    let height = |line: &str| -> f64 {
+        let word = line.split_whitespace().find(|word| word.starts_with('Z'));
+        word.map_or(0.0, |word| word[1..].parse().unwrap())
+    };
+    // From R 230 to 250, 7 mm down and up again, twice: LinuxCNC's interpreter goes the same way.
+    let (mut at, mut bottoms) = (230.0, Vec::new());
+    for line in behind {
+        at += height(line);
+        if line.starts_with("G1") {
+            bottoms.push(at);
+        }
+    }
+    assert_eq!(bottoms.len(), 2, "{out}");
+    for height in bottoms.into_iter().zip([243.0; 2]).chain([(at, 250.0)]) {
+        assert!((height.0 - height.1).abs() < 0.01, "{height:?}: {out}");
+    }
+}
+
+#[test]
+fn a_thread_that_comes_back_is_corrected_at_its_end() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17\nG0 X100 Y100 Z250\nS100 M3\nG33.1 Z245 K1\nG1 X120 F100\nM30\n";
+    let out = corrected(&folder, program, &["--check"]);
+    let line = out.lines().find(|line| line.starts_with("G33.1")).unwrap();
+    assert!(
+        line.starts_with("G33.1 Z24") && line.ends_with(" K1"),
+        "{out}"
+    );
+}
