@@ -21,6 +21,8 @@ pub struct Tables<'a> {
     pub spacing: PerLetter,
     /// True if the tool length is an input.
     pub takes_length: bool,
+    /// The tool lengths (mm) that its tables reach; beyond, they hold their end values.
+    pub lengths: [f64; 2],
     /// Travel of each axis; `None` for endless ones.
     pub travel: [Option<[f64; 2]>; COUNT],
     /// The turn of endless axes (degrees), otherwise 0.
@@ -46,6 +48,7 @@ impl<'a> Tables<'a> {
             directional: 0,
             spacing: [f64::INFINITY; COUNT],
             takes_length: false,
+            lengths: [f64::NEG_INFINITY, f64::INFINITY],
             travel: [None; COUNT],
             period: [0.0; COUNT],
             bend: Bend::default(),
@@ -79,6 +82,16 @@ impl<'a> Tables<'a> {
                 && let Some(letter) = tables.letters.get(usize::from(bank.input))
             {
                 tables.directional |= 1 << letter;
+            }
+        }
+        let others = compensation.auxiliaries().iter();
+        let others = others.take_while(|a| a.kind != AuxiliaryKind::ToolLength);
+        let length = compensation.axes().len() + others.count();
+        for bank in compensation.banks() {
+            if usize::from(bank.input) == length {
+                let [low, high] = &mut tables.lengths;
+                *low = low.max(f64::from(bank.start));
+                *high = high.min(f64::from(bank.end()));
             }
         }
         for axis in compensation.grids().iter().flat_map(|grid| &grid.axes) {

@@ -27,6 +27,19 @@ impl<'a> Corrector<'a> {
         if let Some(length) = moving.length {
             self.report.lengths.insert((length * 1e3).round() as i64);
         }
+        if let (true, Some(length)) = (self.tables.takes_length, moving.length) {
+            let [low, high] = self.tables.lengths;
+            // Lengths have decimals, tables are f32.
+            if length < low - 1e-3 || length > high + 1e-3 {
+                return Err(Fault::new(
+                    moving.span.clone(),
+                    format!(
+                        "a tool of {length:.3} mm, and the compensation is for {low:.0} to {high:.0} mm"
+                    ),
+                    "compile it with a length_range_mm of the machine file that has this tool",
+                ));
+            }
+        }
         self.modes_first(given.block)?;
         let pieces = match motion {
             Move::Straight(straight, rate) => self.straight(straight, *rate, &moving)?,
