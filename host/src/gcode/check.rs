@@ -182,7 +182,10 @@ impl Check<'_> {
             segment,
             blends: self.options.backlash == Backlash::Blend
                 && self.tables.directional != 0
-                && (matches!(segment.path, Path::Arc(_)) || ways.travel != self.ways.travel),
+                // Axes of an arc, and those that follow the tip, turn round and back.
+                && (matches!(segment.path, Path::Arc(_))
+                    || field.tip.is_some()
+                    || ways.travel != self.ways.travel),
             travel: ways,
             turns,
             last_t: 0.0,
