@@ -10,6 +10,7 @@ mod pass;
 mod piece;
 mod runs;
 mod straight;
+mod undo;
 mod write;
 
 use super::axes::{self, COUNT, PerLetter};
@@ -83,7 +84,11 @@ impl<'a> Corrector<'a> {
                 axes::name(axis)
             ));
         }
-        let ways = Ways::new(tables, &nominal.position, &rules.setup.travel);
+        let mut ways = Ways::new(tables, &nominal.position, &rules.setup.travel);
+        if options.undo && options.backlash == Backlash::Move {
+            // Where an axis turns round there is a step, which tells it.
+            ways = ways.rounded_by(undo::STANDS);
+        }
         if rules.tip {
             if let Some(axis) = nominal.position.missing(tables.axes) {
                 return Err(format!(

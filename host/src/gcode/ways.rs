@@ -1,6 +1,6 @@
 //! Which way axes have moved last.
 
-use super::axes::{COUNT, PerLetter, Position};
+use super::axes::{COUNT, PerLetter, Position, is_rotary};
 use super::interpret::bits;
 use super::tables::Tables;
 use trueaxis::{Reversal, Travel};
@@ -13,6 +13,8 @@ pub struct Ways {
     pub travel: [Travel; COUNT],
     /// Where they have come to.
     last: PerLetter,
+    /// What an axis may come back by beyond its hysteresis, for the last digits of words (mm, degrees).
+    slack: [f64; 2],
 }
 
 impl Ways {
@@ -23,6 +25,7 @@ impl Ways {
             reversals: [Reversal::new(); COUNT],
             travel: [Travel::Unknown; COUNT],
             last: start.at,
+            slack: [0.0; 2],
         };
         for (axis, way) in travel.iter().enumerate() {
             if !start.knows(axis) {
@@ -33,8 +36,17 @@ impl Ways {
         ways
     }
 
+    /// Positions are rounded by so much (mm, degrees): an axis that comes back by no more than that beyond its hysteresis
+    /// has not turned round.
+    #[must_use]
+    pub fn rounded_by(self, slack: [f64; 2]) -> Self {
+        Self { slack, ..self }
+    }
+
+    /// An axis has come to a position.
     fn axis_to(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
-        let hysteresis = tables.hysteresis[axis] as f32;
+        let slack = self.slack[usize::from(is_rotary(axis))];
+        let hysteresis = (tables.hysteresis[axis] + slack) as f32;
         let period = tables.period[axis] as f32;
         self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
     }
@@ -93,6 +105,54 @@ impl Ways {
         let q = at(self)?;
         self.come_to(tables, &q);
         Ok(())
+    }
+
+    /// The axes stand while some have turned round: the step of a reversal, as a corrected program has it. `stands` says
+    /// where they are by such directions, if that is where they were. False, and nothing done, if it takes no axis that
+    /// has turned, or if none helps.
+    ///
+    /// # Errors
+    /// Those of `stands`.
+    pub fn turn_by<E>(
+        &mut self,
+        tables: &Tables<'_>,
+        stands: impl Fn(&Self) -> Result<Option<PerLetter>, E>,
+    ) -> Result<bool, E> {
+        let mut choices = vec![(0_u32, self.travel)];
+        for axis in bits(tables.directional) {
+            let others = match self.travel[axis] {
+                Travel::Unknown => &[Travel::Positive, Travel::Negative][..],
+                Travel::Positive => &[Travel::Negative],
+                Travel::Negative => &[Travel::Positive],
+            };
+            for k in 0..choices.len() {
+                let (turned, travel) = choices[k];
+                choices.extend(others.iter().map(|way| {
+                    let mut travel = travel;
+                    travel[axis] = *way;
+                    (turned + 1, travel)
+                }));
+            }
+        }
+        choices.sort_by_key(|(turned, _)| *turned);
+        for (turned, travel) in choices {
+            let mut trial = self.clone();
+            trial.travel = travel;
+            let Some(q) = stands(&trial)? else {
+                continue;
+            };
+            for axis in bits(tables.directional) {
+                if travel[axis] != self.travel[axis] {
+                    trial.arrives(tables, axis, q[axis], travel[axis]);
+                }
+            }
+            if turned > 0 {
+                trial.last = q;
+                *self = trial;
+            }
+            return Ok(turned > 0);
+        }
+        Ok(false)
     }
 
     /// Takes a straight move to a position in, if no axis turns round on it; otherwise nothing, and false.

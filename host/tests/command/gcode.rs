@@ -6,6 +6,7 @@ mod random;
 mod refused;
 mod reversals;
 mod tool_length;
+mod undone;
 mod wrapped;
 
 use crate::program::{Folder, answer, blob, example, refused};
