@@ -11,7 +11,7 @@ pub struct Ways {
     reversals: [Reversal; COUNT],
     /// As [`Reversal`] tells.
     pub travel: [Travel; COUNT],
-    /// Where they have come to.
+    /// Where they have come to; NaN where that is not known.
     last: PerLetter,
     /// What an axis may come back by beyond its hysteresis, for the last digits of words (mm, degrees).
     slack: [f64; 2],
@@ -29,6 +29,7 @@ impl Ways {
         };
         for (axis, way) in travel.iter().enumerate() {
             if !start.knows(axis) {
+                ways.forget(axis);
                 continue;
             }
             ways.arrives(tables, axis, start.at[axis], *way);
@@ -43,8 +44,28 @@ impl Ways {
         Self { slack, ..self }
     }
 
-    /// An axis has come to a position.
+    /// An axis goes straight to a position, by quarters of a turn if it is endless: more than half a turn at once would
+    /// look like less, the other way.
     fn axis_to(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
+        let period = tables.period[axis];
+        let quarter = 0.25 * period;
+        let mut by = q - self.last[axis];
+        if quarter > 0.0 && by.abs() > quarter {
+            if by.abs() > 2.0 * period {
+                // All turns but the last ones tell nothing.
+                by = by % period + period.copysign(by);
+            }
+            let parts = (by.abs() / quarter).ceil();
+            for part in 1..parts as u32 {
+                let left = 1.0 - f64::from(part) / parts;
+                self.axis_at(tables, axis, q - left * by);
+            }
+        }
+        self.axis_at(tables, axis, q);
+    }
+
+    /// An axis has come to a position, less than half a turn from where it was.
+    fn axis_at(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
         let slack = self.slack[usize::from(is_rotary(axis))];
         let hysteresis = (tables.hysteresis[axis] + slack) as f32;
         let period = tables.period[axis] as f32;
@@ -56,9 +77,9 @@ impl Ways {
         self.reversals[axis] = Reversal::new();
         let far = 2.0 * tables.hysteresis[axis] + 0.01;
         if way != Travel::Unknown {
-            self.axis_to(tables, axis, q - sign(way) * far);
+            self.axis_at(tables, axis, q - sign(way) * far);
         }
-        self.axis_to(tables, axis, q);
+        self.axis_at(tables, axis, q);
     }
 
     /// The axes have come to a position that depends on the directions in which they came, as those of a corrected
@@ -176,16 +197,17 @@ impl Ways {
         keeps
     }
 
-    /// The axes have come to a position.
+    /// The axes have come to a position, straight from the one before.
     pub fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
-        self.last = *q;
         for axis in bits(tables.directional) {
             self.axis_to(tables, axis, q[axis]);
         }
+        self.last = *q;
     }
 
-    /// Which way an axis comes is no longer known.
+    /// Which way an axis comes is no longer known, nor where from.
     pub fn forget(&mut self, axis: usize) {
+        self.last[axis] = f64::NAN;
         self.reversals[axis] = Reversal::new();
         self.travel[axis] = Travel::Unknown;
     }

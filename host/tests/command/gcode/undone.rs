@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use trueaxis::{Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term};
 use trueaxis_host::gcode::axes::{COUNT, PerLetter, is_rotary};
+use trueaxis_host::gcode::check::check;
 use trueaxis_host::gcode::words::Block;
 use trueaxis_host::gcode::{Backlash, Corrector, Options, Rules, State, Tables, stream};
 use trueaxis_host::validate::Runtime;
@@ -138,6 +139,19 @@ fn correct(
     String::from_utf8(written).unwrap()
 }
 
+/// What is written for a program, which the check must accept.
+fn checked(text: &str, rules: &Rules, tables: &Tables<'_>, backlash: Backlash) {
+    let there = correct(text, rules, tables, (backlash, false));
+    let options = Options {
+        backlash,
+        ..Options::default()
+    };
+    let (before, after) = (text.as_bytes(), there.as_bytes());
+    let found = check(before, after, rules, tables, None, None, options);
+    let found = found.unwrap_or_else(|e| panic!("{e}\n{text}\n{there}"));
+    assert!(found.holds(&options), "{found:?}\n{text}\n{there}");
+}
+
 /// Corrects a program and takes the correction away: every line leads where it led, and what a straight one became
 /// stays on its way.
 fn comes_back(text: &str, rules: &Rules, tables: &Tables<'_>, backlash: Backlash, name: &str) {
@@ -225,7 +239,7 @@ fn back_and_forth(random: &mut Pcg64Mcg, c: f64) -> String {
 
 #[test]
 fn axes_that_go_back_and_forth_come_back_by_less_and_more_than_their_steps() {
-    for (period, c) in [(0.0, 1000.0), (360.0, 30.0)] {
+    for (period, c) in [(0.0, 1000.0), (360.0, 1500.0), (360.0, 30.0)] {
         with_steps(period, |_, tables, rules| {
             for seed in 0..150 {
                 let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -238,6 +252,25 @@ fn axes_that_go_back_and_forth_come_back_by_less_and_more_than_their_steps() {
             }
         });
     }
+}
+
+#[test]
+fn turns_of_more_than_half_a_period_are_taken_the_way_they_go() {
+    with_steps(360.0, |_, tables, rules| {
+        for c in [
+            "181", "190", "350", "1000", "-181", "-190", "-350", "-720", "30000",
+        ] {
+            for line in ["G0", "G1", "G2 I3", "G3 I3 Z-90"] {
+                let text = format!(
+                    "G21 G90 G17 F900\nG0 X200 Y150 Z-100 A0 C0\n{line} C{c}\nG1 X190\nC-11\n"
+                );
+                for backlash in ALL {
+                    checked(&text, rules, tables, backlash);
+                    comes_back(&text, rules, tables, backlash, &format!("{line} C{c}"));
+                }
+            }
+        }
+    });
 }
 
 #[test]
