@@ -84,11 +84,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let done = stream::look_for_computing(open(&arguments.program)?, rules.dialect);
         done.map_err(|error| bad_program(&arguments.program, &error))
     };
-    let mark = match options.undo {
-        true => None,
-        false => Some(arguments.mark(&blob, compensation)?),
-    };
-    let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, mark) {
+    let mark = arguments.mark(&blob, compensation, &tables)?;
+    let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, Some(mark)) {
         Ok(corrector) => corrector,
         Err(cause) => {
             computes()?;

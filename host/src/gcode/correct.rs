@@ -4,6 +4,7 @@ mod arc;
 mod cycles;
 mod feed;
 mod given;
+mod mark;
 mod motion;
 mod options;
 mod pass;
@@ -63,12 +64,15 @@ pub struct Corrector<'a> {
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
-    /// The first comment, until it is written.
+    /// The first comment, until it is written; of a program whose correction is taken away what it must say.
     mark: Option<String>,
+    /// True if the program has said what it was corrected with.
+    is_marked: bool,
 }
 
 impl<'a> Corrector<'a> {
-    /// `mark` is the first comment, without brackets.
+    /// `mark` is the first comment, without brackets. Where corrections are taken away the program must have it, with the
+    /// same checksum and the same reversals; `None`: whatever it says.
     pub fn new(
         rules: &'a Rules,
         tables: &'a Tables<'a>,
@@ -133,6 +137,7 @@ impl<'a> Corrector<'a> {
             percent: false,
             joined: false,
             mark,
+            is_marked: false,
         })
     }
 
@@ -151,6 +156,9 @@ impl<'a> Corrector<'a> {
     /// # Errors
     /// A program without any line, and one that seems to be cut off.
     pub fn finish(&mut self) -> Result<(), Refusal> {
+        if let (Err(fault), true) = (self.no_mark(0..0), self.line > 0) {
+            return Err(Refusal::at(fault, self.line, b""));
+        }
         let (cause, remedy) = if self.line == 0 {
             (
                 "the program is empty",
@@ -197,7 +205,7 @@ impl<'a> Corrector<'a> {
                 // The line is nothing but the mark.
                 self.block = block;
                 self.report.lines[1] -= 1;
-                return Ok(());
+                return self.take_mark(line);
             }
             return Err(Fault::new(
                 0..line.len(),
@@ -206,7 +214,10 @@ impl<'a> Corrector<'a> {
             ));
         }
         self.percent |= block.percent;
-        self.begin(&block, out);
+        match self.options.undo {
+            true => self.needs_mark(&block)?,
+            false => self.begin(&block, out),
+        }
         let done = self.correct_block(&block, line, eol, out);
         self.block = block;
         done
@@ -214,10 +225,7 @@ impl<'a> Corrector<'a> {
 
     /// Writes the mark before the first line that may follow it.
     fn begin(&mut self, block: &Block, out: &mut Vec<u8>) {
-        if self.mark.is_none() || block.percent {
-            return;
-        }
-        if self.rules.dialect == Dialect::Fanuc && block.word(b'O').is_some() {
+        if self.may_precede_mark(block) {
             return;
         }
         if let Some(mark) = self.mark.take() {
@@ -227,6 +235,12 @@ impl<'a> Corrector<'a> {
             out.extend_from_slice(self.eol);
             self.report.lines[1] += 1;
         }
+    }
+
+    /// True for `%`, and for the number of a program.
+    fn may_precede_mark(&self, block: &Block) -> bool {
+        let is_number = self.rules.dialect == Dialect::Fanuc && block.word(b'O').is_some();
+        block.percent || is_number
     }
 
     fn correct_block(

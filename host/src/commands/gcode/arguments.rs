@@ -116,6 +116,16 @@ enum BacklashChoice {
     Leave,
 }
 
+impl BacklashChoice {
+    fn given(self) -> gcode::Backlash {
+        match self {
+            Self::Move => gcode::Backlash::Move,
+            Self::Blend => gcode::Backlash::Blend,
+            Self::Leave => gcode::Backlash::Leave,
+        }
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Switch {
     On,
@@ -141,11 +151,7 @@ impl Arguments {
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,
-            backlash: match self.backlash {
-                BacklashChoice::Move => gcode::Backlash::Move,
-                BacklashChoice::Blend => gcode::Backlash::Blend,
-                BacklashChoice::Leave => gcode::Backlash::Leave,
-            },
+            backlash: self.backlash.given(),
             cut_under_cutter: self.cut_under_g41,
             undo: self.undo,
             ..gcode::Options::default()
@@ -222,6 +228,7 @@ impl Arguments {
         &self,
         blob: &[u8],
         compensation: &trueaxis::Largest<'_>,
+        tables: &Tables<'_>,
     ) -> Result<String, BadInput> {
         let header = Header::read(blob).map_err(|e| BadInput::in_blob(e, &self.compensation))?;
         let setup = [&self.setup, &self.var, &self.tools].into_iter().flatten();
@@ -233,8 +240,12 @@ impl Arguments {
         };
         let machine = plain(compensation.machine());
         let name = name_of(&self.compensation);
+        let backlash = match (self.backlash.given(), tables.directional) {
+            (gcode::Backlash::Move, _) | (_, 0) => String::new(),
+            (backlash, _) => format!(", backlash {}", backlash.name()),
+        };
         Ok(format!(
-            "trueaxis corrected: {name} {:08x}, machine {machine}, setup {setup}",
+            "trueaxis corrected: {name} {:08x}, machine {machine}, setup {setup}{backlash}",
             header.crc
         ))
     }

@@ -1,6 +1,9 @@
 //! Corrections taken away: every line of the program leads again where it led.
 
+use super::five_axes::START;
 use super::random::{Bench, program, rules};
+use super::{corrected, refuses};
+use crate::program::{Folder, answer, blob, refused};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
@@ -284,4 +287,89 @@ fn what_was_added_at_reversals_is_left_out_again() {
         assert_eq!(back.lines().count(), 9, "{back}");
         assert!(back.contains("Y150.0000 (back)\nY140.0000\n"), "{back}");
     });
+}
+
+/// The checksum in the first line of a corrected program.
+fn checksum(corrected: &str) -> &str {
+    let mark = corrected.lines().next().unwrap();
+    mark.split([' ', ',']).nth(3).unwrap()
+}
+
+#[test]
+fn what_was_corrected_with_another_compensation_or_not_at_all_is_not_undone() {
+    let folder = Folder::new();
+    let program = "G21 G90\nG0 X10 Y10 Z50\nM30\n";
+    let out = corrected(&folder, program, &["--backlash", "blend"]);
+    assert!(
+        !out.contains("backlash"),
+        "no axis of this machine steps: {out}"
+    );
+    let own = checksum(&out);
+    let undo = ["--undo"];
+    let other = out.replacen(own, "0badc0de", 1);
+    let parts = [
+        "line 1",
+        own,
+        "another checksum",
+        "with the checksum 0badc0de",
+    ];
+    refuses(other, &undo, &parts);
+    let not_corrected = ["no comment before it", own, "never corrected"];
+    let told = |line: &'static str| [&[line], &not_corrected[..]].concat();
+    refuses(program, &undo, &told("line 1"));
+    refuses(
+        format!("%\n(a part)\n\n{program}%\n"),
+        &undo,
+        &told("line 4"),
+    );
+    refuses("(a part)\n", &undo, &told("line 1"));
+    let edited = format!("(trueaxis corrected: something)\n{program}");
+    refuses(edited, &undo, &["line 1", "does not say", own]);
+    // Controllers that know capitals only.
+    corrected(&folder, &out.to_uppercase(), &undo);
+    let behind = out.replacen("(trueaxis", "%\n(a part)\n(trueaxis", 1);
+    corrected(&folder, &behind, &undo);
+}
+
+#[test]
+fn reversals_are_taken_away_as_they_were_corrected() {
+    let folder = Folder::new();
+    let setup = folder.file("setup.toml", format!("{START}[offset.G54]\n"));
+    let part = folder.file("part.ngc", "G21 G90\nG0 X200 Y150 Z-21 A0 C0\nM30\n");
+    let [out, back, compensation] = [
+        folder.at("out.ngc"),
+        folder.at("back.ngc"),
+        blob("xyzac-trt"),
+    ];
+    let arguments = |from: &'static str, options: &[&'static str]| {
+        let [from, to] = match from {
+            "part" => [&part, &out],
+            _ => [&out, &back],
+        };
+        let mut all = vec!["gcode", from, "-o", to, "--setup", &setup];
+        all.extend(["--compensation", &compensation]);
+        all.extend(options);
+        all.into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    for (name, other) in [("move", "leave"), ("blend", "move"), ("leave", "move")] {
+        let there = arguments("part", &["--backlash", name]);
+        answer(0, &there.iter().map(String::as_str).collect::<Vec<_>>());
+        let mark = std::fs::read_to_string(&out).unwrap();
+        let mark = mark.lines().next().unwrap();
+        let said = format!(", backlash {name})");
+        assert_eq!(mark.ends_with(&said), name != "move", "{mark}");
+        let wrong = arguments("out", &["--undo", "--backlash", other]);
+        let parts = [
+            "line 1",
+            &format!("corrected with --backlash {name}"),
+            &format!("--backlash {other} is given"),
+            &format!("give --backlash {name}"),
+        ];
+        refused(
+            &wrong.iter().map(String::as_str).collect::<Vec<_>>(),
+            &parts,
+        );
+        let right = arguments("out", &["--undo", "--backlash", name]);
+        answer(0, &right.iter().map(String::as_str).collect::<Vec<_>>());
+    }
 }
