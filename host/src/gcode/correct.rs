@@ -59,8 +59,8 @@ pub struct Corrector<'a> {
     written_out: Option<u16>,
     /// True if the last line has no end.
     in_line: bool,
-    /// True if there is a line `%`.
-    percent: bool,
+    /// How many lines `%` there are.
+    percent: u64,
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
@@ -134,7 +134,7 @@ impl<'a> Corrector<'a> {
             before_modes: None,
             written_out: None,
             in_line: false,
-            percent: false,
+            percent: 0,
             joined: false,
             mark,
             is_marked: false,
@@ -159,10 +159,10 @@ impl<'a> Corrector<'a> {
         if let (Err(fault), true) = (self.no_mark(0..0), self.line > 0) {
             return Err(Refusal::at(fault, self.line, b""));
         }
-        let (cause, remedy) = if self.line == 0 {
+        let (cause, remedy) = if self.line == self.percent {
             (
                 "the program is empty",
-                "give a program with at least one line",
+                "give a program with at least one line, between lines % or without them",
             )
         } else if self.nominal.ended {
             return Ok(());
@@ -171,7 +171,7 @@ impl<'a> Corrector<'a> {
                 "the program ends within a line, and without M2, M30 or %: it may be cut off",
                 "get the whole file; if this is all of it, end its last line, or end it with M2 or M30",
             )
-        } else if self.percent {
+        } else if self.percent > 0 && (self.percent < 2 || self.nominal.begun) {
             (
                 "the program begins with % and ends without %, M2 or M30: it may be cut off",
                 "get the whole file; if this is all of it, end it with %, M2 or M30",
@@ -213,7 +213,7 @@ impl<'a> Corrector<'a> {
                 "correct the program that it was made from, or take the correction away first with --undo",
             ));
         }
-        self.percent |= block.percent;
+        self.percent += u64::from(block.percent);
         match self.options.undo {
             true => self.needs_mark(&block)?,
             false => self.begin(&block, out),

@@ -118,6 +118,9 @@ fn what_is_not_built_is_refused_by_its_name() {
 #[test]
 fn files_that_are_no_programs_are_refused() {
     refuses("", &[], &["line 1", "empty"]);
+    refuses("%\n%\n", &[], &["line 2", "empty", "between lines %"]);
+    let folder = Folder::new();
+    corrected(&folder, "%\n(nothing)\n%\n", &[]);
     for text in [
         "G21\rG90\rG0 X1\r",
         "(part 7)\rG21\r",
