@@ -303,3 +303,11 @@ fn moves_under_cutter_compensation_are_cut_only_if_asked() {
     assert!(between(&out) > 5, "{out}");
     assert!(!said.contains("under G41 or G42"), "{said}");
 }
+
+#[test]
+fn what_is_nowhere_the_largest_has_no_line() {
+    let folder = Folder::new();
+    let (_, said) = run(&folder, "G21 G90\nM30\n", &["--check"]);
+    assert!(said.contains("0.00 µm from the corrected path\n"), "{said}");
+    assert!(!said.contains("line 0"), "{said}");
+}
