@@ -148,6 +148,24 @@ impl Arguments {
                 "leave it out, or say --dialect fanuc",
             ));
         }
+        for word in &self.pass {
+            let number = match word.as_bytes() {
+                [b'G' | b'M' | b'g' | b'm', rest @ ..] => std::str::from_utf8(rest).ok(),
+                _ => None,
+            };
+            let number = number.filter(|n| n.bytes().all(|b| b.is_ascii_digit() || b == b'.'));
+            let value = number.and_then(|n| n.parse::<f64>().ok());
+            let plain = value.map(|value| format!("{}{value}", &word[..1]));
+            if plain.as_ref() != Some(word) {
+                let example = plain.unwrap_or_else(|| "G187 or --pass M100".to_owned());
+                return Err(BadInput::new(
+                    format!("--pass {word}: no word of a program is that"),
+                    format!(
+                        "give a letter G or M and its number, without zeros before it: --pass {example}"
+                    ),
+                ));
+            }
+        }
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,

@@ -230,3 +230,17 @@ fn setups_that_cannot_be_are_refused_at_their_place() {
         with("linuxcnc.var", &text, "--var", &["5220", "1 to 9"]);
     }
 }
+
+#[test]
+fn a_word_to_pass_is_one_that_a_program_can_have() {
+    for (word, example) in [
+        ("foo", "--pass G187 or --pass M100"),
+        ("TRAORI", "--pass G187 or --pass M100"),
+        ("G", "--pass G187 or --pass M100"),
+        ("M", "--pass G187 or --pass M100"),
+        ("G05.10", "--pass G5.1"),
+    ] {
+        let named = format!("--pass {word}");
+        refuses(START, &["--pass", word], &[&named, example]);
+    }
+}
