@@ -106,13 +106,21 @@ impl State {
         let arc = Arc::new(from, to, plane, centre, clockwise, turns);
         let [r0, r1] = arc.radii();
         let off = (r0 - r1).abs();
-        if r0 < LEAST_RADIUS
-            || r1 < LEAST_RADIUS
-            || off > 0.5
-            || (off > 0.005 && off > 1e-3 * r0.max(r1))
-        {
+        let fits = off <= 0.5 && (off <= 0.005 || off <= 1e-3 * r0.max(r1));
+        let span = given.or(radius).map_or(0..asked.block.end, Word::span);
+        if fits && r0.min(r1) < LEAST_RADIUS {
             return Err(Fault::new(
-                given.or(radius).map_or(0..asked.block.end, Word::span),
+                span,
+                format!(
+                    "an arc with a radius of {:.4} mm, less than {LEAST_RADIUS} mm: the last digits of words would be its path",
+                    r0.min(r1)
+                ),
+                "check the centre, or write the arc as a straight move",
+            ));
+        }
+        if !fits {
+            return Err(Fault::new(
+                span,
                 format!(
                     "the radius does not fit: {r0:.4} mm at the start of the arc, {r1:.4} mm at its end"
                 ),

@@ -37,6 +37,18 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("G0 X", &["line 3", "without a number"]),
         ("G0 X5 \u{e4}", &["line 3", "begins no word"]),
         ("G28\nG0 X5", &["line 4", "position of Y is not known"]),
+        (
+            "G2 I0.005 F100",
+            &["line 3", "I0.005", "radius of 0.0050 mm, less than 0.01 mm"],
+        ),
+        (
+            "G2 X10.01 Y10 R.005 F100",
+            &["line 3", "R.005", "less than 0.01 mm"],
+        ),
+        (
+            "G3 I0 J0 F100",
+            &["line 3", "I0", "radius of 0.0000 mm, less than 0.01 mm"],
+        ),
         ("M428", &["line 3", "M428", "--machine"]),
         ("M61", &["line 3", "M61", "without Q"]),
         ("G92.3", &["line 3", "G92.3", "--var"]),
