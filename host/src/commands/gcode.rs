@@ -77,6 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let mut rules = arguments.rules(arguments.read_setup()?, &tables);
     rules.has_machine = tip.is_some();
+    rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
     let bytes = std::fs::metadata(&arguments.program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.

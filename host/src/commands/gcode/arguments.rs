@@ -223,6 +223,7 @@ impl Arguments {
             block_delete: self.block_delete.map(|switch| matches!(switch, Switch::On)),
             least_increments: self.least_increment,
             tip: self.tcp,
+            machine: String::new(),
             has_machine: self.machine.is_some(),
         }
     }

@@ -1,6 +1,6 @@
 //! Arcs from their words: I, J, K or R, in the plane that holds.
 
-use super::needs::{axis_span, missing};
+use super::needs::axis_span;
 use super::{Asked, whole};
 use crate::gcode::arc::{Arc, centre_by_radius};
 use crate::gcode::axes::{COUNT, PerLetter};
@@ -47,7 +47,7 @@ impl State {
         let plane = self.plane(asked)?.axes();
         let [i, j, _] = plane;
         if let Some(axis) = self.position.missing(asked.rules.axes) {
-            return Err(missing(asked.block, axis));
+            return Err(self.missing(asked, axis));
         }
         let from = self.position.at;
         let to = self.target(asked, asked.free, false)?.at;

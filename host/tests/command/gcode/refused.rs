@@ -36,7 +36,19 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("G0 X5 X6", &["line 3", "X6", "second word X"]),
         ("G0 X", &["line 3", "without a number"]),
         ("G0 X5 \u{e4}", &["line 3", "begins no word"]),
-        ("G28\nG0 X5", &["line 4", "position of Y is not known"]),
+        (
+            "G28\nG0 X5",
+            &[
+                "line 4",
+                "position of Y is not known here behind G28",
+                "[home.G28] Y = ",
+            ],
+        ),
+        ("G30\nG0 X5", &["line 4", "behind G30", "[home.G30] Y = "]),
+        (
+            "G38.2 Z-5 F10\nG1 X5",
+            &["line 4", "position of Z", "behind probing", "G53 G0 Z"],
+        ),
         (
             "G2 I0.005 F100",
             &["line 3", "I0.005", "radius of 0.0050 mm, less than 0.01 mm"],
@@ -241,6 +253,24 @@ fn setups_that_cannot_be_are_refused_at_their_place() {
         let text = format!("5221 0\n5220 {index}\n");
         with("linuxcnc.var", &text, "--var", &["5220", "1 to 9"]);
     }
+}
+
+#[test]
+fn axes_of_the_compensation_that_nobody_gives_are_named_with_their_machine() {
+    let folder = Folder::new();
+    let part = folder.file("part.ngc", "G21 G90\nG1 X5 F100\nM30\n");
+    let setup = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\n[offset.G54]\n";
+    let (setup, out) = (folder.file("setup.toml", setup), folder.at("out.ngc"));
+    let compensation = blob("xyzac-trt");
+    let mut arguments = vec!["gcode", &part, "-o", &out, "--setup", &setup];
+    arguments.extend(["--compensation", &compensation]);
+    let parts = [
+        "line 2",
+        "position of A",
+        "[start] A = ",
+        "axes X Y Z A C of xyzac-trt",
+    ];
+    refused(&arguments, &parts);
 }
 
 #[test]
