@@ -77,6 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let mut rules = arguments.rules(arguments.read_setup()?, &tables);
     rules.has_machine = tip.is_some();
+    rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
     let bytes = std::fs::metadata(&arguments.program).map_or(0, |m| m.len());
     // Where a program computes that is what is said of it, whatever else is refused before.
@@ -84,11 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         let done = stream::look_for_computing(open(&arguments.program)?, rules.dialect);
         done.map_err(|error| bad_program(&arguments.program, &error))
     };
-    let mark = match options.undo {
-        true => None,
-        false => Some(arguments.mark(&blob, compensation)?),
-    };
-    let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, mark) {
+    let mark = arguments.mark(&blob, compensation, &tables)?;
+    let mut corrector = match Corrector::new(&rules, &tables, tip.as_ref(), options, Some(mark)) {
         Ok(corrector) => corrector,
         Err(cause) => {
             computes()?;

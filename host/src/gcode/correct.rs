@@ -4,12 +4,14 @@ mod arc;
 mod cycles;
 mod feed;
 mod given;
+mod mark;
 mod motion;
 mod options;
 mod pass;
 mod piece;
 mod runs;
 mod straight;
+mod undo;
 mod write;
 
 use super::axes::{self, COUNT, PerLetter};
@@ -57,17 +59,20 @@ pub struct Corrector<'a> {
     written_out: Option<u16>,
     /// True if the last line has no end.
     in_line: bool,
-    /// True if there is a line `%`.
-    percent: bool,
+    /// How many lines `%` there are.
+    percent: u64,
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
-    /// The first comment, until it is written.
+    /// The first comment, until it is written; of a program whose correction is taken away what it must say.
     mark: Option<String>,
+    /// True if the program has said what it was corrected with.
+    is_marked: bool,
 }
 
 impl<'a> Corrector<'a> {
-    /// `mark` is the first comment, without brackets.
+    /// `mark` is the first comment, without brackets. Where corrections are taken away the program must have it, with the
+    /// same checksum and the same reversals; `None`: whatever it says.
     pub fn new(
         rules: &'a Rules,
         tables: &'a Tables<'a>,
@@ -83,7 +88,11 @@ impl<'a> Corrector<'a> {
                 axes::name(axis)
             ));
         }
-        let ways = Ways::new(tables, &nominal.position, &rules.setup.travel);
+        let mut ways = Ways::new(tables, &nominal.position, &rules.setup.travel);
+        if options.undo && options.backlash == Backlash::Move {
+            // Where an axis turns round there is a step, which tells it.
+            ways = ways.rounded_by(undo::STANDS);
+        }
         if rules.tip {
             if let Some(axis) = nominal.position.missing(tables.axes) {
                 return Err(format!(
@@ -125,9 +134,10 @@ impl<'a> Corrector<'a> {
             before_modes: None,
             written_out: None,
             in_line: false,
-            percent: false,
+            percent: 0,
             joined: false,
             mark,
+            is_marked: false,
         })
     }
 
@@ -146,10 +156,13 @@ impl<'a> Corrector<'a> {
     /// # Errors
     /// A program without any line, and one that seems to be cut off.
     pub fn finish(&mut self) -> Result<(), Refusal> {
-        let (cause, remedy) = if self.line == 0 {
+        if let (Err(fault), true) = (self.no_mark(0..0), self.line > 0) {
+            return Err(Refusal::at(fault, self.line, b""));
+        }
+        let (cause, remedy) = if self.line == self.percent {
             (
                 "the program is empty",
-                "give a program with at least one line",
+                "give a program with at least one line, between lines % or without them",
             )
         } else if self.nominal.ended {
             return Ok(());
@@ -158,7 +171,7 @@ impl<'a> Corrector<'a> {
                 "the program ends within a line, and without M2, M30 or %: it may be cut off",
                 "get the whole file; if this is all of it, end its last line, or end it with M2 or M30",
             )
-        } else if self.percent {
+        } else if self.percent > 0 && (self.percent < 2 || self.nominal.begun) {
             (
                 "the program begins with % and ends without %, M2 or M30: it may be cut off",
                 "get the whole file; if this is all of it, end it with %, M2 or M30",
@@ -192,7 +205,7 @@ impl<'a> Corrector<'a> {
                 // The line is nothing but the mark.
                 self.block = block;
                 self.report.lines[1] -= 1;
-                return Ok(());
+                return self.take_mark(line);
             }
             return Err(Fault::new(
                 0..line.len(),
@@ -200,8 +213,11 @@ impl<'a> Corrector<'a> {
                 "correct the program that it was made from, or take the correction away first with --undo",
             ));
         }
-        self.percent |= block.percent;
-        self.begin(&block, out);
+        self.percent += u64::from(block.percent);
+        match self.options.undo {
+            true => self.needs_mark(&block)?,
+            false => self.begin(&block, out),
+        }
         let done = self.correct_block(&block, line, eol, out);
         self.block = block;
         done
@@ -209,10 +225,7 @@ impl<'a> Corrector<'a> {
 
     /// Writes the mark before the first line that may follow it.
     fn begin(&mut self, block: &Block, out: &mut Vec<u8>) {
-        if self.mark.is_none() || block.percent {
-            return;
-        }
-        if self.rules.dialect == Dialect::Fanuc && block.word(b'O').is_some() {
+        if self.may_precede_mark(block) {
             return;
         }
         if let Some(mark) = self.mark.take() {
@@ -222,6 +235,12 @@ impl<'a> Corrector<'a> {
             out.extend_from_slice(self.eol);
             self.report.lines[1] += 1;
         }
+    }
+
+    /// True for `%`, and for the number of a program.
+    fn may_precede_mark(&self, block: &Block) -> bool {
+        let is_number = self.rules.dialect == Dialect::Fanuc && block.word(b'O').is_some();
+        block.percent || is_number
     }
 
     fn correct_block(

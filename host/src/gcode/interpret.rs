@@ -20,7 +20,6 @@ use super::offsets::Number;
 use super::state::{Rules, State};
 use super::words::{Block, Word};
 use asked::Asked;
-pub(super) use needs::not_known;
 pub(super) use wrapped::word_of_wrapped;
 
 /// What a line does.

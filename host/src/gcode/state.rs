@@ -27,8 +27,21 @@ pub struct Rules {
     pub least_increments: bool,
     /// True if words are workpiece coordinates from the first line on.
     pub tip: bool,
+    /// The machine that [`Self::axes`] are of, for messages.
+    pub machine: String,
     /// True if there is a machine to turn workpiece coordinates into positions.
     pub has_machine: bool,
+}
+
+/// A motion to a place that is not known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lost {
+    /// G28 (0), G30 (1).
+    Home(usize),
+    /// To where the probe touches.
+    Probed,
+    /// As the maker of the machine has it.
+    ToolChange,
 }
 
 /// What holds at a line.
@@ -52,6 +65,8 @@ pub struct State {
     pub feed: Option<f64>,
     /// Where the axes are commanded to (mm, degrees); with [`Self::tip`] the tip.
     pub position: Position,
+    /// What has moved an axis to a place that is not known.
+    pub lost: [Option<Lost>; COUNT],
     /// Offsets of tools that the program has set.
     pub tools: BTreeMap<u32, PerLetter>,
     /// The tool in the spindle.
@@ -105,6 +120,7 @@ impl State {
             offsets,
             feed: None,
             position,
+            lost: [None; COUNT],
             tools: BTreeMap::new(),
             tool: setup.tool,
             next_tool: None,
@@ -119,6 +135,12 @@ impl State {
             begun: false,
             ended: false,
         }
+    }
+
+    /// An axis has gone to a place that is not known.
+    pub fn lose(&mut self, axis: usize, by: Lost) {
+        self.position.forget(axis);
+        self.lost[axis] = Some(by);
     }
 
     /// Length of the tool (mm) for poses, and for a compensation that takes it in: while G43 holds, that of its tool, for

@@ -1,6 +1,6 @@
 //! Which way axes have moved last.
 
-use super::axes::{COUNT, PerLetter, Position};
+use super::axes::{COUNT, PerLetter, Position, is_rotary};
 use super::interpret::bits;
 use super::tables::Tables;
 use trueaxis::{Reversal, Travel};
@@ -11,8 +11,10 @@ pub struct Ways {
     reversals: [Reversal; COUNT],
     /// As [`Reversal`] tells.
     pub travel: [Travel; COUNT],
-    /// Where they have come to.
+    /// Where they have come to; NaN where that is not known.
     last: PerLetter,
+    /// What an axis may come back by beyond its hysteresis, for the last digits of words (mm, degrees).
+    slack: [f64; 2],
 }
 
 impl Ways {
@@ -23,9 +25,11 @@ impl Ways {
             reversals: [Reversal::new(); COUNT],
             travel: [Travel::Unknown; COUNT],
             last: start.at,
+            slack: [0.0; 2],
         };
         for (axis, way) in travel.iter().enumerate() {
             if !start.knows(axis) {
+                ways.forget(axis);
                 continue;
             }
             ways.arrives(tables, axis, start.at[axis], *way);
@@ -33,8 +37,37 @@ impl Ways {
         ways
     }
 
+    /// Positions are rounded by so much (mm, degrees): an axis that comes back by no more than that beyond its hysteresis
+    /// has not turned round.
+    #[must_use]
+    pub fn rounded_by(self, slack: [f64; 2]) -> Self {
+        Self { slack, ..self }
+    }
+
+    /// An axis goes straight to a position, by quarters of a turn if it is endless: more than half a turn at once would
+    /// look like less, the other way.
     fn axis_to(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
-        let hysteresis = tables.hysteresis[axis] as f32;
+        let period = tables.period[axis];
+        let quarter = 0.25 * period;
+        let mut by = q - self.last[axis];
+        if quarter > 0.0 && by.abs() > quarter {
+            if by.abs() > 2.0 * period {
+                // All turns but the last ones tell nothing.
+                by = by % period + period.copysign(by);
+            }
+            let parts = (by.abs() / quarter).ceil();
+            for part in 1..parts as u32 {
+                let left = 1.0 - f64::from(part) / parts;
+                self.axis_at(tables, axis, q - left * by);
+            }
+        }
+        self.axis_at(tables, axis, q);
+    }
+
+    /// An axis has come to a position, less than half a turn from where it was.
+    fn axis_at(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
+        let slack = self.slack[usize::from(is_rotary(axis))];
+        let hysteresis = (tables.hysteresis[axis] + slack) as f32;
         let period = tables.period[axis] as f32;
         self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
     }
@@ -44,9 +77,9 @@ impl Ways {
         self.reversals[axis] = Reversal::new();
         let far = 2.0 * tables.hysteresis[axis] + 0.01;
         if way != Travel::Unknown {
-            self.axis_to(tables, axis, q - sign(way) * far);
+            self.axis_at(tables, axis, q - sign(way) * far);
         }
-        self.axis_to(tables, axis, q);
+        self.axis_at(tables, axis, q);
     }
 
     /// The axes have come to a position that depends on the directions in which they came, as those of a corrected
@@ -95,6 +128,54 @@ impl Ways {
         Ok(())
     }
 
+    /// The axes stand while some have turned round: the step of a reversal, as a corrected program has it. `stands` says
+    /// where they are by such directions, if that is where they were. False, and nothing done, if it takes no axis that
+    /// has turned, or if none helps.
+    ///
+    /// # Errors
+    /// Those of `stands`.
+    pub fn turn_by<E>(
+        &mut self,
+        tables: &Tables<'_>,
+        stands: impl Fn(&Self) -> Result<Option<PerLetter>, E>,
+    ) -> Result<bool, E> {
+        let mut choices = vec![(0_u32, self.travel)];
+        for axis in bits(tables.directional) {
+            let others = match self.travel[axis] {
+                Travel::Unknown => &[Travel::Positive, Travel::Negative][..],
+                Travel::Positive => &[Travel::Negative],
+                Travel::Negative => &[Travel::Positive],
+            };
+            for k in 0..choices.len() {
+                let (turned, travel) = choices[k];
+                choices.extend(others.iter().map(|way| {
+                    let mut travel = travel;
+                    travel[axis] = *way;
+                    (turned + 1, travel)
+                }));
+            }
+        }
+        choices.sort_by_key(|(turned, _)| *turned);
+        for (turned, travel) in choices {
+            let mut trial = self.clone();
+            trial.travel = travel;
+            let Some(q) = stands(&trial)? else {
+                continue;
+            };
+            for axis in bits(tables.directional) {
+                if travel[axis] != self.travel[axis] {
+                    trial.arrives(tables, axis, q[axis], travel[axis]);
+                }
+            }
+            if turned > 0 {
+                trial.last = q;
+                *self = trial;
+            }
+            return Ok(turned > 0);
+        }
+        Ok(false)
+    }
+
     /// Takes a straight move to a position in, if no axis turns round on it; otherwise nothing, and false.
     pub fn goes_on(&mut self, tables: &Tables<'_>, to: &PerLetter) -> bool {
         if tables.directional == 0 {
@@ -116,16 +197,17 @@ impl Ways {
         keeps
     }
 
-    /// The axes have come to a position.
+    /// The axes have come to a position, straight from the one before.
     pub fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
-        self.last = *q;
         for axis in bits(tables.directional) {
             self.axis_to(tables, axis, q[axis]);
         }
+        self.last = *q;
     }
 
-    /// Which way an axis comes is no longer known.
+    /// Which way an axis comes is no longer known, nor where from.
     pub fn forget(&mut self, axis: usize) {
+        self.last[axis] = f64::NAN;
         self.reversals[axis] = Reversal::new();
         self.travel[axis] = Travel::Unknown;
     }

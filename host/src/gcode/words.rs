@@ -59,7 +59,7 @@ pub struct Block {
     /// True if it has words G or M: without any it goes on with what holds.
     pub has_codes: bool,
     /// True if there is anything else than words: comments, or what stands behind `%`.
-    has_text: bool,
+    pub has_text: bool,
     /// Behind its last word, or behind `/`: where words can be added.
     pub end: usize,
     /// Place of the word of a letter, plus 1 (not of G and M).

@@ -7,6 +7,7 @@ mod random;
 mod refused;
 mod reversals;
 mod tool_length;
+mod undone;
 mod wrapped;
 
 use crate::program::{Folder, answer, blob, example, refused};
@@ -327,4 +328,12 @@ fn feeds_per_revolution_take_revolutions() {
     let (_, said) = run(&folder, program, &["--check"]);
     assert!(said.contains("before 0.50 min"), "{said}");
     assert!(said.contains("before 500.00 revolutions"), "{said}");
+}
+
+#[test]
+fn what_is_nowhere_the_largest_has_no_line() {
+    let folder = Folder::new();
+    let (_, said) = run(&folder, "G21 G90\nM30\n", &["--check"]);
+    assert!(said.contains("0.00 µm from the corrected path\n"), "{said}");
+    assert!(!said.contains("line 0"), "{said}");
 }

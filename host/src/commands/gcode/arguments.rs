@@ -116,6 +116,16 @@ enum BacklashChoice {
     Leave,
 }
 
+impl BacklashChoice {
+    fn given(self) -> gcode::Backlash {
+        match self {
+            Self::Move => gcode::Backlash::Move,
+            Self::Blend => gcode::Backlash::Blend,
+            Self::Leave => gcode::Backlash::Leave,
+        }
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Switch {
     On,
@@ -138,14 +148,28 @@ impl Arguments {
                 "leave it out, or say --dialect fanuc",
             ));
         }
+        for word in &self.pass {
+            let number = match word.as_bytes() {
+                [b'G' | b'M' | b'g' | b'm', rest @ ..] => std::str::from_utf8(rest).ok(),
+                _ => None,
+            };
+            let number = number.filter(|n| n.bytes().all(|b| b.is_ascii_digit() || b == b'.'));
+            let value = number.and_then(|n| n.parse::<f64>().ok());
+            let plain = value.map(|value| format!("{}{value}", &word[..1]));
+            if plain.as_ref() != Some(word) {
+                let example = plain.unwrap_or_else(|| "G187 or --pass M100".to_owned());
+                return Err(BadInput::new(
+                    format!("--pass {word}: no word of a program is that"),
+                    format!(
+                        "give a letter G or M and its number, without zeros before it: --pass {example}"
+                    ),
+                ));
+            }
+        }
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,
-            backlash: match self.backlash {
-                BacklashChoice::Move => gcode::Backlash::Move,
-                BacklashChoice::Blend => gcode::Backlash::Blend,
-                BacklashChoice::Leave => gcode::Backlash::Leave,
-            },
+            backlash: self.backlash.given(),
             cut_under_cutter: self.cut_under_g41,
             undo: self.undo,
             ..gcode::Options::default()
@@ -199,6 +223,7 @@ impl Arguments {
             block_delete: self.block_delete.map(|switch| matches!(switch, Switch::On)),
             least_increments: self.least_increment,
             tip: self.tcp,
+            machine: String::new(),
             has_machine: self.machine.is_some(),
         }
     }
@@ -222,6 +247,7 @@ impl Arguments {
         &self,
         blob: &[u8],
         compensation: &trueaxis::Largest<'_>,
+        tables: &Tables<'_>,
     ) -> Result<String, BadInput> {
         let header = Header::read(blob).map_err(|e| BadInput::in_blob(e, &self.compensation))?;
         let setup = [&self.setup, &self.var, &self.tools].into_iter().flatten();
@@ -233,8 +259,12 @@ impl Arguments {
         };
         let machine = plain(compensation.machine());
         let name = name_of(&self.compensation);
+        let backlash = match (self.backlash.given(), tables.directional) {
+            (gcode::Backlash::Move, _) | (_, 0) => String::new(),
+            (backlash, _) => format!(", backlash {}", backlash.name()),
+        };
         Ok(format!(
-            "trueaxis corrected: {name} {:08x}, machine {machine}, setup {setup}",
+            "trueaxis corrected: {name} {:08x}, machine {machine}, setup {setup}{backlash}",
             header.crc
         ))
     }

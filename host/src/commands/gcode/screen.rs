@@ -51,8 +51,9 @@ impl Lengths {
         }
         let cost = match found.filter(|f| f.tool_path.is_some()) {
             Some(found) => format!(
-                "that makes up to {:.2} µm at the tip (line {})",
-                found.length_um, found.length_line
+                "that makes up to {:.2} µm at the tip{}",
+                found.length_um,
+                place(found.length_line)
             ),
             None => "--check with --errors tells what that makes at the tip".to_owned(),
         };
@@ -71,6 +72,14 @@ impl Lengths {
             ),
             _ => String::new(),
         }
+    }
+}
+
+/// Behind what is largest there: nothing where it is nowhere.
+fn place(line: u64) -> String {
+    match line {
+        0 => String::new(),
+        line => format!(" (line {line})"),
     }
 }
 
@@ -191,11 +200,11 @@ pub fn check(found: &Found, options: &Options) -> String {
     let mut text = String::from("check: both programs read anew\n");
     let _ = writeln!(
         text,
-        "  {} motions for {}; at most {:.2} µm from the corrected path (line {}){}",
+        "  {} motions for {}; at most {:.2} µm from the corrected path{}{}",
         found.motions[1],
         found.motions[0],
         found.off_um,
-        found.off_line,
+        place(found.off_line),
         match found.off_urad {
             0.0 => String::new(),
             off => format!(", {off:.2} µrad of a rotary axis"),
@@ -250,8 +259,13 @@ pub fn check(found: &Found, options: &Options) -> String {
         let more = 100.0 * (written as f64 / read.max(1) as f64 - 1.0);
         let _ = writeln!(
             text,
-            "{:.1} µm before, {:.1} µm after (worst in line {}), {more:.0} % more lines",
-            path.before_um.max, path.after_um.max, path.worst_line
+            "{:.1} µm before, {:.1} µm after{}, {more:.0} % more lines",
+            path.before_um.max,
+            path.after_um.max,
+            match path.worst_line {
+                0 => String::new(),
+                line => format!(" (worst in line {line})"),
+            }
         );
     }
     if !found.holds(options) {

@@ -28,6 +28,11 @@ impl Corrector<'_> {
         let straight = self.tables.directional & (1 << cycle.axes[2]) == 0
             && !self.nominal.offsets.is_turned()
             && self.nominal.distance == Some(Distance::Absolute);
+        if self.options.undo && single && straight {
+            let mut hole = cycle.first;
+            hole[cycle.axes[2]] = cycle.bottom;
+            self.go_back(&hole, moving)?;
+        }
         let field = self.field();
         let constant = || self.is_constant(&field, cycle);
         let stays = single && straight && constant().map_err(|lost| moving.lost(lost))?;
@@ -111,7 +116,7 @@ impl Corrector<'_> {
         let mut hole = cycle.first;
         hole[cycle.axes[2]] = height;
         let mut ways = self.ways.clone();
-        if self.axes_turn() {
+        if self.axes_turn() && !self.options.undo {
             ways.come_to(self.tables, &hole);
         }
         let node = field.node(1.0, &hole, &ways)?;

@@ -41,6 +41,12 @@ impl<'a> Corrector<'a> {
             }
         }
         self.modes_first(given.block)?;
+        if let Move::Straight(straight, rate) = motion
+            && self.options.undo
+            && self.is_step_of_reversal(straight, &moving)?
+        {
+            return self.stands(given, straight, *rate, out);
+        }
         let pieces = match motion {
             Move::Straight(straight, rate) => self.straight(straight, *rate, &moving)?,
             Move::Arc(arc, rate) => self.arc(arc, *rate, &moving)?,

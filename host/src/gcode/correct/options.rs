@@ -13,6 +13,16 @@ pub enum Backlash {
 }
 
 impl Backlash {
+    /// As the command has it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Move => "move",
+            Self::Blend => "blend",
+            Self::Leave => "leave",
+        }
+    }
+
     /// True if a step that is taken is a move of its own.
     #[must_use]
     pub fn is_apart(self) -> bool {

@@ -5,7 +5,7 @@ use super::given::Given;
 use super::write::replace_number;
 use crate::gcode::axes::{self, Position, is_rotary};
 use crate::gcode::fault::Fault;
-use crate::gcode::interpret::{bits, not_known};
+use crate::gcode::interpret::bits;
 use crate::gcode::number;
 use crate::gcode::trace::Lost;
 
@@ -67,7 +67,7 @@ impl Corrector<'_> {
             ));
         }
         if let Some(axis) = self.nominal.position.missing(self.tables.axes) {
-            return Err(not_known(&block.words[0], axis));
+            return Err(self.nominal.not_known(self.rules, &block.words[0], axis));
         }
         let moving = self.moving(block);
         let takes = self.tables.takes_length;

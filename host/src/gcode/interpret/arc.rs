@@ -1,6 +1,6 @@
 //! Arcs from their words: I, J, K or R, in the plane that holds.
 
-use super::needs::{axis_span, missing};
+use super::needs::axis_span;
 use super::{Asked, whole};
 use crate::gcode::arc::{Arc, centre_by_radius};
 use crate::gcode::axes::{COUNT, PerLetter};
@@ -47,7 +47,7 @@ impl State {
         let plane = self.plane(asked)?.axes();
         let [i, j, _] = plane;
         if let Some(axis) = self.position.missing(asked.rules.axes) {
-            return Err(missing(asked.block, axis));
+            return Err(self.missing(asked, axis));
         }
         let from = self.position.at;
         let to = self.target(asked, asked.free, false)?.at;
@@ -106,13 +106,21 @@ impl State {
         let arc = Arc::new(from, to, plane, centre, clockwise, turns);
         let [r0, r1] = arc.radii();
         let off = (r0 - r1).abs();
-        if r0 < LEAST_RADIUS
-            || r1 < LEAST_RADIUS
-            || off > 0.5
-            || (off > 0.005 && off > 1e-3 * r0.max(r1))
-        {
+        let fits = off <= 0.5 && (off <= 0.005 || off <= 1e-3 * r0.max(r1));
+        let span = given.or(radius).map_or(0..asked.block.end, Word::span);
+        if fits && r0.min(r1) < LEAST_RADIUS {
             return Err(Fault::new(
-                given.or(radius).map_or(0..asked.block.end, Word::span),
+                span,
+                format!(
+                    "an arc with a radius of {:.4} mm, less than {LEAST_RADIUS} mm: the last digits of words would be its path",
+                    r0.min(r1)
+                ),
+                "check the centre, or write the arc as a straight move",
+            ));
+        }
+        if !fits {
+            return Err(Fault::new(
+                span,
                 format!(
                     "the radius does not fit: {r0:.4} mm at the start of the arc, {r1:.4} mm at its end"
                 ),

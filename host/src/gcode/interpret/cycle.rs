@@ -1,6 +1,6 @@
 //! Canned cycles from their words, and those that stay from the line before.
 
-use super::needs::{axis_span, missing};
+use super::needs::axis_span;
 use super::{Asked, bits, whole};
 use crate::gcode::axes::{self, COUNT};
 use crate::gcode::cycle::{Cycle, Frame, Sticky};
@@ -29,7 +29,7 @@ impl State {
             ));
         }
         if let Some(axis) = self.position.missing(asked.rules.axes) {
-            return Err(missing(block, axis));
+            return Err(self.missing(asked, axis));
         }
         if let Some(axis) = bits(asked.free).find(|axis| !plane.contains(axis)) {
             let word = asked.word(axes::LETTERS[axis]);

@@ -1,6 +1,5 @@
 //! G10: offsets and tools that a program sets itself.
 
-use super::needs::not_known;
 use super::{Asked, Step, bits, unknown, whole};
 use crate::gcode::axes::COUNT;
 use crate::gcode::dialect::Dialect;
@@ -133,7 +132,7 @@ impl State {
             ));
         }
         if let Some(axis) = self.position.missing(asked.axes) {
-            return Err(not_known(word, axis));
+            return Err(self.not_known(asked.rules, word, axis));
         }
         // origin = machine − tool − Rz · (word + g92)
         let mut words = [0.0; COUNT];

@@ -1,13 +1,13 @@
 //! The motion of a line: straight moves, and what leads to arcs and cycles.
 
-use super::needs::{axis_span, first_axis, missing, not_known};
+use super::needs::{axis_span, first_axis};
 use super::{Asked, Step, bits};
 use crate::gcode::axes::{self, Position};
 use crate::gcode::codes::Code;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Distance, FeedMode, Motion};
 use crate::gcode::moves::{Move, Rate, Straight};
-use crate::gcode::state::State;
+use crate::gcode::state::{Lost, State};
 use crate::gcode::words::Word;
 
 impl State {
@@ -38,7 +38,7 @@ impl State {
             }
             Some((Code::Probe, word)) => {
                 self.not_with_tip(word)?;
-                bits(asked.free).for_each(|axis| self.position.forget(axis));
+                bits(asked.free).for_each(|axis| self.lose(axis, Lost::Probed));
                 step.passed = Some("probing");
                 self.motion = None;
                 return Ok(());
@@ -131,7 +131,7 @@ impl State {
             _ => to.missing(all).or(from.missing(all)),
         };
         if let Some(axis) = needed {
-            return Err(missing(asked.block, axis));
+            return Err(self.missing(asked, axis));
         }
         self.position = to;
         let straight = Straight {
@@ -154,7 +154,7 @@ impl State {
         }
         let from = self.position;
         if let Some(axis) = from.missing(asked.rules.axes) {
-            return Err(missing(asked.block, axis));
+            return Err(self.missing(asked, axis));
         }
         let to = self.target(asked, asked.free, false)?;
         let straight = Straight {
@@ -207,7 +207,7 @@ impl State {
                 0
             };
             if let Some(axis) = self.position.missing(needed) {
-                return Err(not_known(first, axis));
+                return Err(self.not_known(asked.rules, first, axis));
             }
             let mut program = self.offsets.program(&self.position.at);
             for axis in bits(words & 0b11) {
@@ -226,7 +226,7 @@ impl State {
         for axis in bits(single) {
             if relative {
                 if !self.position.knows(axis) {
-                    return Err(not_known(first, axis));
+                    return Err(self.not_known(asked.rules, first, axis));
                 }
                 to.set(axis, self.position.at[axis] + self.value(asked, axis)?);
             } else {

@@ -1,23 +1,13 @@
 //! What must be known, or off, for a word to be done.
 
-use super::unknown;
+use super::{Asked, bits, unknown};
 use crate::gcode::axes;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Distance, Units};
 use crate::gcode::offsets::{System, system_name};
-use crate::gcode::state::State;
+use crate::gcode::state::{Lost, Rules, State};
 use crate::gcode::words::{Block, Word};
 use std::ops::Range;
-
-/// A position that is needed and not known.
-pub fn not_known(word: &Word, axis: usize) -> Fault {
-    let letter = axes::name(axis);
-    Fault::new(
-        word.span(),
-        format!("the position of {letter} is not known here"),
-        format!("command {letter} before, or give it in the setup: [start] {letter} = …"),
-    )
-}
 
 /// The first word of an axis, or the line.
 pub(super) fn axis_span(block: &Block) -> Range<usize> {
@@ -29,19 +19,59 @@ pub(super) fn first_axis(block: &Block) -> Option<&Word> {
     block.words.iter().find(|w| axes::index(w.letter).is_some())
 }
 
-/// The same as [`not_known`], at the first word of an axis.
-pub(super) fn missing(block: &Block, axis: usize) -> Fault {
-    match first_axis(block) {
-        Some(word) => not_known(word, axis),
-        None => Fault::new(
-            0..block.end,
-            format!("the position of {} is not known here", axes::name(axis)),
-            "give it in the setup",
-        ),
-    }
-}
-
 impl State {
+    /// A position that is needed and not known.
+    pub fn not_known(&self, rules: &Rules, word: &Word, axis: usize) -> Fault {
+        self.position_not_known(rules, word.span(), axis)
+    }
+
+    /// The same at the first word of an axis.
+    pub(super) fn missing(&self, asked: &Asked<'_>, axis: usize) -> Fault {
+        self.position_not_known(asked.rules, axis_span(asked.block), axis)
+    }
+
+    fn position_not_known(&self, rules: &Rules, span: Range<usize>, axis: usize) -> Fault {
+        let letter = axes::name(axis);
+        let (behind, remedy) = match self.lost[axis] {
+            None => {
+                let of: String = bits(rules.axes)
+                    .map(axes::name)
+                    .flat_map(|l| [' ', l])
+                    .collect();
+                let machine = match rules.machine.as_str() {
+                    "" => String::new(),
+                    name => format!("; the compensation is for the axes{of} of {name}"),
+                };
+                let remedy = format!(
+                    "command {letter} before, or give it in the setup: [start] {letter} = …{machine}"
+                );
+                (None, remedy)
+            }
+            Some(Lost::Home(home)) => {
+                let home = ["G28", "G30"][home];
+                let remedy =
+                    format!("give the setup where {home} goes: [home.{home}] {letter} = …");
+                (Some(home), remedy)
+            }
+            Some(Lost::Probed) => (
+                Some("probing"),
+                format!("move {letter} to a known place first: G0 {letter}…, or G53 G0 {letter}…"),
+            ),
+            Some(Lost::ToolChange) => (
+                Some("a tool change"),
+                format!(
+                    "give the setup where it goes: [tool_change] {letter} = …, or move {letter} to a known place first"
+                ),
+            ),
+        };
+        let behind = behind.map_or(String::new(), |what| format!(" behind {what}"));
+        Fault::new(
+            span,
+            format!("the position of {letter} is not known here{behind}"),
+            remedy,
+        )
+    }
+
     /// The system, where it must be known.
     pub(super) fn needs_system(&self, word: &Word) -> Result<&System, Fault> {
         self.offsets.active().ok_or_else(|| {

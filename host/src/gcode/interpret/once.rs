@@ -1,12 +1,11 @@
 //! Words that hold in their line only: going home, G92, G52.
 
-use super::needs::not_known;
 use super::{Asked, Step, bits, unknown};
 use crate::gcode::axes::COUNT;
 use crate::gcode::codes::Code;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
-use crate::gcode::state::State;
+use crate::gcode::state::{Lost, State};
 use crate::gcode::words::Word;
 
 impl State {
@@ -60,7 +59,7 @@ impl State {
         for axis in bits(moved) {
             match to.filter(|to| to.knows(axis)) {
                 Some(to) => self.position.set(axis, to.at[axis]),
-                None => self.position.forget(axis),
+                None => self.lose(axis, Lost::Home(home)),
             }
         }
         step.passed = Some("G28 and G30");
@@ -82,7 +81,7 @@ impl State {
         let turned = self.offsets.is_turned() && asked.axes & 0b11 != 0;
         let needed = asked.axes | if turned { 0b11 } else { 0 };
         if let Some(axis) = self.position.missing(needed) {
-            return Err(not_known(word, axis));
+            return Err(self.not_known(asked.rules, word, axis));
         }
         for axis in bits(asked.axes) {
             // Machine = word + g92: the word is smaller by what the shift is larger.

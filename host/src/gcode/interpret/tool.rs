@@ -6,7 +6,7 @@ use crate::gcode::codes::Length;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::Units;
-use crate::gcode::state::{Rules, State};
+use crate::gcode::state::{Lost, Rules, State};
 use crate::gcode::words::Word;
 
 impl State {
@@ -30,7 +30,7 @@ impl State {
             }
             // The change of Fanuc controllers is a program of the maker, which moves the axes.
             None if rules.dialect == Dialect::Fanuc => {
-                bits(rules.axes).for_each(|axis| self.position.forget(axis));
+                bits(rules.axes).for_each(|axis| self.lose(axis, Lost::ToolChange));
                 step.passed = Some("tool changes that move");
             }
             None => return Ok(()),

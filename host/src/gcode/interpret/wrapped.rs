@@ -1,7 +1,6 @@
 //! Words of rotary axes that go round for ever: which way they mean.
 
 use super::Asked;
-use super::needs::not_known;
 use crate::gcode::axes;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
@@ -37,7 +36,7 @@ impl State {
             };
         }
         if !self.position.knows(axis) {
-            return Err(not_known(word, axis));
+            return Err(self.not_known(asked.rules, word, axis));
         }
         let here = self.position.at[axis] - self.offsets.machine_axis(axis, 0.0);
         let there = wrapped(rules.dialect, value, here).map_err(|cause| {

@@ -17,25 +17,30 @@ use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::Runtime;
 
 /// A machine with what its programs are corrected with.
-struct Bench {
-    machine: Machine,
+pub struct Bench {
+    pub machine: Machine,
     errors: ErrorModel,
-    blob: AlignedBlob,
+    pub blob: AlignedBlob,
     /// What the tables leave at the tip (µm): their tolerance, along and across.
     own: f64,
 }
 
 impl Bench {
     fn new(name: &str, machine: &str, errors: &str) -> Self {
+        let bytes = std::fs::read(blob(name)).unwrap();
+        Self::of(AlignedBlob::from_bytes(&bytes), machine, errors)
+    }
+
+    /// With another compensation.
+    pub fn of(blob: AlignedBlob, machine: &str, errors: &str) -> Self {
         let read = |path: &str| std::fs::read_to_string(example(path)).unwrap();
         let machine = Machine::from_toml(&read(machine)).unwrap();
         let errors =
             ErrorModel::with_files(&read(errors), &machine, &|_| Err(String::new())).unwrap();
-        let bytes = std::fs::read(blob(name)).unwrap();
         Self {
             machine,
             errors,
-            blob: AlignedBlob::from_bytes(&bytes),
+            blob,
             own: 0.1,
         }
     }
@@ -53,7 +58,7 @@ fn box_of(machine: &Machine, axis: usize) -> [f64; 2] {
 }
 
 /// A program of so many motions, which stays in the box.
-fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usize) -> String {
+pub fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usize) -> String {
     let mut state = State::new(rules);
     let mut block = Block::default();
     let mut text = String::new();
@@ -229,7 +234,7 @@ fn program(random: &mut Pcg64Mcg, rules: &Rules, machine: &Machine, motions: usi
     text
 }
 
-fn rules(bench: &Bench, tables: &Tables<'_>) -> Rules {
+pub fn rules(bench: &Bench, tables: &Tables<'_>) -> Rules {
     let mut setup = Setup {
         units: Some(Units::Millimetre),
         ..Setup::default()

@@ -36,7 +36,31 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("G0 X5 X6", &["line 3", "X6", "second word X"]),
         ("G0 X", &["line 3", "without a number"]),
         ("G0 X5 \u{e4}", &["line 3", "begins no word"]),
-        ("G28\nG0 X5", &["line 4", "position of Y is not known"]),
+        (
+            "G28\nG0 X5",
+            &[
+                "line 4",
+                "position of Y is not known here behind G28",
+                "[home.G28] Y = ",
+            ],
+        ),
+        ("G30\nG0 X5", &["line 4", "behind G30", "[home.G30] Y = "]),
+        (
+            "G38.2 Z-5 F10\nG1 X5",
+            &["line 4", "position of Z", "behind probing", "G53 G0 Z"],
+        ),
+        (
+            "G2 I0.005 F100",
+            &["line 3", "I0.005", "radius of 0.0050 mm, less than 0.01 mm"],
+        ),
+        (
+            "G2 X10.01 Y10 R.005 F100",
+            &["line 3", "R.005", "less than 0.01 mm"],
+        ),
+        (
+            "G3 I0 J0 F100",
+            &["line 3", "I0", "radius of 0.0000 mm, less than 0.01 mm"],
+        ),
         ("M428", &["line 3", "M428", "--machine"]),
         ("M61", &["line 3", "M61", "without Q"]),
         ("G92.3", &["line 3", "G92.3", "--var"]),
@@ -130,6 +154,9 @@ fn what_is_not_built_is_refused_by_its_name() {
 #[test]
 fn files_that_are_no_programs_are_refused() {
     refuses("", &[], &["line 1", "empty"]);
+    refuses("%\n%\n", &[], &["line 2", "empty", "between lines %"]);
+    let folder = Folder::new();
+    corrected(&folder, "%\n(nothing)\n%\n", &[]);
     for text in [
         "G21\rG90\rG0 X1\r",
         "(part 7)\rG21\r",
@@ -237,5 +264,37 @@ fn setups_that_cannot_be_are_refused_at_their_place() {
     for index in ["0", "10", "1.5", "-1"] {
         let text = format!("5221 0\n5220 {index}\n");
         with("linuxcnc.var", &text, "--var", &["5220", "1 to 9"]);
+    }
+}
+
+#[test]
+fn axes_of_the_compensation_that_nobody_gives_are_named_with_their_machine() {
+    let folder = Folder::new();
+    let part = folder.file("part.ngc", "G21 G90\nG1 X5 F100\nM30\n");
+    let setup = "units = \"mm\"\n[start]\nX = 200\nY = 150\nZ = -20\n[offset.G54]\n";
+    let (setup, out) = (folder.file("setup.toml", setup), folder.at("out.ngc"));
+    let compensation = blob("xyzac-trt");
+    let mut arguments = vec!["gcode", &part, "-o", &out, "--setup", &setup];
+    arguments.extend(["--compensation", &compensation]);
+    let parts = [
+        "line 2",
+        "position of A",
+        "[start] A = ",
+        "axes X Y Z A C of xyzac-trt",
+    ];
+    refused(&arguments, &parts);
+}
+
+#[test]
+fn a_word_to_pass_is_one_that_a_program_can_have() {
+    for (word, example) in [
+        ("foo", "--pass G187 or --pass M100"),
+        ("TRAORI", "--pass G187 or --pass M100"),
+        ("G", "--pass G187 or --pass M100"),
+        ("M", "--pass G187 or --pass M100"),
+        ("G05.10", "--pass G5.1"),
+    ] {
+        let named = format!("--pass {word}");
+        refuses(START, &["--pass", word], &[&named, example]);
     }
 }
