@@ -184,7 +184,7 @@ impl Check<'_> {
                 && self.tables.directional != 0
                 // Axes of an arc, and those that follow the tip, turn round and back.
                 && (matches!(segment.path, Path::Arc(_))
-                    || field.tip.is_some()
+                    || segment.tip
                     || ways.travel != self.ways.travel),
             travel: ways,
             turns,

@@ -2,7 +2,7 @@
 
 use super::given::{Given, Moving};
 use super::piece::{Piece, Shape};
-use super::{Backlash, Corrector};
+use super::Corrector;
 use crate::gcode::axes::{self, COUNT, is_rotary};
 use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::fault::Fault;
@@ -25,7 +25,7 @@ impl Corrector<'_> {
         moving: &Moving,
     ) -> Result<bool, Fault> {
         let here = self.written.position;
-        let apart = self.options.backlash == Backlash::Move && !self.nominal.cutter;
+        let apart = self.options.backlash.is_apart() && self.axes_turn() && !self.is_offset();
         let unknown = here
             .missing(self.tables.axes)
             .or(straight.from.missing(self.tables.axes));
