@@ -15,6 +15,8 @@ const NOWHERE: f64 = 2e-3;
 /// follow slowly, or turn round again.
 const BEYOND: f64 = 0.01;
 const FARTHER: f64 = 1.3;
+/// So often is a part of the way halved until no more than one axis turns round in it.
+const HALVINGS: u32 = 16;
 /// A step at a reversal, or onto the corrected path, is shorter (mm and degrees).
 const STEP: f64 = 0.2;
 /// Samples of a segment, at most, if no turn of it has less.
@@ -94,10 +96,14 @@ impl Check<'_> {
         let (mut beyond, mut ahead, mut last) = (BEYOND, from, from);
         while ahead < 1.0 {
             ahead = (from + beyond / whole).min(1.0);
-            beyond *= FARTHER;
             let before = turned.travel;
-            along.goes(self.tables, &mut turned, [last, ahead])?;
-            last = ahead;
+            let gone = self.turns_one(along, &turned, [last, ahead])?;
+            (last, turned) = gone;
+            if last < ahead {
+                ahead = last;
+            } else {
+                beyond *= FARTHER;
+            }
             // An axis that has turned round and back goes as it went: that is no step.
             if turned.travel == before || turned.travel == along.travel.travel {
                 continue;
@@ -114,6 +120,28 @@ impl Check<'_> {
             }
         }
         Ok(false)
+    }
+
+    /// Directions at a part of the way, or before it such that no more than one axis has turned round: steps of several
+    /// may stand one behind the other.
+    fn turns_one(
+        &self,
+        along: &Along<'_>,
+        before: &Ways,
+        [last, mut ahead]: [f64; 2],
+    ) -> Result<(f64, Ways), Lost> {
+        let mut halvings = 0;
+        loop {
+            let mut turned = before.clone();
+            along.goes(self.tables, &mut turned, [last, ahead])?;
+            let pairs = turned.travel.iter().zip(&before.travel);
+            // Those that turn together have one step.
+            if pairs.filter(|(now, before)| now != before).count() < 2 || halvings == HALVINGS {
+                return Ok((ahead, turned));
+            }
+            ahead = 0.5 * (last + ahead);
+            halvings += 1;
+        }
     }
 
     /// True if an axis turns round at a part of the way, and not well before it.

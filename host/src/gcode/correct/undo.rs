@@ -1,8 +1,8 @@
 //! A correction taken away: what the corrector has added goes again.
 
+use super::Corrector;
 use super::given::{Given, Moving};
 use super::piece::{Piece, Shape};
-use super::Corrector;
 use crate::gcode::axes::{self, COUNT, is_rotary};
 use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::fault::Fault;

@@ -394,3 +394,24 @@ fn reversals_are_taken_away_as_they_were_corrected() {
         answer(0, &right.iter().map(String::as_str).collect::<Vec<_>>());
     }
 }
+
+#[test]
+fn the_check_accepts_what_is_written_whatever_becomes_of_reversals() {
+    for (period, c) in [(0.0, 1000.0), (360.0, 1500.0)] {
+        for of_x in [AHEAD, BACK] {
+            with_steps(period, of_x, |bench, tables, rules| {
+                // Among them steps of two axes one behind the other, both longer than the move.
+                for seed in 20..90 {
+                    let mut random = Pcg64Mcg::seed_from_u64(seed);
+                    let texts = [
+                        back_and_forth(&mut random, c),
+                        program(&mut random, rules, &bench.machine, 12),
+                    ];
+                    for (text, backlash) in texts.iter().flat_map(|t| ALL.map(|b| (t, b))) {
+                        checked(text, rules, tables, backlash);
+                    }
+                }
+            });
+        }
+    }
+}
