@@ -16,6 +16,8 @@ pub struct Straight {
     pub machine: bool,
     /// True if the move waits for the spindle (G33, G33.1) and cannot be cut.
     pub with_spindle: bool,
+    /// True if it ends where it began: G33.1.
+    pub comes_back: bool,
 }
 
 /// A motion that is corrected.

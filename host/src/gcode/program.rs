@@ -175,7 +175,7 @@ impl<'a, R: BufRead> Program<'a, R> {
                 let whole = straight.from.missing(self.tables.axes).is_none();
                 let path = Path::Line(straight.from.at, straight.to);
                 self.waiting.push_back(segment(path, rate, whole));
-                if straight.with_spindle && state.position.at != straight.to {
+                if straight.comes_back {
                     self.waiting.push_back(Event::Jumped(state.position));
                 }
             }

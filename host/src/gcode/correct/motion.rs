@@ -8,7 +8,7 @@ use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::cut::Limits;
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
-use crate::gcode::moves::{Move, Straight};
+use crate::gcode::moves::Move;
 use crate::gcode::trace::{Field, Node, Path};
 use crate::gcode::ways::Ways;
 use crate::gcode::words::{Block, Word};
@@ -55,19 +55,14 @@ impl<'a> Corrector<'a> {
         self.write_all(given, &pieces, out)?;
         self.joined = true;
         match motion {
-            Move::Straight(straight, _) if straight.with_spindle => {
-                self.come_back(straight, &moving)
-            }
+            Move::Straight(straight, _) if straight.comes_back => self.come_back(&moving),
             _ => Ok(()),
         }
     }
 
     /// G33.1 ends where it began.
-    fn come_back(&mut self, straight: &Straight, moving: &Moving) -> Result<(), Fault> {
+    fn come_back(&mut self, moving: &Moving) -> Result<(), Fault> {
         let at = self.nominal.position.at;
-        if at == straight.to {
-            return Ok(());
-        }
         if self.options.undo {
             return self.go_back(&at, moving);
         }

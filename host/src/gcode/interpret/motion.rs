@@ -139,17 +139,18 @@ impl State {
             to: to.at,
             machine,
             with_spindle: false,
+            comes_back: false,
         };
         Ok(Move::Straight(straight, rate))
     }
 
     /// G33, G33.1.
     fn thread(&mut self, asked: &Asked<'_>, tenths: u16, word: &Word) -> Result<Move, Fault> {
-        if asked.word(b'K').is_none() {
+        if asked.word(b'K').is_none_or(|k| k.value <= 0.0) {
             return Err(Fault::new(
-                word.span(),
-                "G33 without K",
-                "write K, the way per revolution",
+                asked.word(b'K').map_or(word.span(), Word::span),
+                "G33 without K, the way per revolution, which is positive",
+                "write K",
             ));
         }
         let from = self.position;
@@ -162,11 +163,11 @@ impl State {
             to: to.at,
             machine: false,
             with_spindle: true,
+            comes_back: tenths == 331,
         };
         self.motion = None;
         self.cycle = None;
-        // G33.1 comes back to where it began.
-        if tenths == 330 {
+        if !straight.comes_back {
             self.position = to;
         }
         Ok(Move::Straight(straight, Rate::Rapid))

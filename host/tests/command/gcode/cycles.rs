@@ -85,3 +85,10 @@ fn a_thread_that_comes_back_is_corrected_at_its_end() {
         "{out}"
     );
 }
+
+#[test]
+fn a_thread_that_goes_nowhere_is_a_motion() {
+    let folder = Folder::new();
+    let program = "G21 G90 G17\nG0 X100 Y100 Z250\nS100 M3\nG33.1 Z250 K1\nG1 X120 F100\nM30\n";
+    corrected(&folder, program, &["--check"]);
+}

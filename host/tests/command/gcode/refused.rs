@@ -65,6 +65,7 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("M61", &["line 3", "M61", "without Q"]),
         ("G92.3", &["line 3", "G92.3", "--var"]),
         ("G52", &["line 3", "G52", "without axes"]),
+        ("G33 X12 K0", &["line 3", "K0", "positive"]),
         (
             "G98 G81 X12 Y12 Z45 R48 F100\nG92 Z7\nX15",
             &["line 5", "X15", "series of cycles", "G80"],
