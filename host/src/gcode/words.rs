@@ -183,7 +183,8 @@ impl Block {
                     .kind(Kind::Flow),
             );
         }
-        if self.words.len() < MOST
+        if letter == b'T'
+            && self.words.len() < MOST
             && let Some((name, value)) = transformation(&line[start..])
         {
             let end = start + name.len();
