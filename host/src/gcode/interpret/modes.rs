@@ -117,7 +117,8 @@ impl State {
             match code {
                 Code::Plane(plane) => self.plane = Some(plane),
                 Code::Cutter(on) => {
-                    self.cutter_changes |= on != self.cutter;
+                    // Also to the other side, or by another radius.
+                    self.cutter_changes |= on || self.cutter;
                     self.cutter = on;
                 }
                 Code::ToolLength(length) => self.tool_length_word(asked, word, length)?,
