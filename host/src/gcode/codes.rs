@@ -1,7 +1,7 @@
 //! The words G and M that are known, and what each does.
 
 use super::dialect::Dialect;
-use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Units};
+use super::modal::{Distance, FeedMode, Motion, Plane, Retract, Spindle, Units};
 use super::offsets::Number;
 use super::words::{Block, Word};
 
@@ -240,6 +240,19 @@ pub enum Machine {
     Neutral,
     /// M5 and M9 where they wait for the end of the motion.
     After,
+}
+
+/// What the spindle does from a word M (in tenths) on, if that is another thing: `Some(None)`, it is not known.
+#[must_use]
+pub fn spindle(tenths: u16) -> Option<Option<Spindle>> {
+    Some(match tenths {
+        30 => Some(Spindle::Clockwise),
+        40 => Some(Spindle::Counterclockwise),
+        50 => Some(Spindle::Stands),
+        // A tool change stops it or not, and then it is turned to an angle.
+        60 | 190 => None,
+        _ => return None,
+    })
 }
 
 /// What a word M (in tenths) asks for; `None` if it is not known.

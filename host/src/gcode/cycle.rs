@@ -80,6 +80,10 @@ pub enum Part {
     Feed(PerLetter),
     /// Wait as P says.
     Dwell(f64),
+    /// The spindle stops.
+    SpindleStops,
+    /// It turns again, as it did before.
+    SpindleTurns,
 }
 
 impl Cycle {
@@ -119,7 +123,7 @@ impl Cycle {
         Some((if is_within { q } else { scaled }, pecks))
     }
 
-    /// The cycle as single moves, in LinuxCNC's order; `None` for those that need the spindle.
+    /// The cycle as single moves, in LinuxCNC's order; `None` for those that move with the spindle.
     #[must_use]
     pub fn parts(&self) -> Option<Vec<Part>> {
         let n = self.axes[2];
@@ -179,9 +183,9 @@ impl Cycle {
                         depth = next;
                     }
                 }
-                810 | 820 | 850 | 890 => {
+                810 | 820 | 850 | 860 | 890 => {
                     go(&mut parts, &mut at, with(hole, self.bottom), true);
-                    if let (820 | 890, Some(p)) = (self.code, self.p) {
+                    if let (820 | 860 | 890, Some(p)) = (self.code, self.p) {
                         parts.push(Part::Dwell(p));
                     }
                 }
@@ -191,7 +195,13 @@ impl Cycle {
             if feed_out {
                 go(&mut parts, &mut at, with(hole, self.r), true);
             }
+            if self.code == 860 {
+                parts.push(Part::SpindleStops);
+            }
             go(&mut parts, &mut at, with(hole, self.clear()), false);
+            if self.code == 860 {
+                parts.push(Part::SpindleTurns);
+            }
         }
         Some(parts)
     }

@@ -92,6 +92,29 @@ impl Motion {
     }
 }
 
+/// What the spindle does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spindle {
+    /// M5.
+    Stands,
+    /// M3.
+    Clockwise,
+    /// M4.
+    Counterclockwise,
+}
+
+impl Spindle {
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stands => "M5",
+            Self::Clockwise => "M3",
+            Self::Counterclockwise => "M4",
+        }
+    }
+}
+
 /// How a motion goes by G40, G41 and G42.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cutter {

@@ -201,7 +201,7 @@ impl<'a, R: BufRead> Program<'a, R> {
                             match part {
                                 Part::Rapid(to) => self.waiting.push_back(go(to, Rate::Rapid)),
                                 Part::Feed(to) => self.waiting.push_back(go(to, rate)),
-                                Part::Dwell(_) => {}
+                                Part::Dwell(_) | Part::SpindleStops | Part::SpindleTurns => {}
                             }
                         }
                     }

@@ -3,7 +3,7 @@
 use super::axes::{COUNT, PerLetter, Position};
 use super::cycle::Sticky;
 use super::dialect::Dialect;
-use super::modal::{Cutter, Distance, FeedMode, Motion, Plane, Retract, Units};
+use super::modal::{Cutter, Distance, FeedMode, Motion, Plane, Retract, Spindle, Units};
 use super::offsets::Offsets;
 use super::setup::Setup;
 use std::collections::BTreeMap;
@@ -75,6 +75,8 @@ pub struct State {
     pub next_tool: Option<u32>,
     /// Length (mm) that G43 has taken, whose tool is in the spindle.
     pub length: Option<f64>,
+    /// M3, M4, M5; `None`: not known.
+    pub spindle: Option<Spindle>,
     /// G98, G99.
     pub retract: Retract,
     /// G41, G42.
@@ -125,6 +127,7 @@ impl State {
             tool: setup.tool,
             next_tool: None,
             length: None,
+            spindle: None,
             retract: Retract::Initial,
             cutter: false,
             cutter_changes: false,

@@ -6,10 +6,10 @@ mod written_out;
 use super::Corrector;
 use super::given::{Given, Moving};
 use crate::gcode::axes::PerLetter;
-use crate::gcode::cycle::Cycle;
+use crate::gcode::cycle::{Cycle, Part};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
-use crate::gcode::modal::{Distance, Retract, Units};
+use crate::gcode::modal::{Distance, Retract, Spindle, Units};
 use crate::gcode::number;
 use crate::gcode::trace::{Field, Lost, Node};
 
@@ -54,10 +54,29 @@ impl Corrector<'_> {
                 "give a larger --tolerance, or use the compensation in the controller",
             ));
         };
+        if parts.contains(&Part::SpindleStops) {
+            self.needs_spindle(cycle, moving)?;
+        }
         self.written_out = Some(cycle.code);
         self.report.cycles[1] += 1;
         self.joined = true;
         self.write_out(given, cycle, &parts, moving, out)
+    }
+
+    /// What stops the spindle starts it again: it must be known how.
+    fn needs_spindle(&self, cycle: &Cycle, moving: &Moving) -> Result<(), Fault> {
+        match self.nominal.spindle {
+            Some(Spindle::Clockwise | Spindle::Counterclockwise) => Ok(()),
+            Some(Spindle::Stands) | None => Err(Fault::new(
+                moving.span.clone(),
+                format!(
+                    "the correction changes over this hole, and G{} is written out only where the spindle is known \
+                     to turn",
+                    cycle.code / 10
+                ),
+                "write M3 or M4 before it, behind the last tool change",
+            )),
+        }
     }
 
     /// False if the cycle needs a line before it, which ends its series, and would not return to the level any more that

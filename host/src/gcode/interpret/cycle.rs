@@ -4,6 +4,7 @@ use super::needs::axis_span;
 use super::{Asked, bits, whole};
 use crate::gcode::axes::{self, COUNT};
 use crate::gcode::cycle::{Cycle, Frame, Sticky};
+use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Distance, FeedMode, Retract};
 use crate::gcode::rate::Rate;
@@ -178,7 +179,10 @@ impl State {
         if matches!(code, 730 | 830) && q.is_none_or(|q| q <= 0.0) {
             return Err(lacking("Q, the depth of a peck, which is positive"));
         }
-        if matches!(code, 820 | 860 | 890) && p.is_none() {
+        // Fanuc's G86 has no P.
+        let waits =
+            matches!(code, 820 | 890) || code == 860 && asked.rules.dialect == Dialect::LinuxCnc;
+        if waits && p.is_none() {
             return Err(lacking("P, the time at the bottom"));
         }
         Ok(Sticky {

@@ -68,6 +68,9 @@ impl State {
         machine: Machine,
         step: &mut Step,
     ) -> Result<(), Fault> {
+        if let Some(spindle) = word.tenths().and_then(codes::spindle) {
+            self.spindle = spindle;
+        }
         match machine {
             Machine::Pause | Machine::End | Machine::After => step.after = true,
             Machine::Neutral => {}

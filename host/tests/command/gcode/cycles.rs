@@ -1,6 +1,6 @@
 //! Cycles, and threads: what is written is what another interpreter makes of the program, corrected.
 
-use super::{SETUP, corrected};
+use super::{SETUP, corrected, refuses};
 use crate::program::{Folder, answer, example};
 
 #[test]
@@ -91,4 +91,49 @@ fn a_thread_that_goes_nowhere_is_a_motion() {
     let folder = Folder::new();
     let program = "G21 G90 G17\nG0 X100 Y100 Z250\nS100 M3\nG33.1 Z250 K1\nG1 X120 F100\nM30\n";
     corrected(&folder, program, &["--check"]);
+}
+
+#[test]
+fn boring_that_is_written_out_stops_the_spindle_and_starts_it_as_it_was() {
+    for (spindle, word) in [("M4 S500", "M4"), ("M4\nM5\nM3", "M3")] {
+        let folder = Folder::new();
+        let program = format!(
+            "G21 G90 G17 F300\n{spindle}\nG0 X100 Y100 Z250\nG98 G86 X120 Y110 Z120 R240 P.5\nX150\nG80\nM30\n"
+        );
+        let out = corrected(&folder, &program, &["--check"]);
+        // LinuxCNC's order: down, wait, stop, rapid to the level before the cycle, start.
+        let holes: Vec<&str> = out.lines().skip_while(|l| !l.starts_with("G98")).collect();
+        let others = holes
+            .iter()
+            .filter(|l| l.starts_with("G4 ") || l.starts_with('M'));
+        let others: Vec<&str> = others.copied().collect();
+        let hole = ["G4 P0.5", "M5", word];
+        assert_eq!(others, [&hole[..], &hole, &["M30"]].concat(), "{out}");
+        for pair in holes.windows(2) {
+            match pair[1] {
+                up if pair[0] == "M5" => assert!(up.starts_with("G0 "), "{out}"),
+                next if next == word => assert!(pair[0].contains("Z249.99"), "{out}"),
+                _ => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn boring_is_written_out_only_if_the_spindle_is_known_to_turn() {
+    for before in ["", "M3\nM5\n", "M3\nT1 M6\n", "M3\nM19 R0\n"] {
+        let program = format!(
+            "G21 G90 G17 F300\n{before}G0 X100 Y100 Z250\nG86 X120 Y110 Z120 R240 P.5\nM30\n"
+        );
+        refuses(program, &[], &["known to turn", "M3 or M4"]);
+    }
+}
+
+#[test]
+fn boring_needs_its_time_in_linuxcnc_alone() {
+    let program =
+        "G21 G90 G17 G54 F300.\nM3\nG0 X100. Y100. Z250.\nG86 X120. Y110. Z120. R240.\nM30\n";
+    refuses(program, &[], &["P, the time at the bottom"]);
+    let out = corrected(&Folder::new(), program, &["--dialect", "fanuc", "--check"]);
+    assert!(out.contains("M5\n") && !out.contains("G4"), "{out}");
 }

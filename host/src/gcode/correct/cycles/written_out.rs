@@ -7,7 +7,7 @@ use crate::gcode::correct::piece::{Piece, Shape};
 use crate::gcode::correct::write::Change;
 use crate::gcode::cycle::{Cycle, Part};
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::Motion;
+use crate::gcode::modal::{Motion, Spindle};
 use crate::gcode::moves::Rate;
 use crate::gcode::number;
 use crate::gcode::trace::Path;
@@ -28,7 +28,20 @@ impl Corrector<'_> {
         for part in parts {
             let (shape, rate, to) = match part {
                 Part::Dwell(p) => {
-                    self.write_dwell(&given, *p, out)?;
+                    let mut wait = b"G4 P".to_vec();
+                    number::write(&mut wait, *p, 6, 0, false);
+                    self.write_between(&given, &wait, out)?;
+                    continue;
+                }
+                Part::SpindleStops => {
+                    self.write_between(&given, Spindle::Stands.word().as_bytes(), out)?;
+                    continue;
+                }
+                Part::SpindleTurns => {
+                    // Known, or the cycle was refused.
+                    if let Some(spindle) = self.nominal.spindle {
+                        self.write_between(&given, spindle.word().as_bytes(), out)?;
+                    }
                     continue;
                 }
                 Part::Rapid(to) => (Shape::Rapid, Rate::Rapid, *to),
@@ -57,13 +70,18 @@ impl Corrector<'_> {
         Ok(())
     }
 
-    fn write_dwell(&mut self, given: &Given<'_>, p: f64, out: &mut Vec<u8>) -> Result<(), Fault> {
+    /// A line between two moves.
+    fn write_between(
+        &mut self,
+        given: &Given<'_>,
+        words: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Fault> {
         let mut text = Vec::new();
         if given.block.deleted {
             text.push(b'/');
         }
-        text.extend_from_slice(b"G4 P");
-        number::write(&mut text, p, 6, 0, false);
+        text.extend_from_slice(words);
         self.follow(&text, None)?;
         out.extend_from_slice(&text);
         out.extend_from_slice(given.eol);
