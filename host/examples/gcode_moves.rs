@@ -119,12 +119,12 @@ fn run(name: &str, tools: &[(u32, f64)], wrapped: &[usize]) -> Result<(), String
                 };
                 let parts = cycle.parts();
                 let code = cycle.code / 10;
-                let parts = parts.ok_or(format!("other G{code}, which turns the spindle"))?;
+                let parts = parts.ok_or(format!("other G{code}, which moves with the spindle"))?;
                 for part in parts {
                     match part {
                         Part::Rapid(to) => println!("rapid {} 0", place(&to)),
                         Part::Feed(to) => println!("feed {} {f:.5}", place(&to)),
-                        Part::Dwell(_) => {}
+                        Part::Dwell(_) | Part::SpindleStops | Part::SpindleTurns => {}
                     }
                 }
             }

@@ -53,10 +53,13 @@ impl<'a> Corrector<'a> {
             Move::Cycle(cycle) => return self.cycle(given, cycle, &moving, out),
         };
         self.write_all(given, &pieces, out)?;
-        self.joined = true;
         match motion {
+            // Where it stood before, it stands again.
             Move::Straight(straight, _) if straight.comes_back => self.come_back(&moving),
-            _ => Ok(()),
+            _ => {
+                self.joined = true;
+                Ok(())
+            }
         }
     }
 

@@ -87,6 +87,15 @@ fn a_thread_that_comes_back_is_corrected_at_its_end() {
 }
 
 #[test]
+fn behind_a_thread_that_comes_back_the_axes_stand_where_they_stood() {
+    // At the start, which is not corrected: the move that feeds steps onto its path.
+    let program = "G21 G90 G17\nS100 M3\nG33.1 Z245 K1\nG93 G1 X100 F10\nM30\n";
+    let out = corrected(&Folder::new(), program, &["--check"]);
+    let first = out.lines().find(|line| line.starts_with("G93"));
+    assert!(first.is_some_and(|line| line.contains("X0.0")), "{out}");
+}
+
+#[test]
 fn a_thread_that_goes_nowhere_is_a_motion() {
     let folder = Folder::new();
     let program = "G21 G90 G17\nG0 X100 Y100 Z250\nS100 M3\nG33.1 Z250 K1\nG1 X120 F100\nM30\n";
