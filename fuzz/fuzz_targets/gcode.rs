@@ -8,7 +8,7 @@ use trueaxis::{
     AlignedBlob, Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term,
 };
 use trueaxis_host::gcode::check::check;
-use trueaxis_host::gcode::modal::Units;
+use trueaxis_host::gcode::modal::{Retract, Units};
 use trueaxis_host::gcode::offsets::System;
 use trueaxis_host::gcode::{
     Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream,
@@ -145,6 +145,7 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| {
     setup.systems.insert(1, zero);
     setup.systems.insert(2, turned);
     setup.systems.insert(101, zero);
+    setup.retract = Some(Retract::Initial);
     setup.homes = [Some(setup.start), None];
     setup.tools.insert(1, [0.0; 9]);
     setup

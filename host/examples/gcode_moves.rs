@@ -5,7 +5,7 @@
 
 use std::io::BufReader;
 use trueaxis_host::gcode::cycle::Part;
-use trueaxis_host::gcode::modal::Units;
+use trueaxis_host::gcode::modal::{Retract, Units};
 use trueaxis_host::gcode::moves::{Move, Rate};
 use trueaxis_host::gcode::offsets::System;
 use trueaxis_host::gcode::stream::{Lines, look_for_computing};
@@ -28,6 +28,7 @@ fn rules(tools: &[(u32, f64)]) -> Rules {
         offset[2] = *length;
         setup.tools.insert(*number, offset);
     }
+    setup.retract = Some(Retract::Plane);
     setup.tool = Some(0);
     setup.homes = [Some(setup.start); 2];
     Rules {

@@ -3,7 +3,7 @@
 mod linuxcnc;
 
 use super::axes::{self, COUNT, PerLetter, Position};
-use super::modal::Units;
+use super::modal::{Retract, Units};
 use super::offsets::{Number, System};
 use crate::source::FileError;
 use serde::Deserialize;
@@ -20,6 +20,8 @@ pub struct Setup {
     pub start: Position,
     /// Which way each axis has moved last, before the first line.
     pub travel: [Travel; COUNT],
+    /// G98 or G99, where it is known which of them holds before the first line.
+    pub retract: Option<Retract>,
     /// The tool in the spindle before the first line.
     pub tool: Option<u32>,
     /// Work coordinate systems.
@@ -61,6 +63,7 @@ struct File {
 #[derive(Deserialize)]
 struct Start {
     tool: Option<u32>,
+    retract: Option<Spanned<String>>,
     travel: Option<BTreeMap<String, Spanned<String>>>,
     #[serde(flatten)]
     at: BTreeMap<String, f64>,
@@ -103,11 +106,12 @@ impl Setup {
         };
         if let Some(start) = file.start {
             setup.tool = start.tool;
+            setup.retract = start.retract.map(|word| retract(&word)).transpose()?;
             for (letter, value) in &start.at {
                 let axis = axis_of(letter).ok_or_else(|| {
                     FileError::whole(
                         format!("[start] {letter}: no axis"),
-                        "write X, Y, Z, A, B, C, U, V, W, `tool` or `travel`",
+                        "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel` or `retract`",
                     )
                 })?;
                 if !axes::can_be(*value) {
@@ -210,6 +214,19 @@ fn position(letters: &Letters, units: Units) -> Result<Position, FileError> {
     Ok(position)
 }
 
+fn retract(word: &Spanned<String>) -> Result<Retract, FileError> {
+    match word.get_ref().as_str() {
+        "G98" => Ok(Retract::Initial),
+        "G99" => Ok(Retract::Plane),
+        _ => Err(FileError::at(
+            word.span(),
+            "neither G98 nor G99",
+            "here",
+            "write \"G98\" (to the level before the cycle) or \"G99\" (to R)",
+        )),
+    }
+}
+
 fn no_axis(value: &Spanned<f64>) -> FileError {
     FileError::at(
         value.span(),
@@ -260,7 +277,8 @@ mod tests {
     #[test]
     fn a_setup_gives_offsets_in_its_units_and_leaves_the_rest_unknown() {
         let setup = Setup::from_toml(
-            "units = \"inch\"\n[start]\nX = 1\nA = 2.0\ntool = 3\ntravel = { X = \"-\" }\n\
+            "units = \"inch\"\n[start]\nX = 1\nA = 2.0\ntool = 3\nretract = \"G99\"\n\
+             travel = { X = \"-\" }\n\
              [offset.G54]\nX = -10\nR = 5\n[offset.\"G59.1\"]\nA = 4\n[offset.\"G54.1 P7\"]\n\
              [tool.3]\nlength = 2\n[home.G28]\nZ = 0\n",
         )
@@ -269,6 +287,7 @@ mod tests {
         assert_eq!(setup.start.at[3], 2.0);
         assert_eq!(setup.start.known, 0b1001);
         assert_eq!(setup.travel[0], Travel::Negative);
+        assert_eq!(setup.retract, Some(Retract::Plane));
         assert_eq!(setup.systems[&1].origin[0], -254.0);
         assert_eq!(setup.systems[&1].rotation, 5.0);
         assert_eq!(
@@ -303,6 +322,10 @@ mod tests {
             ("units = \"mm\"\n[axis.C]\n", "missing field"),
             ("units = \"mm\"\n[tool.a]\nlength = 1", "number of a tool"),
             ("units = \"mm\"\n[tool.1]\nlenght = 1", "unknown field"),
+            (
+                "units = \"mm\"\n[start]\nretract = \"R\"",
+                "neither G98 nor G99",
+            ),
             (
                 "units = \"mm\"\n[start]\ntravel = { X = \"up\" }",
                 "direction of travel",

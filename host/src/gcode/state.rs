@@ -77,8 +77,8 @@ pub struct State {
     pub length: Option<f64>,
     /// M3, M4, M5; `None`: not known.
     pub spindle: Option<Spindle>,
-    /// G98, G99.
-    pub retract: Retract,
+    /// G98, G99; `None`: not known.
+    pub retract: Option<Retract>,
     /// G41, G42.
     pub cutter: bool,
     /// True from G40, G41 or G42 to the end of the next motion, along which the path gets its offset or loses it.
@@ -128,7 +128,7 @@ impl State {
             next_tool: None,
             length: None,
             spindle: None,
-            retract: Retract::Initial,
+            retract: setup.retract,
             cutter: false,
             cutter_changes: false,
             under: Cutter::Off,

@@ -42,7 +42,15 @@ impl State {
         }
         let relative = self.needs_distance(block)? == Distance::Incremental;
         let from = self.position.at;
-        let frame = self.frame_of_series(asked, n, relative)?;
+        let retract = self.retract.ok_or_else(|| {
+            Fault::new(
+                axis_span(block),
+                "a cycle, and neither G98 nor G99 before it: to which level it returns depends on the program that ran \
+                 before",
+                "write G98 (to the level before the cycle) or G99 (to R) before it, or give the setup [start] retract",
+            )
+        })?;
+        let frame = self.frame_of_series(asked, n, relative, retract)?;
         let sticky = self.sticky(asked, code, frame)?;
         let rate = self.rate_of_cycle(asked)?;
         let repeat = match asked.word(b'L') {
@@ -103,7 +111,7 @@ impl State {
             r,
             bottom,
             initial: sticky.initial,
-            retract: self.retract,
+            retract,
             q: sticky.q,
             p: sticky.p,
             rate,
@@ -116,6 +124,7 @@ impl State {
         asked: &Asked<'_>,
         normal: usize,
         relative: bool,
+        retract: Retract,
     ) -> Result<Frame, Fault> {
         let span = axis_span(asked.block);
         let now = Frame {
@@ -127,7 +136,7 @@ impl State {
             return Ok(now);
         };
         let same_numbers = series.normal == now.normal && series.units == now.units;
-        let has_level = relative || self.retract == Retract::Initial;
+        let has_level = relative || retract == Retract::Initial;
         // Offsets are sums of decimal numbers.
         let same_zero = (series.zero - now.zero).abs() < 1e-9;
         if same_numbers && (same_zero || !has_level) {

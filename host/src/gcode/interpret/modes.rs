@@ -144,7 +144,7 @@ impl State {
                 Code::System(number) => self.offsets.select(number),
                 Code::Distance(distance) => self.distance = Some(distance),
                 Code::ArcDistance(distance) => self.arc_distance = distance,
-                Code::Retract(retract) => self.retract = retract,
+                Code::Retract(retract) => self.retract = Some(retract),
                 _ => {}
             }
             if asked.rules.dialect == Dialect::Fanuc

@@ -37,6 +37,7 @@ impl State {
                 };
             }
             Some((Code::Probe, word)) => {
+                asked.machine_coordinates.map_or(Ok(()), alone)?;
                 self.not_with_tip(word)?;
                 bits(asked.free).for_each(|axis| self.lose(axis, Lost::Probed));
                 step.passed = Some("probing");
@@ -44,6 +45,7 @@ impl State {
                 return Ok(());
             }
             Some((Code::Threading(tenths), word)) => {
+                asked.machine_coordinates.map_or(Ok(()), alone)?;
                 step.motion = Some(self.thread(asked, tenths, word)?);
                 return Ok(());
             }
@@ -100,11 +102,7 @@ impl State {
     /// G53 holds with G0 and G1 under G90 only.
     fn allows_machine_coordinates(&self, word: &Word, motion: Motion) -> Result<(), Fault> {
         if !matches!(motion, Motion::Rapid | Motion::Feed) {
-            return Err(Fault::new(
-                word.span(),
-                "G53 without G0 or G1",
-                "write G0 or G1",
-            ));
+            return alone(word);
         }
         if self.distance != Some(Distance::Absolute) {
             return Err(Fault::new(
@@ -257,4 +255,13 @@ impl State {
             FeedMode::PerRevolution => Rate::PerRevolution(feed),
         })
     }
+}
+
+/// G53 with what it does not hold with.
+fn alone(word: &Word) -> Result<(), Fault> {
+    Err(Fault::new(
+        word.span(),
+        "G53 without G0 or G1",
+        "write G0 or G1",
+    ))
 }

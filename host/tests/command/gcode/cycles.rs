@@ -25,7 +25,7 @@ fn pecks_end_where_their_corrections_lead() {
     for cycle in ["G83", "G73"] {
         for q in ["Q1.3", "Q5", "Q0.7", "Q150"] {
             let program = format!(
-                "G21 G90 G17 F300\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z120.5 R240 {q}\nX150\nG80\nM30\n"
+                "G21 G90 G98 G17 F300\nG0 X100 Y100 Z250\n{cycle} X120 Y110 Z120.5 R240 {q}\nX150\nG80\nM30\n"
             );
             let (part, out) = (folder.file("part.ngc", program), folder.at("out.ngc"));
             let said = answer(
@@ -132,7 +132,7 @@ fn boring_that_is_written_out_stops_the_spindle_and_starts_it_as_it_was() {
 fn boring_is_written_out_only_if_the_spindle_is_known_to_turn() {
     for before in ["", "M3\nM5\n", "M3\nT1 M6\n", "M3\nM19 R0\n"] {
         let program = format!(
-            "G21 G90 G17 F300\n{before}G0 X100 Y100 Z250\nG86 X120 Y110 Z120 R240 P.5\nM30\n"
+            "G21 G90 G98 G17 F300\n{before}G0 X100 Y100 Z250\nG86 X120 Y110 Z120 R240 P.5\nM30\n"
         );
         refuses(program, &[], &["known to turn", "M3 or M4"]);
     }
@@ -141,7 +141,7 @@ fn boring_is_written_out_only_if_the_spindle_is_known_to_turn() {
 #[test]
 fn boring_needs_its_time_in_linuxcnc_alone() {
     let program =
-        "G21 G90 G17 G54 F300.\nM3\nG0 X100. Y100. Z250.\nG86 X120. Y110. Z120. R240.\nM30\n";
+        "G21 G90 G98 G17 G54 F300.\nM3\nG0 X100. Y100. Z250.\nG86 X120. Y110. Z120. R240.\nM30\n";
     refuses(program, &[], &["P, the time at the bottom"]);
     let out = corrected(&Folder::new(), program, &["--dialect", "fanuc", "--check"]);
     assert!(out.contains("M5\n") && !out.contains("G4"), "{out}");

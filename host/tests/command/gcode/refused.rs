@@ -64,6 +64,12 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("M428", &["line 3", "M428", "--machine"]),
         ("M61", &["line 3", "M61", "without Q"]),
         ("G92.3", &["line 3", "G92.3", "--var"]),
+        (
+            "G81 X12 Y12 Z45 R48 F100",
+            &["line 3", "G98", "G99", "[start] retract"],
+        ),
+        ("S10 M3\nG53 G33.1 Z45 K1", &["line 4", "G53 without G0"]),
+        ("G53 G38.2 Z45 F100", &["line 3", "G53 without G0"]),
         ("G52", &["line 3", "G52", "without axes"]),
         ("G33 X12 K0", &["line 3", "K0", "positive"]),
         (
@@ -141,7 +147,7 @@ fn what_is_not_built_is_refused_by_its_name() {
             &["line 4", "G52 while G92 holds", "take G92 back"],
         ),
         ("M98 P1000", &["M98", "subprogram", "flat"]),
-        ("G81 X1. Z2. R2. F90.", &["half a micrometre"]),
+        ("G99 G81 X1. Z2. R2. F90.", &["half a micrometre"]),
     ] {
         refuses(format!("{start}{line}\nM30\n"), &fanuc, parts);
     }

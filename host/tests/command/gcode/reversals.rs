@@ -199,7 +199,7 @@ fn a_full_turn_stays_an_arc_without_an_end_that_rounding_could_move() {
 fn a_move_that_feeds_begins_on_the_corrected_path() {
     let folder = Folder::new();
     // From an uncorrected start, and from over a hole, where the correction is that of its bottom.
-    for before in ["", "G81 X20 Y20 Z-20 R-19 F90\nG80\n"] {
+    for before in ["", "G98 G81 X20 Y20 Z-20 R-19 F90\nG80\n"] {
         let program = format!("G21 G90 G17 F300\n{before}G1 X30 (on)\nG2 I2 (round)\nM30\n");
         let (out, _) = run(&folder, &program, &["--check"]);
         let first = out.lines().find(|l| l.contains("(on)")).unwrap();
@@ -264,7 +264,7 @@ fn what_counts_from_the_axes_or_from_the_tip_is_no_line_with_the_switch() {
 
 #[test]
 fn pecks_and_turns_without_end_are_refused() {
-    let start = "G21 G90 F100\nG0 X0 Y0 Z50\n";
+    let start = "G21 G90 G98 F100\nG0 X0 Y0 Z50\n";
     for (line, parts) in [
         (
             "G83 X1 Z0 R10 Q0.0001",

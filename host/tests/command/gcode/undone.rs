@@ -289,7 +289,7 @@ fn turns_of_more_than_half_a_period_are_taken_the_way_they_go() {
 #[test]
 fn axes_that_turn_round_on_the_way_to_a_hole_come_back() {
     with_steps(0.0, AHEAD, |_, tables, rules| {
-        let text = "G21 G90 G17 F900\nG0 X200 Y150 Z-80 A0 C0\nG0 Y155\nG81 X201 Y152 Z-90 R-88\nX205\nX203 Y160\n\
+        let text = "G21 G90 G98 G17 F900\nG0 X200 Y150 Z-80 A0 C0\nG0 Y155\nG81 X201 Y152 Z-90 R-88\nX205\nX203 Y160\n\
                     G80\nG0 X200\nY165\nY150 X210\nM2\n";
         for backlash in ALL {
             comes_back(text, rules, tables, backlash, &format!("{backlash:?}"));
