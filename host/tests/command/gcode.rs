@@ -3,6 +3,7 @@
 mod cycles;
 mod five_axes;
 mod hemisphere;
+mod programs;
 mod random;
 mod refused;
 mod reversals;

@@ -145,9 +145,15 @@ impl Check<'_> {
     }
 
     /// True if an axis turns round at a part of the way, and not well before it.
-    fn turns_here(&self, along: &Along<'_>, before: &Ways, t: f64) -> Result<bool, Lost> {
+    fn turns_here(
+        &self,
+        along: &Along<'_>,
+        before: &Ways,
+        [came_from, t]: [f64; 2],
+    ) -> Result<bool, Lost> {
         let path = &along.segment.path;
-        let earlier = (t - BEYOND / length_of(path)).max(0.0);
+        // Not before it came there: on a small circle an axis would turn round on the way back.
+        let earlier = (t - BEYOND / length_of(path)).max(came_from);
         let mut ways = before.clone();
         ways.come_to(self.tables, &along.field.axes(&path.at(earlier))?);
         Ok(ways.travel == before.travel)
@@ -171,7 +177,9 @@ impl Check<'_> {
             along.travel = ways;
         }
         let mut node = along.field.node(t, &command, &along.travel)?;
-        if along.travel.travel != before.travel && self.turns_here(along, &before, t)? {
+        if along.travel.travel != before.travel
+            && self.turns_here(along, &before, [came_from.min(t), t])?
+        {
             // On which side of the step it is the last digit of a word tells.
             let unturned = along.field.node(t, &command, &before)?;
             let off = |node: &Node| -> f64 {

@@ -13,6 +13,9 @@ use crate::gcode::trace::{Field, Node, Path};
 use crate::gcode::ways::Ways;
 use crate::gcode::words::{Block, Word};
 
+/// So far beside the corrected path a motion that feeds may begin, in parts of what is allowed: cuts take the rest.
+const BESIDE: f64 = 0.3;
+
 impl<'a> Corrector<'a> {
     /// A line with a motion.
     pub(super) fn motion(
@@ -194,7 +197,7 @@ impl<'a> Corrector<'a> {
         let at = self.written.position.at;
         let off = std::array::from_fn(|i| first.to[i] - at[i]);
         let stays = self.joined || self.options.undo || self.is_offset();
-        if stays || limits.of(&off) <= 1.0 {
+        if stays || limits.of(&off) <= BESIDE {
             return None;
         }
         let piece = Piece::of(Shape::Feed, first.to, timing);
