@@ -1,8 +1,14 @@
 //! What the interpreter of `trueaxis gcode` makes of programs, for `cargo xtask gcode`, which compares it with
 //! another interpreter: motions of each file in machine coordinates (mm, degrees), or the word that it is refused for.
 //!
-//! `gcode_moves [--tool=N=LENGTH]… [--wrapped=C] FILE…`
+//! `gcode_moves [--tool=N=LENGTH]… [--wrapped=C] FILE…`; `gcode_moves --random=COUNT FOLDER` writes programs that nobody
+//! wrote, `0.ngc` and so on.
 
+#[path = "../tests/command/gcode/programs.rs"]
+mod programs;
+
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
 use std::io::BufReader;
 use trueaxis_host::gcode::cycle::Part;
 use trueaxis_host::gcode::modal::{Retract, Units};
@@ -134,9 +140,40 @@ fn run(name: &str, tools: &[(u32, f64)], wrapped: &[usize]) -> Result<(), String
     Ok(())
 }
 
+/// Writes so many programs for an empty table around zero.
+fn write_programs(count: &str, folder: &str) -> Result<(), String> {
+    let count = count.parse().map_err(|_| format!("{count}: no number"))?;
+    let rules = rules(&[(1, 0.0)]);
+    // X Y Z A B C, within what a small machine has.
+    let boxes = std::array::from_fn(|axis| match axis {
+        0..3 => [-80.0, 80.0],
+        _ => [-60.0, 60.0],
+    });
+    let rules = Rules {
+        axes: 0x3f,
+        ..rules
+    };
+    for seed in 0..count {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let text = programs::program(&mut random, &rules, &boxes, 20) + "M2\n";
+        let path = format!("{folder}/{seed}.ngc");
+        std::fs::write(&path, text).map_err(|e| format!("{path}: {e}"))?;
+    }
+    Ok(())
+}
+
 fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [first, folder] = &arguments[..]
+        && let Some(count) = first.strip_prefix("--random=")
+    {
+        if let Err(cause) = write_programs(count, folder) {
+            println!("refused {cause}");
+        }
+        return;
+    }
     let (mut tools, mut wrapped) = (Vec::new(), Vec::new());
-    for argument in std::env::args().skip(1) {
+    for argument in arguments {
         if let Some(letter) = argument.strip_prefix("--wrapped=") {
             wrapped.extend(letter.bytes().filter_map(trueaxis_host::gcode::axes::index));
             continue;

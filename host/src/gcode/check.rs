@@ -24,7 +24,7 @@ use super::ways::Ways;
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use arriving::{NEAR, arrives, near, over_hole};
+use arriving::{NEAR, arrives, is_needless, near, over_hole};
 pub use found::{CheckError, Found, ToolPath};
 pub use spread::{Spread, Statistics};
 use std::f64::consts::TAU;
@@ -195,7 +195,8 @@ impl Check<'_> {
         let mut in_cycle = false;
         // Over a hole the correction may make up for all of a short way.
         let may_be_left_out = stands || segment.in_cycle && segment.rate == Rate::Rapid;
-        let mut is_there = may_be_left_out && near(&self.at, &end).is_none();
+        let is_near = may_be_left_out && near(&self.at, &end).is_none();
+        let mut is_there = is_near || is_needless(segment, after)?;
         // Where it ends an arc has been before, a turn ago, or nearly.
         let last_turn = match &segment.path {
             Path::Arc(arc) if segment.whole && arc.sweep.abs() > 0.95 * TAU => {

@@ -63,6 +63,8 @@ pub struct Cycle {
     pub p: Option<f64>,
     /// How fast it feeds.
     pub rate: Rate,
+    /// True if G89 feeds out to where it ends, as LinuxCNC's does, rather than to R.
+    pub feeds_to_clear: bool,
 }
 
 /// How far a peck stays from where it was, as in LinuxCNC (mm).
@@ -191,9 +193,12 @@ impl Cycle {
                 }
                 _ => return None,
             }
-            let feed_out = matches!(self.code, 850 | 890);
-            if feed_out {
-                go(&mut parts, &mut at, with(hole, self.r), true);
+            if matches!(self.code, 850 | 890) {
+                let level = match self.code == 890 && self.feeds_to_clear {
+                    true => self.clear(),
+                    false => self.r,
+                };
+                go(&mut parts, &mut at, with(hole, level), true);
             }
             if self.code == 860 {
                 parts.push(Part::SpindleStops);
@@ -227,6 +232,7 @@ mod tests {
             q: Some(q),
             p: None,
             rate: Rate::PerMinute(100.0),
+            feeds_to_clear: true,
         };
         let pecks = |cycle: &Cycle| {
             let parts = cycle.parts().unwrap();

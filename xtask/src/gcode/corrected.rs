@@ -81,7 +81,7 @@ pub fn check(work: &Path) -> Result<(), String> {
             let cells: Vec<f64> = row.split(',').filter_map(|c| c.parse().ok()).collect();
             let expected: Vec<f64> = (0..3).map(|i| motion.to[i] + cells[order[i]]).collect();
             // Half a digit each of what is read, what is written, and the two that are printed.
-            let digits = 1.1e-4 * motion.unit + 1e-4;
+            let digits = 2.2 * motion.digits + 1e-4;
             let arrives =
                 |m: &rs274::Motion| (0..3).all(|i| (m.to[i] - expected[i]).abs() <= digits);
             let stands = before

@@ -1,8 +1,13 @@
 //! Words that no program of the package has, beside `rs274` too.
 
-use super::{moves, rs274, same};
+use super::{moves, output, rs274, same};
+use crate::process::target;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// So many programs of all modes, offsets, arcs, cycles and rotary moves.
+const RANDOM: usize = 300;
 
 /// Offsets that share their place (G52, G92), and a tool that the program sets.
 const OFFSETS: &str = "G21 G90 F100\nG0 X1 Y2 Z3\nG52 X10 Z1\nG0 X1 Z1\nG92 Y5\nG0 X0 Y0\nG92.2\nG0 X0 Y0\nG92.3\nG0 X0 Y1\n\
@@ -47,5 +52,33 @@ pub fn check(work: &Path) -> Result<(), String> {
         count += same(ours, &rivals).map_err(|cause| format!("{name}: {cause}"))?;
     }
     println!("{count:>4} motions under G52, G92, G10 L1 and with a wrapped axis, the same");
+    random(work)
+}
+
+fn random(work: &Path) -> Result<(), String> {
+    let folder = work.join("random");
+    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let written = output(
+        Command::new(target("debug").join("examples/gcode_moves"))
+            .arg(format!("--random={RANDOM}"))
+            .arg(&folder),
+    )?;
+    if !written.is_empty() {
+        return Err(written);
+    }
+    // The stand-alone program tells an offset of a tool in its own way.
+    let tools = folder.join("random.tbl");
+    fs::write(&tools, "T1 P1 Z0\n").map_err(|e| format!("{}: {e}", tools.display()))?;
+    let paths = (0..RANDOM).map(|seed| folder.join(format!("{seed}.ngc")));
+    let paths: Vec<PathBuf> = paths.collect();
+    let ours = moves(&paths, &["--tool=1=0"])?;
+    let mut count = 0;
+    for path in &paths {
+        let name = path.display().to_string();
+        let rivals = rs274::run(path, &tools, None).map_err(|cause| format!("{name}: {cause}"))?;
+        let ours = ours.get(&name).map(Vec::as_slice).unwrap_or_default();
+        count += same(ours, &rivals).map_err(|cause| format!("{name}: {cause}"))?;
+    }
+    println!("{count:>4} motions of {RANDOM} programs that nobody wrote, the same");
     Ok(())
 }

@@ -14,8 +14,9 @@ pub struct Motion {
     pub feed: f64,
     /// Turns (negative clockwise) and centre of an arc.
     pub arc: Option<[f64; 3]>,
-    /// mm per unit of the program, whose four decimals are printed.
-    pub unit: f64,
+    /// Half of the fourth decimal that `rs274` prints (mm), of each number that a coordinate is made of: the position and
+    /// the offsets, in the unit that each was printed in.
+    pub digits: f64,
 }
 
 impl Motion {
@@ -29,7 +30,7 @@ impl Motion {
             to: numbers.get(..9)?.try_into().ok()?,
             feed: *numbers.get(9)?,
             arc: numbers.get(10..13).and_then(|a| a.try_into().ok()),
-            unit: 1.0,
+            digits: 0.0,
         })
     }
 
@@ -38,10 +39,10 @@ impl Motion {
         self.arc.is_some()
     }
 
-    /// What differs by more than the digits that are printed: half of the fourth decimal of `rs274` in each number
-    /// that a coordinate is made of, the position and an offset.
+    /// What differs by more than the digits that are printed.
     pub fn same(&self, rival: &Self) -> Result<(), String> {
-        let digits = 1.1e-4 * rival.unit;
+        // A tenth more, for our fifth decimal.
+        let digits = 1.1 * rival.digits;
         if self.kind != rival.kind {
             return Err(format!("{} and {}", self.kind, rival.kind));
         }
@@ -73,6 +74,8 @@ impl Motion {
 /// What holds between a printed coordinate and the machine.
 struct Offsets {
     unit: f64,
+    /// Those of them that are not 0 were printed in these units: `g5x`, `g92`, `tool`.
+    printed: [f64; 3],
     g5x: [f64; 9],
     g92: [f64; 9],
     tool: [f64; 9],
@@ -88,6 +91,20 @@ impl Offsets {
             let unit = if (3..6).contains(&i) { 1.0 } else { self.unit };
             (at[i] + self.g5x[i] + self.tool[i]) * unit
         })
+    }
+
+    fn set(&mut self, which: usize, to: [f64; 9]) {
+        *[&mut self.g5x, &mut self.g92, &mut self.tool][which] = to;
+        self.printed[which] = match to == [0.0; 9] {
+            true => 0.0,
+            false => self.unit,
+        };
+    }
+
+    /// Half of the digits of all numbers that a position is made of (mm).
+    fn digits(&self) -> f64 {
+        let (s, c) = self.rotation.to_radians().sin_cos();
+        0.5e-4 * (s.abs() + c.abs()) * (self.unit + self.printed.iter().sum::<f64>())
     }
 
     /// Printed lengths are in another unit from here on; those of offsets are printed anew or keep their length.
@@ -121,6 +138,7 @@ pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motio
     let said = super::output(&mut command)?;
     let mut offsets = Offsets {
         unit: 1.0,
+        printed: [0.0; 3],
         g5x: [0.0; 9],
         g92: [0.0; 9],
         tool: [0.0; 9],
@@ -160,9 +178,9 @@ pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motio
             "USE_LENGTH_UNITS" => {
                 offsets.change_unit(if inside.contains("INCH") { 25.4 } else { 1.0 });
             }
-            "SET_G5X_OFFSET" => offsets.g5x = nine(numbers.get(1..).unwrap_or_default()),
-            "SET_G92_OFFSET" => offsets.g92 = nine(&numbers),
-            "USE_TOOL_LENGTH_OFFSET" => offsets.tool = nine(&numbers),
+            "SET_G5X_OFFSET" => offsets.set(0, nine(numbers.get(1..).unwrap_or_default())),
+            "SET_G92_OFFSET" => offsets.set(1, nine(&numbers)),
+            "USE_TOOL_LENGTH_OFFSET" => offsets.set(2, nine(&numbers)),
             "SET_XY_ROTATION" => offsets.rotation = numbers.first().copied().unwrap_or_default(),
             "SET_FEED_RATE" => feed = numbers.first().copied().unwrap_or_default(),
             "SELECT_PLANE" => {
@@ -179,7 +197,7 @@ pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motio
                     to: offsets.machine(nine(&numbers)),
                     feed: if rapid { 0.0 } else { feed },
                     arc: None,
-                    unit: offsets.unit,
+                    digits: offsets.digits(),
                 });
             }
             "ARC_FEED" => {
@@ -196,7 +214,7 @@ pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motio
                     to: offsets.machine(to),
                     feed,
                     arc: Some([turns, centre[plane[0]], centre[plane[1]]]),
-                    unit: offsets.unit,
+                    digits: offsets.digits(),
                 });
             }
             _ => {}

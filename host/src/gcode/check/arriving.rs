@@ -1,11 +1,13 @@
 //! Whether a motion arrives where another one does.
 
+use super::CheckError;
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::correct::Options;
 use crate::gcode::moves::Rate;
-use crate::gcode::program::Segment;
+use crate::gcode::program::{Event, Program, Segment};
 use crate::gcode::trace::Path;
 use std::f64::consts::TAU;
+use std::io::BufRead;
 
 /// How near it must arrive: half of the last digit that is written, of all axes together (mm, degrees).
 pub(super) const NEAR: [f64; 2] = [1.5e-4, 2e-5];
@@ -44,6 +46,19 @@ const OVER_HOLE: f64 = 0.5;
 pub(super) fn over_hole(written: &Segment) -> bool {
     let by = written.path.by();
     written.in_cycle && written.rate == Rate::Rapid && by.iter().all(|by| by.abs() <= OVER_HOLE)
+}
+
+/// True if a cycle that stays one has no motion for a rapid of the program: one that goes no farther than corrections
+/// differ, up to an R that is the level already once both are corrected.
+pub(super) fn is_needless<R: BufRead>(
+    segment: &Segment,
+    after: &mut Program<'_, R>,
+) -> Result<bool, CheckError> {
+    if !over_hole(segment) {
+        return Ok(false);
+    }
+    let next = after.peek().map_err(CheckError::Corrected)?;
+    Ok(matches!(next, Some(Event::Moved(next)) if next.in_cycle && !over_hole(&next)))
 }
 
 /// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.

@@ -115,6 +115,7 @@ impl State {
             q: sticky.q,
             p: sticky.p,
             rate,
+            feeds_to_clear: asked.rules.dialect == Dialect::LinuxCnc,
         })
     }
 
