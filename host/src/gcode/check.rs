@@ -196,7 +196,7 @@ impl Check<'_> {
         // Over a hole the correction may make up for all of a short way.
         let may_be_left_out = stands || segment.in_cycle && segment.rate == Rate::Rapid;
         let is_near = may_be_left_out && near(&self.at, &end).is_none();
-        let mut is_there = is_near || is_needless(segment, after)?;
+        let mut is_there = is_near || is_needless(segment, after, &end, &self.options)?;
         // Where it ends an arc has been before, a turn ago, or nearly.
         let last_turn = match &segment.path {
             Path::Arc(arc) if segment.whole && arc.sweep.abs() > 0.95 * TAU => {

@@ -53,12 +53,18 @@ pub(super) fn over_hole(written: &Segment) -> bool {
 pub(super) fn is_needless<R: BufRead>(
     segment: &Segment,
     after: &mut Program<'_, R>,
+    end: &PerLetter,
+    options: &Options,
 ) -> Result<bool, CheckError> {
     if !over_hole(segment) {
         return Ok(false);
     }
     let next = after.peek().map_err(CheckError::Corrected)?;
-    Ok(matches!(next, Some(Event::Moved(next)) if next.in_cycle && !over_hole(&next)))
+    let Some(Event::Moved(next)) = next else {
+        return Ok(false);
+    };
+    let is_its_own = over_hole(&next) || arrives(segment, &next, &next.to(), end, options);
+    Ok(next.in_cycle && !is_its_own)
 }
 
 /// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.

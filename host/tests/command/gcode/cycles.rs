@@ -146,3 +146,23 @@ fn boring_needs_its_time_in_linuxcnc_alone() {
     let out = corrected(&Folder::new(), program, &["--dialect", "fanuc", "--check"]);
     assert!(out.contains("M5\n") && !out.contains("G4"), "{out}");
 }
+
+#[test]
+fn holes_and_levels_that_are_hardly_apart_are_accepted() {
+    let start = "G21 G90 G17 G98 F300\nG0 X100 Y100 Z245\n";
+    for series in [
+        // R is above the level by less than corrections differ, at another place.
+        "G81 X110 Z240 R244.5\nG80\nG81 X20 Z235 R245.001\nX150\nG81 X30 R245.003 Z240",
+        "G99 G81 X110 Z240 R244.5\nX20 R244.501\nX150 R244.503\nX30 R244.5",
+        // Holes half a millimetre apart, which is what corrections may differ over a hole.
+        "G85 X20 Z235 R240\nX20.5\nX20\nX20.501\nX20.002",
+        "G99 G81 X20 Z235 R240\nX20.3\nX20\nX20.3 R240.2\nX20 R240",
+    ] {
+        let program = format!("{start}{series}\nG80\nM30\n");
+        // With room for cycles that stay, and written out.
+        for tolerance in ["0.2", "0.5", "100"] {
+            let options = ["--check", "--tolerance", tolerance];
+            corrected(&Folder::new(), &program, &options);
+        }
+    }
+}
