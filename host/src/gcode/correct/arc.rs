@@ -13,6 +13,9 @@ use crate::gcode::trace::Path;
 /// Chords of more, in parts of the radius, would be another figure than an arc, and the end of one its beginning.
 const LARGEST_SAGITTA: f64 = 0.1;
 
+/// An arc under cutter compensation that is farther off is another one: in parts of the radius, and mm more.
+const OTHER: [f64; 2] = [0.1, 0.01];
+
 impl Corrector<'_> {
     /// G2, G3.
     pub(super) fn arc(
@@ -78,15 +81,20 @@ impl Corrector<'_> {
             true => None,
             false => cut::fitted(arc, &from, whole),
         };
-        let Some(shifted) = shifted else {
-            return Err(Fault::new(
+        let cannot = || {
+            Fault::new(
                 moving.span.clone(),
                 "an arc under cutter compensation that cannot stay one",
                 "write the path out without G41 and G42",
-            ));
+            )
         };
+        let shifted = shifted.ok_or_else(cannot)?;
         if self.is_offset() && !self.options.undo {
             let off = cut::off_arc(arc, &shifted, whole, limits) * limits.linear;
+            // Ends of nearly a full turn say little of its centre.
+            if off > OTHER[0] * arc.radii()[0] + OTHER[1] {
+                return Err(cannot());
+            }
             self.report.under_cutter += 1;
             self.report.under_cutter_off = self.report.under_cutter_off.max(off);
         }

@@ -305,3 +305,15 @@ fn a_word_to_pass_is_one_that_a_program_can_have() {
         refuses(START, &["--pass", word], &[&named, example]);
     }
 }
+
+#[test]
+fn nearly_a_full_turn_under_cutter_compensation_is_refused() {
+    // From where the machine stands to the corrected end: that chord says nothing of the centre.
+    for end in ["Y50.002", "Y50.01 X0.003"] {
+        refuses(
+            format!("G21 G90 G17\nG41 D1\nG2 I-3 {end} F100\nG1 X5\nM30\n"),
+            &[],
+            &["line 3", "arc under cutter compensation", "without G41"],
+        );
+    }
+}
