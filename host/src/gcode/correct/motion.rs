@@ -56,13 +56,12 @@ impl<'a> Corrector<'a> {
             Move::Cycle(cycle) => return self.cycle(given, cycle, &moving, out),
         };
         self.write_all(given, &pieces, out)?;
-        match motion {
-            // Where it stood before, it stands again.
-            Move::Straight(straight, _) if straight.comes_back => self.come_back(&moving),
-            _ => {
-                self.joined = true;
-                Ok(())
-            }
+        let comes_back = matches!(motion, Move::Straight(straight, _) if straight.comes_back);
+        // It stands where it stood, and axes have turned round since.
+        self.joined = !comes_back;
+        match comes_back {
+            true => self.come_back(&moving),
+            false => Ok(()),
         }
     }
 

@@ -305,6 +305,23 @@ fn circles_that_are_hardly_larger_than_steps_at_reversals_are_accepted() {
 }
 
 #[test]
+fn behind_a_thread_axes_have_turned_round() {
+    with_steps(0.0, AHEAD, |_, tables, rules| {
+        for (there, behind) in [
+            ("X200.5 Z-101", "G1 X150"),
+            ("Y150.5", "G1 Y170 C5"),
+            ("C1 Z-101", "G1 A-3 F22"),
+            ("X200.4 Y150.3", "G0 X150"),
+        ] {
+            let text = format!(
+                "G21 G90 G17 F900\nS100 M3\nG0 X200 Y150 Z-100 A0 C0\nG1 X200.1 Y150.1\nG33.1 {there} K1\n{behind}\nG1 X210\n"
+            );
+            checked(&text, rules, tables, Backlash::Move);
+        }
+    });
+}
+
+#[test]
 fn axes_that_turn_round_on_the_way_to_a_hole_come_back() {
     with_steps(0.0, AHEAD, |_, tables, rules| {
         let text = "G21 G90 G98 G17 F900\nG0 X200 Y150 Z-80 A0 C0\nG0 Y155\nG81 X201 Y152 Z-90 R-88\nX205\nX203 Y160\n\
