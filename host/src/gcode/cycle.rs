@@ -98,6 +98,12 @@ impl Cycle {
         }
     }
 
+    /// True if it feeds above R too, where no correction of the hole holds.
+    #[must_use]
+    pub fn feeds_above_r(&self) -> bool {
+        self.code == 890 && self.feeds_to_clear && self.clear() > self.r
+    }
+
     /// Where the holes are, at the height of `from`.
     pub fn holes(&self) -> impl Iterator<Item = PerLetter> + '_ {
         (0..self.repeat).map(|n| std::array::from_fn(|i| self.first[i] + f64::from(n) * self.by[i]))
@@ -194,7 +200,7 @@ impl Cycle {
                 _ => return None,
             }
             if matches!(self.code, 850 | 890) {
-                let level = match self.code == 890 && self.feeds_to_clear {
+                let level = match self.feeds_above_r() {
                     true => self.clear(),
                     false => self.r,
                 };

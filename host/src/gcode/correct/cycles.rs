@@ -35,7 +35,8 @@ impl Corrector<'_> {
         }
         let field = self.field();
         let constant = || self.is_constant(&field, cycle);
-        let stays = single && straight && constant().map_err(|lost| moving.lost(lost))?;
+        let keeps_hole = single && straight && !cycle.feeds_above_r();
+        let stays = keeps_hole && constant().map_err(|lost| moving.lost(lost))?;
         let in_series = self.written.cycle.is_some() || self.written_out.is_none();
         if stays && in_series && self.keeps_level(&field, cycle, moving)? {
             self.written_out = None;
