@@ -76,7 +76,9 @@ fn random(work: &Path) -> Result<(), String> {
     for path in &paths {
         let name = path.display().to_string();
         let rivals = rs274::run(path, &tools, None).map_err(|cause| format!("{name}: {cause}"))?;
-        let ours = ours.get(&name).map(Vec::as_slice).unwrap_or_default();
+        let ours = ours
+            .get(&name)
+            .ok_or_else(|| format!("{name}: nothing was said of it"))?;
         count += same(ours, &rivals).map_err(|cause| format!("{name}: {cause}"))?;
     }
     println!("{count:>4} motions of {RANDOM} programs that nobody wrote, the same");

@@ -43,8 +43,13 @@ pub fn program(random: &mut Pcg64Mcg, rules: &Rules, boxes: &Boxes, motions: usi
     };
     writer.put("G21 G90 G17 G94 G98 F1000");
     writer.put("S500 M3");
-    let [x, y, z] = [0, 1, 2].map(|axis| 0.3 * (boxes[axis][0] + boxes[axis][1]));
-    writer.put(&format!("G10 L2 P2 X{x:.3} Y{y:.3} Z{z:.3} R20"));
+    let mut second = "G10 L2 P2 R20".to_owned();
+    for axis in writer.all() {
+        let [low, high] = boxes[axis];
+        let origin = 0.3 * (low + high) + 0.1 * (high - low);
+        let _ = write!(second, " {}{origin:.3}", axes::name(axis));
+    }
+    writer.put(&second);
     writer.first();
     for _ in 1..motions {
         writer.modes();
