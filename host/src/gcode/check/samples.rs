@@ -56,6 +56,10 @@ impl Check<'_> {
                 self.joined = along.segment.rate != Rate::Rapid;
                 return Ok(true);
             }
+            if is_step && along.segment.in_cycle && written.rate == Rate::Rapid {
+                // Axes that the cycle does not move, before it goes to the place of the hole.
+                return Ok(true);
+            }
             if along.segment.rate == Rate::Rapid {
                 return Ok(false);
             }
