@@ -60,7 +60,6 @@ impl Corrector<'_> {
         }
         self.written_out = Some(cycle.code);
         self.report.cycles[1] += 1;
-        self.joined = true;
         self.write_out(given, cycle, &parts, moving, out)
     }
 

@@ -129,6 +129,9 @@ fn what_is_written_for_cycles_and_small_turns_is_accepted_whatever_becomes_of_re
         "G21 G90 G98 F200\nG81 X10 Y10 Z1 R5\nX20\nG83 X30 Z0 R4 Q1\nG99 G82 X5 Z2 R3 P0.1\nG80\nM30\n",
         // A hole where the machine stands, uncorrected.
         "G21 G90 G98 F200\nG92 X0 Y0 Z3\nG81 Z2.9 R3\nG80\nM30\n",
+        // The same, written out.
+        "G21 G90 G98 F200\nG92 X0 Y0 Z3\nG83 Z2.9 R3 Q0.2 L2\nG80\nM30\n",
+        "G21 G90 G99 F200\nG92 X0 Y0 Z3\nG18 G85 Y-0.1 R0 L2\nG80\nM30\n",
         // Turns that are hardly larger than the steps at their reversals.
         "G21 G90 G17 F300\nG2 J0.019\nG3 I-0.022\nG2 I0.1 J0.1\nM30\n",
     ] {

@@ -51,9 +51,15 @@ impl Corrector<'_> {
             let last = self.trace(&path, 0, moving)?;
             self.corrected(&last);
             let timing = self.timing(rate, &path);
-            let field = self.field();
-            let pieces = self.runs(&field, shape, &self.limits(), timing);
-            for piece in pieces.map_err(|lost| moving.lost(lost))? {
+            let (field, limits) = (self.field(), self.limits());
+            let join = match shape {
+                Shape::Feed => self.join(&self.traced.nodes[0], &limits, timing),
+                _ => None,
+            };
+            self.joined = true;
+            let pieces = self.runs(&field, shape, &limits, timing);
+            let pieces = pieces.map_err(|lost| moving.lost(lost))?;
+            for piece in join.into_iter().chain(pieces) {
                 // Motion words of the line become those of its first move.
                 let motion = self.nominal.motion.replace(Motion::Rapid);
                 let done = self.write_part(&given, &piece, first, out);
