@@ -11,7 +11,7 @@ mod spread;
 mod tool;
 mod travel;
 
-use super::axes::{COUNT, PerLetter, is_rotary, name};
+use super::axes::{COUNT, PerLetter, name};
 use super::correct::{Backlash, Options};
 use super::interpret::bits;
 use super::moves::Rate;
@@ -24,7 +24,7 @@ use super::ways::Ways;
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use arriving::{NEAR, arrives, is_needless, near, over_hole};
+use arriving::{arrives, is_needless, is_tiny, near, over_hole, stands};
 pub use found::{CheckError, Found, ToolPath};
 pub use spread::{Spread, Statistics};
 use std::f64::consts::TAU;
@@ -169,13 +169,7 @@ impl Check<'_> {
         let turns = self.axes_turn();
         self.follow(&field, segment).map_err(lost)?;
         let end = field.node(1.0, &segment.to(), &self.ways).map_err(lost)?.to;
-        let by = segment.path.by();
-        // What is shorter than the last digits of words: nothing need be written for it.
-        let stands = (0..COUNT).all(|i| by[i].abs() < NEAR[usize::from(is_rotary(i))])
-            && match &segment.path {
-                Path::Arc(arc) => arc.length() < NEAR[0],
-                Path::Line(..) => true,
-            };
+        let stands = stands(segment);
         let mut minutes = 0.0;
         let mut along = Along {
             field,
@@ -249,9 +243,7 @@ impl Check<'_> {
     /// Passes what is written only because words are rounded: it goes no farther than their last digits.
     fn pass_tiny<R: BufRead>(&mut self, after: &mut Program<'_, R>) -> Result<(), CheckError> {
         while let Some(Event::Moved(next)) = after.peek().map_err(CheckError::Corrected)? {
-            let tiny = matches!(next.path, Path::Line(..))
-                && near(&next.path.at(0.0), &next.to()).is_none();
-            if !tiny {
+            if !is_tiny(&next) {
                 break;
             }
             after.next_event().map_err(CheckError::Corrected)?;

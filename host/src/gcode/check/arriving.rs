@@ -73,3 +73,23 @@ pub(super) fn near(at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {
     let (axis, off) = off.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (off > 1.0).then(|| (axis, off * NEAR[usize::from(is_rotary(axis))]))
 }
+
+/// True if a written motion goes no farther than where it is near enough, and the last digits of its words.
+pub(super) fn is_tiny(written: &Segment) -> bool {
+    matches!(written.path, Path::Line(..)) && no_farther(&written.path, 1.5)
+}
+
+/// True if nothing need be written for a motion of the program: all that becomes tiny, as its words are rounded once
+/// more.
+pub(super) fn stands(segment: &Segment) -> bool {
+    no_farther(&segment.path, 2.5)
+        && match &segment.path {
+            Path::Arc(arc) => arc.length() < NEAR[0],
+            Path::Line(..) => true,
+        }
+}
+
+fn no_farther(path: &Path, times: f64) -> bool {
+    let by = path.by();
+    (0..COUNT).all(|i| by[i].abs() < times * NEAR[usize::from(is_rotary(i))])
+}

@@ -88,7 +88,7 @@ impl<'a> Corrector<'a> {
     }
 
     /// Modes and offsets of a line hold for its own motion: words are written as they mean them.
-    fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
+    pub(super) fn modes_first(&mut self, block: &Block) -> Result<(), Fault> {
         if !block.has_codes && block.word(b'T').is_none() {
             return Ok(());
         }

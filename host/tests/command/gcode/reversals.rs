@@ -132,6 +132,10 @@ fn what_is_written_for_cycles_and_small_turns_is_accepted_whatever_becomes_of_re
         // The same, written out.
         "G21 G90 G98 F200\nG92 X0 Y0 Z3\nG83 Z2.9 R3 Q0.2 L2\nG80\nM30\n",
         "G21 G90 G99 F200\nG92 X0 Y0 Z3\nG18 G85 Y-0.1 R0 L2\nG80\nM30\n",
+        // Modes in the line of a cycle that has a line before it.
+        "G21 G90 G98 F200\nG10 L2 P2 X200 Y150 Z-165 A0 C0.5 R0\nG91\nG81 X0 Z1 R4 G90 G55\nG80\nM30\n",
+        // Rotary axes that go back by as much as their last digits.
+        "G21 G90\nG0 C1.027\nC10\nC1.017\nC1.02702\nC1.027\nC1.017\nC1.027 X0\nM30\n",
         // Turns that are hardly larger than the steps at their reversals.
         "G21 G90 G17 F300\nG2 J0.019\nG3 I-0.022\nG2 I0.1 J0.1\nM30\n",
     ] {

@@ -18,6 +18,8 @@ type Needed = (u8, f64, usize);
 
 /// How far pecks may end from where their corrections lead, in parts of the tolerance.
 const PECKS: f64 = 0.25;
+/// What the last digits of words may make (mm).
+const WORDS: f64 = 1e-3;
 /// Most decimals of Q.
 const MOST_DECIMALS: usize = 9;
 
@@ -71,7 +73,12 @@ impl Corrector<'_> {
             _ => cycle.r + by,
         };
         let at = &self.written.position.at;
-        if cycle.axes.iter().all(|i| (at[*i] - end[*i]).abs() < 1e-3) {
+        let is_there = cycle.axes.iter().all(|i| (at[*i] - end[*i]).abs() < WORDS);
+        let is_deep = self.written.cycle.is_some_and(|written| {
+            let [r, depth] = [written.r, written.depth].map(|word| written.frame.zero + word);
+            (r - (cycle.r + by)).abs() < WORDS && (depth - node.to[n]).abs() < WORDS
+        });
+        if is_there && is_deep {
             return Ok(());
         }
         Err(Fault::new(
@@ -89,15 +96,22 @@ impl Corrector<'_> {
         to: &PerLetter,
         out: &mut Vec<u8>,
     ) -> Result<bool, Fault> {
-        let before = self.outside(cycle, to);
-        if let Some(before) = before {
-            let piece = Piece::of(Shape::Rapid, before, Timing::None);
-            let motion = self.nominal.motion.replace(Motion::Rapid);
-            let done = self.write_next(&self.with_end(given), &piece, out);
-            self.nominal.motion = motion;
-            done?;
+        let Some(before) = self.outside(cycle, to) else {
+            return Ok(false);
+        };
+        // Modes and offsets of the line do not hold before it.
+        if let Some(written) = self.before_modes.take() {
+            self.written = written;
         }
-        Ok(before.is_some())
+        let piece = Piece::of(Shape::Rapid, before, Timing::None);
+        let motion = self.nominal.motion.replace(Motion::Rapid);
+        let distance = std::mem::replace(&mut self.nominal.distance, self.written.distance);
+        let done = self.write_next(&self.with_end(given), &piece, out);
+        self.nominal.motion = motion;
+        self.nominal.distance = distance;
+        done?;
+        self.modes_first(given.block)?;
+        Ok(true)
     }
 
     /// The words of the hole, of R and of Q; `by` is the correction of the normal axis at R.
