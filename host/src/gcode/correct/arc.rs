@@ -13,6 +13,9 @@ use crate::gcode::trace::Path;
 /// Chords of more, in parts of the radius, would be another figure than an arc, and the end of one its beginning.
 const LARGEST_SAGITTA: f64 = 0.1;
 
+/// So much of a sagitta is seen at nodes, of which a chord has four, if it is largest between two of them: 1 - 1/16.
+const SEEN: f64 = 0.9375;
+
 /// An arc under cutter compensation that is farther off is another one: in parts of the radius, and mm more.
 const OTHER: [f64; 2] = [0.1, 0.01];
 
@@ -51,12 +54,13 @@ impl Corrector<'_> {
         // Chords: nodes as close as a quarter of one.
         let [r0, r1] = arc.radii();
         let sagitta = self.options.chord.min(LARGEST_SAGITTA * r0.min(r1));
-        let chord = 2.0 * (1.0 - sagitta / r0.max(r1)).acos();
+        let seen = SEEN * sagitta;
+        let chord = 2.0 * (1.0 - seen / r0.max(r1)).acos();
         let finer = (4.0 * arc.sweep.abs() / chord).ceil() as usize;
         // From the directions at its start again.
         self.ways = self.start_ways.clone();
         self.trace(&path, finer, moving)?;
-        let limits = limits.plus(sagitta);
+        let limits = limits.plus(seen);
         let pieces = self.runs(&field, Shape::Feed, &limits, timing);
         let pieces = pieces.map_err(|lost| moving.lost(lost))?;
         self.report.arcs[1] += 1;
