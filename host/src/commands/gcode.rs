@@ -15,9 +15,9 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 use trueaxis_host::compile::Progress;
-use trueaxis_host::gcode::check::{self, Exact, Found};
+use trueaxis_host::gcode::check::{self, Exact};
 use trueaxis_host::gcode::stream::{self, StreamError};
-use trueaxis_host::gcode::{self, Corrector, Report, Rules, Tables, Tip};
+use trueaxis_host::gcode::{Corrector, Report, Tables, Tip};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::validate::Runtime;
 
@@ -96,11 +96,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     };
+    let errors = match (&arguments.errors, &machine) {
+        (Some(path), Some(machine)) if arguments.check => Some(files::read_errors(path, machine)?),
+        _ => None,
+    };
+    let exact = machine.as_ref().zip(errors.as_ref());
+    let exact = exact.map(|(machine, errors)| Exact { machine, errors });
     bar.stage("MB corrected", (bytes >> 20) as usize);
     let reader = open(&arguments.program)?;
     let mut failed = None;
+    let mut bad = None;
+    let mut found = None;
     let mut seen = 0_u64;
-    let done = replace::replace_by(&arguments.output, |file| {
+    let write = |file: &mut replace::Sink<'_>| {
         let (done, written) = ahead(file, |file| {
             stream::correct(reader, file, &mut corrector, |read| {
                 if (seen + read) >> 20 != seen >> 20 {
@@ -114,8 +122,37 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             failed = Some(error);
             std::io::Error::other("the program is refused")
         })
-    });
+    };
+    // What the check cannot make sense of never gets its name.
+    let accept = |corrected: &File| {
+        if !arguments.check {
+            return Ok(());
+        }
+        let checked = open(&arguments.program).and_then(|program| {
+            let corrected = BufReader::with_capacity(1 << 18, corrected);
+            let tip = tip.as_ref();
+            check::check(program, corrected, &rules, &tables, tip, exact.as_ref(), options)
+                .map_err(|error| {
+                    BadInput::new(
+                        format!("{}: {error}", arguments.output.display()),
+                        "nothing is written; this is a mistake of trueaxis: please report it with the program",
+                    )
+                })
+        });
+        match checked {
+            Ok(checked) => found = Some(checked),
+            Err(error) => bad = Some(error),
+        }
+        match bad {
+            None => Ok(()),
+            Some(_) => Err(std::io::Error::other("the check fails")),
+        }
+    };
+    let done = replace::replace_by(&arguments.output, write, accept);
     drop(bar);
+    if let Some(error) = bad {
+        return Err(error);
+    }
     if let Some(error) = failed {
         if matches!(error, StreamError::Refused(_)) {
             computes()?;
@@ -128,18 +165,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
         )
     })?;
+    if arguments.check && found.is_none() {
+        return Err(BadInput::new(
+            format!(
+                "--check: {} cannot be read back",
+                arguments.output.display()
+            ),
+            "write into a file",
+        ));
+    }
     let report: &Report = &corrector.report;
-    let found = match arguments.check {
-        true => Some(checked(
-            arguments,
-            &rules,
-            &tables,
-            tip.as_ref(),
-            machine.as_ref(),
-            options,
-        )?),
-        false => None,
-    };
     let holds = found.as_ref().is_none_or(|found| found.holds(&options));
     let lengths = screen::Lengths::new(report, &tables, machine.as_ref());
     if let Some(warning) = lengths.warning(found.as_ref()) {
@@ -164,39 +199,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     Ok(match holds {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
-    })
-}
-
-/// Both programs read anew.
-fn checked(
-    arguments: &Arguments,
-    rules: &Rules,
-    tables: &Tables<'_>,
-    tip: Option<&Tip<'_>>,
-    machine: Option<&Machine>,
-    options: gcode::Options,
-) -> Result<Found, BadInput> {
-    let errors = match (&arguments.errors, machine) {
-        (Some(path), Some(machine)) => Some(files::read_errors(path, machine)?),
-        _ => None,
-    };
-    let exact = machine.zip(errors.as_ref());
-    let exact = exact.map(|(machine, errors)| Exact { machine, errors });
-    let [program, corrected] = [&arguments.program, &arguments.output].map(|path| open(path));
-    let found = check::check(
-        program?,
-        corrected?,
-        rules,
-        tables,
-        tip,
-        exact.as_ref(),
-        options,
-    );
-    found.map_err(|error| {
-        BadInput::new(
-            format!("{}: {error}", arguments.output.display()),
-            "do not use this program; this is a mistake of trueaxis: please report it with both programs",
-        )
     })
 }
 

@@ -20,14 +20,19 @@ const LONGEST: usize = 200;
 /// # Errors
 /// Those of the file system; also if what was written is not what is read back.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    replace_by(path, |file| file.write_all(bytes))
+    replace_by(path, |file| file.write_all(bytes), |_| Ok(()))
 }
 
-/// The same with what `write` writes, which need not be in memory as a whole.
+/// The same with what `write` writes, which need not be in memory as a whole, once `accept` has read it and accepts it.
+/// What goes into a device or a pipe cannot be read, and is not asked about.
 ///
 /// # Errors
-/// Those of `write`, too.
-pub fn replace_by(path: &Path, write: impl FnOnce(&mut Sink<'_>) -> Result<()>) -> Result<()> {
+/// Those of `write` and of `accept`, too.
+pub fn replace_by(
+    path: &Path,
+    write: impl FnOnce(&mut Sink<'_>) -> Result<()>,
+    accept: impl FnOnce(&File) -> Result<()>,
+) -> Result<()> {
     match std::fs::metadata(path) {
         Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
         // A device or a pipe cannot be replaced, and has no old content to lose.
@@ -41,6 +46,8 @@ pub fn replace_by(path: &Path, write: impl FnOnce(&mut Sink<'_>) -> Result<()>) 
     let partial = Partial::begin(&path)?;
     let done = partial
         .fill(write, &path)
+        .and_then(|()| (&partial.file).rewind())
+        .and_then(|()| accept(&partial.file))
         .and_then(|()| std::fs::rename(&partial.path, &path));
     if done.is_err() {
         // Still ours: the lock is held.

@@ -24,7 +24,7 @@ use super::ways::Ways;
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use arriving::{arrives, is_needless, is_tiny, near, over_hole, stands};
+use arriving::{arrives, is_needless, is_tiny, near_in, over_hole, stands};
 pub use found::{CheckError, Found, ToolPath};
 pub use spread::{Spread, Statistics};
 use std::f64::consts::TAU;
@@ -186,10 +186,10 @@ impl Check<'_> {
             quarters: travel::quarters(&segment.path),
             turned_until: -1.0,
         };
-        let mut in_cycle = false;
+        let (mut in_cycle, mut is_due) = (false, true);
         // Over a hole the correction may make up for all of a short way.
         let may_be_left_out = stands || segment.in_cycle && segment.rate == Rate::Rapid;
-        let is_near = may_be_left_out && near(&self.at, &end).is_none();
+        let is_near = may_be_left_out && near_in(segment.due, &self.at, &end).is_none();
         let mut is_there = is_near || is_needless(segment, after, &end, &self.options)?;
         // Where it ends an arc has been before, a turn ago, or nearly.
         let last_turn = match &segment.path {
@@ -202,7 +202,7 @@ impl Check<'_> {
             let event = after.next_event().map_err(CheckError::Corrected)?;
             let Some(Event::Moved(written)) = event else {
                 let line = segment.line;
-                return Err(match near(&self.at, &end) {
+                return Err(match near_in(segment.due, &self.at, &end) {
                     Some((axis, off)) => CheckError::Lost {
                         line,
                         axis: name(axis),
@@ -212,11 +212,17 @@ impl Check<'_> {
                 });
             };
             self.found.motions[1] += 1;
+            let due = segment.due | written.due;
+            if self.tables.axes & !due != 0 {
+                // A rapid on which axes stay uncorrected that nobody has commanded.
+                self.joined = false;
+            }
             let is_take_up = self.samples(&mut along, &written).map_err(lost)?;
             let took = written.minutes(self.rules.dialect);
             self.found.takes(1, written.rate, took);
             self.at = written.to();
             in_cycle = written.in_cycle;
+            is_due = self.tables.axes & !due == 0;
             is_there = arrives(segment, &written, &self.at, &end, &self.options)
                 && along.last_t >= last_turn;
             if is_there || !is_take_up {
@@ -225,7 +231,7 @@ impl Check<'_> {
         }
         self.pass_tiny(after)?;
         // Behind a cycle it has the correction of its bottom.
-        self.joined = !in_cycle;
+        self.joined = !in_cycle && is_due;
         if segment.rate != Rate::Rapid {
             let planned = segment.minutes(self.rules.dialect);
             self.found.takes(0, segment.rate, planned);

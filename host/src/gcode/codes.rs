@@ -193,7 +193,8 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         490 => Code::ToolLength(Length::Off),
         520 if dialect != Grbl => Code::Local,
         530 => Code::MachineCoordinates,
-        541 if dialect == Fanuc => Code::System(100),
+        // G154 is Haas's.
+        541 | 1540 if dialect == Fanuc => Code::System(100),
         540 | 550 | 560 | 570 | 580 | 590 => Code::System(tenths / 10 - 53),
         591..=593 if dialect == LinuxCnc => Code::System(tenths - 584),
         610 | 640 => Code::Neutral(Group::Path),

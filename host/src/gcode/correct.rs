@@ -18,6 +18,7 @@ use super::axes::{self, COUNT, PerLetter};
 use super::dialect::Dialect;
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
+use super::offsets::system_name;
 use super::report::Report;
 use super::state::{Rules, State};
 use super::tables::Tables;
@@ -61,6 +62,8 @@ pub struct Corrector<'a> {
     in_line: bool,
     /// How many lines `%` there are.
     percent: u64,
+    /// True behind the last one.
+    closed: bool,
     /// True where the corrected program stands at the corrected position of the program, and not elsewhere: behind what
     /// passes, or over a hole.
     joined: bool,
@@ -86,6 +89,16 @@ impl<'a> Corrector<'a> {
             return Err(format!(
                 "[axis.{0}] wrapped: Grbl turns {0} as far as words say, so take it out of the setup",
                 axes::name(axis)
+            ));
+        }
+        let mut systems = rules.setup.systems.iter();
+        if let (Some((number, _)), true) = (
+            systems.find(|(_, system)| system.rotation != 0.0),
+            rules.dialect != Dialect::LinuxCnc,
+        ) {
+            return Err(format!(
+                "[offset.{:?}] R: offsets have a rotation in LinuxCNC alone, so take it out of the setup",
+                system_name(*number)
             ));
         }
         let mut ways = Ways::new(tables, &nominal.position, &rules.setup.travel);
@@ -135,6 +148,7 @@ impl<'a> Corrector<'a> {
             written_out: None,
             in_line: false,
             percent: 0,
+            closed: false,
             joined: false,
             mark,
             is_marked: false,
@@ -194,6 +208,7 @@ impl<'a> Corrector<'a> {
         }
         self.in_line = eol.is_empty();
         if self.nominal.ended {
+            self.behind_the_end(line)?;
             out.extend_from_slice(line);
             out.extend_from_slice(eol);
             return Ok(());
@@ -214,6 +229,7 @@ impl<'a> Corrector<'a> {
             ));
         }
         self.percent += u64::from(block.percent);
+        self.closed |= block.percent && self.nominal.begun;
         match self.options.undo {
             true => self.needs_mark(&block)?,
             false => self.begin(&block, out),
@@ -221,6 +237,29 @@ impl<'a> Corrector<'a> {
         let done = self.correct_block(&block, line, eol, out);
         self.block = block;
         done
+    }
+
+    /// What stands behind the end is no program any more, but Grbl does whatever it is sent, and a file for Fanuc's
+    /// controllers may have several programs, up to its last `%`.
+    fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
+        let (cause, remedy) = match self.rules.dialect {
+            Dialect::LinuxCnc => return Ok(()),
+            Dialect::Fanuc if self.closed => return Ok(()),
+            Dialect::Fanuc => (
+                "a line behind the end of the program: another program, which would not be corrected",
+                "give each program in a file of its own",
+            ),
+            Dialect::Grbl => (
+                "a line behind the end of the program: Grbl does it as any other",
+                "take out M2, M30 or % before it, or the line",
+            ),
+        };
+        self.block.scan(line, self.rules.dialect)?;
+        self.closed |= self.block.percent;
+        match self.block.words.first() {
+            None => Ok(()),
+            Some(word) => Err(Fault::new(word.span(), cause, remedy)),
+        }
     }
 
     /// Writes the mark before the first line that may follow it.

@@ -20,7 +20,16 @@ pub struct Sticky {
     /// Q (mm).
     pub q: Option<f64>,
     /// P as written.
-    pub p: Option<f64>,
+    pub p: Option<Wait>,
+}
+
+/// A time as it is written: seconds, or milliseconds, which a point may tell apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wait {
+    /// Its number.
+    pub value: f64,
+    /// True if it has a point.
+    pub point: bool,
 }
 
 /// What numbers of a series mean along the normal of its plane.
@@ -59,8 +68,8 @@ pub struct Cycle {
     pub retract: Retract,
     /// Depth of a peck (mm).
     pub q: Option<f64>,
-    /// Seconds at the bottom, as written.
-    pub p: Option<f64>,
+    /// How long it stays at the bottom.
+    pub p: Option<Wait>,
     /// How fast it feeds.
     pub rate: Rate,
     /// True if G89 feeds out to where it ends, as LinuxCNC's does, rather than to R.
@@ -81,7 +90,7 @@ pub enum Part {
     /// Feed to here.
     Feed(PerLetter),
     /// Wait as P says.
-    Dwell(f64),
+    Dwell(Wait),
     /// The spindle stops.
     SpindleStops,
     /// It turns again, as it did before.

@@ -4,6 +4,7 @@ mod arc;
 mod asked;
 mod cycle;
 mod data;
+mod letters;
 mod modes;
 mod motion;
 mod needs;
@@ -20,6 +21,7 @@ use super::offsets::Number;
 use super::state::{Rules, State};
 use super::words::{Block, Word};
 use asked::Asked;
+pub(super) use motion::offset_in_doubt;
 pub(super) use wrapped::word_of_wrapped;
 
 /// What a line does.
@@ -70,6 +72,7 @@ impl State {
         let asked = Asked::read(block, rules)?;
         self.feed_and_tool(&asked, &mut step)?;
         self.set_modes(&asked, &mut step)?;
+        self.letters(&asked)?;
         self.do_once(&asked, &mut step)?;
         if asked.free != asked.axes
             && let Some((Code::Motion(_) | Code::Probe | Code::Threading(_), word)) = asked.motion
@@ -91,6 +94,20 @@ impl State {
         }
         step.ends = codes::ends(block, rules.dialect);
         self.ended |= step.ends;
+        Ok(step)
+    }
+}
+
+impl State {
+    /// What a line with a motion does before it: feed, tools, modes and offsets.
+    ///
+    /// # Errors
+    /// Those of the line.
+    pub fn modes(&mut self, block: &Block, rules: &Rules) -> Result<Step, Fault> {
+        let mut step = Step::default();
+        let asked = Asked::read(block, rules)?;
+        self.feed_and_tool(&asked, &mut step)?;
+        self.set_modes(&asked, &mut step)?;
         Ok(step)
     }
 }

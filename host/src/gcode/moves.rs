@@ -14,6 +14,9 @@ pub struct Straight {
     pub to: PerLetter,
     /// True if words are machine coordinates: G53.
     pub machine: bool,
+    /// Axes (bits) that are to arrive at their corrected places: all, but for a rapid those alone that the program has
+    /// commanded.
+    pub due: u16,
     /// True if the move waits for the spindle (G33, G33.1) and cannot be cut.
     pub with_spindle: bool,
     /// True if it ends where it began: G33.1.

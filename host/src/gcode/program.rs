@@ -37,6 +37,10 @@ pub struct Segment {
     pub cutter: bool,
     /// True if it is a part of a cycle.
     pub in_cycle: bool,
+    /// True if it goes above R with the feed of a cycle: the way out of a tapped hole.
+    pub above: bool,
+    /// Axes (bits) that are to arrive at their corrected places.
+    pub due: u16,
 }
 
 /// Where a program goes.
@@ -166,6 +170,11 @@ impl<'a, R: BufRead> Program<'a, R> {
                 field_length: state.field_length(self.rules, self.tables.takes_length),
                 cutter: state.under != Cutter::Off,
                 in_cycle: matches!(motion, Some(Move::Cycle(_))),
+                above: false,
+                due: match &motion {
+                    Some(Move::Straight(straight, _)) => straight.due,
+                    _ => u16::MAX,
+                },
             })
         };
         match &motion {
@@ -209,14 +218,19 @@ impl<'a, R: BufRead> Program<'a, R> {
                     None => {
                         let n = cycle.axes[2];
                         for hole in cycle.holes() {
-                            for (height, rate) in [
-                                (cycle.r, Rate::Rapid),
-                                (cycle.bottom, rate),
-                                (cycle.clear(), rate),
-                            ] {
-                                let mut to = hole;
+                            let mut to = hole;
+                            let mut along = |height: f64, rate: Rate| {
                                 to[n] = height;
-                                self.waiting.push_back(go(to, rate));
+                                go(to, rate)
+                            };
+                            let r = along(cycle.r, Rate::Rapid);
+                            let ways = [r, along(cycle.bottom, rate), along(cycle.r, rate)];
+                            self.waiting.extend(ways);
+                            if let (true, Event::Moved(out)) =
+                                (cycle.clear() > cycle.r, along(cycle.clear(), rate))
+                            {
+                                self.waiting
+                                    .push_back(Event::Moved(Segment { above: true, ..out }));
                             }
                         }
                     }

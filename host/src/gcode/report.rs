@@ -4,6 +4,9 @@ use super::axes::{COUNT, PerLetter};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// Lengths of tools that are remembered.
+const MOST_LENGTHS: usize = 100;
+
 /// Counts of what was read, written, and left as it was.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
@@ -38,6 +41,13 @@ pub struct Report {
 }
 
 impl Report {
+    /// Takes in the length (mm) of a tool.
+    pub fn used(&mut self, length: f64) {
+        if self.lengths.len() < MOST_LENGTHS {
+            self.lengths.insert((length * 1e3).round() as i64);
+        }
+    }
+
     /// Takes in a correction of a line.
     pub fn corrected(&mut self, by: &PerLetter, line: u64) {
         for (largest, by) in self.largest.iter_mut().zip(by) {

@@ -40,8 +40,14 @@ pub enum Lost {
     Home(usize),
     /// To where the probe touches.
     Probed,
+    /// G28, G30 or probing under a rotation, where a word of X or Y moves both.
+    Turned,
     /// As the maker of the machine has it.
     ToolChange,
+    /// G30 with another P than 2, on Fanuc's controllers.
+    Reference,
+    /// By another tool offset, or not: G43 and G49 without Z, on Fanuc's controllers.
+    ToolOffset,
 }
 
 /// What holds at a line.
@@ -59,12 +65,22 @@ pub struct State {
     pub feed_mode: FeedMode,
     /// The motion that axes alone go on with.
     pub motion: Option<Motion>,
+    /// What the last motion word other than a cycle was: it holds behind Fanuc's G80, whose cycles are a group of their
+    /// own.
+    pub before_cycles: Option<Motion>,
     /// Everything between words and positions.
     pub offsets: Offsets,
     /// F, as it was written.
     pub feed: Option<f64>,
     /// Where the axes are commanded to (mm, degrees); with [`Self::tip`] the tip.
     pub position: Position,
+    /// Axes (bits) that absolute words of the program have brought where they are, since it began, or since something else
+    /// moved them: the others stand where someone left them, and a word for them would drag them along.
+    pub commanded: u16,
+    /// True where Fanuc's controllers may have cancelled the tool offset, or not: behind G28, G30, G53 and M6.
+    pub offset_in_doubt: bool,
+    /// True in that dialect.
+    pub fanuc: bool,
     /// What has moved an axis to a place that is not known.
     pub lost: [Option<Lost>; COUNT],
     /// Offsets of tools that the program has set.
@@ -119,9 +135,13 @@ impl State {
             plane: usual.then_some(Plane::Xy),
             feed_mode: FeedMode::PerMinute,
             motion: None,
+            before_cycles: None,
             offsets,
             feed: None,
             position,
+            commanded: 0,
+            offset_in_doubt: false,
+            fanuc: rules.dialect == Dialect::Fanuc,
             lost: [None; COUNT],
             tools: BTreeMap::new(),
             tool: setup.tool,
@@ -143,6 +163,7 @@ impl State {
     /// An axis has gone to a place that is not known.
     pub fn lose(&mut self, axis: usize, by: Lost) {
         self.position.forget(axis);
+        self.commanded &= !(1 << axis);
         self.lost[axis] = Some(by);
     }
 

@@ -85,7 +85,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// Looks for what no line may have: parameters, expressions, O-words, and marks, before anything is interpreted.
+/// Looks for what no line may have: parameters, expressions and O-words, before anything is interpreted.
 ///
 /// # Errors
 /// The first such line.

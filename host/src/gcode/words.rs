@@ -81,6 +81,22 @@ fn transformation(line: &[u8]) -> Option<(&'static str, f64)> {
     })
 }
 
+/// Behind `;` Fanuc's controllers begin another block, others of their kin a comment.
+fn another_block(line: &[u8], at: usize) -> Result<(), Fault> {
+    let blank = |b: &&u8| matches!(b, b' ' | b'\t' | b'/');
+    let letter = at + line[at..].iter().take_while(blank).count();
+    let is_word = line.get(letter).is_some_and(u8::is_ascii_alphabetic)
+        && number_at(line, letter + 1).is_some();
+    match is_word {
+        false => Ok(()),
+        true => Err(Fault::new(
+            letter..line.len(),
+            "words behind `;`, which ends a block on some controllers and begins a comment on others",
+            "write a line for each block, and comments in brackets",
+        )),
+    }
+}
+
 /// Most words of a line.
 const MOST: usize = 100;
 
@@ -132,6 +148,9 @@ impl Block {
                 b' ' | b'\t' => at += 1,
                 b';' => {
                     self.has_text = true;
+                    if dialect == Dialect::Fanuc {
+                        another_block(line, at + 1)?;
+                    }
                     self.look_for_mark(&line[at..]);
                     break;
                 }

@@ -1,6 +1,7 @@
 //! `trueaxis gcode`: programs corrected.
 
 mod cycles;
+mod dialects;
 mod five_axes;
 mod hemisphere;
 mod programs;

@@ -3,6 +3,7 @@
 use super::CheckError;
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::correct::Options;
+use crate::gcode::interpret::bits;
 use crate::gcode::moves::Rate;
 use crate::gcode::program::{Event, Program, Segment};
 use crate::gcode::trace::Path;
@@ -28,13 +29,16 @@ pub(super) fn arrives(
             true => [options.tolerance + NEAR[0], NEAR[1]],
             false => NEAR,
         };
-        return (0..COUNT).all(|i| (at[i] - end[i]).abs() <= allowed[usize::from(is_rotary(i))]);
+        let mut due = bits(segment.due | written.due);
+        return due.all(|i| (at[i] - end[i]).abs() <= allowed[usize::from(is_rotary(i))]);
     }
     let allowed = match segment.rate {
         Rate::Rapid => OVER_HOLE,
+        _ if segment.above => OVER_HOLE,
         _ => options.tolerance + 2.0 * NEAR[0],
     };
     (segment.rate == Rate::Rapid) == (written.rate == Rate::Rapid)
+        && segment.above == written.above
         && (0..COUNT).all(|i| (at[i] - end[i]).abs() <= allowed)
 }
 
@@ -69,7 +73,12 @@ pub(super) fn is_needless<R: BufRead>(
 
 /// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.
 pub(super) fn near(at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {
-    let off = (0..COUNT).map(|i| (i, (at[i] - end[i]).abs() / NEAR[usize::from(is_rotary(i))]));
+    near_in(u16::MAX, at, end)
+}
+
+/// The same of some axes (bits).
+pub(super) fn near_in(due: u16, at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {
+    let off = bits(due).map(|i| (i, (at[i] - end[i]).abs() / NEAR[usize::from(is_rotary(i))]));
     let (axis, off) = off.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (off > 1.0).then(|| (axis, off * NEAR[usize::from(is_rotary(axis))]))
 }
@@ -84,7 +93,7 @@ pub(super) fn is_tiny(written: &Segment) -> bool {
 pub(super) fn stands(segment: &Segment) -> bool {
     no_farther(&segment.path, 2.5)
         && match &segment.path {
-            Path::Arc(arc) => arc.length() < NEAR[0],
+            Path::Arc(arc) => arc.length() < 2.5 * NEAR[0],
             Path::Line(..) => true,
         }
 }

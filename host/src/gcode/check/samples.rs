@@ -2,7 +2,7 @@
 
 use super::arriving::{near, over_hole};
 use super::{Along, Check};
-use crate::gcode::axes::{PerLetter, is_rotary};
+use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
 use crate::gcode::program::Segment;
 use crate::gcode::trace::{Lost, Node, Path};
@@ -17,8 +17,14 @@ const BEYOND: f64 = 0.01;
 const FARTHER: f64 = 1.3;
 /// So often is a part of the way halved until no more than one axis turns round in it.
 const HALVINGS: u32 = 16;
-/// A step at a reversal, or onto the corrected path, is shorter (mm and degrees).
+/// A step at a reversal is shorter (mm and degrees).
 const STEP: f64 = 0.2;
+/// A step that goes no farther along the path, in parts of its length, is one.
+const SURELY: f64 = 0.1;
+/// A part of the tolerance.
+const ALONG: f64 = 0.2;
+/// Corrections are smaller (mm and degrees, of all axes together).
+const LARGEST: f64 = 5.0;
 /// Samples of a segment, at most, if no turn of it has less.
 const SAMPLES: usize = 200;
 /// Samples of a turn, at least: which turn a place belongs to is told by the one before.
@@ -48,7 +54,7 @@ impl Check<'_> {
         }
         if !self.joined && !written.in_cycle {
             // From where the machine stands, uncorrected, to the corrected path, or to a corrected end.
-            let is_step = matches!(written.path, Path::Line(..)) && length < STEP;
+            let is_step = matches!(written.path, Path::Line(..)) && length < LARGEST;
             let begin = along
                 .field
                 .node(0.0, &along.segment.path.at(0.0), &along.travel)?;
@@ -98,6 +104,7 @@ impl Check<'_> {
         let from = self.part(along, &written.path.at(0.0), &along.travel)?;
         let mut turned = along.travel.clone();
         let (mut beyond, mut ahead, mut last) = (BEYOND, from, from);
+        let mut first: Option<(f64, Ways, f64)> = None;
         while ahead < 1.0 {
             ahead = (from + beyond / whole).min(1.0);
             let before = turned.travel;
@@ -115,15 +122,45 @@ impl Check<'_> {
             let end = written.path.at(1.0);
             let to = self.part(along, &end, &turned)?;
             let there = along.field.node(to, &path.at(to), &turned)?;
-            if (to - from).abs() * whole <= 0.5 * length + NOWHERE
-                && near(&end, &there.to).is_none()
-            {
-                along.travel = turned;
-                along.turned_until = ahead;
-                return Ok(true);
+            let gone = (to - from).abs() * whole;
+            let is_there = near(&end, &there.to).is_none()
+                || near(&end, &self.abreast(path, to, &there.to, &end)).is_none();
+            if gone > 0.5 * length + NOWHERE || !is_there {
+                continue;
+            }
+            match &first {
+                // Of those that turn later, too, all of the step may be one of theirs, none of it the way.
+                Some((by, ..)) if gone > 0.1 * by => {}
+                _ => first = Some((gone, turned.clone(), ahead)),
+            }
+            if gone <= SURELY * length {
+                break;
             }
         }
-        Ok(false)
+        let Some((_, turned, ahead)) = first else {
+            return Ok(false);
+        };
+        along.travel = turned;
+        along.turned_until = ahead;
+        Ok(true)
+    }
+
+    /// A corrected place, moved along the path to where it is next to another one, by a part of the tolerance at most:
+    /// the part of the way at which that belongs is known to the last digits of words.
+    fn abreast(&self, path: &Path, t: f64, there: &PerLetter, at: &PerLetter) -> PerLetter {
+        let (low, high) = ((t - 1e-6).max(0.0), (t + 1e-6).min(1.0));
+        let (low, high) = (path.at(low), path.at(high));
+        let (mut dot, mut square) = (0.0, 0.0);
+        for i in 0..COUNT {
+            let way = high[i] - low[i];
+            dot += way * (at[i] - there[i]);
+            square += way * way;
+        }
+        let by = if square > 0.0 { dot / square } else { 0.0 };
+        if by.abs() * square.sqrt() > ALONG * self.options.tolerance {
+            return *there;
+        }
+        std::array::from_fn(|i| there[i] + by * (high[i] - low[i]))
     }
 
     /// Directions at a part of the way, or before it such that no more than one axis has turned round: steps of several
@@ -195,7 +232,7 @@ impl Check<'_> {
             }
         }
         let segment = along.segment;
-        if written.in_cycle && segment.rate == Rate::Rapid {
+        if written.in_cycle && (segment.rate == Rate::Rapid || segment.above) {
             return Ok(());
         }
         let (mut linear, mut rotary) = (0.0, 0.0_f64);

@@ -31,10 +31,11 @@ impl Corrector<'_> {
         if self.options.undo && single && straight {
             let mut hole = cycle.first;
             hole[cycle.axes[2]] = cycle.bottom;
-            self.go_back(&hole, moving)?;
+            self.go_back(&hole, 0, moving)?;
         }
         let field = self.field();
-        let constant = || self.is_constant(&field, cycle);
+        // A correction is taken away from cycles that stayed ones, whatever the tolerance was.
+        let constant = || Ok(self.options.undo || self.is_constant(&field, cycle)?);
         let keeps_hole = single && straight && !cycle.feeds_above_r();
         let stays = keeps_hole && constant().map_err(|lost| moving.lost(lost))?;
         let in_series = self.written.cycle.is_some() || self.written_out.is_none();

@@ -72,7 +72,7 @@ impl Moving {
 }
 
 /// The bytes of a line to be pointed at: its words.
-pub(super) fn span_of(block: &Block) -> Range<usize> {
+pub(in crate::gcode::correct) fn span_of(block: &Block) -> Range<usize> {
     let is_axis = |w: &&Word| axes::index(w.letter).is_some();
     let first = block.words.iter().find(is_axis);
     first

@@ -3,7 +3,7 @@
 use super::given::{Given, Moving, span_of};
 use super::piece::{Piece, Shape, Timing};
 use super::{Backlash, Corrector};
-use crate::gcode::axes::{self, PerLetter, is_rotary};
+use crate::gcode::axes::{PerLetter, is_rotary};
 use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::cut::Limits;
 use crate::gcode::fault::Fault;
@@ -28,7 +28,7 @@ impl<'a> Corrector<'a> {
         // Words of linear axes are added where only others are commanded.
         self.nominal.needs_units(moving.span.clone())?;
         if let Some(length) = moving.length {
-            self.report.lengths.insert((length * 1e3).round() as i64);
+            self.report.used(length);
         }
         if let (true, Some(length)) = (self.tables.takes_length, moving.length) {
             let [low, high] = self.tables.lengths;
@@ -46,7 +46,7 @@ impl<'a> Corrector<'a> {
         self.modes_first(given.block)?;
         if let Move::Straight(straight, rate) = motion
             && self.options.undo
-            && self.is_step_of_reversal(straight, &moving)?
+            && self.is_step_of_reversal(straight, *rate, &moving)?
         {
             return self.stands(given, straight, *rate, out);
         }
@@ -57,8 +57,10 @@ impl<'a> Corrector<'a> {
         };
         self.write_all(given, &pieces, out)?;
         let comes_back = matches!(motion, Move::Straight(straight, _) if straight.comes_back);
-        // It stands where it stood, and axes have turned round since.
-        self.joined = !comes_back;
+        let holds =
+            matches!(motion, Move::Straight(straight, rate) if self.held(straight, *rate) != 0);
+        // It stands where it stood, and axes have turned round since; or some are not corrected yet.
+        self.joined = !comes_back && !holds;
         match comes_back {
             true => self.come_back(&moving),
             false => Ok(()),
@@ -69,7 +71,7 @@ impl<'a> Corrector<'a> {
     fn come_back(&mut self, moving: &Moving) -> Result<(), Fault> {
         let at = self.nominal.position.at;
         if self.options.undo {
-            return self.go_back(&at, moving);
+            return self.go_back(&at, 0, moving);
         }
         if self.axes_turn() {
             let q = self.field().axes(&at);
@@ -105,19 +107,8 @@ impl<'a> Corrector<'a> {
         if !block.words.iter().any(|w| changes(&w)) {
             return Ok(());
         }
-        let mut modes = Block::default();
-        let stays = |word: &&Word| {
-            let moves = axes::index(word.letter).is_some() || b"IJKR".contains(&word.letter);
-            !moves && !is_motion(word)
-        };
-        block
-            .words
-            .iter()
-            .filter(stays)
-            .for_each(|word| modes.push(*word));
         let mut state = self.written.clone();
-        state.step(&modes, self.rules)?;
-        state.ended = false;
+        state.modes(block, self.rules)?;
         self.before_modes = Some(std::mem::replace(&mut self.written, state));
         Ok(())
     }
@@ -157,7 +148,7 @@ impl<'a> Corrector<'a> {
         self.start_ways = self.ways.clone();
         if self.options.undo {
             // Axes of a corrected program turn round between its moves.
-            self.go_back(&path.at(1.0), moving)?;
+            self.go_back(&path.at(1.0), 0, moving)?;
             field.keeps_directions = true;
         } else if !self.axes_turn() {
             field.keeps_directions = true;
@@ -177,12 +168,24 @@ impl<'a> Corrector<'a> {
         self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
     }
 
-    /// The directions in which the axes of a corrected program have come to a position.
-    pub(super) fn go_back(&mut self, to: &PerLetter, moving: &Moving) -> Result<(), Fault> {
+    /// The directions in which the axes of a corrected program have come to a position; those that are held (bits) have
+    /// not moved.
+    pub(super) fn go_back(
+        &mut self,
+        to: &PerLetter,
+        held: u16,
+        moving: &Moving,
+    ) -> Result<(), Fault> {
         let field = self.field();
         if self.axes_turn() {
-            let at = |ways: &Ways| field.node(1.0, to, ways).map(|node| node.moved);
-            let done = self.ways.come_by(self.tables, at);
+            let at = |ways: &Ways| {
+                let mut node = field.node(1.0, to, ways)?;
+                self.hold(held, &mut node);
+                Ok(node.moved)
+            };
+            let mut ways = self.ways.clone();
+            let done = ways.come_by(self.tables, at);
+            self.ways = ways;
             done.map_err(|lost| moving.lost(lost))?;
         }
         match self.ways.missing(self.tables) {

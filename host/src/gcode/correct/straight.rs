@@ -6,6 +6,7 @@ use super::{Backlash, Corrector};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cut::{self, Limits};
 use crate::gcode::fault::Fault;
+use crate::gcode::interpret::bits;
 use crate::gcode::modal::Cutter;
 use crate::gcode::moves::{Rate, Straight};
 use crate::gcode::trace::{Node, Path};
@@ -26,10 +27,11 @@ impl Corrector<'_> {
             _ => Shape::Feed,
         };
         let to = straight.to;
+        let held = self.held(straight, rate);
         let path = Path::Line(straight.from.at, to);
         if self.options.undo {
-            self.go_back(&to, moving)?;
-            let node = self.end(&to, moving)?;
+            self.go_back(&to, held, moving)?;
+            let node = self.end(&to, held, moving)?;
             return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
         }
         if straight.from.missing(self.tables.axes).is_some() {
@@ -42,19 +44,24 @@ impl Corrector<'_> {
             if let Some(axis) = self.ways.missing(self.tables) {
                 return Err(moving.direction_unknown(axis));
             }
-            let node = self.end(&to, moving)?;
+            let node = self.end(&to, held, moving)?;
             return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
         }
         if straight.from.at == to {
             // Nothing moves, and no axis turns.
-            let node = self.end(&to, moving)?;
+            let node = self.end(&to, held, moving)?;
             return Ok(vec![Piece::of(shape, node.to, Timing::None)]);
         }
         if self.goes_on_without_cut(straight) {
-            let node = self.end(&to, moving)?;
+            let node = self.end(&to, held, moving)?;
             return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
         }
-        let last = self.trace(&path, 0, moving)?;
+        let mut last = self.trace(&path, 0, moving)?;
+        let mut nodes = std::mem::take(&mut self.traced.nodes);
+        for node in nodes.iter_mut().chain([&mut last]) {
+            self.hold(held, node);
+        }
+        self.traced.nodes = nodes;
         self.corrected(&last);
         let field = self.field();
         field.reaches(&last).map_err(|lost| moving.lost(lost))?;
@@ -126,11 +133,36 @@ impl Corrector<'_> {
         true
     }
 
+    /// Axes (bits) that stay where they are during a rapid, without a word: those that neither the program has commanded
+    /// yet nor this one has. Nobody knows where they stand when it runs.
+    pub(super) fn held(&self, straight: &Straight, rate: Rate) -> u16 {
+        let written = if straight.machine {
+            0
+        } else {
+            self.written.commanded
+        };
+        match rate {
+            Rate::Rapid if !straight.with_spindle => self.tables.axes & !(straight.due | written),
+            _ => 0,
+        }
+    }
+
+    /// Axes that are held stay where they are.
+    pub(super) fn hold(&self, held: u16, node: &mut Node) {
+        for axis in bits(held) {
+            node.to[axis] = self.written.position.at[axis];
+            if !self.nominal.tip {
+                node.moved[axis] = node.to[axis];
+            }
+        }
+    }
+
     /// The corrected end of a motion, by the directions that hold.
-    fn end(&mut self, to: &PerLetter, moving: &Moving) -> Result<Node, Fault> {
+    fn end(&mut self, to: &PerLetter, held: u16, moving: &Moving) -> Result<Node, Fault> {
         let field = self.field();
         let node = field.node(1.0, to, &self.ways);
-        let node = node.map_err(|lost| moving.lost(lost))?;
+        let mut node = node.map_err(|lost| moving.lost(lost))?;
+        self.hold(held, &mut node);
         field.reaches(&node).map_err(|lost| moving.lost(lost))?;
         self.corrected(&node);
         Ok(node)

@@ -22,8 +22,10 @@ impl Corrector<'_> {
     pub(super) fn is_step_of_reversal(
         &mut self,
         straight: &Straight,
+        rate: Rate,
         moving: &Moving,
     ) -> Result<bool, Fault> {
+        let held = self.held(straight, rate);
         let here = self.written.position;
         let apart = self.options.backlash.is_apart() && self.axes_turn() && !self.is_offset();
         let unknown = here
@@ -38,12 +40,15 @@ impl Corrector<'_> {
         }
         let field = self.field();
         let stands = |ways: &Ways| {
-            let node = field.node(1.0, to, ways)?;
+            let mut node = field.node(1.0, to, ways)?;
+            self.hold(held, &mut node);
             let near =
                 |i: usize| (node.to[i] - here.at[i]).abs() <= STANDS[usize::from(is_rotary(i))];
             Ok((0..COUNT).all(near).then_some(node.moved))
         };
-        let turned = self.ways.turn_by(self.tables, stands);
+        let mut ways = self.ways.clone();
+        let turned = ways.turn_by(self.tables, stands);
+        self.ways = ways;
         turned.map_err(|lost| moving.lost(lost))
     }
 

@@ -113,7 +113,11 @@ impl Corrector<'_> {
     /// What the controller makes of a line that is written: it must lead where it was meant to.
     pub(super) fn follow(&mut self, text: &[u8], to: Option<&PerLetter>) -> Result<(), Fault> {
         let longest = self.rules.dialect.longest_line();
-        if text.len() > longest {
+        let length = match self.rules.dialect {
+            Dialect::Grbl => stored(text),
+            _ => text.len(),
+        };
+        if length > longest {
             return Err(Fault::new(
                 0..0,
                 format!(
@@ -152,6 +156,18 @@ impl Corrector<'_> {
 pub(super) fn is_machine(block: &Block, dialect: Dialect) -> bool {
     let is_g53 = |word: &Word| codes::code(word, dialect) == Some(Code::MachineCoordinates);
     block.has_codes && block.words.iter().any(is_g53)
+}
+
+/// Bytes of a line that Grbl keeps: neither spaces nor comments.
+fn stored(text: &[u8]) -> usize {
+    let mut in_comment = false;
+    let kept = text.iter().take_while(|b| **b != b';').filter(|b| {
+        in_comment |= **b == b'(';
+        let keeps = !in_comment && !b.is_ascii_whitespace();
+        in_comment &= **b != b')';
+        keeps
+    });
+    kept.count()
 }
 
 fn is_after(word: &Word, dialect: Dialect) -> bool {

@@ -4,13 +4,20 @@ use super::needs::axis_span;
 use super::{Asked, whole};
 use crate::gcode::arc::{Arc, centre_by_radius};
 use crate::gcode::axes::{COUNT, PerLetter};
+use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::{Distance, Plane};
+use crate::gcode::modal::{Distance, Plane, Units};
 use crate::gcode::state::State;
 use crate::gcode::words::Word;
 
 /// Least radius (mm): of less, the last digits of words and the steps at reversals are a part that counts.
 const LEAST_RADIUS: f64 = 1e-2;
+/// What LinuxCNC allows the radius at the end of an arc to be another (mm), in programs in mm and in inches: words may
+/// have two decimals, or three.
+const SPIRAL: [f64; 2] = [
+    0.02 * std::f64::consts::SQRT_2,
+    0.0508 * std::f64::consts::SQRT_2,
+];
 /// Most turns of a line.
 const MOST_TURNS: u32 = 1000;
 
@@ -53,7 +60,10 @@ impl State {
         let to = self.target(asked, asked.free, false)?.at;
         // The letters I, J, K belong to X, Y, Z.
         let letters = plane.map(|axis| b"IJK"[axis]);
-        if let Some(word) = asked.word(letters[2]) {
+        let no_matter = asked.rules.dialect != Dialect::LinuxCnc;
+        if let Some(word) = asked.word(letters[2])
+            && !(no_matter && word.value == 0.0)
+        {
             return Err(Fault::new(
                 word.span(),
                 "a centre along the normal of the plane",
@@ -106,7 +116,12 @@ impl State {
         let arc = Arc::new(from, to, plane, centre, clockwise, turns);
         let [r0, r1] = arc.radii();
         let off = (r0 - r1).abs();
-        let fits = off <= 0.5 && (off <= 0.005 || off <= 1e-3 * r0.max(r1));
+        let allowed = match (asked.rules.dialect, self.units) {
+            (Dialect::LinuxCnc, Some(Units::Inch)) => SPIRAL[1],
+            (Dialect::LinuxCnc, _) => SPIRAL[0],
+            (Dialect::Grbl | Dialect::Fanuc, _) => 0.005,
+        };
+        let fits = off <= 0.5 && (off <= allowed || off <= 1e-3 * r0.max(r1));
         let span = given.or(radius).map_or(0..asked.block.end, Word::span);
         if fits && r0.min(r1) < LEAST_RADIUS {
             return Err(Fault::new(

@@ -19,6 +19,8 @@ pub(super) struct Asked<'l> {
     pub motion: Option<(Code, &'l Word)>,
     /// Group 0.
     pub once: Option<(Code, &'l Word)>,
+    /// G80 where cycles are a group of their own.
+    pub cancels: Option<&'l Word>,
     /// G53.
     pub machine_coordinates: Option<&'l Word>,
     /// G20, G21.
@@ -27,6 +29,8 @@ pub(super) struct Asked<'l> {
     pub axes: u16,
     /// Those that are left for the motion.
     pub free: u16,
+    /// True if a word is passed although nobody knows it: letters may belong to it.
+    pub passes: bool,
 }
 
 impl<'l> Asked<'l> {
@@ -38,15 +42,21 @@ impl<'l> Asked<'l> {
             rules,
             motion: None,
             once: None,
+            cancels: None,
             machine_coordinates: None,
             units: None,
             axes: axis_words(block),
             free: 0,
+            passes: false,
         };
         if block.has_codes {
             asked.look_at_g()?;
+            asked.passes |= block.words.iter().any(|word| {
+                word.letter == b'M'
+                    && codes::machine(word, rules.dialect).is_none()
+                    && is_passed(word, rules)
+            });
         }
-        asked.look_at_letters()?;
         if !asked.takes_axes() {
             asked.free = asked.axes;
         }
@@ -73,10 +83,12 @@ impl<'l> Asked<'l> {
 
     /// True if a word other than one of motion takes the axes.
     fn takes_axes(&self) -> bool {
-        let once = matches!(
-            self.once,
-            Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _))
-        );
+        let once = match self.once {
+            Some((Code::Data | Code::Home(_) | Code::Shift(_) | Code::Local, _)) => true,
+            // Its time may be X.
+            Some((Code::Dwell, _)) => self.rules.dialect == Dialect::Fanuc,
+            _ => false,
+        };
         let of_words = |word: &Word| self.code(word) == Some(Code::ToolLength(Length::OfWords));
         once || (self.block.has_codes && self.block.words.iter().any(of_words))
     }
@@ -86,6 +98,7 @@ impl<'l> Asked<'l> {
         for word in self.block.words.iter().filter(|w| w.letter == b'G') {
             let Some(code) = self.code(word) else {
                 if is_passed(word, self.rules) {
+                    self.passes = true;
                     if self.axes == 0 {
                         continue;
                     }
@@ -95,11 +108,20 @@ impl<'l> Asked<'l> {
                         "write two lines",
                     ));
                 }
-                return Err(unknown(word, unknown_g(word), &remedy_g(word)));
+                let dialect = self.rules.dialect;
+                return Err(unknown(
+                    word,
+                    unknown_g(word, dialect),
+                    &remedy_g(word, dialect),
+                ));
             };
             // G53 stands beside others of its group in LinuxCNC's order: it is none of what takes axes.
             if code == Code::MachineCoordinates {
                 self.machine_coordinates = Some(word);
+                continue;
+            }
+            if code == Code::NoMotion && self.rules.dialect == Dialect::Fanuc {
+                self.cancels = Some(word);
                 continue;
             }
             let bit = 1 << code.group() as u32;
@@ -123,35 +145,6 @@ impl<'l> Asked<'l> {
         }
         Ok(())
     }
-
-    /// Letters that mean something here.
-    fn look_at_letters(&self) -> Result<(), Fault> {
-        let rules = self.rules;
-        for word in &self.block.words {
-            let is_axis = axes::index(word.letter).is_some();
-            if !is_axis && !b"GMNFSTHDPQRLIJKEO".contains(&word.letter) {
-                return Err(unknown(
-                    word,
-                    "no word that is known",
-                    "write axes, G, M, F, S, T, D, H, I, J, K, L, P, Q, R or N",
-                ));
-            }
-            let needs_point = rules.dialect == Dialect::Fanuc
-                && !rules.least_increments
-                && !word.point
-                && word.value != 0.0
-                && (is_axis || b"IJKRQ".contains(&word.letter));
-            if needs_point {
-                return Err(Fault::new(
-                    word.span(),
-                    "a length without a decimal point: Fanuc controllers take it for mm or for least \
-                     increments, as a parameter says",
-                    "write a decimal point, or say --least-increment if such words count 1 µm",
-                ));
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The axes that have words, a bit each.
@@ -169,8 +162,9 @@ pub(super) fn is_passed(word: &Word, rules: &Rules) -> bool {
         .any(|passed| passed.eq_ignore_ascii_case(&name))
 }
 
-fn unknown_g(word: &Word) -> &'static str {
+fn unknown_g(word: &Word, dialect: Dialect) -> &'static str {
     match word.tenths() {
+        tenths if is_look_ahead(tenths, dialect) => "no G word that is known in this dialect",
         Some(50..=59) => "splines (G5) are not corrected",
         Some(70 | 80) => "lathes (G7, G8) are not corrected",
         Some(650 | 660..=669) => "macro calls (G65, G66) compute",
@@ -187,8 +181,13 @@ fn unknown_g(word: &Word) -> &'static str {
     }
 }
 
-fn remedy_g(word: &Word) -> String {
-    match word.tenths() {
+/// G5, G5.1 and G8 are how far Fanuc's controllers look ahead, splines and lathes elsewhere.
+fn is_look_ahead(tenths: Option<u16>, dialect: Dialect) -> bool {
+    dialect == Dialect::Fanuc && matches!(tenths, Some(50 | 51 | 80))
+}
+
+fn remedy_g(word: &Word, dialect: Dialect) -> String {
+    match word.tenths().filter(|t| !is_look_ahead(Some(*t), dialect)) {
         Some(
             50..=59
             | 70

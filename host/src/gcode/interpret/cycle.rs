@@ -3,7 +3,7 @@
 use super::needs::axis_span;
 use super::{Asked, bits, whole};
 use crate::gcode::axes::{self, COUNT};
-use crate::gcode::cycle::{Cycle, Frame, Sticky};
+use crate::gcode::cycle::{Cycle, Frame, Sticky, Wait};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::{Distance, FeedMode, Retract};
@@ -53,17 +53,7 @@ impl State {
         let frame = self.frame_of_series(asked, n, relative, retract)?;
         let sticky = self.sticky(asked, code, frame)?;
         let rate = self.rate_of_cycle(asked)?;
-        let repeat = match asked.word(b'L') {
-            Some(word) => whole(word)?,
-            None => 1,
-        };
-        if repeat == 0 || repeat > 10_000 {
-            return Err(Fault::new(
-                asked.word(b'L').map_or(0..block.end, Word::span),
-                "a cycle that is done never or too often",
-                "write L1 to L10000",
-            ));
-        }
+        let repeat = repeats(asked)?;
         let first = self.target(asked, asked.free & !(1 << n), false)?.at;
         let (r, bottom, by);
         if relative {
@@ -184,7 +174,10 @@ impl State {
         let depth = length(letter, before.map(|c| c.depth))?;
         let depth = depth.ok_or_else(|| lacking(&format!("{}, its depth", char::from(letter))))?;
         let q = length(b'Q', before.and_then(|c| c.q))?;
-        let p = asked.word(b'P').map(|w| w.value);
+        let p = asked.word(b'P').map(|w| Wait {
+            value: w.value,
+            point: w.point,
+        });
         let p = p.or(before.and_then(|c| c.p));
         if matches!(code, 730 | 830) && q.is_none_or(|q| q <= 0.0) {
             return Err(lacking("Q, the depth of a peck, which is positive"));
@@ -204,5 +197,35 @@ impl State {
             q,
             p,
         })
+    }
+}
+
+/// How often a cycle is done: L, or Fanuc's K.
+fn repeats(asked: &Asked<'_>) -> Result<u32, Fault> {
+    let word = match (asked.word(b'L'), asked.word(b'K')) {
+        (None, None) => return Ok(1),
+        (Some(_), Some(word)) => {
+            return Err(Fault::new(
+                word.span(),
+                "a second word in the line of how often a cycle is done",
+                "write K or L",
+            ));
+        }
+        (None, Some(word)) if word.point => {
+            return Err(Fault::new(
+                word.span(),
+                "a cycle with a K that is a length",
+                "write the cycle with one depth of its pecks, Q; how often it is done is a K without point",
+            ));
+        }
+        (Some(word), None) | (None, Some(word)) => word,
+    };
+    match whole(word)? {
+        times @ 1..=10_000 => Ok(times),
+        _ => Err(Fault::new(
+            word.span(),
+            "a cycle that is done never or too often",
+            "write 1 to 10000 behind L, or K",
+        )),
     }
 }

@@ -5,8 +5,9 @@ use super::{Asked, Step, unknown, whole};
 use crate::gcode::codes::{self, Code, Length, Machine};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::{FLAT, Fault, Kind};
-use crate::gcode::modal::FeedMode;
-use crate::gcode::state::{Rules, State};
+use crate::gcode::modal::{Distance, FeedMode, Motion};
+use crate::gcode::offsets::Number;
+use crate::gcode::state::{Lost, Rules, State};
 use crate::gcode::words::Word;
 
 impl State {
@@ -113,6 +114,15 @@ impl State {
             }
             self.units = Some(units);
         }
+        if let Some(word) = asked.cancels {
+            self.cancel_cycles(asked, word)?;
+        }
+        let fanuc = asked.rules.dialect == Dialect::Fanuc;
+        // In doubt it may be cancelled already: then cancelling moves nothing.
+        let tool_before = match self.offset_in_doubt {
+            true => 0.0,
+            false => self.offsets.tool[2],
+        };
         for word in asked.coded() {
             let Some(code) = asked.code(word) else {
                 continue;
@@ -131,15 +141,11 @@ impl State {
                     step.tip = (!self.tip).then_some(true);
                 }
                 Code::System(100) => {
-                    let p = asked.word(b'P').map(whole).transpose()?;
-                    let p = p.filter(|p| (1..=300).contains(p)).ok_or_else(|| {
-                        Fault::new(
-                            word.span(),
-                            "G54.1 without P1 to P300",
-                            "write the P of the system",
-                        )
-                    })?;
-                    self.offsets.select(100 + p as u16);
+                    self.offsets.select(further_system(asked, word)?);
+                }
+                // G54 P is G54.1 P.
+                Code::System(1) if fanuc && asked.word(b'P').is_some() => {
+                    self.offsets.select(further_system(asked, word)?);
                 }
                 Code::System(number) => self.offsets.select(number),
                 Code::Distance(distance) => self.distance = Some(distance),
@@ -147,15 +153,55 @@ impl State {
                 Code::Retract(retract) => self.retract = Some(retract),
                 _ => {}
             }
-            if asked.rules.dialect == Dialect::Fanuc
-                && code == Code::ToolLength(Length::Off)
-                && self.tip
-            {
+            if fanuc && code == Code::ToolLength(Length::Off) && self.tip {
                 step.tip = Some(false);
             }
         }
+        self.may_move(asked, tool_before, step);
         Ok(())
     }
+}
+
+impl State {
+    /// G80 where cycles are a group of their own: what held before them holds again.
+    fn cancel_cycles(&mut self, asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
+        if let Some((Code::Motion(Motion::Cycle(_)), _)) = asked.motion {
+            return Err(Fault::new(
+                word.span(),
+                "G80 and a cycle in one line",
+                "write two lines",
+            ));
+        }
+        self.cycle = None;
+        if let Some(Motion::Cycle(_)) = self.motion {
+            self.motion = self.before_cycles;
+        }
+        Ok(())
+    }
+
+    /// Another tool offset in a line without an absolute Z moves some of Fanuc's kin by it, and others not.
+    fn may_move(&mut self, asked: &Asked<'_>, before: f64, step: &mut Step) {
+        let moves = asked.rules.dialect == Dialect::Fanuc
+            && self.offsets.tool[2] != before
+            && (asked.word(b'Z').is_none() || self.distance != Some(Distance::Absolute));
+        if moves && !self.tip {
+            self.lose(2, Lost::ToolOffset);
+            step.passed = Some("G43 and G49 without Z");
+        }
+    }
+}
+
+/// The number of the system of G54.1 P.
+fn further_system(asked: &Asked<'_>, word: &Word) -> Result<Number, Fault> {
+    let p = asked.word(b'P').map(whole).transpose()?;
+    let p = p.filter(|p| (1..=300).contains(p)).ok_or_else(|| {
+        Fault::new(
+            word.span(),
+            "G54.1 without P1 to P300",
+            "write the P of the system",
+        )
+    })?;
+    Ok(100 + p as Number)
 }
 
 fn unknown_m(word: &Word) -> Fault {

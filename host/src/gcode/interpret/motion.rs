@@ -40,6 +40,7 @@ impl State {
                 asked.machine_coordinates.map_or(Ok(()), alone)?;
                 self.not_with_tip(word)?;
                 bits(asked.free).for_each(|axis| self.lose(axis, Lost::Probed));
+                self.lose_turned(asked.free);
                 step.passed = Some("probing");
                 self.motion = None;
                 return Ok(());
@@ -57,6 +58,9 @@ impl State {
                 self.cycle = None;
             }
             self.motion = Some(motion);
+            if !matches!(motion, Motion::Cycle(_)) {
+                self.before_cycles = Some(motion);
+            }
         }
         let is_arc = matches!(motion, Some(Motion::Clockwise | Motion::Counterclockwise));
         let has_centre = is_arc && b"IJKR".iter().any(|l| asked.word(*l).is_some());
@@ -79,19 +83,49 @@ impl State {
                 let rate = self.rate(asked)?;
                 let arc = self.arc(asked, motion == Motion::Clockwise)?;
                 self.position.at = arc.to;
+                self.command(asked.free, false);
                 Move::Arc(arc, rate)
             }
             Motion::Cycle(code) => {
                 let cycle = self.canned(asked, code)?;
                 self.position.at = cycle.to();
+                self.command(1 << cycle.axes[2] | asked.free, false);
                 Move::Cycle(Box::new(cycle))
             }
         });
         Ok(())
     }
 
+    /// Words of these axes (bits) have been done.
+    fn command(&mut self, words: u16, machine: bool) {
+        if machine {
+            // A way out of the way: what holds behind it, the program says again.
+            self.commanded &= !words;
+            self.doubt_offset(words);
+        } else if self.distance == Some(Distance::Absolute) {
+            let both = self.offsets.is_turned() && words & 0b11 != 0;
+            self.commanded |= words | if both { 0b11 } else { 0 };
+        }
+    }
+
+    /// Axes (bits) that a rapid with these words is to bring to their corrected places.
+    fn due(&self, words: u16, machine: bool) -> u16 {
+        match self.distance {
+            _ if machine => words,
+            Some(Distance::Absolute) => self.commanded | words,
+            // Increments drag nothing along.
+            _ => u16::MAX,
+        }
+    }
+
+    /// Fanuc's controllers cancel the tool offset of an axis that goes home or in machine coordinates, for that motion
+    /// or for good.
+    pub(super) fn doubt_offset(&mut self, axes: u16) {
+        self.offset_in_doubt |= axes & 0b100 != 0 && self.offsets.tool[2] != 0.0 && self.fanuc;
+    }
+
     /// The motion that words of axes go on with.
-    fn motion_of(&self, asked: &Asked<'_>) -> Option<Motion> {
+    pub(super) fn motion_of(&self, asked: &Asked<'_>) -> Option<Motion> {
         match asked.motion {
             Some((Code::Motion(motion), _)) => Some(motion),
             Some(_) => None,
@@ -132,10 +166,16 @@ impl State {
             return Err(self.missing(asked, axis));
         }
         self.position = to;
+        self.command(asked.free, machine);
+        let due = match motion {
+            Motion::Rapid => self.due(asked.free, machine),
+            _ => all,
+        };
         let straight = Straight {
             from,
             to: to.at,
             machine,
+            due,
             with_spindle: false,
             comes_back: false,
         };
@@ -160,11 +200,13 @@ impl State {
             from,
             to: to.at,
             machine: false,
+            due: asked.rules.axes,
             with_spindle: true,
             comes_back: tenths == 331,
         };
         self.motion = None;
         self.cycle = None;
+        self.command(asked.free, false);
         if !straight.comes_back {
             self.position = to;
         }
@@ -197,6 +239,10 @@ impl State {
         }
         let relative = self.needs_distance(asked.block)? == Distance::Incremental;
         self.needs_system(first)?;
+        if words & 0b100 != 0 && self.offset_in_doubt {
+            let word = asked.word(b'Z').unwrap_or(first);
+            return Err(offset_in_doubt(word.span()));
+        }
         let turned = self.offsets.is_turned() && words & 0b11 != 0;
         if turned {
             // A word of X moves both, so both must be known unless both are given.
@@ -255,6 +301,15 @@ impl State {
             FeedMode::PerRevolution => Rate::PerRevolution(feed),
         })
     }
+}
+
+/// A place along Z that depends on the controller.
+pub(in crate::gcode) fn offset_in_doubt(span: std::ops::Range<usize>) -> Fault {
+    Fault::new(
+        span,
+        "Z behind G28, G30, G53 or M6: whether the tool offset of G43 still holds depends on the controller",
+        "write G43 with H, or G49, before Z moves again",
+    )
 }
 
 /// G53 with what it does not hold with.

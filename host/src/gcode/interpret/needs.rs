@@ -57,6 +57,19 @@ impl State {
                 Some("probing"),
                 format!("move {letter} to a known place first: G0 {letter}…, or G53 G0 {letter}…"),
             ),
+            Some(Lost::Turned) => (
+                Some("G28, G30 or probing under a rotation"),
+                format!("move {letter} to a known place first: G53 G0 {letter}…"),
+            ),
+            Some(Lost::Reference) => (
+                Some("G30 to another point than its second"),
+                format!("move {letter} to a known place first: G0 {letter}…, or G53 G0 {letter}…"),
+            ),
+            Some(Lost::ToolOffset) => (
+                Some("G43 or G49 without an absolute Z"),
+                "write Z in that line, under G90: some controllers move by the offset there, others do not"
+                    .to_owned(),
+            ),
             Some(Lost::ToolChange) => (
                 Some("a tool change"),
                 format!(

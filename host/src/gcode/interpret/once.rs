@@ -1,7 +1,7 @@
 //! Words that hold in their line only: going home, G92, G52.
 
 use super::{Asked, Step, bits, unknown};
-use crate::gcode::axes::COUNT;
+use crate::gcode::axes::{self, COUNT};
 use crate::gcode::codes::Code;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
@@ -15,6 +15,7 @@ impl State {
             return Ok(());
         };
         match code {
+            Code::Dwell => dwell(asked, word)?,
             Code::Data => self.set_data(asked, word, step)?,
             Code::Home(home) => self.go_home(asked, word, home, step)?,
             Code::StoreHome(home) => {
@@ -55,15 +56,31 @@ impl State {
             0 => asked.rules.axes,
             axes => axes & asked.rules.axes,
         };
-        let to = self.homes[home];
+        // Fanuc's G30 has a second, a third and a fourth point.
+        let is_other = asked.word(b'P').is_some_and(|p| p.value != 2.0);
+        let (to, lost) = match is_other {
+            true => (None, Lost::Reference),
+            false => (self.homes[home], Lost::Home(home)),
+        };
         for axis in bits(moved) {
             match to.filter(|to| to.knows(axis)) {
                 Some(to) => self.position.set(axis, to.at[axis]),
-                None => self.lose(axis, Lost::Home(home)),
+                None => self.lose(axis, lost),
             }
         }
+        self.commanded &= !moved;
+        self.doubt_offset(moved);
+        self.lose_turned(asked.axes);
         step.passed = Some("G28 and G30");
         Ok(())
+    }
+
+    /// Behind a motion of these axes (bits) that is not corrected: under a rotation a word of X or Y moves both.
+    pub(super) fn lose_turned(&mut self, axes: u16) {
+        if self.offsets.is_turned() && axes & 0b11 != 0 {
+            self.lose(0, Lost::Turned);
+            self.lose(1, Lost::Turned);
+        }
     }
 
     /// G92.
@@ -130,4 +147,20 @@ impl State {
             &format!("take {other} back before it"),
         ))
     }
+}
+
+/// G4: on Fanuc's controllers X or U is its time, no axis.
+fn dwell(asked: &Asked<'_>, word: &Word) -> Result<(), Fault> {
+    if asked.rules.dialect != Dialect::Fanuc {
+        return Ok(());
+    }
+    let times = b"XUP".iter().filter(|l| asked.word(**l).is_some()).count();
+    if times == 1 && bits(asked.axes).all(|axis| matches!(axes::LETTERS[axis], b'X' | b'U')) {
+        return Ok(());
+    }
+    Err(Fault::new(
+        word.span(),
+        "G4 waits for X, U or P, one of them alone",
+        "write one time, and axes in another line",
+    ))
 }

@@ -21,6 +21,9 @@ impl State {
         // Without any T before, which tool it takes is not known.
         self.tool = self.next_tool;
         self.length = None;
+        // By hand, or a program of the maker: who knows where it stands then.
+        self.commanded = 0;
+        self.doubt_offset(asked.rules.axes);
         match rules.setup.tool_change {
             Some(to) => {
                 for axis in bits(to.known & rules.axes) {
@@ -57,6 +60,7 @@ impl State {
             // The end of tool-centre-point control too: words are axis positions from here on.
             Length::Off if asked.rules.dialect == Dialect::Fanuc => {
                 self.offsets.tool = [0.0; COUNT];
+                self.offset_in_doubt = false;
             }
             Length::Off => self.set_tool_offset(word, [0.0; COUNT], self.length)?,
             Length::OfWords => {
@@ -82,6 +86,20 @@ impl State {
                         "write H, or give the setup the tool in the spindle: [start] tool = …",
                     ));
                 };
+                // Fanuc's H0 is no offset; LinuxCNC's the tool in the spindle, or none.
+                match (number, asked.rules.dialect) {
+                    (0, Dialect::Fanuc) => {
+                        return self.set_tool_offset(word, [0.0; COUNT], self.length);
+                    }
+                    (0, _) => {
+                        return Err(Fault::new(
+                            word.span(),
+                            "H0: that is the tool in the spindle, or none, as the tool changer is",
+                            "write the number of the tool, or G49",
+                        ));
+                    }
+                    _ => {}
+                }
                 let Some(offset) = self.tool_offset(number, asked.rules) else {
                     return Err(Fault::new(
                         word.span(),
@@ -121,6 +139,7 @@ impl State {
             ));
         }
         self.offsets.tool = offset;
+        self.offset_in_doubt = false;
         self.length = length;
         Ok(())
     }

@@ -101,17 +101,8 @@ impl Field<'_> {
             }
             if self.tip.is_some() {
                 // The axes follow in curves: a part for every degree of the rotary ones, at least.
-                way = if is_rotary(i) {
-                    way.max(way / 1.0 * spacing[i].min(1.0))
-                } else {
-                    way
-                };
-                parts += way
-                    / if is_rotary(i) {
-                        spacing[i].min(1.0)
-                    } else {
-                        spacing[i].min(50.0)
-                    };
+                let most = if is_rotary(i) { 1.0 } else { 50.0 };
+                parts += way / spacing[i].min(most);
             } else {
                 parts = parts.max(way / spacing[i]);
             }

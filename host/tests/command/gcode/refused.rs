@@ -31,7 +31,10 @@ fn bad_programs_are_refused_by_line_and_word() {
             &["line 3", "R3", "radius does not fit"],
         ),
         ("G2 X20 Y10 F100", &["line 3", "without a centre"]),
-        ("G4 P1 G2 X10 I5 F100", &["line 3", "G4", "two lines"]),
+        (
+            "G4 P1 G2 X10 I5 F100",
+            &["line 3", "P1", "two others", "two lines"],
+        ),
         ("/G0 X5", &["line 3", "--block-delete"]),
         ("G0 X5 X6", &["line 3", "X6", "second word X"]),
         ("G0 X", &["line 3", "without a number"]),

@@ -180,16 +180,15 @@ impl Corrector<'_> {
                 });
             }
         }
-        let mut add = |letter: u8, value: f64, decimals: usize| {
+        let mut add = |letter: u8, value: f64, decimals: usize, point: bool| {
             edits.replace(place..place, |to| {
                 to.extend_from_slice(&[b' ', letter]);
-                // P counts, or is seconds: Fanuc's has no point.
-                number::write(to, value, decimals, 0, point && letter != b'P');
+                number::write(to, value, decimals, 0, point);
             });
         };
         for ((letter, value, decimals), done) in needed.iter().zip(done) {
             if !done {
-                add(*letter, *value, *decimals);
+                add(*letter, *value, *decimals, point);
             }
         }
         let lacks = |letter: u8| block.word(letter).is_none();
@@ -199,16 +198,16 @@ impl Corrector<'_> {
         if let (true, Some(q)) = (lacks(b'Q'), q)
             && before.is_none_or(|before| (q - before).abs() > 1e-9)
         {
-            add(b'Q', q, MOST_DECIMALS);
+            add(b'Q', q, MOST_DECIMALS, point);
         }
         if let (true, Some(p), None) = (lacks(b'P'), cycle.p, series) {
-            add(b'P', p, 6);
+            add(b'P', p.value, 6, p.point);
         }
         if let Some(feed) = self.nominal.feed
             && lacks(b'F')
             && self.written.feed != Some(feed)
         {
-            add(b'F', feed, 6);
+            add(b'F', feed, 6, point);
         }
         let is_cycle = |word: &Word| {
             let code = codes::code(word, self.rules.dialect);

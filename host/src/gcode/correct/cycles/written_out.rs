@@ -29,7 +29,7 @@ impl Corrector<'_> {
             let (shape, rate, to) = match part {
                 Part::Dwell(p) => {
                     let mut wait = b"G4 P".to_vec();
-                    number::write(&mut wait, *p, 6, 0, false);
+                    number::write(&mut wait, p.value, 6, 0, p.point);
                     self.write_between(&given, &wait, out)?;
                     continue;
                 }
@@ -110,7 +110,7 @@ impl Corrector<'_> {
             piece,
             wanted: 0,
             gone: u16::MAX,
-            without: b"RQPL",
+            without: b"RQPLK",
             without_after: given.step.after,
         };
         self.write_first(given, &change, out)?;

@@ -5,11 +5,12 @@ use crate::gcode::arc::Arc;
 use crate::gcode::axes::{self, COUNT, PerLetter, is_rotary};
 use crate::gcode::correct::Corrector;
 use crate::gcode::correct::feed::same_feed;
+use crate::gcode::correct::given::span_of;
 use crate::gcode::correct::piece::{Piece, Shape};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::edit::Edits;
 use crate::gcode::fault::Fault;
-use crate::gcode::interpret::{bits, word_of_wrapped};
+use crate::gcode::interpret::{bits, offset_in_doubt, word_of_wrapped};
 use crate::gcode::modal::{Distance, Motion, Units};
 use crate::gcode::moves::Rate;
 use crate::gcode::number;
@@ -143,6 +144,9 @@ impl Corrector<'_> {
             let known = at.knows(axis);
             if wanted & (1 << axis) == 0 && known && by.abs() < finest {
                 continue;
+            }
+            if axis == 2 && !machine && self.written.offset_in_doubt {
+                return Err(offset_in_doubt(span_of(block)));
             }
             if !relative && !machine && known && self.rules.setup.wrapped[axis] == Some(true) {
                 if by.abs() < finest {
