@@ -65,6 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         fits(machine, compensation, path)?;
     }
     let tip = machine.as_ref().map(Tip::new);
+    let no_tip = tip.as_ref().and_then(|tip| tip.as_ref().err().cloned());
     let tip = match (tip, arguments.tcp) {
         (Some(Err(cause)), true) => {
             return Err(BadInput::new(
@@ -77,6 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let mut rules = arguments.rules(arguments.read_setup()?, &tables);
     rules.has_machine = tip.is_some();
+    rules.no_tip = no_tip;
     rules.machine = compensation.machine().to_owned();
     let bar = Bar::new();
     let bytes = std::fs::metadata(&arguments.program).map_or(0, |m| m.len());

@@ -186,7 +186,7 @@ impl Check<'_> {
             quarters: travel::quarters(&segment.path),
             turned_until: -1.0,
         };
-        let (mut in_cycle, mut is_due) = (false, true);
+        let mut joined = self.joined || self.tables.axes & !segment.due == 0;
         // Over a hole the correction may make up for all of a short way.
         let may_be_left_out = stands || segment.in_cycle && segment.rate == Rate::Rapid;
         let is_near = may_be_left_out && near_in(segment.due, &self.at, &end).is_none();
@@ -221,8 +221,8 @@ impl Check<'_> {
             let took = written.minutes(self.rules.dialect);
             self.found.takes(1, written.rate, took);
             self.at = written.to();
-            in_cycle = written.in_cycle;
-            is_due = self.tables.axes & !due == 0;
+            // Behind a cycle it has the correction of its bottom.
+            joined = !written.in_cycle && self.tables.axes & !due == 0;
             is_there = arrives(segment, &written, &self.at, &end, &self.options)
                 && along.last_t >= last_turn;
             if is_there || !is_take_up {
@@ -230,8 +230,7 @@ impl Check<'_> {
             }
         }
         self.pass_tiny(after)?;
-        // Behind a cycle it has the correction of its bottom.
-        self.joined = !in_cycle && is_due;
+        self.joined = joined;
         if segment.rate != Rate::Rapid {
             let planned = segment.minutes(self.rules.dialect);
             self.found.takes(0, segment.rate, planned);

@@ -199,7 +199,9 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         591..=593 if dialect == LinuxCnc => Code::System(tenths - 584),
         610 | 640 => Code::Neutral(Group::Path),
         611 if dialect == LinuxCnc => Code::Neutral(Group::Path),
-        690 if dialect == Fanuc => Code::Neutral(Group::Turn),
+        // What ends scaling, mirrors, polar coordinates, modal macros and rotations, none of which may have begun.
+        150 | 500 | 501 | 670 | 690 if dialect != Grbl => Code::Neutral(Group::Turn),
+        90 if dialect == Fanuc => Code::Neutral(Group::Path),
         730 | 810 | 820 | 830 | 840 | 850 | 860 | 890 if dialect != Grbl => {
             Code::Motion(Motion::Cycle(tenths))
         }
@@ -208,7 +210,7 @@ pub fn g(tenths: u16, dialect: Dialect) -> Option<Code> {
         900 => Code::Distance(Distance::Absolute),
         910 => Code::Distance(Distance::Incremental),
         901 if dialect == LinuxCnc => Code::ArcDistance(Distance::Absolute),
-        911 if dialect != Fanuc => Code::ArcDistance(Distance::Incremental),
+        911 => Code::ArcDistance(Distance::Incremental),
         920 => Code::Shift(0),
         921 => Code::Shift(1),
         922 | 923 if dialect == LinuxCnc => Code::Shift((tenths - 920) as u8),

@@ -13,6 +13,8 @@ pub struct Sticky {
     pub initial: f64,
     /// In what the words of the series are.
     pub frame: Frame,
+    /// True if R and the depth are increments.
+    pub relative: bool,
     /// R and depth as written (mm).
     pub r: f64,
     /// The word of the normal axis.

@@ -14,6 +14,7 @@ mod wrapped;
 
 use super::axes::COUNT;
 use super::codes::{self, Code, Machine};
+use super::dialect::Dialect;
 use super::fault::{Fault, Kind};
 use super::modal::Cutter;
 use super::moves::Move;
@@ -74,7 +75,11 @@ impl State {
         self.set_modes(&asked, &mut step)?;
         self.letters(&asked)?;
         self.do_once(&asked, &mut step)?;
+        let goes_home = matches!(asked.once, Some((Code::Home(_), _)));
+        let fanuc = rules.dialect == Dialect::Fanuc;
+        let is_mode = fanuc && goes_home && asked.cuts_or_positions();
         if asked.free != asked.axes
+            && !is_mode
             && let Some((Code::Motion(_) | Code::Probe | Code::Threading(_), word)) = asked.motion
         {
             return Err(Fault::new(

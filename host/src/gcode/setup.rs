@@ -34,6 +34,8 @@ pub struct Setup {
     pub g92_stored: Option<PerLetter>,
     /// Offset of each tool; that of Z is its length.
     pub tools: BTreeMap<u32, PerLetter>,
+    /// Lengths of tools (mm) whose offsets are others: those of tools that were touched off.
+    pub lengths: BTreeMap<u32, f64>,
     /// Where G28 and G30 go.
     pub homes: [Option<Position>; 2],
     /// Where M6 goes, of each axis that it moves.
@@ -73,6 +75,7 @@ struct Start {
 #[serde(deny_unknown_fields)]
 struct Tool {
     length: Spanned<f64>,
+    offset: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -168,7 +171,14 @@ impl Setup {
                 FileError::at(name.span(), "no number of a tool", "here", "write [tool.1]")
             })?;
             let mut offset = [0.0; COUNT];
-            offset[2] = finite(&tool.length)? * units.mm();
+            let length = finite(&tool.length)? * units.mm();
+            offset[2] = match &tool.offset {
+                None => length,
+                Some(offset) => {
+                    setup.lengths.insert(number, length);
+                    finite(offset)? * units.mm()
+                }
+            };
             setup.tools.insert(number, offset);
         }
         for (name, letters) in &file.home {

@@ -31,6 +31,8 @@ pub struct Rules {
     pub machine: String,
     /// True if there is a machine to turn workpiece coordinates into positions.
     pub has_machine: bool,
+    /// Why the machine that is given does not.
+    pub no_tip: Option<String>,
 }
 
 /// A motion to a place that is not known.
@@ -183,8 +185,16 @@ impl State {
         let of_spindle = || {
             let tool = self.tool?;
             let offset = self.tools.get(&tool).or_else(|| setup.tools.get(&tool))?;
-            Some(offset[2])
+            length_of_tool(setup, tool, offset)
         };
         self.length.or_else(of_spindle)
     }
+}
+
+/// Length (mm) of a tool, by its number and its offset: an offset that is not positive, as of tools that were touched
+/// off, is no length.
+#[must_use]
+pub fn length_of_tool(setup: &Setup, tool: u32, offset: &PerLetter) -> Option<f64> {
+    let length = setup.lengths.get(&tool).copied();
+    length.or_else(|| Some(offset[2]).filter(|l| *l > 0.0))
 }

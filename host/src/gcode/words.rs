@@ -197,10 +197,12 @@ impl Block {
         }
         let is_flow = letter == b'O' && dialect != Dialect::Fanuc;
         if is_flow || (letter == b'O' && line.get(number) == Some(&b'<')) {
-            return Err(
-                Fault::new(start..line.len(), "an O-word: the program computes", FLAT)
-                    .kind(Kind::Flow),
-            );
+            return Err(Fault::new(
+                start..line.len(),
+                "an O-word: the program computes, or it has a number, as Fanuc's have",
+                format!("{FLAT}; if it is a number, say --dialect fanuc, or take it out"),
+            )
+            .kind(Kind::Flow));
         }
         if letter == b'T'
             && self.words.len() < MOST

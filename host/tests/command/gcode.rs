@@ -228,9 +228,9 @@ fn words_that_are_named_are_passed_and_pass_nothing_else() {
     );
     assert!(out.contains("\nG187 P1\n"));
     refuses(
-        "G21 G90\nG68 X0 Y0 R5\nM30\n",
-        &["--pass", "G68"],
-        &["line 2", "G68", "what they mean is not known"],
+        "G21 G90\nG187 X0\nM30\n",
+        &["--pass", "G187"],
+        &["line 2", "G187", "what they mean is not known"],
     );
 }
 

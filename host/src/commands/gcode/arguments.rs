@@ -224,7 +224,8 @@ impl Arguments {
             least_increments: self.least_increment,
             tip: self.tcp,
             machine: String::new(),
-            has_machine: self.machine.is_some(),
+            has_machine: false,
+            no_tip: None,
         }
     }
 

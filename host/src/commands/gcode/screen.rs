@@ -185,7 +185,7 @@ pub fn report(file: &Path, report: &Report) -> String {
     if decimals[1] > decimals[0] {
         let _ = writeln!(
             text,
-            "words have up to {} decimals for {}: the tolerance needs them",
+            "words have up to {} decimals, in the program up to {}: the tolerance needs them",
             decimals[1], decimals[0]
         );
     }

@@ -6,6 +6,9 @@ use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
 
+/// mm, degrees.
+const NOTHING: f64 = 1e-9;
+
 impl Corrector<'_> {
     /// The unit of the program in mm.
     pub(super) fn unit(&self) -> f64 {
@@ -20,7 +23,10 @@ impl Corrector<'_> {
 
     /// What a motion takes.
     pub(super) fn timing(&self, rate: Rate, path: &Path) -> Timing {
-        let by = path.by();
+        // What f64 loses is no motion.
+        let by = path
+            .by()
+            .map(|by| if by.abs() < NOTHING { 0.0 } else { by });
         let straight = self.in_program(&by);
         let length = match path {
             Path::Line(..) => self.rules.dialect.length(&straight),
@@ -31,6 +37,7 @@ impl Corrector<'_> {
         };
         let minutes = match rate {
             Rate::Rapid => return Timing::None,
+            _ if length == 0.0 => return Timing::None,
             Rate::PerMinute(f) | Rate::PerRevolution(f) => length / f,
             Rate::Inverse(f) => 1.0 / f,
         };
@@ -47,7 +54,7 @@ impl Corrector<'_> {
         let by: PerLetter = std::array::from_fn(|i| {
             let by = to[i] - self.written.position.at[i];
             // Rounding in the last place of f64 is no motion.
-            if by.abs() < 1e-9 { 0.0 } else { by }
+            if by.abs() < NOTHING { 0.0 } else { by }
         });
         let by = self.in_program(&by);
         match piece.timing {

@@ -47,8 +47,13 @@ impl Corrector<'_> {
             let node = self.end(&to, held, moving)?;
             return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
         }
-        if straight.from.at == to {
+        let by: PerLetter = std::array::from_fn(|i| to[i] - straight.from.at[i]);
+        if by.iter().all(|by| by.abs() < 1e-9) {
             // Nothing moves, and no axis turns.
+            if self.joined {
+                let stands = self.written.position.at;
+                return Ok(vec![Piece::of(shape, stands, Timing::None)]);
+            }
             let node = self.end(&to, held, moving)?;
             return Ok(vec![Piece::of(shape, node.to, Timing::None)]);
         }

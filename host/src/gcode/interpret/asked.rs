@@ -5,7 +5,7 @@ use crate::gcode::axes;
 use crate::gcode::codes::{self, Code, Group, Length};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
-use crate::gcode::modal::Units;
+use crate::gcode::modal::{Motion, Units};
 use crate::gcode::state::Rules;
 use crate::gcode::words::{Block, Word};
 
@@ -51,6 +51,10 @@ impl<'l> Asked<'l> {
         };
         if block.has_codes {
             asked.look_at_g()?;
+            if rules.dialect == Dialect::LinuxCnc && asked.motion.is_none() {
+                // No other motion holds then.
+                asked.motion = asked.cancels.take().map(|word| (Code::NoMotion, word));
+            }
             asked.passes |= block.words.iter().any(|word| {
                 word.letter == b'M'
                     && codes::machine(word, rules.dialect).is_none()
@@ -81,6 +85,14 @@ impl<'l> Asked<'l> {
         codes::code(word, self.rules.dialect)
     }
 
+    /// True with G0 or G1.
+    pub fn cuts_or_positions(&self) -> bool {
+        matches!(
+            self.motion,
+            Some((Code::Motion(Motion::Rapid | Motion::Feed), _))
+        )
+    }
+
     /// True if a word other than one of motion takes the axes.
     fn takes_axes(&self) -> bool {
         let once = match self.once {
@@ -97,7 +109,7 @@ impl<'l> Asked<'l> {
         let mut groups = 0_u32;
         for word in self.block.words.iter().filter(|w| w.letter == b'G') {
             let Some(code) = self.code(word) else {
-                if is_passed(word, self.rules) {
+                if is_passed(word, self.rules) && !moves(word) {
                     self.passes = true;
                     if self.axes == 0 {
                         continue;
@@ -120,7 +132,7 @@ impl<'l> Asked<'l> {
                 self.machine_coordinates = Some(word);
                 continue;
             }
-            if code == Code::NoMotion && self.rules.dialect == Dialect::Fanuc {
+            if code == Code::NoMotion && self.rules.dialect != Dialect::Grbl {
                 self.cancels = Some(word);
                 continue;
             }
@@ -174,9 +186,14 @@ fn unknown_g(word: &Word, dialect: Dialect) -> &'static str {
             "scaled and mirrored coordinates (G50, G51) are not followed"
         }
         Some(680..=689) => "rotated coordinates (G68) are not followed",
-        Some(700 | 710) => "finishing and roughing cycles of lathes (G70, G71) are not corrected",
+        Some(700 | 710) => {
+            "finishing and roughing cycles of lathes (G70, G71), elsewhere inches and mm: write G20 or G21"
+        }
         Some(870 | 880) => "cycles with a stopped spindle (G87, G88) are not corrected",
-        Some(760) => "threading cycles of lathes (G76) are not corrected",
+        Some(760) => "threading cycles of lathes, or fine boring (G76), are not corrected",
+        _ if moves(word) => {
+            "a G word that moves the machine or changes coordinates, and is not followed"
+        }
         _ => "no G word that is known in this dialect",
     }
 }
@@ -184,6 +201,33 @@ fn unknown_g(word: &Word, dialect: Dialect) -> &'static str {
 /// G5, G5.1 and G8 are how far Fanuc's controllers look ahead, splines and lathes elsewhere.
 fn is_look_ahead(tenths: Option<u16>, dialect: Dialect) -> bool {
     dialect == Dialect::Fanuc && matches!(tenths, Some(50 | 51 | 80))
+}
+
+/// Words that are no one's to pass: pockets (G12, G13), skipping (G31), a negative offset (G44), scaling (G51), one
+/// direction (G60), rotations (G68), boring (G76), further offsets and planes (G110 to G129, G150, G234, G254).
+fn moves(word: &Word) -> bool {
+    matches!(
+        word.tenths(),
+        Some(
+            71
+            | 120..=139
+            | 310..=319
+            | 440
+            | 510
+            | 511
+            | 600
+            | 680..=689
+            | 700
+            | 710
+            | 760
+            | 870
+            | 880
+            | 1100..=1299
+            | 1500
+            | 2340
+            | 2540,
+        )
+    )
 }
 
 fn remedy_g(word: &Word, dialect: Dialect) -> String {
@@ -206,6 +250,9 @@ fn remedy_g(word: &Word, dialect: Dialect) -> String {
             | 760,
         ) => "write the program out with G0 to G3, or use the compensation in the controller"
             .to_owned(),
+        tenths if tenths.is_some() && moves(word) => {
+            "write the program out with G0 to G3 and G54 to G59".to_owned()
+        }
         _ => format!(
             "check --dialect; if it moves nothing and changes no coordinates, pass it with --pass G{}",
             word.value

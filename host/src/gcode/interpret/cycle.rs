@@ -51,7 +51,10 @@ impl State {
             )
         })?;
         let frame = self.frame_of_series(asked, n, relative, retract)?;
-        let sticky = self.sticky(asked, code, frame)?;
+        let mut sticky = self.sticky(asked, code, frame, relative)?;
+        if asked.rules.dialect == Dialect::Fanuc {
+            self.keep_levels(asked, &mut sticky);
+        }
         let rate = self.rate_of_cycle(asked)?;
         let repeat = repeats(asked)?;
         let first = self.target(asked, asked.free & !(1 << n), false)?.at;
@@ -153,8 +156,43 @@ impl State {
         }
     }
 
+    /// Fanuc's R and depth of a line before are levels, which stay where they are if G90 becomes G91, or the reverse.
+    fn keep_levels(&self, asked: &Asked<'_>, sticky: &mut Sticky) {
+        let Some(before) = self.cycle.filter(|c| c.code == sticky.code) else {
+            return;
+        };
+        if before.relative == sticky.relative {
+            return;
+        }
+        // An increment of R counts from the level before the series, one of the depth from R.
+        let height = |relative: bool, from: f64, word: f64| match relative {
+            true => from + word,
+            false => sticky.frame.zero + word,
+        };
+        let word = |from: f64, height: f64| match sticky.relative {
+            true => height - from,
+            false => height - sticky.frame.zero,
+        };
+        let r_before = height(before.relative, before.initial, before.r);
+        let mut r = sticky.r;
+        if asked.word(b'R').is_none() {
+            r = word(sticky.initial, r_before);
+        }
+        if asked.word(axes::LETTERS[sticky.frame.normal]).is_none() {
+            let depth = height(before.relative, r_before, before.depth);
+            sticky.depth = word(height(sticky.relative, sticky.initial, r), depth);
+        }
+        sticky.r = r;
+    }
+
     /// The words of a cycle: those of the line, otherwise those of the line before in its series.
-    fn sticky(&self, asked: &Asked<'_>, code: u16, frame: Frame) -> Result<Sticky, Fault> {
+    fn sticky(
+        &self,
+        asked: &Asked<'_>,
+        code: u16,
+        frame: Frame,
+        relative: bool,
+    ) -> Result<Sticky, Fault> {
         let normal = frame.normal;
         let before = self.cycle.filter(|c| c.code == code);
         let initial = self.cycle.map_or(self.position.at[normal], |c| c.initial);
@@ -192,6 +230,7 @@ impl State {
             code,
             initial,
             frame,
+            relative,
             r,
             depth,
             q,
@@ -225,7 +264,7 @@ fn repeats(asked: &Asked<'_>) -> Result<u32, Fault> {
         _ => Err(Fault::new(
             word.span(),
             "a cycle that is done never or too often",
-            "write 1 to 10000 behind L, or K",
+            "write it with its first hole, or leave the line out",
         )),
     }
 }

@@ -43,7 +43,7 @@ impl State {
                 ));
             }
         };
-        if fanuc && self.distance != Some(Distance::Absolute) {
+        if fanuc && self.needs_distance(asked.block)? != Distance::Absolute {
             return Err(unknown(word, "G10 under G91", "write G90 before it"));
         }
         let known = self.offsets.systems.get(&number).copied();

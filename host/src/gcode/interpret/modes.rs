@@ -134,7 +134,10 @@ impl State {
                     self.cutter_changes |= on || self.cutter;
                     self.cutter = on;
                 }
-                Code::ToolLength(length) => self.tool_length_word(asked, word, length)?,
+                Code::ToolLength(length) => {
+                    self.tool_length_word(asked, word, length)?;
+                    self.may_move(asked, tool_before, step);
+                }
                 Code::TipOn => {
                     needs_machine(word, asked.rules)?;
                     self.tool_length_word(asked, word, Length::OfTool)?;
@@ -157,7 +160,6 @@ impl State {
                 step.tip = Some(false);
             }
         }
-        self.may_move(asked, tool_before, step);
         Ok(())
     }
 }
@@ -230,6 +232,15 @@ fn unknown_m(word: &Word) -> Fault {
 fn needs_machine(word: &Word, rules: &Rules) -> Result<(), Fault> {
     match rules.has_machine {
         true => Ok(()),
+        false if rules.no_tip.is_some() => Err(unknown(
+            word,
+            &format!(
+                "tool-centre-point control, and of this machine it is not followed: {}",
+                rules.no_tip.as_deref().unwrap_or_default()
+            ),
+            "describe the machine in the workpiece frame that the controller uses, or post the program without \
+             tool-centre-point control",
+        )),
         false => Err(unknown(
             word,
             "tool-centre-point control: words are workpiece coordinates from here on",

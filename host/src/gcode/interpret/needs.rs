@@ -43,7 +43,7 @@ impl State {
                     name => format!("; the compensation is for the axes{of} of {name}"),
                 };
                 let remedy = format!(
-                    "command {letter} before, or give it in the setup: [start] {letter} = …{machine}"
+                    "give it in the setup, [start] {letter} = …, or command {letter} before{machine}"
                 );
                 (None, remedy)
             }

@@ -6,7 +6,7 @@ use crate::gcode::codes::Length;
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
 use crate::gcode::modal::Units;
-use crate::gcode::state::{Lost, Rules, State};
+use crate::gcode::state::{Lost, Rules, State, length_of_tool};
 use crate::gcode::words::Word;
 
 impl State {
@@ -68,7 +68,7 @@ impl State {
                 for axis in bits(asked.axes) {
                     offset[axis] = self.value(asked, axis)?;
                     if axis == 2 {
-                        length = Some(offset[2]);
+                        length = Some(offset[2]).filter(|l| *l > 0.0);
                     }
                 }
                 self.set_tool_offset(word, offset, length)?;
@@ -107,7 +107,8 @@ impl State {
                         format!("give it in the setup: [tool.{number}] length = …"),
                     ));
                 };
-                self.set_tool_offset(word, offset, Some(offset[2]))?;
+                let length = length_of_tool(&asked.rules.setup, number, &offset);
+                self.set_tool_offset(word, offset, length)?;
             }
         }
         Ok(())

@@ -251,3 +251,179 @@ fn behind_its_end_a_program_goes_on_for_grbl_alone() {
     refuses(program, &grbl, &["line 5", "behind the end of the program"]);
     corrected(&folder, "G21 G90\nG0 X10 Y10 Z50\nM30\n%\n(end)\n", &grbl);
 }
+
+#[test]
+fn fanuc_s_r_and_depth_stay_where_they_are_under_g91() {
+    let folder = Folder::new();
+    let grid = "G99 G81 X12. Y12. Z45. R48. F100.\nG91 X5. L2\nG80\n";
+    let one_by_one = "G99 G81 X12. Y12. Z45. R48. F100.\nX17.\nX22.\nG80\n";
+    let depths = |lines: &str| -> Vec<String> {
+        let out = fanuc(&folder, lines);
+        let words = out.iter().flat_map(|l| l.split_whitespace());
+        let feeds = words.filter(|w| w.starts_with("Z44.9") || w.starts_with("Z45.0"));
+        feeds.map(|w| w[..6].to_owned()).collect()
+    };
+    assert_eq!(
+        depths(one_by_one).len(),
+        3,
+        "{:?}",
+        fanuc(&folder, one_by_one)
+    );
+    // Increments, down from R by three millimetres, twice.
+    let out = fanuc(&folder, grid);
+    let down = out
+        .iter()
+        .filter(|l| l.starts_with("G1 ") && (l.contains("Z-3.0") || l.contains("Z-2.9")));
+    assert_eq!(down.count(), 2, "{out:?}");
+}
+
+#[test]
+fn a_line_that_goes_home_may_have_g0() {
+    let folder = Folder::new();
+    let out = fanuc(&folder, "G0 G91 G28 Z0.\nG90 Z60.\n");
+    assert!(out.iter().any(|l| l == "G0 G91 G28 Z0."), "{out:?}");
+    refuses(
+        "G21 G90\nG0 X10 Y10 Z50\nG0 G28 Z60\nM2\n",
+        &[],
+        &["line 3", "two words in the line that take the axes"],
+    );
+}
+
+#[test]
+fn what_ends_modes_that_are_not_followed_passes_and_what_moves_is_refused_by_name() {
+    let folder = Folder::new();
+    let ends = "G90 G54 G64 G50 G17 G40 G80 G94 G91.1 G49\nG15\nG69\nG67\nG0 X20\n";
+    let out = corrected(
+        &folder,
+        &format!("G21\nG0 X10 Y10 Z50\n{ends}M2\n"),
+        &["--check"],
+    );
+    assert!(out.contains("G91.1 G49\nG15\nG69\nG67\n"), "{out}");
+    // Mach's first line.
+    corrected(
+        &folder,
+        "G00G21G17G90G40G49G80\nG0X10Y10Z50\nM2\n",
+        &["--check"],
+    );
+    for word in [
+        "G12", "G31", "G44", "G60", "G76", "G110", "G150", "G234", "G254", "G68.2",
+    ] {
+        let line = format!("{BEGIN}{word}\nM30\n%\n");
+        let mut options = FANUC.to_vec();
+        options.extend(["--pass", word]);
+        refuses(
+            line,
+            &options,
+            &["line 5", &format!("`{word}`"), "write the program out"],
+        );
+    }
+    refuses(
+        "O1001\nG21\nM2\n",
+        &[],
+        &["line 1", "as Fanuc's have", "--dialect fanuc"],
+    );
+    refuses(
+        "G21 G17\nG10 L2 P1 X5.\nM30\n",
+        &FANUC,
+        &["line 2", "absolute or incremental"],
+    );
+}
+
+#[test]
+fn home_and_probing_under_a_rotation_leave_x_and_y_unknown() {
+    let turned = "G21 G90\nG10 L2 P1 X100 Y50 Z-350 R30\nG0 X10 Y10 Z50\n";
+    for line in ["G28 X5\nG53 G0 Y90", "G38.2 X5 F100\nG53 G0 Y90"] {
+        let parts = ["line 5", "position of X", "under a rotation", "G53 G0 X"];
+        refuses(format!("{turned}{line}\nM2\n"), &[], &parts);
+    }
+}
+
+#[test]
+fn behind_home_z_moves_again_with_its_offset_alone() {
+    let folder = Folder::new();
+    let begin = format!("{BEGIN}G43 Z40. H1\nG53 G0 Z-1.\n");
+    for line in ["Z50.", "G1 X20. F100.", "G91 Z5."] {
+        let parts = [
+            "line 7",
+            "whether the tool offset of G43 still holds",
+            "G43 with H",
+        ];
+        refuses(format!("{begin}{line}\nM30\n%\n"), &FANUC, &parts);
+    }
+    // Above the part it is moved without a word of Z.
+    let out = fanuc(
+        &folder,
+        "G43 Z40. H1\nG53 G0 Z-1.\nX20. Y20.\nG43 Z50. H1\n",
+    );
+    let from = out.iter().rposition(|l| l.contains("G53")).unwrap();
+    let to = out.iter().rposition(|l| l.contains("G43")).unwrap();
+    let way = &out[from + 1..to];
+    assert!(
+        !way.is_empty() && way.iter().all(|l| !l.contains('Z')),
+        "{out:?}"
+    );
+}
+
+#[test]
+fn an_axis_that_nobody_has_commanded_has_no_word_in_a_rapid() {
+    let folder = Folder::new();
+    let out = corrected(
+        &folder,
+        "G21 G90\nG53 G0 Z-20\nG0 Z50\nX10 Y10\nZ20\nG1 X20 F500\nM6\nG0 Z60\nX0\nY0\nM2\n",
+        &["--check"],
+    );
+    let lines: Vec<&str> = out.lines().collect();
+    let only_z = |l: &&str| !l.contains('X') && !l.contains('Y');
+    // Up in machine coordinates, then down to Z50, before anything is said of X and Y.
+    let first = lines.iter().position(|l| !only_z(l)).unwrap();
+    assert!(lines[2].starts_with("G53 G0 Z-"), "{out}");
+    assert!(
+        lines[first - 1].starts_with("Z50.") || lines[first - 1].starts_with("Z49.9"),
+        "{out}"
+    );
+    // The same behind a tool change, up to `X0`, which leaves Y alone.
+    let change = lines.iter().position(|l| *l == "M6").unwrap();
+    let next = lines[change..].iter().position(|l| !only_z(l)).unwrap() + change;
+    assert!(
+        lines[change + 1].starts_with("G0 Z") && lines[next].starts_with('X'),
+        "{out}"
+    );
+    assert!(!lines[next].contains('Y'), "{out}");
+}
+
+#[test]
+fn a_tool_that_was_touched_off_has_a_length_beside_its_offset() {
+    let folder = Folder::new();
+    let setup = "units = \"mm\"\n[start]\nX = 100\nY = 100\nZ = -100\n[offset.G54]\nX = 100\nY = 50\nZ = 0\n\
+                 [tool.1]\nlength = 100\noffset = -310\n";
+    let part = folder.file(
+        "part.ngc",
+        "G21 G90\nG43 H1\nG0 X10 Y10 Z50\nG1 X20 F100\nM2\n",
+    );
+    let (setup, out) = (folder.file("setup.toml", setup), folder.at("out.ngc"));
+    let (machine, blob) = (
+        crate::program::example("mill-21/machine.toml"),
+        crate::program::blob("mill-21"),
+    );
+    let said = crate::program::answer(
+        0,
+        &[
+            "gcode",
+            &part,
+            "-o",
+            &out,
+            "--compensation",
+            &blob,
+            "--setup",
+            &setup,
+            "--machine",
+            &machine,
+            "--json",
+        ],
+    );
+    let used = said.split("used_mm").nth(1).unwrap();
+    assert!(
+        used.contains("100.0") && !used[..40].contains("310"),
+        "{said}"
+    );
+}
