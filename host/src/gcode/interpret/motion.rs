@@ -206,8 +206,8 @@ impl State {
         };
         self.motion = None;
         self.cycle = None;
-        self.command(asked.free, false);
         if !straight.comes_back {
+            self.command(asked.free, false);
             self.position = to;
         }
         Ok(Move::Straight(straight, Rate::Rapid))
