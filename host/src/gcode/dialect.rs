@@ -21,7 +21,12 @@ impl Dialect {
     /// count every axis that moves, degrees as if they were mm.
     #[must_use]
     pub fn length(self, by: &PerLetter) -> f64 {
-        let norm = |from: usize, to: usize| by[from..to].iter().map(|d| d * d).sum::<f64>().sqrt();
+        // What f64 loses between words and positions is no motion.
+        let moves = |d: &&f64| d.abs() >= 1e-9;
+        let norm = |from: usize, to: usize| {
+            let squares = by[from..to].iter().filter(moves).map(|d| d * d);
+            squares.sum::<f64>().sqrt()
+        };
         match self {
             Self::LinuxCnc => {
                 let linear = norm(0, 3);

@@ -93,7 +93,9 @@ impl State {
         };
         let words = asked.coded();
         let by_machine = words.iter().any(|word| machine_uses(word, letter, dialect));
-        usize::from(by_motion) + usize::from(by_machine) + words.iter().filter(of_code).count()
+        let others = usize::from(by_motion) + words.iter().filter(of_code).count();
+        // Many words M may have a P, and few do.
+        others.max(usize::from(by_machine))
     }
 }
 
