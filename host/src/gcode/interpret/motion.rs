@@ -112,7 +112,12 @@ impl State {
     fn due(&self, words: u16, machine: bool) -> u16 {
         match self.distance {
             _ if machine => words,
-            Some(Distance::Absolute) => self.commanded | words,
+            Some(Distance::Absolute) => {
+                let due = self.commanded | words;
+                // Under a rotation both have words, or none.
+                let both = self.offsets.is_turned() && due & 0b11 != 0;
+                due | if both { 0b11 } else { 0 }
+            }
             // Increments drag nothing along.
             _ => u16::MAX,
         }
