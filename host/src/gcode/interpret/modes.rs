@@ -230,17 +230,16 @@ fn unknown_m(word: &Word) -> Fault {
 
 /// Tool-centre-point control needs the machine.
 fn needs_machine(word: &Word, rules: &Rules) -> Result<(), Fault> {
-    match rules.has_machine {
-        true => Ok(()),
-        false if rules.no_tip.is_some() => Err(unknown(
+    if let Some(cause) = &rules.no_tip {
+        return Err(unknown(
             word,
-            &format!(
-                "tool-centre-point control, and of this machine it is not followed: {}",
-                rules.no_tip.as_deref().unwrap_or_default()
-            ),
+            &format!("tool-centre-point control, and of this machine it is not followed: {cause}"),
             "describe the machine in the workpiece frame that the controller uses, or post the program without \
              tool-centre-point control",
-        )),
+        ));
+    }
+    match rules.has_machine {
+        true => Ok(()),
         false => Err(unknown(
             word,
             "tool-centre-point control: words are workpiece coordinates from here on",
