@@ -13,6 +13,9 @@ pub const SHARE: f64 = 0.15;
 const ATTEMPTS: usize = 3;
 /// Periods of the thread, ns, and how many are recorded. At the first nearly everything stays in the caches.
 const PERIODS: [(u32, usize); 2] = [(25_000, 200_000), (1_000_000, 5_000)];
+/// Periods in a row that are looked at together: 2.5 ms at the first, a part of what is interrupted and shares caches
+/// with other programs.
+const STRETCH: usize = 100;
 /// What stands in the thread, in its order, with what is recorded of it.
 const COMPONENT: [&str; 6] = [
     "rivals.nothing",
@@ -57,19 +60,19 @@ impl Times {
         self.0.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The mean without the hundredth that took longest: what was interrupted.
-    fn usual(&self) -> f64 {
-        let mut sorted = self.0.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted.truncate(sorted.len() - sorted.len() / 100);
-        Self(sorted).mean()
+    /// The mean of the [`STRETCH`] in which it is least: nothing else took the caches then.
+    fn calmest(&self) -> f64 {
+        let means = self.0.windows(STRETCH).step_by(STRETCH / 4);
+        means.fold(f64::INFINITY, |least, times| {
+            least.min(times.iter().sum::<f64>() / STRETCH as f64)
+        })
     }
 }
 
 impl fmt::Display for Times {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [mean, usual, least, most] = [self.mean(), self.usual(), self.least(), self.most()];
-        write!(f, "{mean:8.0} {usual:8.0} {least:8.0} {most:8.0}")
+        let [mean, calmest, least, most] = [self.mean(), self.calmest(), self.least(), self.most()];
+        write!(f, "{mean:8.0} {calmest:8.0} {least:8.0} {most:8.0}")
     }
 }
 
@@ -90,20 +93,20 @@ pub fn check(bench: &Bench) -> Result<(), String> {
             return Ok(());
         }
     }
-    let [near, least] = least;
+    let [calmest, least] = least;
     Err(format!(
-        "the component takes more than {SHARE} of the time of matrices: {near:.3} of the mean, {least:.3} of the least"
+        "the component takes more than {SHARE} of the time of matrices: {calmest:.3} of the calmest mean, {least:.3} of the least"
     ))
 }
 
-/// Our share of the time of matrices: in the mean while nearly everything stays in the caches, and of the least.
+/// Our share of the time of matrices while nearly everything stays in the caches: of the calmest mean, and of the least.
 fn measured(bench: &Bench) -> Result<[f64; 2], String> {
     let mut found = Vec::new();
     for (period, rows) in PERIODS {
         let all = run(bench, period, rows, &COMPONENT)?;
         let pins = run(bench, period, rows, &PINS)?;
         println!(
-            "{:18}     mean    usual    least     most  (counts of the processor's clock)",
+            "{:18}     mean  calmest    least     most  (counts of the processor's clock)",
             format!("every {} µs", period / 1000)
         );
         let rows = COMPONENT.iter().zip(&all);
@@ -124,11 +127,11 @@ fn measured(bench: &Bench) -> Result<[f64; 2], String> {
             pins[1].mean() + pins[3].mean(),
             ours(&Times::mean)
         );
-        found.push((share(&Times::usual)[0], least[0]));
+        found.push([share(&Times::calmest)[0], least[0]]);
     }
-    // At 1 kHz the mean is that of memory which has left the caches, for functions that do nothing, too: it is shown.
-    // Interruptions count for none.
-    Ok([found[0].0, found[0].1.max(found[1].1)])
+    // At 1 kHz all times are those of memory which has left the caches, for functions that do nothing, too: they are
+    // shown. At 25 µs they are those of what else the computer does, but for the calmest.
+    Ok(found[0])
 }
 
 /// Times of the functions while all joints move.
