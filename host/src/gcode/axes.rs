@@ -11,6 +11,9 @@ pub const LETTERS: [u8; COUNT] = *b"XYZABCUVW";
 /// One value per letter: mm, of A, B and C degrees.
 pub type PerLetter = [f64; COUNT];
 
+/// What f64 loses between words and positions (mm, degrees): no motion.
+pub const NOTHING: f64 = 1e-9;
+
 /// The largest number (mm, degrees) of a program and of its setup. Of larger ones f64 does not hold the digits that
 /// matter: at 1e8 sums are rounded by 1.5e-8, far below the resolution of words.
 pub const LARGEST: f64 = 1e8;

@@ -1,7 +1,8 @@
 //! What a corrected program does, read anew and beside the program that it was made from.
 //!
-//! Nothing of the writer is used: both programs are interpreted line by line. Motions of the corrected one belong to
-//! the motion of the program at whose corrected end they arrive.
+//! Nothing that writes is used: both programs are interpreted line by line. What words mean (`interpret`) and what the
+//! tables say at a place (`trace`) is the same for both. Motions of the corrected one belong to the motion of the
+//! program at whose corrected end they arrive.
 
 mod arriving;
 mod found;

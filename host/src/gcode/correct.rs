@@ -18,6 +18,7 @@ use super::axes::{self, COUNT, PerLetter};
 use super::dialect::Dialect;
 use super::edit::Edits;
 use super::fault::{Fault, Refusal};
+use super::interpret::Step;
 use super::offsets::system_name;
 use super::report::Report;
 use super::state::{Rules, State};
@@ -290,7 +291,8 @@ impl<'a> Corrector<'a> {
         out: &mut Vec<u8>,
     ) -> Result<(), Fault> {
         let before = self.nominal.position;
-        let step = self.nominal.step(block, self.rules)?;
+        let mut step = Step::default();
+        self.nominal.step_into(block, self.rules, &mut step)?;
         if self.nominal.cycle.is_none() {
             self.written_out = None;
         }

@@ -109,10 +109,10 @@ impl Cycle {
         }
     }
 
-    /// True if it feeds above R too, where no correction of the hole holds.
+    /// True if it feeds out to the level before its series, if that is above R.
     #[must_use]
-    pub fn feeds_above_r(&self) -> bool {
-        self.code == 890 && self.feeds_to_clear && self.clear() > self.r
+    pub fn feeds_to_level(&self) -> bool {
+        self.code == 890 && self.feeds_to_clear && self.retract == Retract::Initial
     }
 
     /// Where the holes are, at the height of `from`.
@@ -211,7 +211,7 @@ impl Cycle {
                 _ => return None,
             }
             if matches!(self.code, 850 | 890) {
-                let level = match self.feeds_above_r() {
+                let level = match self.feeds_to_level() {
                     true => self.clear(),
                     false => self.r,
                 };

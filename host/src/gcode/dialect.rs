@@ -1,6 +1,6 @@
 //! What differs between controllers.
 
-use super::axes::{self, PerLetter};
+use super::axes::{self, NOTHING, PerLetter};
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,8 +21,7 @@ impl Dialect {
     /// count every axis that moves, degrees as if they were mm.
     #[must_use]
     pub fn length(self, by: &PerLetter) -> f64 {
-        // What f64 loses between words and positions is no motion.
-        let moves = |d: &&f64| d.abs() >= 1e-9;
+        let moves = |d: &&f64| d.abs() >= NOTHING;
         let norm = |from: usize, to: usize| {
             let squares = by[from..to].iter().filter(moves).map(|d| d * d);
             squares.sum::<f64>().sqrt()

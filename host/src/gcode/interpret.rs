@@ -49,16 +49,27 @@ impl State {
     /// What cannot be done; the state is then of no use any more.
     pub fn step(&mut self, block: &Block, rules: &Rules) -> Result<Step, Fault> {
         let mut step = Step::default();
+        self.step_into(block, rules, &mut step)?;
+        Ok(step)
+    }
+
+    /// The same, into an empty step in its place.
+    pub(super) fn step_into(
+        &mut self,
+        block: &Block,
+        rules: &Rules,
+        step: &mut Step,
+    ) -> Result<(), Fault> {
         if block.percent && self.begun {
             self.ended = true;
         }
         if self.ended || block.words.is_empty() || block.percent {
-            return Ok(step);
+            return Ok(());
         }
         self.begun = true;
         if block.deleted {
             match rules.block_delete {
-                Some(true) => return Ok(step),
+                Some(true) => return Ok(()),
                 Some(false) => {}
                 None if is_neutral(block, rules) => {}
                 None => {
@@ -71,10 +82,10 @@ impl State {
             }
         }
         let asked = Asked::read(block, rules)?;
-        self.feed_and_tool(&asked, &mut step)?;
-        self.set_modes(&asked, &mut step)?;
+        self.feed_and_tool(&asked, step)?;
+        self.set_modes(&asked, step)?;
         self.letters(&asked)?;
-        self.do_once(&asked, &mut step)?;
+        self.do_once(&asked, step)?;
         let goes_home = matches!(asked.once, Some((Code::Home(_), _)));
         let fanuc = rules.dialect == Dialect::Fanuc;
         let is_mode = fanuc && goes_home && asked.cuts_or_positions();
@@ -88,7 +99,7 @@ impl State {
                 "write two lines",
             ));
         }
-        self.do_motion(&asked, &mut step)?;
+        self.do_motion(&asked, step)?;
         if step.motion.is_some() {
             self.under = match (self.cutter, self.cutter_changes) {
                 (_, true) => Cutter::Changes,
@@ -99,7 +110,7 @@ impl State {
         }
         step.ends = codes::ends(block, rules.dialect);
         self.ended |= step.ends;
-        Ok(step)
+        Ok(())
     }
 }
 

@@ -18,6 +18,9 @@ const POWERS: [f64; 16] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
 
+/// Room for any number below 9e15.
+const PLACES: usize = 32;
+
 /// A number with so many decimals.
 #[must_use]
 pub fn rounded(value: f64, decimals: usize) -> f64 {
@@ -61,29 +64,29 @@ pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: boo
         digits /= 10;
         count -= 1;
     }
-    let mut text = [0_u8; 32];
-    let mut at = text.len();
-    let mut place = 0;
-    if count == 0 && point {
+    // From behind: 17 digits, a point and a sign at most, so no place is taken twice.
+    let mut text = [0_u8; PLACES];
+    let mut at = PLACES;
+    let mut put = |byte| {
         at -= 1;
-        text[at] = b'.';
+        text[at % PLACES] = byte;
+    };
+    for _ in 0..count {
+        put(b'0' + (digits % 10) as u8);
+        digits /= 10;
+    }
+    if count > 0 || point {
+        put(b'.');
     }
     loop {
-        if place == count && count > 0 {
-            at -= 1;
-            text[at] = b'.';
-        }
-        at -= 1;
-        text[at] = b'0' + (digits % 10) as u8;
+        put(b'0' + (digits % 10) as u8);
         digits /= 10;
-        place += 1;
-        if digits == 0 && place > count {
+        if digits == 0 {
             break;
         }
     }
     if scaled < 0.0 {
-        at -= 1;
-        text[at] = b'-';
+        put(b'-');
     }
     to.extend_from_slice(&text[at..]);
     rounded

@@ -63,6 +63,8 @@ pub struct Field<'a> {
 pub enum Lost {
     /// An axis is outside its travel: letter, position, limits.
     Outside(usize, f64, [f64; 2]),
+    /// The same of a corrected position, whose original one is within.
+    Beyond(usize, f64, [f64; 2]),
     /// No axis positions put the tip there.
     NoPose,
     /// The compensation depends on the tool length, which is not known.
@@ -128,7 +130,7 @@ impl Field<'_> {
     /// Whether the axes can go to a node that is written.
     pub fn reaches(&self, node: &Node) -> Result<(), Lost> {
         match self.tables.outside(&node.moved) {
-            Some((axis, limits)) => Err(Lost::Outside(axis, node.moved[axis], limits)),
+            Some((axis, limits)) => Err(Lost::Beyond(axis, node.moved[axis], limits)),
             None => Ok(()),
         }
     }

@@ -35,9 +35,11 @@ impl Corrector<'_> {
         }
         let field = self.field();
         // A correction is taken away from cycles that stayed ones, whatever the tolerance was.
-        let constant = || Ok(self.options.undo || self.is_constant(&field, cycle)?);
-        let keeps_hole = single && straight && !cycle.feeds_above_r();
-        let stays = keeps_hole && constant().map_err(|lost| moving.lost(lost))?;
+        let keeps = || {
+            let undo = self.options.undo;
+            Ok(undo || self.feeds_to_r(&field, cycle)? && self.is_constant(&field, cycle)?)
+        };
+        let stays = single && straight && keeps().map_err(|lost| moving.lost(lost))?;
         let in_series = self.written.cycle.is_some() || self.written_out.is_none();
         if stays && in_series && self.keeps_level(&field, cycle, moving)? {
             self.written_out = None;
@@ -110,6 +112,19 @@ impl Corrector<'_> {
             }
         }
         moves.then_some(before)
+    }
+
+    /// False for G89 that feeds out beyond R, to the level before its series: what is corrected there is not the hole. Two
+    /// that are the same become two that are not, where the correction of the level is that of another place.
+    fn feeds_to_r(&self, field: &Field<'_>, cycle: &Cycle) -> Result<bool, Lost> {
+        if !cycle.feeds_to_level() {
+            return Ok(true);
+        }
+        let n = cycle.axes[2];
+        let series = self.written.cycle.map(|written| written.initial);
+        let level = series.unwrap_or(self.written.position.at[n]);
+        let top = self.in_hole(field, cycle, cycle.r)?.to[n];
+        Ok(cycle.clear() <= cycle.r && level - top <= self.options.tolerance)
     }
 
     /// True if one correction across the hole, and one straight line along it, hold over its depth.

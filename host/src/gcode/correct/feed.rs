@@ -2,12 +2,9 @@
 
 use super::Corrector;
 use super::piece::{Piece, Shape, Timing};
-use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
+use crate::gcode::axes::{COUNT, NOTHING, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
-
-/// mm, degrees.
-const NOTHING: f64 = 1e-9;
 
 impl Corrector<'_> {
     /// The unit of the program in mm.
@@ -23,7 +20,6 @@ impl Corrector<'_> {
 
     /// What a motion takes.
     pub(super) fn timing(&self, rate: Rate, path: &Path) -> Timing {
-        // What f64 loses is no motion.
         let by = path
             .by()
             .map(|by| if by.abs() < NOTHING { 0.0 } else { by });

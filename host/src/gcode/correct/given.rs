@@ -30,18 +30,27 @@ impl Moving {
     /// What to say of a position that cannot be corrected.
     pub fn lost(&self, lost: Lost) -> Fault {
         let span = self.span.clone();
+        let outside = |corrected: &str, axis: usize, at: f64, [low, high]: [f64; 2]| {
+            let (name, unit) = (axes::name(axis), if is_rotary(axis) { "deg" } else { "mm" });
+            format!(
+                "{name} would be at {at:.4} {unit}{corrected}, outside its travel of {low} to {high} {unit}"
+            )
+        };
         match lost {
-            Lost::Outside(axis, at, [low, high]) => {
-                let unit = if is_rotary(axis) { "deg" } else { "mm" };
-                Fault::new(
-                    span,
-                    format!(
-                        "{} would be at {at:.4} {unit}, outside its travel of {low} to {high} {unit}",
-                        axes::name(axis)
-                    ),
-                    "check the offsets in the setup and the position of the part",
-                )
-            }
+            Lost::Outside(axis, at, limits) => Fault::new(
+                span,
+                outside("", axis, at, limits),
+                "check the offsets in the setup and the position of the part",
+            ),
+            Lost::Beyond(axis, at, limits) => Fault::new(
+                span,
+                outside(" with its correction", axis, at, limits),
+                format!(
+                    "stay away from the end by the correction; if {} can go there, give the machine file a `range` \
+                     that reaches a little farther and compile again",
+                    axes::name(axis)
+                ),
+            ),
             Lost::NoPose => Fault::no_pose(span),
             Lost::TooLong => Fault::new(
                 span,

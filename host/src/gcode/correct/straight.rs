@@ -3,7 +3,7 @@
 use super::given::Moving;
 use super::piece::{Piece, Shape, Timing};
 use super::{Backlash, Corrector};
-use crate::gcode::axes::PerLetter;
+use crate::gcode::axes::{NOTHING, PerLetter};
 use crate::gcode::cut::{self, Limits};
 use crate::gcode::fault::Fault;
 use crate::gcode::interpret::bits;
@@ -31,8 +31,8 @@ impl Corrector<'_> {
         let path = Path::Line(straight.from.at, to);
         if self.options.undo {
             self.go_back(&to, held, moving)?;
-            let node = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
+            let end = self.end(&to, held, moving)?;
+            return Ok(vec![Piece::of(shape, end, self.timing(rate, &path))]);
         }
         if straight.from.missing(self.tables.axes).is_some() {
             // Where it comes from is not known, only where it ends.
@@ -44,22 +44,22 @@ impl Corrector<'_> {
             if let Some(axis) = self.ways.missing(self.tables) {
                 return Err(moving.direction_unknown(axis));
             }
-            let node = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
+            let end = self.end(&to, held, moving)?;
+            return Ok(vec![Piece::of(shape, end, self.timing(rate, &path))]);
         }
         let by: PerLetter = std::array::from_fn(|i| to[i] - straight.from.at[i]);
-        if by.iter().all(|by| by.abs() < 1e-9) {
+        if by.iter().all(|by| by.abs() < NOTHING) {
             // Nothing moves, and no axis turns.
             if self.joined {
                 let stands = self.written.position.at;
                 return Ok(vec![Piece::of(shape, stands, Timing::None)]);
             }
-            let node = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, node.to, Timing::None)]);
+            let end = self.end(&to, held, moving)?;
+            return Ok(vec![Piece::of(shape, end, Timing::None)]);
         }
         if self.goes_on_without_cut(straight) {
-            let node = self.end(&to, held, moving)?;
-            return Ok(vec![Piece::of(shape, node.to, self.timing(rate, &path))]);
+            let end = self.end(&to, held, moving)?;
+            return Ok(vec![Piece::of(shape, end, self.timing(rate, &path))]);
         }
         let mut last = self.trace(&path, 0, moving)?;
         let mut nodes = std::mem::take(&mut self.traced.nodes);
@@ -163,14 +163,16 @@ impl Corrector<'_> {
     }
 
     /// The corrected end of a motion, by the directions that hold.
-    fn end(&mut self, to: &PerLetter, held: u16, moving: &Moving) -> Result<Node, Fault> {
+    fn end(&mut self, to: &PerLetter, held: u16, moving: &Moving) -> Result<PerLetter, Fault> {
         let field = self.field();
-        let node = field.node(1.0, to, &self.ways);
-        let mut node = node.map_err(|lost| moving.lost(lost))?;
+        let mut node = match field.node(1.0, to, &self.ways) {
+            Ok(node) => node,
+            Err(lost) => return Err(moving.lost(lost)),
+        };
         self.hold(held, &mut node);
         field.reaches(&node).map_err(|lost| moving.lost(lost))?;
         self.corrected(&node);
-        Ok(node)
+        Ok(node.to)
     }
 
     /// End points under cutter compensation: what it costs that their moves are not cut.

@@ -11,7 +11,7 @@ use crate::gcode::axes::{self, PerLetter};
 use crate::gcode::codes::{self, Code, Machine};
 use crate::gcode::dialect::Dialect;
 use crate::gcode::fault::Fault;
-use crate::gcode::interpret::bits;
+use crate::gcode::interpret::{Step, bits};
 use crate::gcode::modal::Motion;
 use crate::gcode::words::{Block, Word};
 pub(super) use wording::replace_number;
@@ -132,7 +132,8 @@ impl Corrector<'_> {
         let mut block = std::mem::take(&mut self.check);
         block.scan(text, self.rules.dialect)?;
         // A word without a point is not meant in least increments here: all have one, or are unchanged.
-        let done = self.written.step(&block, self.rules);
+        let mut step = Step::default();
+        let done = self.written.step_into(&block, self.rules, &mut step);
         self.check = block;
         done?;
         let leads = to.is_none_or(|to| {

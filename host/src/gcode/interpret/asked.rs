@@ -109,22 +109,18 @@ impl<'l> Asked<'l> {
         let mut groups = 0_u32;
         for word in self.block.words.iter().filter(|w| w.letter == b'G') {
             let Some(code) = self.code(word) else {
-                if is_passed(word, self.rules) && !moves(word) {
-                    self.passes = true;
-                    if self.axes == 0 {
-                        continue;
-                    }
-                    return Err(Fault::new(
-                        word.span(),
-                        "axes in a line with a G word that is passed: what they mean is not known",
-                        "write two lines",
-                    ));
+                let other = Unfollowed::of(word, self.rules.dialect);
+                if !is_passed(word, self.rules) || other.is_some_and(|other| !other.passes) {
+                    return Err(unknown_g(word, other));
                 }
-                let dialect = self.rules.dialect;
-                return Err(unknown(
-                    word,
-                    unknown_g(word, dialect),
-                    &remedy_g(word, dialect),
+                self.passes = true;
+                if self.axes == 0 {
+                    continue;
+                }
+                return Err(Fault::new(
+                    word.span(),
+                    "axes in a line with a G word that is passed: what they mean is not known",
+                    "write two lines",
                 ));
             };
             // G53 stands beside others of its group in LinuxCNC's order: it is none of what takes axes.
@@ -174,88 +170,67 @@ pub(super) fn is_passed(word: &Word, rules: &Rules) -> bool {
         .any(|passed| passed.eq_ignore_ascii_case(&name))
 }
 
-fn unknown_g(word: &Word, dialect: Dialect) -> &'static str {
-    match word.tenths() {
-        tenths if is_look_ahead(tenths, dialect) => "no G word that is known in this dialect",
-        Some(50..=59) => "splines (G5) are not corrected",
-        Some(70 | 80) => "lathes (G7, G8) are not corrected",
-        Some(650 | 660..=669) => "macro calls (G65, G66) compute",
-        Some(150 | 160) => "polar coordinates (G15, G16) are not followed",
-        Some(435) => "tool directions as vectors (G43.5) are not followed",
-        Some(500 | 510 | 501 | 511) => {
-            "scaled and mirrored coordinates (G50, G51) are not followed"
+/// A G word of some controllers that is not followed.
+#[derive(Clone, Copy)]
+struct Unfollowed {
+    cause: &'static str,
+    remedy: &'static str,
+    /// True if it may be passed all the same: it does nothing itself, or nothing that is seen here.
+    passes: bool,
+}
+
+impl Unfollowed {
+    fn of(word: &Word, dialect: Dialect) -> Option<Self> {
+        const FLAT: &str =
+            "write the program out with G0 to G3, or use the compensation in the controller";
+        const MOVES: &str =
+            "a G word that moves the machine or changes coordinates, and is not followed";
+        let tenths = word.tenths()?;
+        // How far Fanuc's controllers look ahead; splines and lathes elsewhere.
+        if dialect == Dialect::Fanuc && matches!(tenths, 50 | 51 | 80) {
+            return None;
         }
-        Some(680..=689) => "rotated coordinates (G68) are not followed",
-        Some(700 | 710) => {
-            "finishing and roughing cycles of lathes (G70, G71), elsewhere inches and mm: write G20 or G21"
-        }
-        Some(870 | 880) => "cycles with a stopped spindle (G87, G88) are not corrected",
-        Some(760) => "threading cycles of lathes, or fine boring (G76), are not corrected",
-        _ if moves(word) => {
-            "a G word that moves the machine or changes coordinates, and is not followed"
-        }
-        _ => "no G word that is known in this dialect",
+        let cause = match tenths {
+            50..=59 => "splines (G5) are not corrected",
+            70 | 80 => "lathes (G7, G8) are not corrected",
+            150 | 160 => "polar coordinates (G15, G16) are not followed",
+            435 => "tool directions as vectors (G43.5) are not followed",
+            500 | 501 | 510 | 511 => "scaled and mirrored coordinates (G50, G51) are not followed",
+            650 | 660..=669 => "macro calls (G65, G66) compute",
+            680..=689 => "rotated coordinates (G68) are not followed",
+            700 | 710 => {
+                "finishing and roughing cycles of lathes (G70, G71), elsewhere inches and mm: write G20 or G21"
+            }
+            760 => "threading cycles of lathes, or fine boring (G76), are not corrected",
+            870 | 880 => "cycles with a stopped spindle (G87, G88) are not corrected",
+            // Cylinders, pockets, skipping, a negative offset.
+            71 | 120..=139 | 310..=319 | 440 => MOVES,
+            // One direction, further offsets, a pocket, planes and tool directions.
+            600 | 1100..=1299 | 1500 | 2340 | 2540 => MOVES,
+            _ => return None,
+        };
+        Some(Self {
+            cause,
+            remedy: match cause {
+                MOVES => "write the program out with G0 to G3 and G54 to G59",
+                _ => FLAT,
+            },
+            // What ends a mode that never began, and macros of which the user says that they move nothing.
+            passes: matches!(tenths, 80 | 150 | 500 | 501 | 650),
+        })
     }
 }
 
-/// G5, G5.1 and G8 are how far Fanuc's controllers look ahead, splines and lathes elsewhere.
-fn is_look_ahead(tenths: Option<u16>, dialect: Dialect) -> bool {
-    dialect == Dialect::Fanuc && matches!(tenths, Some(50 | 51 | 80))
-}
-
-/// Words that are no one's to pass: pockets (G12, G13), skipping (G31), a negative offset (G44), scaling (G51), one
-/// direction (G60), rotations (G68), boring (G76), further offsets and planes (G110 to G129, G150, G234, G254).
-fn moves(word: &Word) -> bool {
-    matches!(
-        word.tenths(),
-        Some(
-            71
-            | 120..=139
-            | 310..=319
-            | 440
-            | 510
-            | 511
-            | 600
-            | 680..=689
-            | 700
-            | 710
-            | 760
-            | 870
-            | 880
-            | 1100..=1299
-            | 1500
-            | 2340
-            | 2540,
-        )
-    )
-}
-
-fn remedy_g(word: &Word, dialect: Dialect) -> String {
-    match word.tenths().filter(|t| !is_look_ahead(Some(*t), dialect)) {
-        Some(
-            50..=59
-            | 70
-            | 80
-            | 650
-            | 660..=669
-            | 150
-            | 160
-            | 435
-            | 500..=511
-            | 680..=689
-            | 700
-            | 710
-            | 870
-            | 880
-            | 760,
-        ) => "write the program out with G0 to G3, or use the compensation in the controller"
-            .to_owned(),
-        tenths if tenths.is_some() && moves(word) => {
-            "write the program out with G0 to G3 and G54 to G59".to_owned()
-        }
-        _ => format!(
-            "check --dialect; if it moves nothing and changes no coordinates, pass it with --pass G{}",
-            word.value
+fn unknown_g(word: &Word, other: Option<Unfollowed>) -> Fault {
+    match other {
+        Some(other) => unknown(word, other.cause, other.remedy),
+        None => unknown(
+            word,
+            "no G word that is known in this dialect",
+            &format!(
+                "check --dialect; if it moves nothing and changes no coordinates, pass it with --pass G{}",
+                word.value
+            ),
         ),
     }
 }

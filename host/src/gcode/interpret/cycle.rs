@@ -29,6 +29,13 @@ impl State {
                 "write it out",
             ));
         }
+        if self.cutter && asked.rules.dialect == Dialect::LinuxCnc {
+            return Err(Fault::new(
+                axis_span(block),
+                "a cycle under G41 or G42, which LinuxCNC refuses",
+                "write G40 before it",
+            ));
+        }
         if let Some(axis) = self.position.missing(asked.rules.axes) {
             return Err(self.missing(asked, axis));
         }

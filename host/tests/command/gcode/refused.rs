@@ -16,6 +16,17 @@ fn bad_programs_are_refused_by_line_and_word() {
         ("M100", &["line 3", "M100", "--pass M100"]),
         ("G0 G1 X5 F1", &["line 3", "G1", "second motion word"]),
         ("G0 X900", &["line 3", "X900", "outside its travel", "500"]),
+        // Its place is within, its correction leads out.
+        (
+            "G0 Y-50",
+            &[
+                "line 3",
+                "Y-50",
+                "with its correction",
+                "`range`",
+                "compile again",
+            ],
+        ),
         ("G0 Z99999999", &["line 3", "Z9999", "outside its travel"]),
         ("G0 Z9999999999", &["line 3", "Z9999", "beyond 1e8"]),
         ("G10 L2 P1 A9999999999", &["line 3", "A9999", "beyond 1e8"]),
@@ -31,6 +42,10 @@ fn bad_programs_are_refused_by_line_and_word() {
             &["line 3", "R3", "radius does not fit"],
         ),
         ("G2 X20 Y10 F100", &["line 3", "without a centre"]),
+        (
+            "G41 D1\nG98 G81 X10 Z5 R20 F100",
+            &["line 4", "X10", "under G41", "G40"],
+        ),
         (
             "G4 P1 G2 X10 I5 F100",
             &["line 3", "P1", "two others", "two lines"],
@@ -317,6 +332,57 @@ fn nearly_a_full_turn_under_cutter_compensation_is_refused() {
             format!("G21 G90 G17\nG41 D1\nG2 I-3 {end} F100\nG1 X5\nM30\n"),
             &[],
             &["line 3", "arc under cutter compensation", "without G41"],
+        );
+    }
+}
+
+#[test]
+fn words_that_move_are_not_passed_and_what_they_end_is() {
+    for (word, dialect) in [
+        ("G5 I1 J1", "linuxcnc"),
+        ("G7", "linuxcnc"),
+        ("G12 I5", "fanuc"),
+        ("G16", "fanuc"),
+        ("G31", "fanuc"),
+        ("G43.5", "fanuc"),
+        ("G51 P2", "fanuc"),
+        ("G60", "fanuc"),
+        ("G66 P9100", "fanuc"),
+        ("G68 R30.", "fanuc"),
+        ("G254", "fanuc"),
+    ] {
+        let name = word.split(' ').next().unwrap();
+        refuses(
+            format!("G21 G90\n{word}\nM30\n"),
+            &["--pass", name, "--dialect", dialect],
+            &["line 2", name],
+        );
+    }
+    let folder = Folder::new();
+    for (word, dialect) in [
+        ("G8", "linuxcnc"),
+        ("G50", "linuxcnc"),
+        ("G65 P9832", "fanuc"),
+    ] {
+        let name = word.split(' ').next().unwrap();
+        let out = corrected(
+            &folder,
+            &format!("G21 G90\n{word}\nM30\n"),
+            &["--pass", name, "--dialect", dialect],
+        );
+        assert!(out.contains(&format!("\n{word}\n")), "{out}");
+    }
+}
+
+#[test]
+fn errors_that_cannot_be_checked_with_leave_no_file() {
+    let machine = example("mill-21/machine.toml");
+    for errors in ["huron-k2x8/errors-13.toml", "none.toml"] {
+        let errors = example(errors);
+        refuses(
+            "G21 G90\nG0 X10 Y10 Z50\nM30\n",
+            &["--check", "--machine", &machine, "--errors", &errors],
+            &[&errors],
         );
     }
 }

@@ -179,6 +179,17 @@ fn holes_of_a_series_have_each_the_r_that_is_corrected_there() {
 }
 
 #[test]
+fn feeds_out_of_a_hole_end_at_its_own_r() {
+    let folder = Folder::new();
+    // R is the level before the series; corrected, it is some micrometres lower at the second hole, and G89 of LinuxCNC
+    // would feed on to the level.
+    let program =
+        "G21 G90 G17 F300\nG0 X151.6 Y176.1 Z127\nG98 G89 Z125.8 R127 P0.1\nX188.3\nG80\nM30\n";
+    let (_, said) = run(&folder, program, &["--check"]);
+    assert!(said.contains("cycles: 1 stay, 1 are written out"), "{said}");
+}
+
+#[test]
 fn turns_behind_a_step_onto_the_path_stay_as_many() {
     let folder = Folder::new();
     let program = "G21 G90 G17 F300\nG2 I0.5 P2 (round)\nM30\n";
