@@ -1,6 +1,6 @@
 //! A motion that was written, beside the corrected path.
 
-use super::arriving::{near, over_hole};
+use super::arriving::{NEAR, near, over_hole};
 use super::{Along, Check};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
@@ -185,7 +185,8 @@ impl Check<'_> {
         }
     }
 
-    /// True if an axis turns round at a part of the way, and not well before it.
+    /// True if an axis turns round at a part of the way, and not well before it: by the way, or by how far it has come
+    /// back, for one that follows slowly.
     fn turns_here(
         &self,
         along: &Along<'_>,
@@ -193,6 +194,11 @@ impl Check<'_> {
         [came_from, t]: [f64; 2],
     ) -> Result<bool, Lost> {
         let path = &along.segment.path;
+        let mut barely = before.clone().rounded_by(NEAR);
+        barely.come_to(self.tables, &along.field.axes(&path.at(t))?);
+        if barely.travel == before.travel {
+            return Ok(true);
+        }
         // Not before it came there: on a small circle an axis would turn round on the way back.
         let earlier = (t - BEYOND / length_of(path)).max(came_from);
         let mut ways = before.clone();
