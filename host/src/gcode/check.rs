@@ -53,6 +53,8 @@ struct Check<'a> {
     spreads: [Spread; 4],
     /// Where the corrected program is.
     at: PerLetter,
+    /// The line of its last motion, if that was one of a cycle.
+    cycle: Option<u64>,
     /// False until it has arrived at a corrected position.
     joined: bool,
 }
@@ -106,6 +108,7 @@ pub fn check(
         found: Found::default(),
         spreads: std::array::from_fn(|_| Spread::default()),
         at: start.at,
+        cycle: None,
         joined: false,
     };
     while let Some(event) = before.next_event().map_err(CheckError::Program)? {
@@ -121,6 +124,7 @@ pub fn check(
                 {
                     check.ways.come_to(tables, &q);
                 }
+                check.pass_cycle(&mut after)?;
                 match after.next_event().map_err(CheckError::Corrected)? {
                     Some(Event::Jumped(at)) => {
                         check.at = at.at;
@@ -132,11 +136,9 @@ pub fn check(
             Event::Moved(segment) => check.segment(&segment, &mut after)?,
         }
     }
-    check.pass_tiny(&mut after)?;
-    while let Some(Event::Moved(more)) = after.next_event().map_err(CheckError::Corrected)? {
-        if !over_hole(&more) {
-            return Err(CheckError::More(more.line));
-        }
+    check.pass(&mut after, |more| is_tiny(more) || over_hole(more))?;
+    if let Some(Event::Moved(more)) = after.next_event().map_err(CheckError::Corrected)? {
+        return Err(CheckError::More(more.line));
     }
     let mut found = check.found;
     found.lines = [before.lines(), after.lines()];
@@ -157,6 +159,9 @@ impl Check<'_> {
         after: &mut Program<'_, R>,
     ) -> Result<(), CheckError> {
         self.found.motions[0] += 1;
+        if !segment.in_cycle {
+            self.pass_cycle(after)?;
+        }
         let field = Field {
             tables: self.tables,
             tip: self.tip.filter(|_| segment.tip),
@@ -187,11 +192,16 @@ impl Check<'_> {
             quarters: travel::quarters(&segment.path),
             turned_until: -1.0,
         };
-        let mut joined = self.joined || self.tables.axes & !segment.due == 0;
-        // Over a hole the correction may make up for all of a short way.
-        let may_be_left_out = stands || segment.in_cycle && segment.rate == Rate::Rapid;
-        let is_near = may_be_left_out && near_in(segment.due, &self.at, &end).is_none();
-        let mut is_there = is_near || is_needless(segment, after, &end, &self.options)?;
+        let all = self.joined || self.tables.axes & !segment.due == 0;
+        // Over a hole, and behind one, the correction may make up for all of a short way.
+        let is_rapid = segment.rate == Rate::Rapid;
+        let is_near = (stands || is_rapid)
+            && near_in(segment.due, &self.at, &end).is_none()
+            && (stands || segment.in_cycle || !self.has_own(segment, after, &end)?);
+        // Behind a cycle it has the correction of its bottom.
+        let mut joined = all && (is_near || self.cycle.is_none());
+        let stand = (&self.at, self.cycle.is_some());
+        let mut is_there = is_near || is_needless(segment, after, stand, &end, &self.options)?;
         // Where it ends an arc has been before, a turn ago, or nearly.
         let last_turn = match &segment.path {
             Path::Arc(arc) if segment.whole && arc.sweep.abs() > 0.95 * TAU => {
@@ -222,7 +232,7 @@ impl Check<'_> {
             let took = written.minutes(self.rules.dialect);
             self.found.takes(1, written.rate, took);
             self.at = written.to();
-            // Behind a cycle it has the correction of its bottom.
+            self.cycle = Some(written.line).filter(|_| written.in_cycle);
             joined = !written.in_cycle && self.tables.axes & !due == 0;
             is_there = arrives(segment, &written, &self.at, &end, &self.options)
                 && along.last_t >= last_turn;
@@ -230,13 +240,15 @@ impl Check<'_> {
                 minutes += took;
             }
         }
-        self.pass_tiny(after)?;
+        self.pass(after, is_tiny)?;
         self.joined = joined;
         if segment.rate != Rate::Rapid {
             let planned = segment.minutes(self.rules.dialect);
             self.found.takes(0, segment.rate, planned);
-            // A motion that is shorter than the last digit that is written has no time of its own.
-            if (minutes - planned).abs() > 0.01 * planned && !stands {
+            // A motion that is shorter than the last digit that is written has no time of its own, nor has one over a
+            // hole that is as short as corrections differ.
+            let has_time = !stands && !over_hole(segment);
+            if (minutes - planned).abs() > 0.01 * planned && has_time {
                 if self.found.times_differ == 0 {
                     self.found.first_time_line = segment.line;
                 }
@@ -246,10 +258,34 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Passes what is written only because words are rounded: it goes no farther than their last digits.
-    fn pass_tiny<R: BufRead>(&mut self, after: &mut Program<'_, R>) -> Result<(), CheckError> {
+    /// True if the next motion that is written arrives where one of the program does.
+    fn has_own<R: BufRead>(
+        &self,
+        segment: &Segment,
+        after: &mut Program<'_, R>,
+        end: &PerLetter,
+    ) -> Result<bool, CheckError> {
+        let next = after.peek().map_err(CheckError::Corrected)?;
+        Ok(match next {
+            Some(Event::Moved(next)) => arrives(segment, &next, &next.to(), end, &self.options),
+            _ => false,
+        })
+    }
+
+    /// Passes what the last cycle still does over its hole, where the program has no motion.
+    fn pass_cycle<R: BufRead>(&mut self, after: &mut Program<'_, R>) -> Result<(), CheckError> {
+        let line = self.cycle;
+        self.pass(after, |next| over_hole(next) && line == Some(next.line))
+    }
+
+    /// Passes what is written and belongs to no motion of the program.
+    fn pass<R: BufRead>(
+        &mut self,
+        after: &mut Program<'_, R>,
+        is_none: impl Fn(&Segment) -> bool,
+    ) -> Result<(), CheckError> {
         while let Some(Event::Moved(next)) = after.peek().map_err(CheckError::Corrected)? {
-            if !is_tiny(&next) {
+            if !is_none(&next) {
                 break;
             }
             after.next_event().map_err(CheckError::Corrected)?;
@@ -257,6 +293,7 @@ impl Check<'_> {
             self.found
                 .takes(1, next.rate, next.minutes(self.rules.dialect));
             self.at = next.to();
+            self.cycle = Some(next.line).filter(|_| next.in_cycle);
         }
         Ok(())
     }

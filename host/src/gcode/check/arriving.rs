@@ -45,30 +45,41 @@ pub(super) fn arrives(
 /// How far a rapid within a cycle may end from its own correction (mm): what corrections may differ over a hole.
 const OVER_HOLE: f64 = 0.5;
 
-/// True if it is a rapid of a cycle that goes no farther than corrections differ: to the place of a hole, or to its R,
-/// where the program has no motion, for there both are the same as before.
+/// True if it is a motion of a cycle over its hole that goes no farther than corrections differ: to the place of a hole,
+/// to its R, or from there to the level before the series, where the program has no motion, for there both are the same.
 pub(super) fn over_hole(written: &Segment) -> bool {
     let by = written.path.by();
-    written.in_cycle && written.rate == Rate::Rapid && by.iter().all(|by| by.abs() <= OVER_HOLE)
+    let is_over = written.rate == Rate::Rapid || written.above;
+    written.in_cycle && is_over && by.iter().all(|by| by.abs() <= OVER_HOLE)
 }
 
-/// True if a cycle that stays one has no motion for a rapid of the program: one that goes no farther than corrections
-/// differ, up to an R that is the level already once both are corrected.
+/// True if a cycle that stays one has no motion for one of the program: one that goes no farther than corrections
+/// differ, up to an R that is the level already once both are corrected. `at` is where the corrected program stands, and
+/// `in_cycle` is true if its last motion was one of a cycle: where cycles are written out each motion has its own.
 pub(super) fn is_needless<R: BufRead>(
     segment: &Segment,
     after: &mut Program<'_, R>,
+    (at, in_cycle): (&PerLetter, bool),
     end: &PerLetter,
     options: &Options,
 ) -> Result<bool, CheckError> {
-    if !over_hole(segment) {
+    if !over_hole(segment) || (0..COUNT).any(|i| (at[i] - end[i]).abs() > OVER_HOLE) {
         return Ok(false);
     }
-    let next = after.peek().map_err(CheckError::Corrected)?;
-    let Some(Event::Moved(next)) = next else {
-        return Ok(false);
+    // The cycle may be the last motion, or the last before one that passes.
+    let Some(Event::Moved(next)) = after.peek().map_err(CheckError::Corrected)? else {
+        return Ok(true);
     };
-    let is_its_own = over_hole(&next) || arrives(segment, &next, &next.to(), end, options);
-    Ok(next.in_cycle && !is_its_own)
+    let stays = in_cycle || next.in_cycle || is_before_cycle(segment, &next);
+    Ok(stays && !arrives(segment, &next, &next.to(), end, options))
+}
+
+/// True for axes outside a cycle that go to its hole before it, in a line of their own.
+pub(super) fn is_before_cycle(segment: &Segment, written: &Segment) -> bool {
+    let by = written.path.by();
+    let is_rapid = segment.in_cycle && segment.rate == Rate::Rapid;
+    let stays = (0..3).all(|i| by[i] == 0.0);
+    is_rapid && !written.in_cycle && written.rate == Rate::Rapid && stays
 }
 
 /// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.
@@ -83,7 +94,8 @@ pub(super) fn near_in(due: u16, at: &PerLetter, end: &PerLetter) -> Option<(usiz
     (off > 1.0).then(|| (axis, off * NEAR[usize::from(is_rotary(axis))]))
 }
 
-/// True if a written motion goes no farther than where it is near enough, and the last digits of its words.
+/// True if a motion is written only because words are rounded: it goes no farther than where it is near enough, and the
+/// last digits of its words.
 pub(super) fn is_tiny(written: &Segment) -> bool {
     matches!(written.path, Path::Line(..)) && no_farther(&written.path, 1.5)
 }

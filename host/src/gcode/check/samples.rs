@@ -1,6 +1,6 @@
 //! A motion that was written, beside the corrected path.
 
-use super::arriving::{NEAR, near, over_hole};
+use super::arriving::{NEAR, is_before_cycle, near, over_hole};
 use super::{Along, Check};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
@@ -46,6 +46,9 @@ impl Check<'_> {
         };
         if !along.segment.whole {
             return Ok(false);
+        }
+        if is_before_cycle(along.segment, written) {
+            return Ok(true);
         }
         let is_rapid = along.segment.in_cycle && along.segment.rate == Rate::Rapid;
         if over_hole(written) && !is_rapid {

@@ -16,6 +16,9 @@ use crate::gcode::trace::{Field, Lost, Node};
 /// Heights at which a hole is looked at.
 const HEIGHTS: usize = 9;
 
+/// Half of the last digit of two words (mm).
+const DIGIT: f64 = 1e-4;
+
 impl Corrector<'_> {
     pub(super) fn cycle(
         &mut self,
@@ -124,7 +127,7 @@ impl Corrector<'_> {
         let series = self.written.cycle.map(|written| written.initial);
         let level = series.unwrap_or(self.written.position.at[n]);
         let top = self.in_hole(field, cycle, cycle.r)?.to[n];
-        Ok(cycle.clear() <= cycle.r && level - top <= self.options.tolerance)
+        Ok(cycle.clear() <= cycle.r && level - top + DIGIT <= self.options.tolerance)
     }
 
     /// True if one correction across the hole, and one straight line along it, hold over its depth.

@@ -141,15 +141,14 @@ impl Corrector<'_> {
     /// Axes (bits) that stay where they are during a rapid, without a word: those that neither the program has commanded
     /// yet nor this one has. Nobody knows where they stand when it runs.
     pub(super) fn held(&self, straight: &Straight, rate: Rate) -> u16 {
-        let written = if straight.machine {
-            0
-        } else {
-            self.written.commanded
-        };
-        match rate {
-            Rate::Rapid if !straight.with_spindle => self.tables.axes & !(straight.due | written),
-            _ => 0,
+        if !matches!(rate, Rate::Rapid) || straight.with_spindle {
+            return 0;
         }
+        let moved = match straight.machine {
+            true => straight.due,
+            false => self.nominal.together(straight.due | self.written.commanded),
+        };
+        self.tables.axes & !moved
     }
 
     /// Axes that are held stay where they are.

@@ -103,8 +103,15 @@ impl State {
             self.commanded &= !words;
             self.doubt_offset(words);
         } else if self.distance == Some(Distance::Absolute) {
-            let both = self.offsets.is_turned() && words & 0b11 != 0;
-            self.commanded |= words | if both { 0b11 } else { 0 };
+            self.commanded |= self.together(words);
+        }
+    }
+
+    /// Axes (bits) that move where these have words: under a rotation X and Y both, or none.
+    pub(in crate::gcode) fn together(&self, words: u16) -> u16 {
+        match self.offsets.is_turned() && words & 0b11 != 0 {
+            true => words | 0b11,
+            false => words,
         }
     }
 
@@ -112,12 +119,7 @@ impl State {
     fn due(&self, words: u16, machine: bool) -> u16 {
         match self.distance {
             _ if machine => words,
-            Some(Distance::Absolute) => {
-                let due = self.commanded | words;
-                // Under a rotation both have words, or none.
-                let both = self.offsets.is_turned() && due & 0b11 != 0;
-                due | if both { 0b11 } else { 0 }
-            }
+            Some(Distance::Absolute) => self.together(self.commanded | words),
             // Increments drag nothing along.
             _ => u16::MAX,
         }

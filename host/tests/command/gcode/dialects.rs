@@ -1,7 +1,7 @@
 //! What words mean to one controller and not to another.
 
 use super::{corrected, refuses, run};
-use crate::program::Folder;
+use crate::program::{Folder, answer, example};
 
 const FANUC: [&str; 3] = ["--dialect", "fanuc", "--check"];
 
@@ -336,6 +336,38 @@ fn home_and_probing_under_a_rotation_leave_x_and_y_unknown() {
         let parts = ["line 5", "position of X", "under a rotation", "G53 G0 X"];
         refuses(format!("{turned}{line}\nM2\n"), &[], &parts);
     }
+}
+
+#[test]
+fn under_a_rotation_a_rapid_brings_x_and_y_both_to_their_places() {
+    let folder = Folder::new();
+    // A correction of X alone in the first line, and one of Y where C is turned.
+    let errors = "machine = \"xyzac-trt\"\n[parameters]\nEXXb = 4e-3\nEYCs1 = 10e-3\n";
+    let (errors, trax) = (folder.file("errors.toml", errors), folder.at("c.trax"));
+    let machine = example("linuxcnc-xyzac-trt/machine.toml");
+    answer(0, &["compile", &machine, &errors, "-o", &trax]);
+    let setup = format!(
+        "{}[offset.G54]\nX = 200\nY = 150\nZ = -125\n[offset.G55]\nX = 100\nY = 75\nZ = -60\nR = 30\n",
+        super::five_axes::START
+    );
+    let program = "G21 G90 G42 G1 A1 F9\nG55 G0 C40\nM30\n";
+    let (part, setup) = (
+        folder.file("part.ngc", program),
+        folder.file("setup.toml", setup),
+    );
+    let out = folder.at("out.ngc");
+    let files = ["gcode", &part, "-o", &out, "--setup", &setup];
+    answer(
+        0,
+        &[&files[..], &["--compensation", &trax, "--check"]].concat(),
+    );
+    let out = std::fs::read_to_string(&out).unwrap();
+    let words = |line: &str, letter: char| {
+        let line = out.lines().find(|l| l.contains(line)).unwrap();
+        line.split_whitespace().any(|w| w.starts_with(letter))
+    };
+    assert!(words("G42", 'X') && !words("G42", 'Y'), "{out}");
+    assert!(words("G55", 'X') && words("G55", 'Y'), "{out}");
 }
 
 #[test]

@@ -283,6 +283,29 @@ fn an_axis_that_follows_the_tip_slowly_turns_round_where_its_words_say() {
 }
 
 #[test]
+fn levels_that_are_the_same_and_no_more_once_they_are_corrected_are_followed() {
+    let folder = Folder::new();
+    let begin = "G21 G90 G17 F100\nM3 S100\n";
+    // R and the level before the series differ by less than corrections do, from hole to hole.
+    for program in [
+        "G0 X77.627 Y-17.377 Z3\nG98 G73 X91.324 Y-23.276 Z-1.441 R3.0004 Q2.228\nX-3.77 R3\nG80\nG0 A10 C-145\n",
+        "G0 X-38 Y-44 Z10 A38 C-52\nG98 G84 X-60.46 Y-18.51 Z7.527 R9.999\nX33.14 Y32.767\nX64.75\nG89 X94.635 Y7.284 Z5.703 R10.0004 P0.1\n",
+        "G0 X12 Y-36 Z3\nG98 G85 X87.591 Y-6.766 Z1.819 R3\nX-23.041\nG80\nG0 Z3\n",
+        "G0 X-29 Y57 Z3 A32 C77\nG98 G86 X40.438 Y-56.089 Z-3.218 R2 P0.1\nG80\nG0 Z3.0004\nG81 X-9.686 Y12.163 Z-4.126 R2.999\n",
+        "G0 X-74 Y20 Z10\nG98 G86 X85 Y48 Z2.571 R10 P0.1\nX26 Y-57\nG80\nG0 Z10\nG99 G86 X-11 Y-53 Z6.253 R10.01 P0.1\n",
+        "G0 X31 Y-55 Z3 A15 C-49\nG98 G84 X8.055 Y48.553 Z-5.468 R2.8\nX24.226 Y25.162\n",
+    ] {
+        for options in [
+            &["--backlash", "leave", "--tolerance", "20"][..],
+            &["--tolerance", "2"],
+        ] {
+            let program = format!("{begin}{program}G80\nG0 Z20\nM30\n");
+            five(&folder, &program, &[options, &["--check"]].concat());
+        }
+    }
+}
+
+#[test]
 fn what_counts_from_the_axes_or_from_the_tip_is_no_line_with_the_switch() {
     let folder = Folder::new();
     let part = folder.file("part.ngc", "G21 G90\nM428 G92 X0\nM30\n");
