@@ -77,9 +77,8 @@ pub(super) fn is_needless<R: BufRead>(
 /// True for axes outside a cycle that go to its hole before it, in a line of their own.
 pub(super) fn is_before_cycle(segment: &Segment, written: &Segment) -> bool {
     let by = written.path.by();
-    let is_rapid = segment.in_cycle && segment.rate == Rate::Rapid;
     let stays = (0..3).all(|i| by[i] == 0.0);
-    is_rapid && !written.in_cycle && written.rate == Rate::Rapid && stays
+    segment.in_cycle && !written.in_cycle && written.rate == Rate::Rapid && stays
 }
 
 /// `None` if it is near enough; otherwise the axis that is farthest off, and by how much.

@@ -293,6 +293,7 @@ fn levels_that_are_the_same_and_no_more_once_they_are_corrected_are_followed() {
         "G0 X12 Y-36 Z3\nG98 G85 X87.591 Y-6.766 Z1.819 R3\nX-23.041\nG80\nG0 Z3\n",
         "G0 X-29 Y57 Z3 A32 C77\nG98 G86 X40.438 Y-56.089 Z-3.218 R2 P0.1\nG80\nG0 Z3.0004\nG81 X-9.686 Y12.163 Z-4.126 R2.999\n",
         "G0 X-74 Y20 Z10\nG98 G86 X85 Y48 Z2.571 R10 P0.1\nX26 Y-57\nG80\nG0 Z10\nG99 G86 X-11 Y-53 Z6.253 R10.01 P0.1\n",
+        "G98 G83 Z0 R0.1 Q1\n",
         "G0 X31 Y-55 Z3 A15 C-49\nG98 G84 X8.055 Y48.553 Z-5.468 R2.8\nX24.226 Y25.162\n",
     ] {
         for options in [
