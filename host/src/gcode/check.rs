@@ -194,10 +194,10 @@ impl Check<'_> {
         };
         let all = self.joined || self.tables.axes & !segment.due == 0;
         // Over a hole, and behind one, the correction may make up for all of a short way.
-        let is_rapid = segment.rate == Rate::Rapid;
-        let is_near = (stands || is_rapid)
-            && near_in(segment.due, &self.at, &end).is_none()
-            && (stands || segment.in_cycle || !self.has_own(segment, after, &end)?);
+        let may_be_left_out = stands
+            || segment.rate == Rate::Rapid
+                && (segment.in_cycle || !self.has_own(segment, after, &end)?);
+        let is_near = may_be_left_out && near_in(segment.due, &self.at, &end).is_none();
         // Behind a cycle it has the correction of its bottom.
         let mut joined = all && (is_near || self.cycle.is_none());
         let stand = (&self.at, self.cycle.is_some());

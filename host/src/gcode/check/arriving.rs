@@ -66,9 +66,9 @@ pub(super) fn is_needless<R: BufRead>(
     if !over_hole(segment) || (0..COUNT).any(|i| (at[i] - end[i]).abs() > OVER_HOLE) {
         return Ok(false);
     }
-    // The cycle may be the last motion, or the last before one that passes.
     let Some(Event::Moved(next)) = after.peek().map_err(CheckError::Corrected)? else {
-        return Ok(true);
+        // The last motion, or the last before one that passes.
+        return Ok(in_cycle);
     };
     let stays = in_cycle || next.in_cycle || is_before_cycle(segment, &next);
     Ok(stays && !arrives(segment, &next, &next.to(), end, options))

@@ -47,7 +47,7 @@ impl Check<'_> {
         if !along.segment.whole {
             return Ok(false);
         }
-        if is_before_cycle(along.segment, written) {
+        if length < LARGEST && is_before_cycle(along.segment, written) {
             return Ok(true);
         }
         let is_rapid = along.segment.in_cycle && along.segment.rate == Rate::Rapid;
