@@ -10,7 +10,7 @@ use std::fmt::{self, Write};
 /// The most that our time may be of that of matrices.
 const SHARE: f64 = 0.15;
 /// How often it is measured until it holds: what else the computer does takes caches away and adds time, never less.
-const ATTEMPTS: usize = 3;
+const ATTEMPTS: usize = 8;
 /// Periods of the thread, ns, and how many are recorded. At the first nearly everything stays in the caches.
 const PERIODS: [(u32, usize); 2] = [(25_000, 200_000), (1_000_000, 5_000)];
 /// Periods in a row that are looked at together: 2.5 ms at the first, a part of what is interrupted and shares caches
