@@ -25,7 +25,7 @@ use super::ways::Ways;
 use crate::errors::ErrorModel;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use arriving::{arrives, is_needless, is_tiny, near_in, over_hole, stands};
+use arriving::{ROUNDED, arrives, is_needless, is_tiny, near_in, off, over_hole, stands};
 pub use found::{CheckError, Found, ToolPath};
 pub use spread::{Spread, Statistics};
 use std::f64::consts::TAU;
@@ -55,8 +55,20 @@ struct Check<'a> {
     at: PerLetter,
     /// The line of its last motion, if that was one of a cycle.
     cycle: Option<u64>,
+    /// What the cycle of a line of the program takes.
+    hole: Hole,
     /// False until it has arrived at a corrected position.
     joined: bool,
+}
+
+/// What the motions of a line of the program take that belong together if it is a cycle (minutes or revolutions):
+/// before, after.
+#[derive(Clone, Copy, Default)]
+struct Hole {
+    line: u64,
+    /// True if some of them have no time of their own: over the hole both of their ends are corrected apart.
+    is_one: bool,
+    takes: [f64; 2],
 }
 
 /// A motion of the program, while what was written for it is looked at.
@@ -109,6 +121,7 @@ pub fn check(
         spreads: std::array::from_fn(|_| Spread::default()),
         at: start.at,
         cycle: None,
+        hole: Hole::default(),
         joined: false,
     };
     while let Some(event) = before.next_event().map_err(CheckError::Program)? {
@@ -124,7 +137,8 @@ pub fn check(
                 {
                     check.ways.come_to(tables, &q);
                 }
-                check.pass_cycle(&mut after)?;
+                check.leave_hole(&mut after)?;
+                check.pass(&mut after, is_tiny)?;
                 match after.next_event().map_err(CheckError::Corrected)? {
                     Some(Event::Jumped(at)) => {
                         check.at = at.at;
@@ -136,6 +150,7 @@ pub fn check(
             Event::Moved(segment) => check.segment(&segment, &mut after)?,
         }
     }
+    check.leave_hole(&mut after)?;
     check.pass(&mut after, |more| is_tiny(more) || over_hole(more))?;
     if let Some(Event::Moved(more)) = after.next_event().map_err(CheckError::Corrected)? {
         return Err(CheckError::More(more.line));
@@ -159,8 +174,9 @@ impl Check<'_> {
         after: &mut Program<'_, R>,
     ) -> Result<(), CheckError> {
         self.found.motions[0] += 1;
-        if !segment.in_cycle {
-            self.pass_cycle(after)?;
+        if !segment.in_cycle || segment.line != self.hole.line {
+            self.leave_hole(after)?;
+            self.hole.line = segment.line;
         }
         let field = Field {
             tables: self.tables,
@@ -173,8 +189,12 @@ impl Check<'_> {
         // Directions before the motion, and at its end.
         let ways = self.ways.clone();
         let turns = self.axes_turn();
-        self.follow(&field, segment).map_err(lost)?;
-        let end = field.node(1.0, &segment.to(), &self.ways).map_err(lost)?.to;
+        let mut ends = self.ends(&field, segment).map_err(lost)?.into_iter();
+        let Some((first, mut end)) = ends.next() else {
+            return Err(CheckError::Outside(segment.line));
+        };
+        self.ways = first;
+        let others: Vec<_> = ends.collect();
         let stands = stands(segment);
         let mut minutes = 0.0;
         let mut along = Along {
@@ -231,29 +251,54 @@ impl Check<'_> {
             let is_take_up = self.samples(&mut along, &written).map_err(lost)?;
             let took = written.minutes(self.rules.dialect);
             self.found.takes(1, written.rate, took);
+            self.hole.takes[1] += took;
+            self.hole.is_one |= written.above && over_hole(&written);
             self.at = written.to();
             self.cycle = Some(written.line).filter(|_| written.in_cycle);
             joined = !written.in_cycle && self.tables.axes & !due == 0;
-            is_there = arrives(segment, &written, &self.at, &end, &self.options)
-                && along.last_t >= last_turn;
+            let reached = |end: &PerLetter| {
+                arrives(segment, &written, &self.at, end, &self.options)
+                    && along.last_t >= last_turn
+            };
+            is_there = reached(&end);
+            if let (false, Some((ways, other))) =
+                (is_there, others.iter().find(|(_, end)| reached(end)))
+            {
+                (self.ways, end, is_there) = (ways.clone(), *other, true);
+            }
             if is_there || !is_take_up {
                 minutes += took;
             }
         }
-        self.pass(after, is_tiny)?;
+        // What leads away from there is a step at the next reversal, as short, or a motion of its own.
+        self.pass(after, |more| {
+            let [from, to] = [0.0, 1.0].map(|t| off(segment.due, &more.path.at(t), &end));
+            is_tiny(more) && (to <= from || to <= ROUNDED)
+        })?;
         self.joined = joined;
         if segment.rate != Rate::Rapid {
             let planned = segment.minutes(self.rules.dialect);
             self.found.takes(0, segment.rate, planned);
-            // A motion that is shorter than the last digit that is written has no time of its own, nor has one over a
-            // hole that is as short as corrections differ.
-            let has_time = !stands && !over_hole(segment);
-            if (minutes - planned).abs() > 0.01 * planned && has_time {
-                if self.found.times_differ == 0 {
-                    self.found.first_time_line = segment.line;
-                }
-                self.found.times_differ += 1;
+            self.hole.takes[0] += planned;
+            // A motion that is shorter than the last digit that is written has no time of its own. One over a hole that
+            // is as short as corrections differ counts with the rest of its cycle.
+            if over_hole(segment) {
+                self.hole.is_one = true;
+            } else if !stands {
+                self.found.compare(segment.line, [planned, minutes]);
             }
+        }
+        Ok(())
+    }
+
+    /// Passes what the last cycle still does over its hole, where the program has no motion, and compares what all of it
+    /// takes.
+    fn leave_hole<R: BufRead>(&mut self, after: &mut Program<'_, R>) -> Result<(), CheckError> {
+        let line = self.cycle;
+        self.pass(after, |next| over_hole(next) && line == Some(next.line))?;
+        let hole = std::mem::take(&mut self.hole);
+        if hole.is_one {
+            self.found.compare(hole.line, hole.takes);
         }
         Ok(())
     }
@@ -272,12 +317,6 @@ impl Check<'_> {
         })
     }
 
-    /// Passes what the last cycle still does over its hole, where the program has no motion.
-    fn pass_cycle<R: BufRead>(&mut self, after: &mut Program<'_, R>) -> Result<(), CheckError> {
-        let line = self.cycle;
-        self.pass(after, |next| over_hole(next) && line == Some(next.line))
-    }
-
     /// Passes what is written and belongs to no motion of the program.
     fn pass<R: BufRead>(
         &mut self,
@@ -290,8 +329,10 @@ impl Check<'_> {
             }
             after.next_event().map_err(CheckError::Corrected)?;
             self.found.motions[1] += 1;
-            self.found
-                .takes(1, next.rate, next.minutes(self.rules.dialect));
+            let took = next.minutes(self.rules.dialect);
+            self.found.takes(1, next.rate, took);
+            self.hole.takes[1] += took;
+            self.hole.is_one |= next.above && over_hole(&next);
             self.at = next.to();
             self.cycle = Some(next.line).filter(|_| next.in_cycle);
         }

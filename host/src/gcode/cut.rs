@@ -36,6 +36,15 @@ impl Limits {
         }
     }
 
+    /// The same with no more than this (mm).
+    #[must_use]
+    pub fn within(self, linear: f64) -> Self {
+        Self {
+            linear: self.linear.min(linear),
+            ..self
+        }
+    }
+
     /// The same with so much more (mm).
     #[must_use]
     pub fn plus(self, linear: f64) -> Self {

@@ -67,7 +67,7 @@ impl Ways {
     /// An axis has come to a position, less than half a turn from where it was.
     fn axis_at(&mut self, tables: &Tables<'_>, axis: usize, q: f64) {
         let slack = self.slack[usize::from(is_rotary(axis))];
-        let hysteresis = (tables.hysteresis[axis] + slack) as f32;
+        let hysteresis = (tables.hysteresis[axis] + slack).max(0.0) as f32;
         let period = tables.period[axis] as f32;
         self.travel[axis] = self.reversals[axis].update(q as f32, hysteresis, period);
     }

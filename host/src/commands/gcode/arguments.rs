@@ -132,12 +132,18 @@ enum Switch {
     Off,
 }
 
+/// The least tolerance (µm): rounding words of three axes to 0.1 µm takes 0.09 of it.
+const LEAST_TOLERANCE: f64 = 0.3;
+
 impl Arguments {
     pub fn options(&self) -> Result<gcode::Options, BadInput> {
-        for (name, value) in [("--tolerance", self.tolerance), ("--chord", self.chord)] {
-            if !(0.01..=1000.0).contains(&value) {
+        for (name, value, least) in [
+            ("--tolerance", self.tolerance, LEAST_TOLERANCE),
+            ("--chord", self.chord, 0.01),
+        ] {
+            if !(least..=1000.0).contains(&value) {
                 return Err(BadInput::new(
-                    format!("{name} {value}: no length between 0.01 and 1000 µm"),
+                    format!("{name} {value}: no length between {least} and 1000 µm"),
                     format!("write for example {name} 0.5"),
                 ));
             }

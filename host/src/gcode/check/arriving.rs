@@ -13,6 +13,9 @@ use std::io::BufRead;
 /// How near it must arrive: half of the last digit that is written, of all axes together (mm, degrees).
 pub(super) const NEAR: [f64; 2] = [1.5e-4, 2e-5];
 
+/// What rounding words leaves, in parts of that, and a little more.
+pub(super) const ROUNDED: f64 = 0.4;
+
 /// Whether a written motion ends where one of the program does. A cycle that stays one has the correction of its
 /// bottom everywhere: within the tolerance while it feeds, and over the hole as it comes. A full turn ends where it
 /// began, as far as the tolerance lets it.
@@ -88,9 +91,18 @@ pub(super) fn near(at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {
 
 /// The same of some axes (bits).
 pub(super) fn near_in(due: u16, at: &PerLetter, end: &PerLetter) -> Option<(usize, f64)> {
-    let off = bits(due).map(|i| (i, (at[i] - end[i]).abs() / NEAR[usize::from(is_rotary(i))]));
+    let off = bits(due).map(|i| (i, off_by(i, at, end)));
     let (axis, off) = off.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (off > 1.0).then(|| (axis, off * NEAR[usize::from(is_rotary(axis))]))
+}
+
+/// How far some axes (bits) are off at most, in parts of what is near enough.
+pub(super) fn off(due: u16, at: &PerLetter, end: &PerLetter) -> f64 {
+    bits(due).map(|i| off_by(i, at, end)).fold(0.0, f64::max)
+}
+
+fn off_by(axis: usize, at: &PerLetter, end: &PerLetter) -> f64 {
+    (at[axis] - end[axis]).abs() / NEAR[usize::from(is_rotary(axis))]
 }
 
 /// True if a motion is written only because words are rounded: it goes no farther than where it is near enough, and the

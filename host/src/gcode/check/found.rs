@@ -67,6 +67,16 @@ impl Found {
         }
     }
 
+    /// Counts what does not take what it took before, within 1 %.
+    pub(super) fn compare(&mut self, line: u64, [before, after]: [f64; 2]) {
+        if (after - before).abs() > 0.01 * before {
+            if self.times_differ == 0 {
+                self.first_time_line = line;
+            }
+            self.times_differ += 1;
+        }
+    }
+
     /// True if the check holds: along the path, and in time.
     #[must_use]
     pub fn holds(&self, options: &Options) -> bool {

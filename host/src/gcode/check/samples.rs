@@ -10,7 +10,7 @@ use crate::gcode::ways::Ways;
 use std::f64::consts::TAU;
 
 /// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.
-const NOWHERE: f64 = 2e-3;
+const NOWHERE: f64 = 5e-4;
 /// How far behind a reversal axes are looked at, until one has turned round (mm, degrees): ever farther, for an axis may
 /// follow slowly, or turn round again.
 const BEYOND: f64 = 0.01;
@@ -18,11 +18,13 @@ const FARTHER: f64 = 1.3;
 /// So often is a part of the way halved until no more than one axis turns round in it.
 const HALVINGS: u32 = 16;
 /// A step at a reversal is shorter (mm and degrees).
-const STEP: f64 = 0.2;
+const STEP: f64 = 2.0;
 /// A step that goes no farther along the path, in parts of its length, is one.
 const SURELY: f64 = 0.1;
-/// A part of the tolerance.
+/// How far a step may end beside its place, along the path, in parts of the tolerance.
 const ALONG: f64 = 0.2;
+/// The same in parts of the step.
+const OF_STEP: f64 = 0.25;
 /// Corrections are smaller (mm and degrees, of all axes together).
 const LARGEST: f64 = 5.0;
 /// Samples of a segment, at most, if no turn of it has less.
@@ -107,7 +109,7 @@ impl Check<'_> {
         let from = self.part(along, &written.path.at(0.0), &along.travel)?;
         let mut turned = along.travel.clone();
         let (mut beyond, mut ahead, mut last) = (BEYOND, from, from);
-        let mut first: Option<(f64, Ways, f64)> = None;
+        let mut first: Option<(f64, bool, Ways, f64)> = None;
         while ahead < 1.0 {
             ahead = (from + beyond / whole).min(1.0);
             let before = turned.travel;
@@ -126,21 +128,24 @@ impl Check<'_> {
             let to = self.part(along, &end, &turned)?;
             let there = along.field.node(to, &path.at(to), &turned)?;
             let gone = (to - from).abs() * whole;
-            let is_there = near(&end, &there.to).is_none()
-                || near(&end, &self.abreast(path, to, &there.to, &end)).is_none();
+            let is_exact = near(&end, &there.to).is_none();
+            let is_there =
+                is_exact || near(&end, &self.abreast(path, to, &there.to, &end, length)).is_none();
             if gone > 0.5 * length + NOWHERE || !is_there {
                 continue;
             }
             match &first {
+                // Beside its place only if none is at it.
+                Some((_, true, ..)) if !is_exact => {}
                 // Of those that turn later, too, all of the step may be one of theirs, none of it the way.
-                Some((by, ..)) if gone > 0.1 * by => {}
-                _ => first = Some((gone, turned.clone(), ahead)),
+                Some((by, exact, ..)) if *exact == is_exact && gone > 0.1 * by => {}
+                _ => first = Some((gone, is_exact, turned.clone(), ahead)),
             }
-            if gone <= SURELY * length {
+            if is_exact && gone <= SURELY * length {
                 break;
             }
         }
-        let Some((_, turned, ahead)) = first else {
+        let Some((_, _, turned, ahead)) = first else {
             return Ok(false);
         };
         along.travel = turned;
@@ -148,9 +153,16 @@ impl Check<'_> {
         Ok(true)
     }
 
-    /// A corrected place, moved along the path to where it is next to another one, by a part of the tolerance at most:
-    /// the part of the way at which that belongs is known to the last digits of words.
-    fn abreast(&self, path: &Path, t: f64, there: &PerLetter, at: &PerLetter) -> PerLetter {
+    /// A corrected place, moved along the path to where it is next to another one, by parts of the tolerance and of the
+    /// step at most: the part of the way at which that belongs is known to the last digits of words.
+    fn abreast(
+        &self,
+        path: &Path,
+        t: f64,
+        there: &PerLetter,
+        at: &PerLetter,
+        length: f64,
+    ) -> PerLetter {
         let (low, high) = ((t - 1e-6).max(0.0), (t + 1e-6).min(1.0));
         let (low, high) = (path.at(low), path.at(high));
         let (mut dot, mut square) = (0.0, 0.0);
@@ -160,7 +172,7 @@ impl Check<'_> {
             square += way * way;
         }
         let by = if square > 0.0 { dot / square } else { 0.0 };
-        if by.abs() * square.sqrt() > ALONG * self.options.tolerance {
+        if by.abs() * square.sqrt() > (ALONG * self.options.tolerance).min(OF_STEP * length) {
             return *there;
         }
         std::array::from_fn(|i| there[i] + by * (high[i] - low[i]))

@@ -1,5 +1,6 @@
 //! Which way axes go along a motion of the program.
 
+use super::arriving::NEAR;
 use super::{Along, Check};
 use crate::gcode::axes::{COUNT, PerLetter};
 use crate::gcode::correct::Backlash;
@@ -54,8 +55,32 @@ impl Check<'_> {
         self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
     }
 
+    /// Where a motion of the program ends, corrected, with the directions of travel there. Axes that follow the tip come
+    /// back slowly: whether one has turned round yet the last digits of words may decide, so that there are several.
+    pub(super) fn ends(
+        &self,
+        field: &Field<'_>,
+        segment: &Segment,
+    ) -> Result<Vec<(Ways, PerLetter)>, Lost> {
+        let slacks: &[f64] = match field.tip {
+            Some(_) if self.tables.directional != 0 => &[0.0, 1.0, -1.0],
+            _ => &[0.0],
+        };
+        let mut ends: Vec<(Ways, PerLetter)> = Vec::new();
+        for slack in slacks {
+            let mut ways = self.ways.clone().rounded_by(NEAR.map(|near| slack * near));
+            self.follow(field, segment, &mut ways)?;
+            let ways = ways.rounded_by([0.0; 2]);
+            if ends.iter().all(|(other, _)| other.travel != ways.travel) {
+                let to = field.node(1.0, &segment.to(), &ways)?.to;
+                ends.push((ways, to));
+            }
+        }
+        Ok(ends)
+    }
+
     /// Takes the directions of travel along.
-    pub(super) fn follow(&mut self, field: &Field<'_>, segment: &Segment) -> Result<(), Lost> {
+    fn follow(&self, field: &Field<'_>, segment: &Segment, ways: &mut Ways) -> Result<(), Lost> {
         if !self.axes_turn() {
             return Ok(());
         }
@@ -70,9 +95,9 @@ impl Check<'_> {
         for t in parts {
             let to = (t, field.axes(&segment.path.at(t))?);
             if field.tip.is_some() {
-                self.follow_bent(field, segment, from, to, MOST_HALVINGS)?;
+                self.follow_bent(field, segment, [from, to], MOST_HALVINGS, ways)?;
             }
-            self.ways.come_to(self.tables, &to.1);
+            ways.come_to(self.tables, &to.1);
             from = to;
         }
         Ok(())
@@ -81,12 +106,12 @@ impl Check<'_> {
     /// Axes that follow the tip bend, and turn round anywhere: looked at between two places as often as it takes to
     /// miss no way back that counts.
     fn follow_bent(
-        &mut self,
+        &self,
         field: &Field<'_>,
         segment: &Segment,
-        from: (f64, PerLetter),
-        to: (f64, PerLetter),
+        [from, to]: [(f64, PerLetter); 2],
         halvings: u32,
+        ways: &mut Ways,
     ) -> Result<(), Lost> {
         let t = 0.5 * (from.0 + to.0);
         let q = field.axes(&segment.path.at(t))?;
@@ -97,9 +122,9 @@ impl Check<'_> {
             may_turn && off > 0.1 * self.tables.hysteresis[i].max(FINEST)
         });
         if is_bent && halvings > 0 {
-            self.follow_bent(field, segment, from, (t, q), halvings - 1)?;
-            self.ways.come_to(self.tables, &q);
-            self.follow_bent(field, segment, (t, q), to, halvings - 1)?;
+            self.follow_bent(field, segment, [from, (t, q)], halvings - 1, ways)?;
+            ways.come_to(self.tables, &q);
+            self.follow_bent(field, segment, [(t, q), to], halvings - 1, ways)?;
         }
         Ok(())
     }

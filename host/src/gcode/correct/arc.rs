@@ -10,8 +10,8 @@ use crate::gcode::fault::Fault;
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
 
-/// Chords of more, in parts of the radius, would be another figure than an arc, and the end of one its beginning.
-const LARGEST_SAGITTA: f64 = 0.1;
+/// What is farther from an arc, in parts of the radius, is another figure, and the end of one its beginning.
+const LARGEST: f64 = 0.1;
 
 /// So much of a sagitta is seen at nodes, of which a chord has four, if it is largest between two of them: 1 - 1/16.
 const SEEN: f64 = 0.9375;
@@ -35,7 +35,9 @@ impl Corrector<'_> {
         let reaches = nodes.try_for_each(|node| field.reaches(node));
         reaches.map_err(|lost| moving.lost(lost))?;
         let timing = self.timing(rate, &path);
-        let limits = self.limits();
+        let [r0, r1] = arc.radii();
+        let farthest = LARGEST * r0.min(r1);
+        let limits = self.limits().within(farthest);
         if self.is_offset() || self.options.undo {
             return self.in_one(arc, &limits, timing, moving);
         }
@@ -52,8 +54,7 @@ impl Corrector<'_> {
             }
         }
         // Chords: nodes as close as a quarter of one.
-        let [r0, r1] = arc.radii();
-        let sagitta = self.options.chord.min(LARGEST_SAGITTA * r0.min(r1));
+        let sagitta = self.options.chord.min(farthest);
         let seen = SEEN * sagitta;
         let chord = 2.0 * (1.0 - seen / r0.max(r1)).acos();
         let finer = (4.0 * arc.sweep.abs() / chord).ceil() as usize;

@@ -16,6 +16,9 @@ use crate::gcode::trace::{Field, Lost, Node};
 /// Heights at which a hole is looked at.
 const HEIGHTS: usize = 9;
 
+/// How much of its time a move may take more or less.
+const TIMES: f64 = 0.01;
+
 /// Half of the last digit of two words (mm).
 const DIGIT: f64 = 1e-4;
 
@@ -38,11 +41,18 @@ impl Corrector<'_> {
         }
         let field = self.field();
         // A correction is taken away from cycles that stayed ones, whatever the tolerance was.
-        let keeps = || {
-            let undo = self.options.undo;
-            Ok(undo || self.feeds_to_r(&field, cycle)? && self.is_constant(&field, cycle)?)
-        };
-        let stays = single && straight && keeps().map_err(|lost| moving.lost(lost))?;
+        let undo = self.options.undo;
+        let (mut stays, mut takes) = (single && straight, None);
+        if stays && !undo {
+            let keeps = || Ok(self.feeds_to_r(&field, cycle)? && self.is_constant(&field, cycle)?);
+            stays = keeps().map_err(|lost| moving.lost(lost))?;
+            if stays {
+                takes = self
+                    .takes_otherwise(&field, cycle)
+                    .map_err(|lost| moving.lost(lost))?;
+                stays = takes.is_none();
+            }
+        }
         let in_series = self.written.cycle.is_some() || self.written_out.is_none();
         if stays && in_series && self.keeps_level(&field, cycle, moving)? {
             self.written_out = None;
@@ -52,14 +62,24 @@ impl Corrector<'_> {
             return self.shifted(given, cycle, moving, out);
         }
         let Some(parts) = cycle.parts() else {
-            return Err(Fault::new(
-                moving.span.clone(),
-                format!(
-                    "the correction changes over this hole, and G{} cannot be written out",
-                    cycle.code / 10
+            let code = cycle.code / 10;
+            let (cause, remedy) = match takes {
+                Some([planned, now]) => (
+                    format!(
+                        "G{code} would feed {now:.4} mm in the place of {planned:.4} mm, more than {} % of its time, and \
+                         cannot be written out",
+                        TIMES * 100.0
+                    ),
+                    "write G99, or use the compensation in the controller",
                 ),
-                "give a larger --tolerance, or use the compensation in the controller",
-            ));
+                None => (
+                    format!(
+                        "the correction changes over this hole, and G{code} cannot be written out"
+                    ),
+                    "give a larger --tolerance, or use the compensation in the controller",
+                ),
+            };
+            return Err(Fault::new(moving.span.clone(), cause, remedy));
         };
         if parts.contains(&Part::SpindleStops) {
             self.needs_spindle(cycle, moving)?;
@@ -123,11 +143,42 @@ impl Corrector<'_> {
         if !cycle.feeds_to_level() {
             return Ok(true);
         }
-        let n = cycle.axes[2];
-        let series = self.written.cycle.map(|written| written.initial);
-        let level = series.unwrap_or(self.written.position.at[n]);
-        let top = self.in_hole(field, cycle, cycle.r)?.to[n];
+        let bottom = self.in_hole(field, cycle, cycle.bottom)?;
+        let level = self.level(cycle, &bottom.to);
+        let top = self.in_hole(field, cycle, cycle.r)?.to[cycle.axes[2]];
         Ok(cycle.clear() <= cycle.r && level - top + DIGIT <= self.options.tolerance)
+    }
+
+    /// Where the corrected program is before the series of a cycle with this bottom.
+    fn level(&self, cycle: &Cycle, bottom: &PerLetter) -> f64 {
+        let series = self.written.cycle.map(|written| written.initial);
+        let stays = series.filter(|_| self.outside(cycle, bottom).is_none());
+        stays.unwrap_or(self.written.position.at[cycle.axes[2]])
+    }
+
+    /// `None` if its feeds take as long as those of the program; otherwise how far (mm) one of them goes there, and
+    /// corrected. Down and out of a thread are one.
+    fn takes_otherwise(&self, field: &Field<'_>, cycle: &Cycle) -> Result<Option<[f64; 2]>, Lost> {
+        let bottom = self.in_hole(field, cycle, cycle.bottom)?.to;
+        let top = self.in_hole(field, cycle, cycle.r)?.to[cycle.axes[2]];
+        let level = match cycle.retract {
+            Retract::Initial => self.level(cycle, &bottom).max(top),
+            Retract::Plane => top,
+        };
+        let [planned, now] = [
+            [cycle.r - cycle.bottom, cycle.clear() - cycle.r],
+            [top - bottom[cycle.axes[2]], level - top],
+        ];
+        let feeds = |[depth, out]: [f64; 2]| match cycle.code {
+            890 if cycle.feeds_to_level() => [depth, depth + out],
+            _ if cycle.parts().is_none() => [2.0 * depth + out; 2],
+            _ => [depth; 2],
+        };
+        let mut pairs = feeds(planned).into_iter().zip(feeds(now));
+        let differs = |[planned, now]: &[f64; 2]| {
+            *planned > 0.0 && (now - planned).abs() + 2.0 * DIGIT > TIMES * planned
+        };
+        Ok(pairs.find_map(|(planned, now)| Some([planned, now]).filter(differs)))
     }
 
     /// True if one correction across the hole, and one straight line along it, hold over its depth.

@@ -2,6 +2,7 @@
 
 use super::Corrector;
 use super::piece::{Piece, Shape, Timing};
+use crate::gcode::arc::Arc;
 use crate::gcode::axes::{COUNT, NOTHING, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
@@ -72,7 +73,7 @@ impl Corrector<'_> {
                 Rate::PerMinute(f) | Rate::PerRevolution(f) => {
                     let length = match piece.shape {
                         Shape::Arc(arc) => {
-                            let linear = arc.length() / self.unit();
+                            let linear = self.as_written(&arc, to).length() / self.unit();
                             self.rules.dialect.arc_length(linear, &by)
                         }
                         _ => self.rules.dialect.length(&by),
@@ -88,6 +89,18 @@ impl Corrector<'_> {
                     })
                 }
             },
+        }
+    }
+
+    /// An arc between ends that are rounded, which is more than 1 % of a short one; as it is, if they would make another
+    /// figure of it.
+    fn as_written(&self, arc: &Arc, to: &PerLetter) -> Arc {
+        let from = self.written.position.at;
+        let clockwise = arc.sweep < 0.0;
+        let written = Arc::new(from, *to, arc.axes, arc.centre, clockwise, arc.turns());
+        match (written.sweep - arc.sweep).abs() < 0.1 {
+            true => written,
+            false => *arc,
         }
     }
 }
