@@ -6,6 +6,8 @@ mod five_axes;
 mod hemisphere;
 mod programs;
 mod random;
+mod random_cycles;
+mod random_tips;
 mod refused;
 mod reversals;
 mod tool_length;

@@ -160,9 +160,21 @@ fn holes_and_levels_that_are_hardly_apart_are_accepted() {
     ] {
         let program = format!("{start}{series}\nG80\nM30\n");
         // With room for cycles that stay, and written out.
-        for tolerance in ["0.2", "0.5", "100"] {
+        for tolerance in ["0.3", "0.5", "100"] {
             let options = ["--check", "--tolerance", tolerance];
             corrected(&Folder::new(), &program, &options);
         }
     }
+}
+
+#[test]
+fn shallow_holes_keep_their_times_or_are_refused() {
+    let begin = "G21 G90 G98 G17 F300\nM3 S100\nG0 X100 Y100 Z250\n";
+    // The level before them has another correction: some per cent of the way out.
+    let program = format!("{begin}G89 X-50 Y50 Z249.8 R250 P0.1\nX90 Y-10\nG80\nM30\n");
+    let options = ["--tolerance", "50", "--check"];
+    corrected(&Folder::new(), &program, &options);
+    let program = format!("{begin}G84 X-50 Y50 Z249.9 R249.95\nG80\nM30\n");
+    let parts = ["line 4", "G84 would feed", "1 % of its time", "G99"];
+    refuses(program, &options[..2], &parts);
 }

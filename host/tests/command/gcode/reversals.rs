@@ -307,6 +307,55 @@ fn levels_that_are_the_same_and_no_more_once_they_are_corrected_are_followed() {
 }
 
 #[test]
+fn steps_are_told_from_motions_as_short() {
+    let folder = Folder::new();
+    let tip =
+        "G0 Y-0.642 Z0.96 A-23.003 C-195.711\nG1 A-27.689 C114.917\nG1 X-0.969 Z0.181 C37.261\n";
+    let machine = example("linuxcnc-xyzac-trt/machine.toml");
+    let errors = example("linuxcnc-xyzac-trt/errors-11.toml");
+    for (program, options) in [
+        // A step of 0.2 µm behind a motion that goes nowhere.
+        ("G0 X1. Y2.\nG1 Y2. F100\nG1 Y2.\nC-7.\n", &[][..]),
+        ("G1 A-0.\nX-0.002 C-0.01\n", &[]),
+        (
+            "G91\nG1 A-0.\nA-0.00001\nA0.00002\n",
+            &["--backlash", "blend", "--tolerance", "5"],
+        ),
+        ("G1 X-45.\nG91\nX0.002\n", &["--tolerance", "50"]),
+        (
+            "G0 X1. Y2. Z3. A1.\nC11.\nX-4. C8.\n",
+            &["--tolerance", "2"],
+        ),
+        // An arc of 2 µm, and one that is smaller than the tolerance.
+        (
+            "G0 X7.96 Y-30.8\nG2 X7.941 Y-30.75502 R0.02\nG3 X7.94 Y-30.757 I0.1 J0.\n",
+            &["--backlash", "leave"],
+        ),
+        (
+            "G0 X14.\nG2 I0.012\nX14.4 R0.4\n",
+            &["--backlash", "blend", "--tolerance", "50"],
+        ),
+        // Whether an axis has turned round at the end the last digits decide.
+        (
+            &format!(
+                "M428\nG0 X0.331 Y-0.968 Z-0.053 A-29.122 C21.595\nG1 X0\nX-0.257\nY0.145 Z0.654 C1.89\n{tip}M429\n"
+            ),
+            &[
+                "--tolerance",
+                "2",
+                "--machine",
+                &machine,
+                "--errors",
+                &errors,
+            ],
+        ),
+    ] {
+        let program = format!("G21 G90 G17 G54 G94 F600\n{program}M30\n");
+        five(&folder, &program, &[options, &["--check"]].concat());
+    }
+}
+
+#[test]
 fn what_counts_from_the_axes_or_from_the_tip_is_no_line_with_the_switch() {
     let folder = Folder::new();
     let part = folder.file("part.ngc", "G21 G90\nM428 G92 X0\nM30\n");

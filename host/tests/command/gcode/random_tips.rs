@@ -1,0 +1,114 @@
+//! Programs of the tip that nobody wrote, with slow axes, reversals, inverse time and arcs.
+
+use super::random::{Bench, rules, try_one};
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::fmt::Write;
+use trueaxis_host::gcode::offsets::System;
+use trueaxis_host::gcode::{Backlash, Options, Tables, Tip};
+use trueaxis_host::validate::Runtime;
+
+/// Why a program may be refused: nobody asked whether the machine gets there.
+const REFUSALS: [&str; 4] = [
+    "outside its travel",
+    "singular",
+    "no axis positions",
+    "radius does not fit",
+];
+/// Where the part is: the middle of the table, below the tool.
+const G54: [f64; 3] = [200.0, 150.0, -125.0];
+
+fn one<T: Copy>(random: &mut Pcg64Mcg, of: &[T]) -> T {
+    *of.choose(random).unwrap()
+}
+
+/// Some of the axes, somewhere within so many mm of the part's middle.
+fn words(random: &mut Pcg64Mcg, size: f64) -> String {
+    let mut words = String::new();
+    for (axis, most) in [
+        ('X', size),
+        ('Y', size),
+        ('Z', size),
+        ('A', 60.0),
+        ('C', 300.0),
+    ] {
+        if random.random_bool(0.5) {
+            let _ = write!(words, " {axis}{:.3}", random.random_range(-most..most));
+        }
+    }
+    if words.is_empty() {
+        words += " X1";
+    }
+    words
+}
+
+fn program(random: &mut Pcg64Mcg) -> String {
+    let size = one(random, &[1.0, 5.0, 40.0]);
+    let mut text = "G21 G90 G17\nM428\nG0".to_owned();
+    for (axis, most) in [
+        ('X', size),
+        ('Y', size),
+        ('Z', size),
+        ('A', 60.0),
+        ('C', 300.0),
+    ] {
+        let _ = write!(text, " {axis}{:.3}", random.random_range(-most..most));
+    }
+    text += one(random, &["\nG1 X0 F300\n", "\nF300\n"]);
+    for _ in 0..random.random_range(1..6) {
+        let words = words(random, size);
+        let _ = match random.random_range(0..20) {
+            0..3 => writeln!(text, "G0{words}"),
+            3..6 => {
+                let share = random.random_range(0.5..30.0);
+                writeln!(text, "G93\nG1{words} F{share:.2}\nG94\nF300")
+            }
+            6 | 7 => {
+                let [x, y] = [(); 2].map(|()| random.random_range(-size..size));
+                let c = random.random_range(-30.0..30.0);
+                let r = 3.0 * size;
+                writeln!(text, "G1 A0 C{c:.3}\nG2 X{x:.3} Y{y:.3} R{r}")
+            }
+            _ => writeln!(text, "G1{words}"),
+        };
+    }
+    text + "M429\nM30\n"
+}
+
+#[test]
+fn random_programs_of_the_tip_are_corrected_within_the_tolerance_and_keep_their_times() {
+    let bench = Bench::five();
+    let runtime = Runtime::load(&bench.blob).unwrap();
+    let tables = Tables::new(runtime.compensation()).unwrap();
+    let mut rules = rules(&bench, &tables);
+    let mut middle = System::default();
+    middle.origin[..3].copy_from_slice(&G54);
+    rules.setup.systems.insert(1, middle);
+    rules.has_machine = true;
+    let tip = Tip::new(&bench.machine).unwrap();
+    let (mut done, mut refused) = (0, 0);
+    for seed in 0..1000 {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let options = Options {
+            tolerance: one(&mut random, &[0.5e-3, 0.5e-3, 2e-3]),
+            backlash: one(
+                &mut random,
+                &[
+                    Backlash::Move,
+                    Backlash::Move,
+                    Backlash::Blend,
+                    Backlash::Leave,
+                ],
+            ),
+            ..Options::default()
+        };
+        let text = program(&mut random);
+        match try_one(&bench, &tables, &rules, Some(&tip), options, &text) {
+            Ok(_) => done += 1,
+            Err(refusal) if REFUSALS.iter().any(|why| refusal.cause.contains(why)) => refused += 1,
+            Err(other) => panic!("seed {seed}: {other}\n{text}"),
+        }
+    }
+    assert_eq!([done, refused], [1000, 0]);
+}
