@@ -8,13 +8,16 @@ use crate::gcode::axes::PerLetter;
 use crate::gcode::cut::{self, Limits};
 use crate::gcode::fault::Fault;
 use crate::gcode::moves::Rate;
-use crate::gcode::trace::Path;
+use crate::gcode::trace::{Node, Path};
 
 /// What is farther from an arc, in parts of the radius, is another figure, and the end of one its beginning.
 const LARGEST: f64 = 0.1;
 
 /// So much of a sagitta is seen at nodes, of which a chord has four, if it is largest between two of them: 1 - 1/16.
 const SEEN: f64 = 0.9375;
+
+/// An arc that turns by so much more or less (rad) is another one.
+const ANOTHER_TURN: f64 = 1.0;
 
 /// An arc under cutter compensation that is farther off is another one: in parts of the radius, and mm more.
 const OTHER: [f64; 2] = [0.1, 0.01];
@@ -87,13 +90,20 @@ impl Corrector<'_> {
             false => cut::fitted(arc, &from, whole),
         };
         let cannot = || {
-            Fault::new(
-                moving.span.clone(),
-                "an arc under cutter compensation that cannot stay one",
-                "write the path out without G41 and G42",
-            )
+            let [cause, remedy] = match self.options.undo {
+                true => [
+                    "an arc from which the correction cannot be taken away: its ends are too near",
+                    "keep the program as it was before it was corrected",
+                ],
+                false => [
+                    "an arc under cutter compensation that cannot stay one",
+                    "write the path out without G41 and G42",
+                ],
+            };
+            Fault::new(moving.span.clone(), cause, remedy)
         };
-        let shifted = shifted.ok_or_else(cannot)?;
+        let as_read = || self.as_read(arc, &from, whole.last()?);
+        let shifted = shifted.or_else(as_read).ok_or_else(cannot)?;
         if self.is_offset() && !self.options.undo {
             let off = cut::off_arc(arc, &shifted, whole, limits) * limits.linear;
             // Ends of nearly a full turn say little of its centre.
@@ -105,6 +115,26 @@ impl Corrector<'_> {
         }
         self.report.arcs[0] += 1;
         Ok(vec![Piece::of(Shape::Arc(shifted), shifted.to, timing)])
+    }
+
+    /// The arc about its centre, shifted as its end is, for one that is so short that its ends tell little of the centre;
+    /// only where a correction is taken away, and if it turns by as much or nearly.
+    fn as_read(&self, arc: &Arc, from: &PerLetter, last: &Node) -> Option<Arc> {
+        if !self.options.undo || self.nominal.tip {
+            return None;
+        }
+        let [i, j, _] = arc.axes;
+        let [x, y] = arc.centre;
+        let centre = [x + last.to[i] - last.q[i], y + last.to[j] - last.q[j]];
+        let read = Arc::new(
+            *from,
+            last.to,
+            arc.axes,
+            centre,
+            arc.sweep < 0.0,
+            arc.turns(),
+        );
+        ((read.sweep - arc.sweep).abs() < ANOTHER_TURN).then_some(read)
     }
 
     /// Arcs along the nodes; `None` if the path is not kept by arcs.

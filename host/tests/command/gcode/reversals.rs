@@ -434,3 +434,19 @@ fn thousands_of_incremental_lines_end_where_absolute_ones_do() {
         assert!((at[axis] - expected).abs() < 1.1e-4, "{at:?} {last}");
     }
 }
+
+#[test]
+fn arcs_that_are_as_short_as_steps_are_taken_back() {
+    let folder = Folder::new();
+    let program =
+        "G21 G90 G17 G54 G94\nG0 X-1.6 Z-17\nF462\nG3 X-1.61 R0.04\nX-1.60933 J0.03 Z5\nM30\n";
+    let blend = ["--backlash", "blend"];
+    let corrected = five(&folder, program, &blend);
+    let undone = five(&folder, &corrected, &[&blend[..], &["--undo"]].concat());
+    let ends: Vec<f64> = undone
+        .lines()
+        .filter_map(|line| line.split_whitespace().find_map(|w| w.strip_prefix('X')))
+        .map(|x| x.parse().unwrap())
+        .collect();
+    assert!(ends.ends_with(&[-1.61, -1.60933]), "{undone}");
+}
