@@ -189,12 +189,8 @@ impl Check<'_> {
         // Directions before the motion, and at its end.
         let ways = self.ways.clone();
         let turns = self.axes_turn();
-        let mut ends = self.ends(&field, segment).map_err(lost)?.into_iter();
-        let Some((first, mut end)) = ends.next() else {
-            return Err(CheckError::Outside(segment.line));
-        };
+        let ((first, mut end), others) = self.ends(&field, segment).map_err(lost)?;
         self.ways = first;
-        let others: Vec<_> = ends.collect();
         let stands = stands(segment);
         let mut minutes = 0.0;
         let mut along = Along {

@@ -59,7 +59,7 @@ pub struct Arguments {
     /// Whose language the program is in
     #[arg(long, value_enum, default_value_t)]
     dialect: DialectChoice,
-    /// How far straight moves may be from the corrected path (µm)
+    /// How far straight moves may be from the corrected path (µm, 0.3 at least)
     #[arg(long, value_name = "UM", default_value_t = 0.5)]
     tolerance: f64,
     /// Sagitta of the chords that arcs become which cannot stay arcs (µm)

@@ -31,6 +31,9 @@ pub(super) fn quarters(path: &Path) -> Vec<f64> {
     turns
 }
 
+/// Directions of travel, and the corrected place at which a motion ends with them.
+pub(super) type End = (Ways, PerLetter);
+
 impl Along<'_> {
     /// Takes directions along from one part of the way to another, past every place where an axis of an arc turns
     /// round: how far one has come back counts from there.
@@ -55,28 +58,31 @@ impl Check<'_> {
         self.options.backlash != Backlash::Leave || self.ways.missing(self.tables).is_some()
     }
 
-    /// Where a motion of the program ends, corrected, with the directions of travel there. Axes that follow the tip come
-    /// back slowly: whether one has turned round yet the last digits of words may decide, so that there are several.
+    /// Where a motion of the program ends, corrected, with the directions of travel there; and where else it may. Axes
+    /// that follow the tip come back slowly: whether one has turned round yet the last digits of words may decide.
     pub(super) fn ends(
         &self,
         field: &Field<'_>,
         segment: &Segment,
-    ) -> Result<Vec<(Ways, PerLetter)>, Lost> {
-        let slacks: &[f64] = match field.tip {
-            Some(_) if self.tables.directional != 0 => &[0.0, 1.0, -1.0],
-            _ => &[0.0],
-        };
-        let mut ends: Vec<(Ways, PerLetter)> = Vec::new();
-        for slack in slacks {
+    ) -> Result<(End, Vec<End>), Lost> {
+        let end = |slack: f64| {
             let mut ways = self.ways.clone().rounded_by(NEAR.map(|near| slack * near));
             self.follow(field, segment, &mut ways)?;
             let ways = ways.rounded_by([0.0; 2]);
-            if ends.iter().all(|(other, _)| other.travel != ways.travel) {
-                let to = field.node(1.0, &segment.to(), &ways)?.to;
-                ends.push((ways, to));
+            let to = field.node(1.0, &segment.to(), &ways)?.to;
+            Ok((ways, to))
+        };
+        let first: End = end(0.0)?;
+        let mut others: Vec<End> = Vec::new();
+        if field.tip.is_some() && self.tables.directional != 0 {
+            for slack in [1.0, -1.0] {
+                let other = end(slack)?;
+                if other.0.travel != first.0.travel {
+                    others.push(other);
+                }
             }
         }
-        Ok(ends)
+        Ok((first, others))
     }
 
     /// Takes the directions of travel along.

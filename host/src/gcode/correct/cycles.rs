@@ -4,6 +4,7 @@ mod shifted;
 mod written_out;
 
 use super::Corrector;
+use super::feed::TIMES;
 use super::given::{Given, Moving};
 use crate::gcode::axes::PerLetter;
 use crate::gcode::cycle::{Cycle, Part};
@@ -15,9 +16,6 @@ use crate::gcode::trace::{Field, Lost, Node};
 
 /// Heights at which a hole is looked at.
 const HEIGHTS: usize = 9;
-
-/// How much of its time a move may take more or less.
-const TIMES: f64 = 0.01;
 
 /// Half of the last digit of two words (mm).
 const DIGIT: f64 = 1e-4;

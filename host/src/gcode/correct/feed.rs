@@ -7,6 +7,9 @@ use crate::gcode::axes::{COUNT, NOTHING, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::Path;
 
+/// How much of its time a move may take more or less.
+pub(super) const TIMES: f64 = 0.01;
+
 impl Corrector<'_> {
     /// The unit of the program in mm.
     pub(super) fn unit(&self) -> f64 {
@@ -80,7 +83,7 @@ impl Corrector<'_> {
                     };
                     let needed = length / (minutes * share);
                     let turns = turns || (3..6).any(|i| by[i] != 0.0);
-                    let allowed = if turns { 1e-4 } else { 0.01 };
+                    let allowed = if turns { 1e-4 } else { TIMES };
                     let same = (needed / f - 1.0).abs() <= allowed;
                     Some(if same || !needed.is_finite() || needed <= 0.0 {
                         f

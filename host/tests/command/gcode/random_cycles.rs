@@ -1,13 +1,10 @@
 //! Series of cycles that nobody wrote, with R and the level before them nearer to each other than corrections differ.
 
-use super::random::{Bench, rules, try_one};
-use rand::seq::IndexedRandom;
-use rand::{RngExt, SeedableRng};
+use super::random::{Trial, backlash, one, try_thousand};
+use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
-use trueaxis_host::gcode::offsets::System;
-use trueaxis_host::gcode::{Backlash, Dialect, Options, Rules, Tables};
-use trueaxis_host::validate::Runtime;
+use trueaxis_host::gcode::{Dialect, Options};
 
 /// Why a hole may be refused: what moves with the spindle cannot be written out, and R may come to lie below
 /// the bottom.
@@ -16,13 +13,6 @@ const REFUSALS: [&str; 3] = [
     "less than half a micrometre",
     "depth is above R",
 ];
-/// Where G54 is: the middle of the table, below the tool.
-const G54: [f64; 3] = [200.0, 150.0, -125.0];
-
-fn one<T: Copy>(random: &mut Pcg64Mcg, of: &[T]) -> T {
-    *of.choose(random).unwrap()
-}
-
 /// A word within so much of 0.
 fn word(random: &mut Pcg64Mcg, letter: char, most: f64) -> String {
     format!("{letter}{:.3}", random.random_range(-most..most))
@@ -122,44 +112,21 @@ fn series(random: &mut Pcg64Mcg, dialect: Dialect, level: f64, text: &mut String
 
 #[test]
 fn random_series_of_cycles_near_their_level_are_corrected_and_keep_their_times() {
-    let bench = Bench::five();
-    let runtime = Runtime::load(&bench.blob).unwrap();
-    let tables = Tables::new(runtime.compensation()).unwrap();
-    let mut rules = rules(&bench, &tables);
-    let mut middle = System::default();
-    middle.origin[..3].copy_from_slice(&G54);
-    rules.setup.systems.insert(1, middle);
-    let (mut done, mut refused) = (0, 0);
-    for seed in 0..1000 {
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let dialect = one(
-            &mut random,
-            &[Dialect::LinuxCnc, Dialect::LinuxCnc, Dialect::Fanuc],
-        );
-        let rules = Rules {
-            dialect,
-            ..rules.clone()
-        };
+    let tried = try_thousand(&REFUSALS, |random| {
+        let dialects = [Dialect::LinuxCnc, Dialect::LinuxCnc, Dialect::Fanuc];
+        let dialect = one(random, &dialects);
         let options = Options {
-            tolerance: one(&mut random, &[0.5e-3, 0.5e-3, 2e-3, 20e-3]),
-            backlash: one(
-                &mut random,
-                &[
-                    Backlash::Move,
-                    Backlash::Move,
-                    Backlash::Blend,
-                    Backlash::Leave,
-                ],
-            ),
+            tolerance: one(random, &[0.5e-3, 0.5e-3, 2e-3, 20e-3]),
+            backlash: backlash(random),
             ..Options::default()
         };
-        let text = program(&mut random, dialect);
-        match try_one(&bench, &tables, &rules, None, options, &text) {
-            Ok(_) => done += 1,
-            Err(refusal) if REFUSALS.iter().any(|why| refusal.cause.contains(why)) => refused += 1,
-            Err(other) => panic!("seed {seed}: {other}\n{text}"),
+        let text = program(random, dialect);
+        Trial {
+            text,
+            dialect,
+            options,
         }
-    }
+    });
     // Holes that are tapped, for the most part.
-    assert_eq!([done, refused], [924, 76]);
+    assert_eq!(tried, [924, 76]);
 }

@@ -1,13 +1,10 @@
 //! Programs of the tip that nobody wrote, with slow axes, reversals, inverse time and arcs.
 
-use super::random::{Bench, rules, try_one};
-use rand::seq::IndexedRandom;
-use rand::{RngExt, SeedableRng};
+use super::random::{Trial, backlash, one, try_thousand};
+use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::fmt::Write;
-use trueaxis_host::gcode::offsets::System;
-use trueaxis_host::gcode::{Backlash, Options, Tables, Tip};
-use trueaxis_host::validate::Runtime;
+use trueaxis_host::gcode::{Dialect, Options};
 
 /// Why a program may be refused: nobody asked whether the machine gets there.
 const REFUSALS: [&str; 4] = [
@@ -16,23 +13,21 @@ const REFUSALS: [&str; 4] = [
     "no axis positions",
     "radius does not fit",
 ];
-/// Where the part is: the middle of the table, below the tool.
-const G54: [f64; 3] = [200.0, 150.0, -125.0];
-
-fn one<T: Copy>(random: &mut Pcg64Mcg, of: &[T]) -> T {
-    *of.choose(random).unwrap()
-}
-
-/// Some of the axes, somewhere within so many mm of the part's middle.
-fn words(random: &mut Pcg64Mcg, size: f64) -> String {
-    let mut words = String::new();
-    for (axis, most) in [
+/// How far each axis goes from the middle of a part of this size (mm, degrees).
+fn ways(size: f64) -> [(char, f64); 5] {
+    [
         ('X', size),
         ('Y', size),
         ('Z', size),
         ('A', 60.0),
         ('C', 300.0),
-    ] {
+    ]
+}
+
+/// Some of the axes, somewhere within so many mm of the part's middle.
+fn words(random: &mut Pcg64Mcg, size: f64) -> String {
+    let mut words = String::new();
+    for (axis, most) in ways(size) {
         if random.random_bool(0.5) {
             let _ = write!(words, " {axis}{:.3}", random.random_range(-most..most));
         }
@@ -46,13 +41,7 @@ fn words(random: &mut Pcg64Mcg, size: f64) -> String {
 fn program(random: &mut Pcg64Mcg) -> String {
     let size = one(random, &[1.0, 5.0, 40.0]);
     let mut text = "G21 G90 G17\nM428\nG0".to_owned();
-    for (axis, most) in [
-        ('X', size),
-        ('Y', size),
-        ('Z', size),
-        ('A', 60.0),
-        ('C', 300.0),
-    ] {
+    for (axis, most) in ways(size) {
         let _ = write!(text, " {axis}{:.3}", random.random_range(-most..most));
     }
     text += one(random, &["\nG1 X0 F300\n", "\nF300\n"]);
@@ -78,37 +67,17 @@ fn program(random: &mut Pcg64Mcg) -> String {
 
 #[test]
 fn random_programs_of_the_tip_are_corrected_within_the_tolerance_and_keep_their_times() {
-    let bench = Bench::five();
-    let runtime = Runtime::load(&bench.blob).unwrap();
-    let tables = Tables::new(runtime.compensation()).unwrap();
-    let mut rules = rules(&bench, &tables);
-    let mut middle = System::default();
-    middle.origin[..3].copy_from_slice(&G54);
-    rules.setup.systems.insert(1, middle);
-    rules.has_machine = true;
-    let tip = Tip::new(&bench.machine).unwrap();
-    let (mut done, mut refused) = (0, 0);
-    for seed in 0..1000 {
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let tried = try_thousand(&REFUSALS, |random| {
         let options = Options {
-            tolerance: one(&mut random, &[0.5e-3, 0.5e-3, 2e-3]),
-            backlash: one(
-                &mut random,
-                &[
-                    Backlash::Move,
-                    Backlash::Move,
-                    Backlash::Blend,
-                    Backlash::Leave,
-                ],
-            ),
+            tolerance: one(random, &[0.5e-3, 0.5e-3, 2e-3]),
+            backlash: backlash(random),
             ..Options::default()
         };
-        let text = program(&mut random);
-        match try_one(&bench, &tables, &rules, Some(&tip), options, &text) {
-            Ok(_) => done += 1,
-            Err(refusal) if REFUSALS.iter().any(|why| refusal.cause.contains(why)) => refused += 1,
-            Err(other) => panic!("seed {seed}: {other}\n{text}"),
+        Trial {
+            text: program(random),
+            dialect: Dialect::LinuxCnc,
+            options,
         }
-    }
-    assert_eq!([done, refused], [1000, 0]);
+    });
+    assert_eq!(tried, [1000, 0]);
 }

@@ -386,3 +386,9 @@ fn errors_that_cannot_be_checked_with_leave_no_file() {
         );
     }
 }
+
+#[test]
+fn a_tolerance_that_words_cannot_keep_is_refused() {
+    let parts = ["--tolerance 0.2", "between 0.3 and 1000"];
+    refuses("G21\n", &["--tolerance", "0.2"], &parts);
+}
