@@ -1,32 +1,15 @@
-//! How the kernel gets at memory: without a check of what it has proved, or with the feature `checked`
-//! with one, which panics. Everything else is the same code.
+//! How the kernel reads and writes memory: without checking what the plan guarantees, or, with the
+//! feature `checked`, with a check that panics. Everything else is the same code.
 //!
-//! Here stands all of what differs. The tests run with both, the fuzz targets with checks.
+//! All of the difference is in this file. The tests run both ways, the fuzz targets with checks.
 
 #[cfg(feature = "checked")]
 pub(crate) use checked::*;
 #[cfg(not(feature = "checked"))]
 pub(crate) use trusted::*;
 
-/// The pointer itself, but the compiler does not know: it neither unrolls a loop that walks with it
-/// nor splits the address. On the Cortex-M both cost more than they save in loops that run a few
-/// times.
-#[inline(always)]
-pub(crate) fn opaque<T>(pointer: *const T) -> *const T {
-    #[cfg(target_arch = "arm")]
-    // SAFETY: no instruction at all.
-    unsafe {
-        let same;
-        core::arch::asm!("/* {0} */", inlateout(reg) pointer => same, options(pure, nomem, nostack, preserves_flags));
-        same
-    }
-    #[cfg(not(target_arch = "arm"))]
-    pointer
-}
-
 #[cfg(not(feature = "checked"))]
 mod trusted {
-    use super::opaque;
     use core::marker::PhantomData;
 
     /// # Safety
@@ -63,7 +46,7 @@ mod trusted {
         unsafe { values.split_at_unchecked(count) }
     }
 
-    /// Towards zero.
+    /// Rounds towards zero.
     ///
     /// # Safety
     /// The result is an i32.
@@ -73,25 +56,31 @@ mod trusted {
         unsafe { x.to_int_unchecked() }
     }
 
-    /// Values from some place on.
-    pub(crate) struct From<'s, T>(*const T, PhantomData<&'s T>);
+    /// A place in a row of values, to read from.
+    pub(crate) struct Cursor<'s, T>(*const T, PhantomData<&'s T>);
 
-    impl<T> Clone for From<'_, T> {
+    impl<T> Clone for Cursor<'_, T> {
         fn clone(&self) -> Self {
             *self
         }
     }
 
-    impl<T> Copy for From<'_, T> {}
+    impl<T> Copy for Cursor<'_, T> {}
 
-    impl<'s, T: Copy> From<'s, T> {
+    impl<'s, T: Copy> Cursor<'s, T> {
         #[inline(always)]
         pub(crate) fn start(values: &'s [T]) -> Self {
             Self(values.as_ptr(), PhantomData)
         }
 
+        /// Of nothing, a place from which nothing may be read.
+        #[inline(always)]
+        pub(crate) fn start_of(values: Option<&'s [T]>) -> Self {
+            Self(values.map_or(core::ptr::null(), <[T]>::as_ptr), PhantomData)
+        }
+
         /// # Safety
-        /// There are `count` values, of which those are written that are read.
+        /// There are `count` values, and those that are read have been written.
         #[inline(always)]
         pub(crate) unsafe fn raw(first: *const T, _count: usize) -> Self {
             Self(first, PhantomData)
@@ -122,35 +111,29 @@ mod trusted {
             // SAFETY: the caller's.
             Self(unsafe { self.0.add(count) }, PhantomData)
         }
-
-        /// For what has instructions of its own.
-        #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-        #[inline(always)]
-        pub(crate) fn pointer(self) -> *const T {
-            self.0
-        }
-
-        /// See [`opaque`].
-        #[inline(always)]
-        pub(crate) fn opaque(self) -> Self {
-            Self(opaque(self.0), PhantomData)
-        }
     }
 
-    /// Where values are written from some place on.
-    pub(crate) struct To<'s>(*mut f32, PhantomData<&'s mut f32>);
+    /// A place in a row of values, to write to.
+    pub(crate) struct CursorMut<'s>(*mut f32, PhantomData<&'s mut f32>);
 
-    impl<'s> To<'s> {
+    impl<'s> CursorMut<'s> {
+        #[inline(always)]
+        pub(crate) fn start(values: &'s mut [f32]) -> Self {
+            Self(values.as_mut_ptr(), PhantomData)
+        }
+
+        /// To write values that may be uninitialised.
+        ///
         /// # Safety
         /// There is room for `count` values.
         #[inline(always)]
-        pub(crate) unsafe fn start(first: *mut f32, _count: usize) -> Self {
+        pub(crate) unsafe fn raw(first: *mut f32, _count: usize) -> Self {
             Self(first, PhantomData)
         }
 
         #[inline(always)]
-        pub(crate) fn again(&mut self) -> To<'_> {
-            To(self.0, PhantomData)
+        pub(crate) fn reborrow(&mut self) -> CursorMut<'_> {
+            CursorMut(self.0, PhantomData)
         }
 
         /// # Safety
@@ -167,13 +150,6 @@ mod trusted {
         pub(crate) unsafe fn skip(self, count: usize) -> Self {
             // SAFETY: the caller's.
             Self(unsafe { self.0.add(count) }, PhantomData)
-        }
-
-        /// # Safety
-        /// There is room for `count` values from here.
-        #[inline(always)]
-        pub(crate) unsafe fn pointer(self, _count: usize) -> *mut f32 {
-            self.0
         }
     }
 }
@@ -199,20 +175,27 @@ mod checked {
     }
 
     pub(crate) unsafe fn whole(x: f32) -> i32 {
-        assert!(x > -2_147_483_904.0 && x < 2_147_483_648.0, "{x} is no i32");
+        assert!(
+            x > -2_147_483_904.0 && x < 2_147_483_648.0,
+            "{x} does not fit an i32"
+        );
         x as i32
     }
 
     #[derive(Clone, Copy)]
-    pub(crate) struct From<'s, T>(&'s [T]);
+    pub(crate) struct Cursor<'s, T>(&'s [T]);
 
-    impl<'s, T: Copy> From<'s, T> {
+    impl<'s, T: Copy> Cursor<'s, T> {
         pub(crate) fn start(values: &'s [T]) -> Self {
             Self(values)
         }
 
+        pub(crate) fn start_of(values: Option<&'s [T]>) -> Self {
+            Self(values.unwrap_or_default())
+        }
+
         pub(crate) unsafe fn raw(first: *const T, count: usize) -> Self {
-            // SAFETY: the caller's; all are written, see `To::start`.
+            // SAFETY: the caller's; all are written, see `CursorMut::raw`.
             Self(unsafe { core::slice::from_raw_parts(first, count) })
         }
 
@@ -228,26 +211,26 @@ mod checked {
         pub(crate) unsafe fn skip(self, count: usize) -> Self {
             Self(&self.0[count..])
         }
-
-        pub(crate) fn opaque(self) -> Self {
-            self
-        }
     }
 
-    pub(crate) struct To<'s>(&'s mut [f32]);
+    pub(crate) struct CursorMut<'s>(&'s mut [f32]);
 
-    impl<'s> To<'s> {
-        pub(crate) unsafe fn start(first: *mut f32, count: usize) -> Self {
+    impl<'s> CursorMut<'s> {
+        pub(crate) fn start(values: &'s mut [f32]) -> Self {
+            Self(values)
+        }
+
+        pub(crate) unsafe fn raw(first: *mut f32, count: usize) -> Self {
             for k in 0..count {
-                // SAFETY: the caller's. Not a number: what is read without having been written shows.
+                // SAFETY: the caller's. A value that is read before it is written is not a number.
                 unsafe { *first.add(k) = f32::NAN };
             }
             // SAFETY: the caller's, and all are written now.
             Self(unsafe { core::slice::from_raw_parts_mut(first, count) })
         }
 
-        pub(crate) fn again(&mut self) -> To<'_> {
-            To(self.0)
+        pub(crate) fn reborrow(&mut self) -> CursorMut<'_> {
+            CursorMut(self.0)
         }
 
         pub(crate) unsafe fn set(&mut self, k: usize, value: f32) {
@@ -256,10 +239,6 @@ mod checked {
 
         pub(crate) unsafe fn skip(self, count: usize) -> Self {
             Self(&mut self.0[count..])
-        }
-
-        pub(crate) unsafe fn pointer(self, count: usize) -> *mut f32 {
-            self.0[..count].as_mut_ptr()
         }
     }
 }

@@ -341,11 +341,7 @@ impl<'a, C: Room> Compensation<'a, C> {
         weights: &Weights,
         corrections: &mut C::Axes<f32>,
     ) {
-        if self.plan.one_cell() {
-            kernel::evaluate_cell(&self.plan, inputs, corrections);
-        } else {
-            kernel::evaluate_tables(&self.plan, inputs, travel, weights, corrections);
-        }
+        kernel::evaluate(&self.plan, inputs, travel, weights, corrections);
     }
 }
 

@@ -1,31 +1,25 @@
-//! The evaluation; with `access.rs`, through which it gets at memory, and `kernel/`, all `unsafe` code of
-//! this crate.
+//! The evaluation: table values, then sums of products, then grids. With `access.rs`, through which it
+//! reads and writes memory, this is all the `unsafe` code of an evaluation.
 //!
-//! **What the proofs rest on.** The guarantees of a [`Plan`], which are listed in `plan.rs`, by their
-//! numbers there; some are checked again in debug builds.
+//! **What the proofs rest on.** The guarantees of a [`Plan`], cited by their numbers in `plan.rs`. Debug
+//! builds check some of them again.
 //!
-//! **What it is written for.** A Cortex-M4F in few instructions: `cargo xtask bench-target` counts
-//! them. There a VFP load takes no index, a comparison costs three instructions, and a loop that is
-//! unrolled for long runs costs more in its prologue than a bank of five tables. Rows of samples and
-//! products have instructions of their own there (`kernel/cortex_m.rs`).
-
-#[cfg_attr(
-    all(target_arch = "arm", target_abi = "eabihf", not(feature = "checked")),
-    path = "kernel/cortex_m.rs"
-)]
-mod rows;
+//! **What it is written for.** Few instructions on a Cortex-M4F, in portable Rust: `cargo xtask
+//! bench-target` counts them. A comparison of floats costs three instructions there, a comparison of
+//! their bits one; a loop that the compiler unrolls for long rows costs more than a bank of five tables.
 
 use core::mem::MaybeUninit;
 
-use crate::access::{From, To, at, at_mut, opaque, part, split, whole};
+use crate::access::{Cursor, CursorMut, at, at_mut, part, split, whole};
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::{Inputs, Travel, Travelling};
-use crate::plan::{BankLookup, FIXED, GridLookup, PAIRED, PLAIN_WIDTH, PackedTerm, Plan, Span};
+use crate::plan::{BankLookup, FIXED, GridLookup, PLAIN_WIDTH, Plan, Span};
 use crate::product;
 use crate::room::{Room, Row};
 use crate::weights::Weights;
 
-/// Table values of one evaluation; read as one array, `one` is number `TABLES`, `zero` the next.
+/// The table values of one evaluation and two constants. Read as one array, `one` is value number
+/// `TABLES`, `zero` the next.
 #[repr(C)]
 struct Scratch<C: Room> {
     tables: MaybeUninit<C::TableValues>,
@@ -62,10 +56,49 @@ impl Sample for i16 {
     }
 }
 
-/// Tables and terms, then grids, into the outputs of all axes.
+/// The corrections of all axes; entries beyond the last axis stay as they are or become 0.
+#[inline(always)]
+pub(crate) fn evaluate<C: Room>(
+    plan: &Plan<'_, C>,
+    inputs: &Inputs<C::Axes<f32>>,
+    travel: &Travelling<C::Axes<Travel>>,
+    weights: &Weights,
+    corrections: &mut C::Axes<f32>,
+) {
+    if plan.sums().is_empty() {
+        clear(corrections.as_mut());
+    } else {
+        evaluate_terms(plan, inputs, travel, weights, corrections);
+    }
+    if !plan.grids().is_empty() {
+        add_grids(plan, inputs, corrections);
+    }
+}
+
+/// Zeros. Volatile, or the compiler calls a function to write these few.
+#[inline(always)]
+fn clear(corrections: &mut [f32]) {
+    // SAFETY: a reference.
+    let write = |value: &mut f32| unsafe { core::ptr::write_volatile(value, 0.0) };
+    // Eight axes, the usual capacity, are cleared without a loop.
+    let (chunks, rest) = corrections.as_chunks_mut::<8>();
+    for [a, b, c, d, e, f, g, h] in chunks {
+        write(a);
+        write(b);
+        write(c);
+        write(d);
+        write(e);
+        write(f);
+        write(g);
+        write(h);
+    }
+    rest.iter_mut().for_each(write);
+}
+
+/// Reads every table, then adds the terms of each output.
 #[inline(never)]
-pub(crate) fn evaluate_tables<C: Room>(
-    c: &Plan<'_, C>,
+fn evaluate_terms<C: Room>(
+    plan: &Plan<'_, C>,
     inputs: &Inputs<C::Axes<f32>>,
     travel: &Travelling<C::Axes<Travel>>,
     weights: &Weights,
@@ -77,93 +110,34 @@ pub(crate) fn evaluate_tables<C: Room>(
         zero: 0.0,
     };
     // SAFETY: `TableValues` are TABLES values.
-    let mut out = unsafe { To::start(scratch.tables.as_mut_ptr().cast(), C::TABLES) };
-    let (banks, [linear, other]) = c.banks();
-    // SAFETY: guarantees 10, 1 and 4: there is room for the tables of each bank; what each kind reads of the
-    // samples is stated there; guarantee 9.
-    unsafe {
-        if linear != 0 {
-            let floats = c.floats().unwrap_unchecked();
-            lines(part(banks, 0, linear), inputs, floats, out.again());
-        }
-        for bank in part(banks, linear, other - linear) {
-            let floats = c.floats().unwrap_unchecked();
+    let mut out = unsafe { CursorMut::raw(scratch.tables.as_mut_ptr().cast(), C::TABLES) };
+    let floats = Cursor::start_of(plan.floats());
+    for bank in plan.banks() {
+        let width = usize::from(bank.tables);
+        // SAFETY: guarantee 1; `out` has room for the tables of this bank and of those after it
+        // (guarantee 4); guarantee 3 for what is read.
+        unsafe {
             let x = *at(all(inputs), usize::from(bank.span.slot));
-            let out = out.again().skip(usize::from(bank.table));
-            match interval(&bank.span, x) {
-                Some((i, t)) => mix(bank, floats, i, t, out),
-                None => end(bank, x, floats, out),
+            match steps(&bank.span, x) {
+                Some(t) if bank.straight => out.set(0, bank.line[0] + bank.line[1] * t),
+                Some(steps) => {
+                    let (i, t) = interval(steps);
+                    let start = bank.first as usize + i * width;
+                    mix(floats.skip(start), width, t, out.reborrow());
+                }
+                None => read_bank(plan, bank, x, travel, out.reborrow()),
             }
-        }
-        if other != banks.len() {
-            let (_, banks) = split(banks, other);
-            others(c, banks, inputs, travel, out.again());
+            out = out.skip(width);
         }
     }
-
-    // SAFETY: the same compensation; the loops above wrote all `tables` tables: each bank wrote each
-    // of its values, and the banks together have `tables` of them.
-    unsafe {
-        let c = &*opaque(c);
-        let values = values(&scratch);
-        let word = sum(c, values, corrections);
-        if c.has_more() {
-            more(c, values, word, inputs, weights, corrections);
-        }
-    }
-}
-
-/// Zeros, without the call that the compiler makes of it where code is to be small.
-#[inline(always)]
-fn clear<C: Room>(corrections: &mut C::Axes<f32>) {
-    let mut out = corrections.as_mut().as_mut_ptr();
-    // SAFETY: `AXES & !3`, then `AXES & 3` values.
-    unsafe {
-        let last = out.add(C::AXES & !3);
-        while out != last {
-            out.cast::<[f32; 4]>().write([0.0; 4]);
-            out = opaque(out.add(4)).cast_mut();
-        }
-        let last = out.add(C::AXES & 3);
-        while out != last {
-            out.write(0.0);
-            out = opaque(out.add(1)).cast_mut();
-        }
-    }
-}
-
-/// All grids.
-#[cold]
-#[inline(never)]
-fn add_grids<C: Room>(
-    c: &Plan<'_, C>,
-    inputs: &Inputs<C::Axes<f32>>,
-    corrections: &mut C::Axes<f32>,
-) {
-    for grid in c.grids() {
-        let floats = c.floats().unwrap_or_default();
-        let shorts = c.shorts().unwrap_or_default();
-        if !(grid.plain && add_cell(grid, inputs, floats, corrections)) {
-            add_grid(grid, inputs, floats, shorts, corrections);
-        }
-    }
-}
-
-/// The only grid of a compensation without terms: [`Plan::one_cell`].
-#[inline(always)]
-pub(crate) fn evaluate_cell<C: Room>(
-    c: &Plan<'_, C>,
-    inputs: &Inputs<C::Axes<f32>>,
-    corrections: &mut C::Axes<f32>,
-) {
-    clear::<C>(corrections);
-    debug_assert!(!c.grids().is_empty());
-    // SAFETY: there is one; guarantee 9.
-    let (grid, floats) = unsafe { (at(c.grids(), 0), c.floats().unwrap_unchecked()) };
-    if !add_cell(grid, inputs, floats, corrections) {
-        let shorts = c.shorts().unwrap_or_default();
-        add_grid(grid, inputs, floats, shorts, corrections);
-    }
+    // SAFETY: `Scratch` is `repr(C)`: TABLES values, then two; the pointer comes from the whole. The loop
+    // above has written all `tables` of them (guarantee 4), and no other is read (guarantees 5 and 8).
+    let values = unsafe {
+        let first = core::ptr::from_ref(&scratch).cast::<f32>();
+        Cursor::raw(first, C::TABLES + 2)
+    };
+    // SAFETY: the tables are written.
+    unsafe { sum(plan, values, weights, corrections) };
 }
 
 /// All inputs: AXES axes, then the auxiliaries.
@@ -173,6 +147,150 @@ fn all<A: Row<f32>>(inputs: &Inputs<A>) -> &[f32] {
     // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
     // of them; the pointer comes from the whole.
     unsafe { core::slice::from_raw_parts(core::ptr::from_ref(inputs).cast(), count) }
+}
+
+/// How many steps `x` is from the start, if the span can be read directly there: from 0 on and below `last`.
+/// `None` at and beyond the ends, for not-a-number, and for a span that cannot.
+#[inline(always)]
+fn steps(span: &Span, x: f32) -> Option<f32> {
+    let u = (x - span.start) * span.inverse_step;
+    // Numbers from 0 on are in the order of their bits; negative ones and not-a-number have
+    // larger bits than all of those.
+    (u.to_bits() < span.direct.to_bits()).then_some(u)
+}
+
+/// So many steps from the start: the index of the interval, and the fraction in it.
+///
+/// # Safety
+/// `steps` comes from [`steps`].
+#[inline(always)]
+unsafe fn interval(steps: f32) -> (usize, f32) {
+    // SAFETY: 0 ≤ steps < last < 2²⁴ (guarantee 2).
+    let i = unsafe { whole(steps) };
+    (i as usize, steps - i as f32)
+}
+
+/// a + (b − a)·t of each of `width` tables: a from `row` on, b in the row after it.
+///
+/// # Operations
+/// One subtraction, one multiplication and one addition per table.
+///
+/// # Memory
+/// Two neighbouring rows of samples, each read once from front to back.
+///
+/// # Timing
+/// Independent of the position.
+///
+/// # Safety
+/// From `row` on there are two rows of `width` values, and from `out` on there is room for one.
+#[inline(always)]
+unsafe fn mix(row: Cursor<'_, f32>, width: usize, t: f32, mut out: CursorMut<'_>) {
+    // SAFETY: the caller's.
+    unsafe {
+        let (mut a, mut b) = (row, row.skip(width));
+        macro_rules! several {
+            ($($k:literal)*) => {{
+                $(out.set($k, line(a.at($k), b.at($k), t));)*
+            }}
+        }
+        let mut rest = width;
+        while rest >= 8 {
+            several!(0 1 2 3 4 5 6 7);
+            (a, b, out) = (a.skip(8), b.skip(8), out.skip(8));
+            rest -= 8;
+        }
+        match rest {
+            0 => {}
+            1 => several!(0),
+            2 => several!(0 1),
+            3 => several!(0 1 2),
+            4 => several!(0 1 2 3),
+            5 => several!(0 1 2 3 4),
+            6 => several!(0 1 2 3 4 5),
+            7 => several!(0 1 2 3 4 5 6),
+            _ => core::hint::unreachable_unchecked(),
+        }
+    }
+}
+
+/// a at t = 0, towards b.
+#[inline(always)]
+fn line(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
+}
+
+/// Adds the terms to their outputs, in stored order.
+///
+/// # Operations
+/// Per term weight · factor · factor …, from left to right, then one addition. A weight of 1 is
+/// left out, where a factor is missing 1 may stand in, and a sum may begin with its first term:
+/// nothing changes but perhaps the sign of a zero.
+///
+/// # Memory
+/// 4 bytes per product (other terms: 16), 4 per factor.
+///
+/// # Timing
+/// Independent of the values.
+///
+/// # Safety
+/// All tables that a factor names are written.
+#[inline(always)]
+unsafe fn sum<C: Room>(
+    plan: &Plan<'_, C>,
+    values: Cursor<'_, f32>,
+    weights: &Weights,
+    corrections: &mut C::Axes<f32>,
+) {
+    let mut products = plan.products();
+    let mut out = CursorMut::start(corrections.as_mut());
+    for sum in plan.sums() {
+        // SAFETY: guarantee 8; the tables are written (caller).
+        unsafe {
+            let mut total = values.at_byte(usize::from(sum.first));
+            let (own, others) = split(products, usize::from(sum.products));
+            for product in own {
+                let [a, b] = [product & 0xFFFF, product >> 16];
+                total += values.at_byte(a as usize) * values.at_byte(b as usize);
+            }
+            products = others;
+            out.set(0, total);
+            out = out.skip(1);
+        }
+    }
+    if plan.others() != 0 {
+        // SAFETY: the caller's.
+        unsafe { add_others(plan, values, weights, corrections) };
+    }
+}
+
+/// Adds the terms that are not part of a sum.
+///
+/// # Safety
+/// All tables that a factor names are written.
+#[inline(never)]
+unsafe fn add_others<C: Room>(
+    plan: &Plan<'_, C>,
+    values: Cursor<'_, f32>,
+    weights: &Weights,
+    corrections: &mut C::Axes<f32>,
+) {
+    let mut next = plan.others();
+    while next != 0 {
+        // SAFETY: guarantees 5 and 6, and the caller's.
+        unsafe {
+            let term = at(plan.terms(), usize::from(next) - 1);
+            let weight = if term.place == FIXED {
+                term.weight
+            } else {
+                *at(weights.values(), usize::from(term.place))
+            };
+            let factors = part(&term.factors, 0, usize::from(term.count)).iter();
+            let factors = factors.map(|&table| values.at(usize::from(table)));
+            let total = at_mut(corrections.as_mut(), usize::from(term.output));
+            *total = product::add(*total, weight, factors);
+            next = term.next;
+        }
+    }
 }
 
 /// Whether the tables of a bank count while its input last moved in direction `last`.
@@ -197,60 +315,6 @@ fn floor(p: f32) -> f32 {
     if k > p { k - 1.0 } else { k }
 }
 
-/// The interval around `x` of a span without modulo: index of its first point, below `last`, and
-/// the fraction in it; `None` at and beyond the ends, and for not-a-number.
-#[inline(always)]
-fn interval(span: &Span, x: f32) -> Option<(u32, f32)> {
-    let u = (x - span.start) * span.inverse_step;
-    // Numbers from 0 on are in the order of their bits; negative ones and not-a-number have
-    // larger bits than all of those.
-    if u.to_bits() >= span.limit.to_bits() {
-        return None;
-    }
-    // SAFETY: 0 ≤ u < last (guarantee 2).
-    let i = unsafe { whole(u) };
-    Some((i as u32, u - i as f32))
-}
-
-/// The only table of each of these banks, which has two points: a + (b − a)·t between them, and the end values.
-///
-/// # Safety
-/// There is a bank. The banks are straight, and their inputs among `inputs` and their samples among `samples`;
-/// from `out` on there is room for all tables.
-#[inline(always)]
-unsafe fn lines<A: Row<f32>>(
-    banks: &[BankLookup],
-    inputs: &Inputs<A>,
-    samples: &[f32],
-    mut out: To<'_>,
-) {
-    let inputs = From::start(all(inputs));
-    let mut rest = banks;
-    // SAFETY: the caller's.
-    unsafe {
-        while let Some((bank, others)) = rows::lines(rest, inputs, out.again()) {
-            let x = inputs.at(usize::from(bank.span.slot));
-            out.set(usize::from(bank.table), beyond(bank, x, samples));
-            // One that is beyond its ends may be the last.
-            if others.is_empty() {
-                break;
-            }
-            rest = others;
-        }
-    }
-}
-
-/// The end value that a straight bank holds at `x`; not-a-number counts as the first point.
-#[cold]
-#[inline(never)]
-fn beyond(bank: &BankLookup, x: f32, samples: &[f32]) -> f32 {
-    let u = (x - bank.span.start) * bank.span.inverse_step;
-    let place = bank.first as usize + usize::from(u >= 1.0);
-    debug_assert!(place < samples.len());
-    // SAFETY: guarantee 3: two points.
-    unsafe { *at(samples, place) }
-}
-
 /// The interval around `x` of any span: indices of its points and fraction in between.
 ///
 /// Compare-and-select throughout, so that not-a-number and infinity end at a point too.
@@ -273,108 +337,20 @@ fn any_interval(span: &Span, x: f32) -> (u32, u32, f32) {
     (i, next, t)
 }
 
-/// Row `index` of a bank.
+/// Reads all tables of a bank of any kind, at any position.
 ///
 /// # Safety
-/// `index ≤ bank.span.last`, and `samples` is the section of the bank's format.
-#[inline(always)]
-unsafe fn row<'s, S: Sample>(bank: &BankLookup, samples: &'s [S], index: u32) -> &'s [S] {
-    debug_assert!(index <= bank.span.last);
-    let width = usize::from(bank.tables);
-    let start = bank.first as usize + index as usize * width;
-    debug_assert!(start + width <= samples.len());
-    // SAFETY: guarantee 3.
-    unsafe { part(samples, start, width) }
-}
-
-/// All tables of a bank of f32 samples between its points `i` and `i + 1`.
-///
-/// # Operations
-/// a + (b − a)·t per table.
-///
-/// # Memory
-/// Two neighbouring rows of samples, each read once from front to back.
-///
-/// # Timing
-/// Independent of the position.
-///
-/// # Safety
-/// `i < bank.span.last`; the samples are f32; `out` has room for the tables of the bank.
-#[inline(always)]
-unsafe fn mix(bank: &BankLookup, samples: &[f32], i: u32, t: f32, out: To<'_>) {
-    let width = usize::from(bank.tables);
-    let start = bank.first as usize + i as usize * width;
-    debug_assert!(width >= 1 && start + 2 * width <= samples.len());
-    // SAFETY: guarantee 3: from both on there are `width` values.
-    unsafe {
-        let a = From::start(samples).skip(start);
-        rows::mix(a, a.skip(width), width, t, out);
-    }
-}
-
-/// All tables of a bank of f32 samples at and beyond its ends, where the end values hold;
-/// not-a-number counts as the first point.
-///
-/// # Safety
-/// The samples are f32; `out` has room for the tables of the bank.
+/// The bank is one of the plan; `out` has room for its tables.
 #[cold]
 #[inline(never)]
-unsafe fn end(bank: &BankLookup, x: f32, samples: &[f32], out: To<'_>) {
-    let u = (x - bank.span.start) * bank.span.inverse_step;
-    let i = if u >= 1.0 { bank.span.last } else { 0 };
-    // SAFETY: i ≤ last; `out` has room for a row.
-    unsafe {
-        let row = row(bank, samples, i);
-        core::ptr::copy_nonoverlapping(row.as_ptr(), out.pointer(row.len()), row.len());
-    }
-}
-
-/// All tables of banks of any kind.
-///
-/// # Safety
-/// The banks are those of `c`, and from `out` on there is room for all tables.
-#[cold]
-#[inline(never)]
-unsafe fn others<C: Room>(
-    c: &Plan<'_, C>,
-    banks: &[BankLookup],
-    inputs: &Inputs<C::Axes<f32>>,
-    travel: &Travelling<C::Axes<Travel>>,
-    mut out: To<'_>,
-) {
-    for bank in banks {
-        // SAFETY: guarantees 1 and 4, and the caller's.
-        unsafe {
-            let x = *at(all(inputs), usize::from(bank.span.slot));
-            other(
-                c,
-                bank,
-                x,
-                travel,
-                out.again().skip(usize::from(bank.table)),
-            );
-        }
-    }
-}
-
-/// All tables of a bank of any kind.
-///
-/// # Safety
-/// `out` has room for the tables of the bank, which is one of `c`.
-#[inline(always)]
-unsafe fn other<C: Room>(
-    c: &Plan<'_, C>,
+unsafe fn read_bank<C: Room>(
+    plan: &Plan<'_, C>,
     bank: &BankLookup,
     x: f32,
     travel: &Travelling<C::Axes<Travel>>,
-    out: To<'_>,
+    mut out: CursorMut<'_>,
 ) {
     let width = usize::from(bank.tables);
-    // SAFETY: the caller's.
-    let values = unsafe {
-        let first = out.pointer(width).cast::<MaybeUninit<f32>>();
-        core::slice::from_raw_parts_mut(first, width)
-    };
     let last = if bank.direction == Direction::Both {
         Travel::Unknown
     } else {
@@ -383,26 +359,43 @@ unsafe fn other<C: Room>(
         unsafe { *at(travel.0.as_ref(), usize::from(bank.span.slot)) }
     };
     if !holds(bank.direction, last) {
-        values.fill(MaybeUninit::new(0.0));
+        for k in 0..width {
+            // SAFETY: the caller's.
+            unsafe { out.set(k, 0.0) };
+        }
         return;
     }
-    if bank.integer {
-        let table = usize::from(bank.table);
-        // SAFETY: guarantee 4.
-        let scales = unsafe { part(c.scales(), table, width) };
-        fill(bank, x, c.shorts().unwrap_or_default(), scales, values);
+    let sign = if bank.direction == Direction::Signed && last == Travel::Negative {
+        -1.0
     } else {
-        fill(bank, x, c.floats().unwrap_or_default(), c.scales(), values);
-    }
-    if bank.direction == Direction::Signed && last == Travel::Negative {
-        for value in values {
-            // SAFETY: `fill` wrote every value.
-            *value = MaybeUninit::new(-unsafe { value.assume_init() });
+        1.0
+    };
+    // SAFETY: guarantee 4, and the caller's.
+    unsafe {
+        let scales = part(plan.scales(), usize::from(bank.table), width);
+        if bank.integer {
+            fill(
+                bank,
+                x,
+                plan.shorts().unwrap_or_default(),
+                scales,
+                sign,
+                out,
+            );
+        } else {
+            fill(
+                bank,
+                x,
+                plan.floats().unwrap_or_default(),
+                scales,
+                sign,
+                out,
+            );
         }
     }
 }
 
-/// Reads all tables of one bank.
+/// Interpolates all tables of one bank, and multiplies them with `sign`, which is 1 or −1.
 ///
 /// # Operations
 /// Linear: a + (b − a)·t per table, after the index and the fraction of the bank.
@@ -413,260 +406,80 @@ unsafe fn other<C: Room>(
 ///
 /// # Timing
 /// Independent of the position, except for wrapping.
-#[inline(always)]
-fn fill<S: Sample>(
+///
+/// # Safety
+/// `samples` is the section of the bank's format; `out` has room for its tables.
+unsafe fn fill<S: Sample>(
     bank: &BankLookup,
     x: f32,
     samples: &[S],
     scales: &[f32],
-    values: &mut [MaybeUninit<f32>],
+    sign: f32,
+    mut out: CursorMut<'_>,
 ) {
-    if bank.cubic {
-        fill_cubic(bank, x, samples, scales, values);
+    let span = &bank.span;
+    let (i, next, t) = any_interval(span, x);
+    let row = |index: u32| {
+        debug_assert!(index <= span.last);
+        let width = usize::from(bank.tables);
+        // SAFETY: guarantee 3.
+        unsafe { part(samples, bank.first as usize + index as usize * width, width) }
+    };
+    if !bank.cubic {
+        // From `any_interval`, both are at most `last`.
+        let points = row(i).iter().zip(row(next));
+        for (k, ((a, b), &scale)) in points.zip(scales).enumerate() {
+            let value = line(a.value(), b.value(), t);
+            // SAFETY: the caller's: there is one scale for each table.
+            unsafe { out.set(k, sign * S::scaled(value, scale)) };
+        }
         return;
     }
-    let (i, next, t) = any_interval(&bank.span, x);
-    // SAFETY: i, next ≤ last, from `any_interval`.
-    let (a, b) = unsafe { (row(bank, samples, i), row(bank, samples, next)) };
-    for (((value, &a), &b), &scale) in values.iter_mut().zip(a).zip(b).zip(scales) {
-        let (a, b) = (a.value(), b.value());
-        value.write(S::scaled(a + (b - a) * t, scale));
-    }
-}
-
-/// Uniform cubic B-splines. The weights of a, c, d are those of differences from b, so constants stay
-/// constant.
-#[inline(never)]
-fn fill_cubic<S: Sample>(
-    bank: &BankLookup,
-    x: f32,
-    samples: &[S],
-    scales: &[f32],
-    values: &mut [MaybeUninit<f32>],
-) {
+    // Uniform cubic B-splines. The weights of a, c, d are those of differences from b, so constants stay
+    // constant.
     const SIXTH: f32 = 1.0 / 6.0;
-    let span = &bank.span;
-    let (i, _, t) = any_interval(span, x);
     let s = 1.0 - t;
     let w0 = SIXTH * (s * s * s);
     let w2 = SIXTH + 0.5 * t * (1.0 + t * s);
     let w3 = SIXTH * (t * t * t);
-    // After the last row comes the first: without modulo only at the end, with w3 = 0.
-    let from = |k: u32| if k <= span.last { k } else { k - span.last - 1 };
-    debug_assert!(i <= span.last && span.last >= 3);
-    // SAFETY: i ≤ last from `any_interval`; up to i + 3 ≤ last + 3 ≤ 2·last (guarantee 2), less
-    // last + 1 that is below last.
-    let (a, b, c, d) = unsafe {
-        (
-            row(bank, samples, i),
-            row(bank, samples, from(i + 1)),
-            row(bank, samples, from(i + 2)),
-            row(bank, samples, from(i + 3)),
-        )
-    };
-    let points = a.iter().zip(b).zip(c).zip(d).zip(scales);
-    for (value, ((((&a, &b), &c), &d), &scale)) in values.iter_mut().zip(points) {
+    // After the last row comes the first: without modulo only at the end, with w3 = 0. i + 3 ≤ last + 3 ≤
+    // 2·last (guarantee 2), less last + 1 that is below last.
+    let from = |k: u32| row(if k <= span.last { k } else { k - span.last - 1 });
+    let points = from(i).iter().zip(from(i + 1)).zip(from(i + 2));
+    let points = points.zip(from(i + 3)).zip(scales);
+    for (k, ((((a, b), c), d), &scale)) in points.enumerate() {
         let (a, b, c, d) = (a.value(), b.value(), c.value(), d.value());
         let inner = w0 * (a - b) + w2 * (c - b) + w3 * (d - b);
-        value.write(S::scaled(b + inner, scale));
+        // SAFETY: as above.
+        unsafe { out.set(k, sign * S::scaled(b + inner, scale)) };
     }
 }
 
-/// Adds the terms to their outputs, in stored order.
-///
-/// # Operations
-/// Per term weight · factor · factor …, from left to right, then one addition. A weight of 1 is
-/// left out, where a factor is missing 1 may stand in, and a sum may begin with its first term:
-/// nothing changes but perhaps the sign of a zero.
-///
-/// # Memory
-/// 4 bytes per pair (others: 16 per term), 4 per factor.
-///
-/// # Timing
-/// Independent of the values.
-///
-/// # Safety
-/// All tables that a factor names are written.
+/// Adds all grids to their outputs.
 #[inline(always)]
-unsafe fn sum<'c, C: Room>(
-    c: &'c Plan<'_, C>,
-    values: From<'_, f32>,
-    corrections: &mut C::Axes<f32>,
-) -> From<'c, u32> {
-    let (heads, [bare, singles]) = c.heads();
-    let words = From::start(c.pairs());
-    if singles == 0 {
-        return words;
-    }
-    // SAFETY: guarantee 8; the tables were written (caller).
-    unsafe {
-        let (paired, bare) = (part(heads, 0, bare), part(heads, bare, singles - bare));
-        rows::products(paired, bare, words, values, corrections.as_mut())
-    }
-}
-
-/// What few compensations have: outputs that begin with single values, terms of other kinds, grids.
-///
-/// # Safety
-/// That of [`sum`], of which `word` comes.
-#[inline(never)]
-unsafe fn more<C: Room>(
-    c: &Plan<'_, C>,
-    values: From<'_, f32>,
-    mut word: From<'_, u32>,
+fn add_grids<C: Room>(
+    plan: &Plan<'_, C>,
     inputs: &Inputs<C::Axes<f32>>,
-    weights: &Weights,
     corrections: &mut C::Axes<f32>,
 ) {
-    let (heads, [_, singles]) = c.heads();
-    // SAFETY: the caller's.
-    unsafe {
-        for head in split(heads, singles).1 {
-            let mut total = values.at_byte(usize::from(head.first));
-            let mut rest = head.singles;
-            while rest != 0 {
-                let value = values.at_byte(word.at(0) as usize);
-                total = product::add(total, 1.0, [value]);
-                word = word.skip(1).opaque();
-                rest -= 1;
-            }
-            *at_mut(corrections.as_mut(), usize::from(head.output) / 4) = total;
-        }
-        if c.has_runs() {
-            sum_runs(c, values, weights, corrections);
+    for grid in plan.grids() {
+        let floats = Cursor::start_of(plan.floats());
+        if !add_cell(grid, inputs, floats, corrections) {
+            add_grid(plan, grid, inputs, corrections);
         }
     }
-    if !c.grids().is_empty() {
-        add_grids(c, inputs, corrections);
-    }
 }
 
-/// Values of all tables, then 1 and 0.
-///
-/// # Safety
-/// All tables that are read from it are written.
-#[inline(always)]
-unsafe fn values<C: Room>(scratch: &Scratch<C>) -> From<'_, f32> {
-    let first = core::ptr::from_ref(scratch).cast::<f32>();
-    // SAFETY: `Scratch` is `repr(C)`: TABLES values, then two; the pointer comes from the whole. What
-    // is not written is not read.
-    unsafe { From::raw(first, C::TABLES + 2) }
-}
-
-/// Adds the terms that are not among the pairs, run by run.
-///
-/// # Safety
-/// That of [`sum`].
-#[inline(never)]
-unsafe fn sum_runs<C: Room>(
-    c: &Plan<'_, C>,
-    values: From<'_, f32>,
-    weights: &Weights,
-    corrections: &mut C::Axes<f32>,
-) {
-    let mut rest = c.terms();
-    while let Some(first) = rest.first() {
-        debug_assert!(first.run >= 1 && usize::from(first.run) <= rest.len());
-        // SAFETY: guarantee 6.
-        let (run, others) = unsafe { split(rest, usize::from(first.run)) };
-        rest = others;
-        if first.most == PAIRED {
-            continue;
-        }
-        debug_assert!(usize::from(first.output) < C::AXES);
-        // SAFETY: guarantee 5.
-        let total = unsafe { at_mut(corrections.as_mut(), usize::from(first.output)) };
-        // SAFETY: as for the caller.
-        *total = unsafe { weighted(*total, run, values, weights) };
-    }
-}
-
-/// Adds a run of any shape to `total`.
-///
-/// # Safety
-/// That of [`sum`].
-#[inline(always)]
-unsafe fn weighted(
-    mut total: f32,
-    run: &[PackedTerm],
-    values: From<'_, f32>,
-    weights: &Weights,
-) -> f32 {
-    let Some(&PackedTerm { most, place, .. }) = run.first() else {
-        return total;
-    };
-    if place != FIXED {
-        for (k, term) in run.iter().enumerate() {
-            let k = usize::from(place) + k;
-            debug_assert!(k < weights.values().len());
-            // SAFETY: guarantee 5: the places of adjustable terms follow each other.
-            let weight = unsafe { *at(weights.values(), k) };
-            // SAFETY: the caller's.
-            total = product::add(total, weight, unsafe { factors(term, values) });
-        }
-        return total;
-    }
-    // SAFETY: the caller's; the constants are less than FACTORS.
-    let factor = |term: &PackedTerm, k: usize| unsafe { factor(term, k, values) };
-    match most {
-        0..=2 => {
-            for term in run {
-                let factors = [factor(term, 0), factor(term, 1)];
-                total = product::add(total, term.weight, factors);
-            }
-        }
-        3 => {
-            for term in run {
-                let factors = [factor(term, 0), factor(term, 1), factor(term, 2)];
-                total = product::add(total, term.weight, factors);
-            }
-        }
-        _ => {
-            for term in run {
-                // SAFETY: the caller's.
-                total = product::add(total, term.weight, unsafe { factors(term, values) });
-            }
-        }
-    }
-    total
-}
-
-/// Factor number `k` of a term; 1 if it has none.
-///
-/// # Safety
-/// `k < FACTORS`, and that of [`sum`].
-#[inline(always)]
-unsafe fn factor(term: &PackedTerm, k: usize, values: From<'_, f32>) -> f32 {
-    // SAFETY: the factor is a table that was written or number TABLES, which is `one` (guarantee 5).
-    unsafe { values.at(usize::from(*at(&term.factors, k))) }
-}
-
-/// All factors of a term.
-///
-/// # Safety
-/// That of [`sum`].
-#[inline(always)]
-unsafe fn factors(term: &PackedTerm, values: From<'_, f32>) -> impl Iterator<Item = f32> {
-    // SAFETY: `count ≤ FACTORS` (guarantee 5), and the caller's.
-    (0..usize::from(term.count)).map(move |k| unsafe { factor(term, k, values) })
-}
-
-/// a at t = 0, towards b.
-#[inline(always)]
-fn line(a: f32, b: f32, t: f32) -> f32 {
-    a + (b - a) * t
-}
-
-/// Adds one grid of the plain kind, see [`GridLookup::plain`]; false, and nothing added, at and
-/// beyond the ends of an input, and for not-a-number.
+/// Adds a grid of the plain kind, see [`GridLookup`], where it can be read directly; false, and nothing
+/// added, at and beyond the ends of an input, for not-a-number, and for a grid of another kind.
 ///
 /// # Operations
-/// As [`add_grid`], of which this is the straight way through.
+/// As [`add_grid`].
 #[inline(never)]
 fn add_cell<A: Row<f32>>(
     grid: &GridLookup,
     inputs: &Inputs<A>,
-    samples: &[f32],
+    samples: Cursor<'_, f32>,
     corrections: &mut A,
 ) -> bool {
     const WIDTH: usize = PLAIN_WIDTH;
@@ -676,10 +489,12 @@ fn add_cell<A: Row<f32>>(
             let span = &grid.spans[$k];
             // SAFETY: guarantee 1.
             let x = unsafe { *at(all(inputs), usize::from(span.slot)) };
-            let Some((i, t)) = interval(span, x) else {
+            let Some(steps) = steps(span, x) else {
                 return false;
             };
-            start += i as usize * grid.strides[$k] as usize;
+            // SAFETY: they come from `steps`.
+            let (i, t) = unsafe { interval(steps) };
+            start += i * grid.strides[$k] as usize;
             t
         }};
     }
@@ -688,7 +503,7 @@ fn add_cell<A: Row<f32>>(
     // SAFETY: guarantees 2 and 3: each index is below `last`, so that all eight nodes are in the
     // grid, two and two neighbours; guarantee 7.
     unsafe {
-        let near = From::start(samples).skip(start);
+        let near = samples.skip(start);
         let far = near.skip(far);
         let [near_far, far_far] = [near.skip(middle), far.skip(middle)];
         // Written out, so that no optimisation level makes a loop of it.
@@ -710,7 +525,7 @@ fn add_cell<A: Row<f32>>(
     true
 }
 
-/// Adds one grid to its outputs.
+/// Adds a grid of any kind, at any position.
 ///
 /// # Operations
 /// a + (b − a)·t along the last input, then the middle, then the first: seven times per output.
@@ -722,21 +537,20 @@ fn add_cell<A: Row<f32>>(
 /// Independent of the position, except for wrapping.
 #[cold]
 #[inline(never)]
-fn add_grid<A: Row<f32>>(
+fn add_grid<C: Room>(
+    plan: &Plan<'_, C>,
     grid: &GridLookup,
-    inputs: &Inputs<A>,
-    floats: &[f32],
-    shorts: &[i16],
-    corrections: &mut A,
+    inputs: &Inputs<C::Axes<f32>>,
+    corrections: &mut C::Axes<f32>,
 ) {
     // SAFETY: guarantee 1.
     let x = grid
         .spans
         .map(|span| unsafe { *at(all(inputs), usize::from(span.slot)) });
     if grid.integer {
-        add_nodes(grid, x, shorts, corrections);
+        add_nodes(grid, x, plan.shorts().unwrap_or_default(), corrections);
     } else {
-        add_nodes(grid, x, floats, corrections);
+        add_nodes(grid, x, plan.floats().unwrap_or_default(), corrections);
     }
 }
 
@@ -761,7 +575,7 @@ fn add_nodes<S: Sample, A: Row<f32>>(
         let start = first + a + b + c;
         debug_assert!(start + width <= samples.len());
         // SAFETY: guarantees 2 and 3: each index is at most `last`, so the node is in the grid.
-        unsafe { From::start(samples).skip(start) }
+        unsafe { Cursor::start(samples).skip(start) }
     };
     let nodes = [
         node(near[0], near[1], near[2]),
@@ -773,8 +587,9 @@ fn add_nodes<S: Sample, A: Row<f32>>(
         node(far[0], far[1], near[2]),
         node(far[0], far[1], far[2]),
     ];
-    let mut add = |k: usize| {
-        // SAFETY: k < width, and `node` points at `width` samples of the section.
+    // The bound that guarantee 7 gives is repeated for the compiler.
+    for k in 0..width.min(grid.outputs.len()) {
+        // SAFETY: k < width, and each node has `width` samples of the section.
         let v = nodes.map(|node| unsafe { node.at(k) }.value());
         let face0 = line(line(v[0], v[1], t[2]), line(v[2], v[3], t[2]), t[1]);
         let face1 = line(line(v[4], v[5], t[2]), line(v[6], v[7], t[2]), t[1]);
@@ -783,10 +598,6 @@ fn add_nodes<S: Sample, A: Row<f32>>(
         debug_assert!(output < corrections.as_ref().len());
         // SAFETY: guarantee 7.
         unsafe { *at_mut(corrections.as_mut(), output) += value };
-    };
-    // The bound that guarantee 7 gives is repeated for the compiler.
-    for k in 0..width.min(grid.outputs.len()) {
-        add(k);
     }
 }
 

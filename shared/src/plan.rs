@@ -7,30 +7,26 @@
 //! 1. *Inputs* (`slot`, `bank`). `span.slot < AXES + AUXILIARIES`, and `< AXES` for directional banks.
 //! 2. *Spans* (`Span::new`). `1 ≤ last < 2²⁴` (0 for the missing inputs of a grid, at least 3 for cubic
 //!    banks), `after ≤ last`; `limit` and `beyond` are the number of intervals: `last`, for cubic banks
-//!    `last − 2`; or, with modulo, `limit` is `last + 1` and `beyond` is 0.
+//!    `last − 2`; or, with modulo, `limit` is `last + 1` and `beyond` is 0. `direct` is 0, or it is `last`
+//!    and the span is one of a linear bank of f32 samples for both directions, or of a plain grid, without
+//!    modulo.
 //! 3. *Samples* (`take_samples`, `finish`). `first + (last + 1) · tables` is at most the length of the
 //!    bank's section; of a grid, `first + strides[0] · (spans[0].last + 1)`, with each stride the product
 //!    of the counts behind it and `width`.
-//! 4. *Tables* (`OpenBank::end`, `end_banks`). The banks together have at least `tables` tables, each once,
-//!    and at most `TABLES ≤ 255`; there is a scale for each.
-//! 5. *Terms* (`term`, `OpenTerm::factor`). Each used factor of a term is `< tables`, each unused one is
-//!    `TABLES`; `count ≤ FACTORS`; `output < AXES`; adjustable terms have consecutive places
-//!    `< ADJUSTABLE`.
-//! 6. *Runs* (`group`). `run` of the first term, and of each term that follows a run, is at least 1 and
-//!    stays within the terms; all terms of a run share `output`, are all fixed or all adjustable, and have
-//!    at most as many factors as `most` says.
+//! 4. *Tables* (`OpenBank::end`, `end_banks`). The tables of the banks follow each other: the first bank has
+//!    `table` 0, and each next one the sum of both numbers of the one before. There are `tables` in all, at
+//!    most `TABLES ≤ 255`, and there is a scale for each.
+//! 5. *Terms* (`term`, `OpenTerm::factor`). Each of the `count ≤ FACTORS` factors of a term is `< tables`;
+//!    `output < AXES`; the place of an adjustable term is `< ADJUSTABLE`.
+//! 6. *Other terms* (`divide`). `others`, and `next` of each term that is reached from it, is 0 or the number
+//!    of a term counted from 1, each larger than the one before.
 //! 7. *Grids* (`OpenGrid::output`, `OpenGrid::end`, `finish`). Every grid has `width ≤ GRID_OUTPUTS`
-//!    outputs `< AXES`; a plain one has three inputs without modulo and `PLAIN_WIDTH` f32 outputs.
-//!    `one_cell` means that there is a plain one.
-//! 8. *Heads* (`pair_up`). They have outputs `< AXES`, by their place in bytes, and as many words of `pairs`
-//!    as they say, one head's behind the other's; each word, and each `first`, names tables as a term does, or
-//!    the 1 or the 0 behind them, by its place in bytes. `bare[0] ≤ bare[1]`: the heads before have pairs,
-//!    those between neither pairs nor single values, those behind single values.
+//!    outputs `< AXES`; a plain one has three inputs and `PLAIN_WIDTH` outputs of f32 samples.
+//! 8. *Sums* (`divide`). There is one for each axis, at most `AXES`, or none if there are no terms; all
+//!    together have as many products as there are. Both halves of a product, and each `first`, are four times a number `< tables`, or `TABLES` or `TABLES + 1`
+//!    for the 1 and the 0 after the table values.
 //! 9. *Sections* (`finish`). Where there are banks or grids, there are both sections of samples, though
 //!    one may be empty.
-//!
-//! 10. *Order of banks* (`order`). `linear[0] ≤ linear[1]`: the banks before are straight, those
-//!     between linear, those behind of another kind.
 //!
 //! Nothing of a plan changes after that. Weights that are set at run time are not part of it: the kernel
 //! reads as many as there can be, whosever they are.
@@ -50,36 +46,29 @@ use crate::weights::Weights;
 pub(crate) use filling::Filling;
 pub(crate) use lookup::{BankLookup, GridLookup, PLAIN_WIDTH};
 pub(crate) use span::Span;
-pub(crate) use terms::{FIXED, Head, PAIRED, PackedTerm};
+pub(crate) use terms::{FIXED, PackedTerm, Product, Sum};
 
 /// Tables, terms and grids, checked and prepared; the samples stay in the blob.
-// `repr(C)`: what every evaluation reads stands in front, where single instructions reach it.
+// `repr(C)`: what every evaluation reads comes first, where single instructions reach it.
 #[derive(Clone)]
 #[repr(C)]
 pub(crate) struct Plan<'a, C: Room> {
-    /// Nothing but one plain grid.
-    one_cell: bool,
-    /// Whether there is more than banks and the first `bare[1]` heads.
-    more: bool,
-    /// Whether there are terms other than those of `heads`.
-    runs: bool,
-    tables: u16,
-    /// Where among `banks` the linear ones begin and end.
-    linear: [u16; 2],
-    /// Where among `heads` those without pairs and single values begin and end.
-    bare: [u16; 2],
+    // `None` in an empty plan, which is all zeros so that a `static` takes no flash.
     floats: Option<&'a [f32]>,
     shorts: Option<&'a [i16]>,
-    /// What the kernel adds first, see `pair_up`.
-    heads: C::AxisList<Head>,
-    /// One per bank, in the order of evaluation.
+    tables: u16,
+    /// The first term that is added by itself, counted from 1, or 0.
+    others: u16,
+    /// One per axis; none without terms.
+    sums: C::AxisList<Sum>,
+    /// One per bank.
     banks: C::BankList<BankLookup>,
     /// One per grid.
     grids: C::GridList<GridLookup>,
+    products: C::TermList<Product>,
+    terms: C::TermList<PackedTerm>,
     /// One per table; 1 for tables of f32 samples.
     scales: C::TableList<f32>,
-    pairs: C::TermList<u32>,
-    terms: C::TermList<PackedTerm>,
     /// As stored.
     weights: Weights,
 }
@@ -87,40 +76,32 @@ pub(crate) struct Plan<'a, C: Room> {
 impl<'a, C: Room> Plan<'a, C> {
     /// Nothing: all zeros.
     pub(crate) const EMPTY: Self = Self {
-        one_cell: false,
-        more: false,
-        linear: [0; 2],
-        bare: [0; 2],
-        runs: false,
-        tables: 0,
-        floats: None,
-        shorts: None,
-        heads: C::AxisList::EMPTY,
+        sums: C::AxisList::EMPTY,
+        products: C::TermList::EMPTY,
+        others: 0,
+        terms: C::TermList::EMPTY,
         banks: C::BankList::EMPTY,
         grids: C::GridList::EMPTY,
         scales: C::TableList::EMPTY,
-        pairs: C::TermList::EMPTY,
-        terms: C::TermList::EMPTY,
+        tables: 0,
+        floats: None,
+        shorts: None,
         weights: Weights::empty(),
     };
 
     /// Makes it [empty](Self::EMPTY) in place.
     #[inline(never)]
     pub(crate) fn clear(&mut self) {
-        self.one_cell = false;
-        self.more = false;
-        self.linear = [0; 2];
-        self.bare = [0; 2];
-        self.runs = false;
-        self.tables = 0;
-        self.floats = None;
-        self.shorts = None;
-        self.heads.clear();
+        self.sums.clear();
+        self.products.clear();
+        self.others = 0;
+        self.terms.clear();
         self.banks.clear();
         self.grids.clear();
         self.scales.clear();
-        self.pairs.clear();
-        self.terms.clear();
+        self.tables = 0;
+        self.floats = None;
+        self.shorts = None;
         self.weights = Weights::empty();
     }
 
@@ -141,25 +122,6 @@ impl<'a, C: Room> Plan<'a, C> {
         filling.finish(blob, described)
     }
 
-    /// Whether there is nothing but one plain grid.
-    #[inline(always)]
-    pub(crate) fn one_cell(&self) -> bool {
-        self.one_cell
-    }
-
-    /// Whether there is more to evaluate than banks and the heads up to the end of those without pairs and
-    /// single values.
-    #[inline(always)]
-    pub(crate) fn has_more(&self) -> bool {
-        self.more
-    }
-
-    /// Whether there are terms other than those of `heads`.
-    #[inline(always)]
-    pub(crate) fn has_runs(&self) -> bool {
-        self.runs
-    }
-
     /// Number of tables.
     pub(crate) fn tables(&self) -> u16 {
         self.tables
@@ -177,25 +139,28 @@ impl<'a, C: Room> Plan<'a, C> {
         self.shorts
     }
 
-    /// What the kernel begins each output with, and where those without pairs and single values begin and end.
+    /// The sum of each axis; none without terms.
     #[inline(always)]
-    pub(crate) fn heads(&self) -> (&[Head], [usize; 2]) {
-        // `map` is a loop where code is to be small.
-        let [bare, singles] = self.bare;
-        (&self.heads, [usize::from(bare), usize::from(singles)])
+    pub(crate) fn sums(&self) -> &[Sum] {
+        &self.sums
     }
 
-    /// The pairs of all heads.
+    /// The products of all sums, one after the other.
     #[inline(always)]
-    pub(crate) fn pairs(&self) -> &[u32] {
-        &self.pairs
+    pub(crate) fn products(&self) -> &[Product] {
+        &self.products
     }
 
-    /// The banks, in the order of evaluation, and where the linear ones begin and end.
+    /// The first term that is added by itself, counted from 1, or 0.
     #[inline(always)]
-    pub(crate) fn banks(&self) -> (&[BankLookup], [usize; 2]) {
-        let [linear, other] = self.linear;
-        (&self.banks, [usize::from(linear), usize::from(other)])
+    pub(crate) fn others(&self) -> u16 {
+        self.others
+    }
+
+    /// The banks.
+    #[inline(always)]
+    pub(crate) fn banks(&self) -> &[BankLookup] {
+        &self.banks
     }
 
     /// The grids.

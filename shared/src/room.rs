@@ -3,6 +3,9 @@
 use core::fmt::Debug;
 use core::ops::DerefMut;
 
+/// Most axes that there can be room for.
+pub(crate) const MOST_AXES: usize = 16;
+
 /// Capacities of a [`Compensation`](crate::Compensation) and of what belongs to it: a type, so that all memory
 /// is there when the program is built. [`Holds`] is the only implementation.
 pub trait Room: Copy + Debug + PartialEq + Sized + sealed::Sealed + 'static {
@@ -75,7 +78,7 @@ impl<
 > Room for Holds<AXES, BANKS, TABLES, TERMS, GRIDS>
 {
     const AXES: usize = {
-        assert!(AXES >= 1 && AXES <= 16, "masks of axes have 16 bits");
+        assert!(AXES >= 1 && AXES <= MOST_AXES, "masks of axes have 16 bits");
         AXES
     };
     const BANKS: usize = {

@@ -3,9 +3,9 @@
 mod open;
 
 use super::Plan;
-use super::lookup::{BankLookup, GridLookup, order};
+use super::lookup::{BankLookup, GridLookup};
 use super::span::Span;
-use super::terms::{FIXED, PAIRED, PackedTerm, group, pair_up};
+use super::terms::{FIXED, PackedTerm, divide};
 use crate::description::{AUXILIARIES, Bank, Direction, FACTORS, GRID_INPUTS};
 use crate::format::ALIGNMENT;
 use crate::load_error::{Capacity, LoadError, Part};
@@ -192,10 +192,9 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
             packed: PackedTerm {
                 weight,
                 factors: [C::TABLES as u8; FACTORS],
-                run: 0,
+                next: 0,
                 output,
                 count: 0,
-                most: 0,
                 place: FIXED,
             },
             limits,
@@ -264,13 +263,18 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         }
         self.place_samples(blob, described)?;
         let plan = &mut *self.plan;
-        plan.linear = order(&mut plan.banks, plan.floats.unwrap_or_default());
-        plan.bare = pair_up::<C>(self.axes, &mut plan.terms, &mut plan.heads, &mut plan.pairs);
-        plan.one_cell = plan.terms.is_empty() && plan.grids.len() == 1 && plan.grids[0].plain;
-        plan.runs = plan.terms.iter().any(|term| term.most != PAIRED);
-        let singles = plan.heads.len() > usize::from(plan.bare[1]);
-        plan.more = singles || plan.runs || !plan.grids.is_empty();
-        group(&mut plan.terms);
+        for bank in plan.banks.iter_mut().filter(|bank| bank.straight) {
+            let samples = plan.floats.unwrap_or_default().get(bank.first as usize..);
+            if let Some(&[a, b, ..]) = samples {
+                bank.line = [a, b - a];
+            }
+        }
+        plan.others = divide::<C>(
+            self.axes,
+            &mut plan.terms,
+            &mut plan.sums,
+            &mut plan.products,
+        );
         self.finished = true;
         Ok(())
     }

@@ -3,32 +3,22 @@
 use super::span::Span;
 use crate::description::{Bank, Direction, GRID_INPUTS, GRID_OUTPUTS, Interpolation, SampleFormat};
 
-/// What the kernel does with a bank: the common kinds have loops of their own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// One table of two points, linear, f32, both directions, without modulo: no search.
-    Straight,
-    /// Linear, f32, both directions, without modulo.
-    Linear,
-    /// All others.
-    Other,
-}
-
 /// One bank.
-// `repr(C)`: see `Span`.
-#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BankLookup {
-    /// If it is [`Kind::Straight`], the first sample and the difference of the second from it.
-    pub line: [f32; 2],
+    /// Its points. They are read directly if the tables are linear, hold for both directions and have f32
+    /// samples.
     pub span: Span,
+    /// Whether it is read directly and has one table of two points: then `line` is all that is read.
+    pub straight: bool,
+    /// The first sample, and the difference of the second from it.
+    pub line: [f32; 2],
     /// First sample in its section.
     pub first: u32,
     /// Number of the first table.
     pub table: u16,
     /// Tables per row, at least 1.
     pub tables: u16,
-    pub kind: Kind,
     pub direction: Direction,
     pub cubic: bool,
     pub integer: bool,
@@ -36,21 +26,19 @@ pub(crate) struct BankLookup {
 
 impl BankLookup {
     /// Without its place among the tables.
-    pub(super) fn new(bank: &Bank, span: Span) -> Self {
+    pub(super) fn new(bank: &Bank, mut span: Span) -> Self {
         let cubic = bank.interpolation == Interpolation::Cubic;
         let integer = bank.format == SampleFormat::I16;
-        let plain = !cubic && !integer && !bank.modulo && bank.direction == Direction::Both;
+        if cubic || integer || bank.direction != Direction::Both {
+            span.direct = 0.0;
+        }
         Self {
+            straight: span.direct == 1.0 && bank.tables == 1,
+            line: [0.0; 2],
             span,
             first: bank.first,
             table: 0,
             tables: bank.tables,
-            kind: match (plain, bank.points, bank.tables) {
-                (true, 2, 1) => Kind::Straight,
-                (true, ..) => Kind::Linear,
-                _ => Kind::Other,
-            },
-            line: [0.0; 2],
             direction: bank.direction,
             cubic,
             integer,
@@ -58,35 +46,10 @@ impl BankLookup {
     }
 }
 
-/// Puts the straight banks first, with their lines, then the linear ones, and returns where these begin and
-/// end. Guarantee 10.
-pub(super) fn order(banks: &mut [BankLookup], samples: &[f32]) -> [u16; 2] {
-    let mut ends = [0; 2];
-    let mut placed = 0;
-    for (kind, end) in [Kind::Straight, Kind::Linear].into_iter().zip(&mut ends) {
-        let begin = placed;
-        for k in begin..banks.len() {
-            let (before, bank) = banks.split_at_mut(k);
-            let Some(bank) = bank.first_mut().filter(|bank| bank.kind == kind) else {
-                continue;
-            };
-            if kind == Kind::Straight {
-                let first = bank.first as usize;
-                let (a, b) = (samples[first], samples[first + 1]);
-                bank.line = [a, b - a];
-            }
-            // Not the slice's `swap`: moving what may overlap takes a kilobyte and a half of code.
-            if let Some(place) = before.get_mut(placed) {
-                core::mem::swap(place, bank);
-            }
-            placed += 1;
-        }
-        *end = placed as u16;
-    }
-    ends
-}
-
 /// One grid. Inputs that are missing are spans of one node, so that every grid has three.
+///
+/// The common kind is *plain*: three inputs and [`PLAIN_WIDTH`] outputs of f32 samples. Only the points of
+/// such a grid are read directly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GridLookup {
     pub spans: [Span; GRID_INPUTS],
@@ -97,8 +60,6 @@ pub(crate) struct GridLookup {
     pub outputs: [u8; GRID_OUTPUTS],
     pub width: u8,
     pub integer: bool,
-    /// Three inputs without modulo, f32, [`PLAIN_WIDTH`] outputs: the common kind.
-    pub plain: bool,
 }
 
 impl GridLookup {
@@ -111,7 +72,6 @@ impl GridLookup {
         outputs: [0; GRID_OUTPUTS],
         width: 0,
         integer: false,
-        plain: false,
     };
 }
 

@@ -4,14 +4,15 @@ use crate::description::Interpolation;
 use crate::load_error::{LoadError, Part};
 
 /// Evenly spaced points along one input.
-// `repr(C)`: the kernel reads the first two together with the line of a bank.
-#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     /// Position of the first point.
     pub start: f32,
     /// 1 / step.
     pub inverse_step: f32,
+    /// Below this many steps from the start, and from 0 on, the kernel reads two neighbouring rows of f32
+    /// samples directly; 0 where it must not.
+    pub direct: f32,
     /// Below this many steps from the start the position is used as it is …
     pub limit: f32,
     /// … otherwise this one is: the end of the last interval, or the first point with modulo.
@@ -32,6 +33,7 @@ impl Span {
     pub(super) const EMPTY: Self = Self {
         start: 0.0,
         inverse_step: 0.0,
+        direct: 0.0,
         limit: 0.0,
         beyond: 0.0,
         period: 0.0,
@@ -73,6 +75,7 @@ impl Span {
             Ok(Self {
                 start,
                 inverse_step,
+                direct: 0.0,
                 limit: points as f32,
                 beyond: 0.0,
                 period,
@@ -82,11 +85,13 @@ impl Span {
                 slot,
             })
         } else {
+            let intervals = (points + 1 - reads) as f32;
             Ok(Self {
                 start,
                 inverse_step,
-                limit: (points + 1 - reads) as f32,
-                beyond: (points + 1 - reads) as f32,
+                direct: intervals,
+                limit: intervals,
+                beyond: intervals,
                 period: 0.0,
                 inverse_period: 0.0,
                 last,

@@ -1,6 +1,5 @@
 use std::vec::Vec;
 
-use super::lookup::Kind;
 use super::*;
 use crate::blob;
 use crate::contents::Contents;
@@ -31,68 +30,67 @@ fn assert_guarantees(plan: &Plan<'_, Small>) {
             "2"
         );
     };
+    let assert_direct = |span: &Span, plain: bool| {
+        let direct = if plain && !span.is_modulo() {
+            span.last as f32
+        } else {
+            0.0
+        };
+        assert_eq!(span.direct, direct, "2");
+    };
+    let floats = plan.floats().map(<[f32]>::len);
     let length = |integer: bool| {
         if integer {
             plan.shorts().map(<[i16]>::len)
         } else {
-            plan.floats().map(<[f32]>::len)
+            floats
         }
     };
-    let (banks, [linear, other]) = plan.banks();
-    assert!(linear <= other && other <= banks.len(), "10");
-    let mut written = std::vec![false; tables];
-    for (k, bank) in banks.iter().enumerate() {
-        let kind = match k {
-            _ if k < linear => Kind::Straight,
-            _ if k < other => Kind::Linear,
-            _ => Kind::Other,
-        };
-        assert_eq!(bank.kind, kind, "10");
+    let mut next_table = 0;
+    for bank in plan.banks() {
         let reads = if bank.cubic { 4 } else { 2 };
         assert_span(&bank.span, reads);
         assert!(bank.span.last + 1 >= reads, "2");
         if bank.direction != Direction::Both {
             assert!(usize::from(bank.span.slot) < axes, "1");
         }
+        let plain = !bank.cubic && !bank.integer && bank.direction == Direction::Both;
+        assert_direct(&bank.span, plain);
         let end = bank.first as usize + bank.span.points() as usize * usize::from(bank.tables);
         assert!(
             bank.tables >= 1 && end <= length(bank.integer).unwrap(),
             "3"
         );
-        if bank.kind == Kind::Straight {
-            assert!(
-                bank.tables == 1 && bank.span.last == 1 && !bank.integer,
-                "10"
-            );
+        if bank.straight {
+            assert!(bank.tables == 1 && bank.span.direct == 1.0, "2");
+            let samples = &plan.floats().unwrap()[bank.first as usize..];
+            assert_eq!(bank.line, [samples[0], samples[1] - samples[0]]);
         }
-        let first = usize::from(bank.table);
-        for table in &mut written[first..first + usize::from(bank.tables)] {
-            assert!(!core::mem::replace(table, true), "4");
-        }
+        assert_eq!(bank.table, next_table, "4");
+        next_table += bank.tables;
     }
-    let written = written.iter().take_while(|written| **written).count();
-    assert!(usize::from(plan.tables()) <= written, "4");
-    assert!(plan.scales().len() >= written, "4");
+    assert!(usize::from(next_table) <= tables, "4");
+    assert!(plan.tables() <= next_table, "4");
+    assert!(plan.scales().len() >= usize::from(next_table), "4");
 
-    let mut rest = plan.terms();
-    while let Some(first) = rest.first() {
-        assert!(first.run >= 1 && usize::from(first.run) <= rest.len(), "6");
-        let (run, others) = rest.split_at(usize::from(first.run));
-        rest = others;
-        for (k, term) in run.iter().enumerate() {
-            let used = usize::from(term.count);
-            assert!(used <= FACTORS && usize::from(term.output) < axes, "5");
-            let (used, unused) = term.factors.split_at(used);
-            assert!(used.iter().all(|&f| u16::from(f) < plan.tables()), "5");
-            assert!(unused.iter().all(|&f| usize::from(f) == tables), "5");
-            assert_eq!(term.output, first.output, "6");
-            assert_eq!(term.place == FIXED, first.place == FIXED, "6");
-            if first.place != FIXED {
-                assert!(usize::from(first.place) + k < ADJUSTABLE, "5");
-                assert_eq!(usize::from(term.place), usize::from(first.place) + k, "5");
-            }
-            assert!(first.most == PAIRED || term.count <= first.most, "6");
-        }
+    for term in plan.terms() {
+        let used = usize::from(term.count);
+        assert!(used <= FACTORS && usize::from(term.output) < axes, "5");
+        let used = &term.factors[..used];
+        assert!(used.iter().all(|&f| u16::from(f) < plan.tables()), "5");
+        assert!(
+            term.place == FIXED || usize::from(term.place) < ADJUSTABLE,
+            "5"
+        );
+    }
+    let (mut before, mut next) = (0, plan.others());
+    while next != 0 {
+        assert!(
+            next > before && usize::from(next) <= plan.terms().len(),
+            "6"
+        );
+        before = next;
+        next = plan.terms()[usize::from(next) - 1].next;
     }
     for grid in plan.grids() {
         let width = usize::from(grid.width);
@@ -106,53 +104,35 @@ fn assert_guarantees(plan: &Plan<'_, Small>) {
         }
         let end = u64::from(grid.first) + stride;
         assert!(end <= length(grid.integer).unwrap() as u64, "3");
-        if grid.plain {
-            assert!(!grid.integer && width == PLAIN_WIDTH, "7");
-            let plain = |s: &Span| s.last >= 1 && !s.is_modulo();
-            assert!(grid.spans.iter().all(plain), "7");
+        let plain = !grid.integer && width == PLAIN_WIDTH && grid.spans[0].last >= 1;
+        for span in &grid.spans {
+            assert_direct(span, plain);
         }
     }
-    if plan.one_cell() {
-        assert!(plan.terms().is_empty() && plan.grids().len() == 1, "7");
-        assert!(plan.grids()[0].plain, "7");
+    let sums = plan.sums();
+    assert!(sums.is_empty() == plan.terms().is_empty(), "8");
+    assert!(sums.len() <= axes, "8");
+    // Places of tables, or of the 1 and the 0 after all that there is room for.
+    let named = |byte: u32, after: usize| {
+        let place = byte as usize / 4;
+        byte.is_multiple_of(4) && (place < usize::from(plan.tables()) || place == tables + after)
+    };
+    assert!(sums.iter().all(|sum| named(sum.first.into(), 1)), "8");
+    let products = sums.iter().map(|sum| usize::from(sum.products)).sum();
+    assert_eq!(plan.products().len(), products, "8");
+    for product in plan.products() {
+        assert!(named(product & 0xFFFF, 0) && named(product >> 16, 0), "8");
     }
-    let mut words = plan.pairs().iter();
-    let (heads, [bare, singles]) = plan.heads();
-    assert!(bare <= singles && singles <= heads.len(), "8");
-    for (k, head) in heads.iter().enumerate() {
-        let output = usize::from(head.output);
-        assert!(output.is_multiple_of(4) && output / 4 < axes, "8");
-        assert_eq!(
-            [head.pairs > 0, head.singles > 0],
-            [k < bare, k >= singles],
-            "8"
-        );
-        // Places of tables, or of the 1 and the 0 behind all that there is room for.
-        let named = |byte: u32, behind: usize| {
-            let place = byte as usize / 4;
-            byte.is_multiple_of(4)
-                && (place < usize::from(plan.tables()) || place == tables + behind)
-        };
-        assert!(named(u32::from(head.first), 1), "8");
-        for _ in 0..head.pairs {
-            let word = *words.next().unwrap();
-            assert!(named(word & 0xFFFF, 0) && named(word >> 16, 0), "8");
-        }
-        for _ in 0..head.singles {
-            assert!(named(*words.next().unwrap(), 0), "8");
-        }
-    }
-    assert!(words.next().is_none(), "8");
-    if !plan.banks().0.is_empty() || !plan.grids().is_empty() {
+    if !plan.banks().is_empty() || !plan.grids().is_empty() {
         assert!(plan.floats().is_some() && plan.shorts().is_some(), "9");
     }
 }
 
 fn assert_empty(plan: &Plan<'_, Small>) {
-    assert!(plan.banks().0.is_empty() && plan.grids().is_empty() && plan.terms().is_empty());
-    assert!(plan.heads().0.is_empty() && plan.pairs().is_empty() && plan.scales().is_empty());
+    assert!(plan.banks().is_empty() && plan.grids().is_empty() && plan.terms().is_empty());
+    assert!(plan.sums().is_empty() && plan.products().is_empty() && plan.scales().is_empty());
     assert!(plan.floats().is_none() && plan.shorts().is_none());
-    assert!(plan.tables() == 0 && !plan.one_cell() && !plan.has_runs());
+    assert!(plan.tables() == 0 && plan.others() == 0);
     assert_eq!(plan.weights(), &Weights::empty());
 }
 
@@ -190,7 +170,6 @@ fn a_plan_that_was_filled_keeps_every_guarantee() {
         let mut plan = Plan::EMPTY;
         fill(&mut plan, &blob).unwrap();
         assert_guarantees(&plan);
-        assert_eq!(plan.heads().0.len(), draft.axes.len());
         assert_eq!(plan.terms().len(), draft.terms.len());
         assert_eq!(plan.grids().len(), draft.grids.len());
     }
@@ -319,7 +298,7 @@ fn no_way_of_filling_a_plan_breaks_a_guarantee() {
             match result {
                 Ok(()) => {
                     assert_guarantees(&plan);
-                    filled += usize::from(!plan.banks().0.is_empty());
+                    filled += usize::from(!plan.banks().is_empty());
                 }
                 Err(_) => assert_empty(&plan),
             }
@@ -328,24 +307,30 @@ fn no_way_of_filling_a_plan_breaks_a_guarantee() {
     assert!(filled > 100, "{filled}");
 }
 
-/// Output, first value, pairs and single values of each head, as numbers of tables; the words.
-fn put_aside(draft: &Draft) -> (Vec<[u16; 4]>, Vec<[u32; 2]>) {
+/// First value and number of products of each sum, and the products, by numbers of tables; the other terms.
+type Divided = (Vec<[u16; 2]>, Vec<[u32; 2]>, Vec<u16>);
+
+fn divided(draft: &Draft) -> Divided {
     let blob = draft.encode().unwrap();
     let mut plan = Plan::EMPTY;
     fill(&mut plan, &blob).unwrap();
     assert_guarantees(&plan);
-    let heads = plan.heads().0.iter();
-    let heads = heads.map(|head| [head.output / 4, head.first / 4, head.pairs, head.singles]);
-    let words = plan.pairs().iter().map(|word| [word & 0xFFFF, word >> 16]);
-    (
-        heads.collect(),
-        words.map(|[a, b]| [a / 4, b / 4]).collect(),
-    )
+    let sums = plan.sums().iter();
+    let sums = sums.map(|sum| [sum.first / 4, sum.products]);
+    let products = plan.products().iter();
+    let products = products.map(|product| [(product & 0xFFFF) / 4, (product >> 16) / 4]);
+    let mut others = Vec::new();
+    let mut next = plan.others();
+    while next != 0 {
+        others.push(next - 1);
+        next = plan.terms()[usize::from(next) - 1].next;
+    }
+    (sums.collect(), products.collect(), others)
 }
 
 #[test]
-fn what_is_added_first_are_the_leading_terms_of_weight_1_and_up_to_two_factors() {
-    // Behind the tables there is room for.
+fn a_sum_is_the_leading_terms_of_weight_1_and_up_to_two_factors() {
+    // After the tables that there is room for.
     let (one, zero) = (8, 9);
     let mut draft = bare();
     draft
@@ -367,13 +352,20 @@ fn what_is_added_first_are_the_leading_terms_of_weight_1_and_up_to_two_factors()
         term(1, 1.0, &[1]),
         term(2, 1.0, &[1]),
     ];
-    let heads = [[0, 0, 2, 0], [1, zero, 2, 0], [2, 2, 0, 1]];
-    let words = [[1, 2], [2, one], [1, 0], [2, one], [1, 0]];
-    assert_eq!(put_aside(&draft), (heads.into(), words.into()));
+    let sums = [[0, 2], [zero, 2], [2, 1]];
+    let products = [[1, 2], [2, one], [1, 0], [2, one], [1, one]];
+    let others = [7, 8, 9, 10, 11, 12];
+    assert_eq!(
+        divided(&draft),
+        (sums.into(), products.into(), others.into())
+    );
     // A single value, none, and a constant.
     draft.terms = std::vec![term(2, 1.0, &[]), term(0, 1.0, &[1])];
-    let heads = [[2, zero, 1, 0], [0, 1, 0, 0], [1, zero, 0, 0]];
-    assert_eq!(put_aside(&draft), (heads.into(), [[one, one]].into()));
+    let sums = [[1, 0], [zero, 0], [zero, 1]];
+    let expected = (sums.into(), [[one, one]].into(), [].into());
+    assert_eq!(divided(&draft), expected);
+    draft.terms.clear();
+    assert_eq!(divided(&draft), Default::default());
 }
 
 #[test]

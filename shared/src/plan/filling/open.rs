@@ -210,10 +210,12 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         let part = Part::Grid(grid);
         self.filling
             .take_samples(part, lookup.integer, first, samples)?;
-        lookup.plain = self.inputs == GRID_INPUTS
+        let plain = self.inputs == GRID_INPUTS
             && !lookup.integer
-            && usize::from(lookup.width) == PLAIN_WIDTH
-            && !lookup.spans.iter().any(Span::is_modulo);
+            && usize::from(lookup.width) == PLAIN_WIDTH;
+        if !plain {
+            lookup.spans.iter_mut().for_each(|span| span.direct = 0.0);
+        }
         self.filling.plan.grids.append(*lookup);
         Ok(())
     }
