@@ -14,6 +14,9 @@ pub(crate) struct Period {
     pub velocity: f32,
     /// The goal may have stepped: it is not followed as it is.
     pub step: bool,
+    /// It stepped because it is held from now on: the correction stops within [`RISE`](crate::RISE), even if
+    /// it is at full rate.
+    pub holds: bool,
     /// Largest speed.
     pub rate: f32,
     pub dt: f32,
@@ -68,8 +71,14 @@ impl CatchUp {
     #[inline(never)]
     pub(crate) fn advance(&mut self, p: &Period, rise: f32) -> f32 {
         let most = p.rate * p.dt;
+        if p.holds {
+            self.pace = Pace::new(p.rate, p.rate);
+        }
         if !self.active {
-            self.begin(p, rise);
+            if !p.holds {
+                self.pace = Pace::new(p.rate, rise);
+            }
+            self.active = true;
             let change = p.goal - p.last;
             let jerk = (change - p.velocity * p.dt).abs();
             // Mean velocities of neighbouring periods differ by the acceleration over half of both. The
@@ -125,11 +134,6 @@ impl CatchUp {
         dq
     }
 
-    fn begin(&mut self, p: &Period, rise: f32) {
-        self.active = true;
-        self.pace = Pace::new(p.rate, rise);
-    }
-
     /// The correction had to be `dq`: goes on from there.
     pub(crate) fn displaced(&mut self, dq: f32, p: &Period, rise: f32) {
         if dq == p.goal {
@@ -137,7 +141,8 @@ impl CatchUp {
             return;
         }
         if !self.active {
-            self.begin(p, rise);
+            self.active = true;
+            self.pace = Pace::new(p.rate, rise);
         }
         self.velocity = bounded((dq - p.last) * p.frequency, p.rate);
         self.stepped = true;
@@ -169,6 +174,7 @@ mod tests {
                         last,
                         velocity: (last - before) / dt,
                         step: period == 0,
+                        holds: false,
                         rate,
                         dt,
                         frequency: 1.0 / dt,
@@ -199,6 +205,7 @@ mod tests {
             last,
             velocity: (last - before) / dt,
             step: false,
+            holds: false,
             rate: 2.0,
             dt,
             frequency: 1.0 / dt,
@@ -280,6 +287,7 @@ mod tests {
                     last,
                     velocity: velocity as f32,
                     step: period == 1,
+                    holds: false,
                     rate,
                     dt,
                     frequency: 1.0 / dt,

@@ -57,19 +57,6 @@ impl Reversal {
         }
     }
 
-    /// Takes in a position of an axis without period if it merely moves on in its direction; whether
-    /// it did.
-    #[inline(always)]
-    pub(crate) fn moves_on(&mut self, q: f32) -> bool {
-        match self.travel {
-            Travel::Positive if q >= self.high => self.high = q,
-            Travel::Negative if q <= self.low => self.low = q,
-            _ => return false,
-        }
-        self.last = q;
-        true
-    }
-
     /// Known to have moved in direction `travel`, to the position that comes next: until then there is
     /// no extreme.
     pub(crate) fn moved(travel: Travel) -> Self {
@@ -81,18 +68,11 @@ impl Reversal {
         }
     }
 
-    /// The axis has come to `q`, which is no reversal.
-    pub(crate) fn stands_at(&mut self, q: f32) {
+    /// The axis has come to `q`, by less than half a turn, and has not reversed on the way.
+    pub(crate) fn pass(&mut self, q: f32) {
         self.last = q;
-    }
-
-    /// The axis has moved on to `q`.
-    pub(crate) fn moved_on(&mut self, q: f32) {
-        match self.travel {
-            Travel::Positive => self.high = q,
-            Travel::Negative => self.low = q,
-            Travel::Unknown => {}
-        }
+        self.high = larger(q, self.high);
+        self.low = smaller(q, self.low);
     }
 
     /// Takes in the commanded position `q` (finite) with the hysteresis of the axis, both in mm
@@ -116,9 +96,7 @@ impl Reversal {
                 self.low += turns * period;
             }
         }
-        self.last = q;
-        self.high = larger(q, self.high);
-        self.low = smaller(q, self.low);
+        self.pass(q);
         let retreated = self.high - q > hysteresis;
         let advanced = q - self.low > hysteresis;
         match self.travel {
@@ -194,11 +172,7 @@ mod tests {
         ] {
             let mut r = Reversal::moved(travel);
             for (place, expected) in [(q, travel), (back, other)] {
-                // As the servo follows an axis.
-                if !r.moves_on(place) {
-                    r.update(place, 0.5, 0.0);
-                }
-                assert_eq!(r.travel(), expected, "{place}");
+                assert_eq!(r.update(place, 0.5, 0.0), expected, "{place}");
             }
         }
     }
@@ -254,7 +228,6 @@ mod tests {
             let mut r = Reversal::new();
             assert_eq!(r.extreme(0.5, 0.0), None);
             r.update(0.0, 0.5, 0.0);
-            assert!(!r.moves_on(sense));
             r.update(10.0 * sense, 0.5, 0.0);
             let extreme = |r: &Reversal, q| {
                 // An axis with ends, and one of which less than half a turn is no jump.
@@ -263,16 +236,16 @@ mod tests {
                 assert_eq!(r.extreme(90.0, 360.0), None);
             };
             extreme(&r, 10.0 * sense);
-            assert!(!r.moves_on(9.75 * sense));
+            r.pass(9.75 * sense);
             extreme(&r, 10.0 * sense);
             for q in [10.0 * sense, 12.0 * sense] {
-                assert!(r.moves_on(q));
+                r.pass(q);
                 assert_eq!(r.travel(), travel);
                 extreme(&r, q);
             }
             // Without being asked at every place on the way: neither a turn nor the old extreme.
-            r.moved_on(170.0 * sense);
-            r.stands_at(170.0 * sense);
+            r.pass(90.0 * sense);
+            r.pass(170.0 * sense);
             extreme(&r, 170.0 * sense);
             assert_eq!(r.update(200.0 * sense, 0.5, 360.0), travel);
             assert_ne!(r.update(199.0 * sense, 0.5, 360.0), travel);

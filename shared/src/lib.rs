@@ -101,7 +101,7 @@ pub use load_error::{Capacity, LoadError, Part};
 pub use pace::RISE;
 pub use reach::MOST_PERIODS;
 pub use room::{Holds, List, Room, Row, Usual};
-pub use servo::{LONGEST_PERIOD, NotTaken, PATIENCE, Refused, SHORTEST_PERIOD, Servo};
+pub use servo::{LONGEST_PERIOD, NotTaken, OVERTRAVEL, PATIENCE, Refused, SHORTEST_PERIOD, Servo};
 pub use status::{Conditions, Correction, Status};
 pub use weights::{WeightError, Weights};
 #[cfg(feature = "count")]

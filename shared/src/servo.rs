@@ -20,19 +20,20 @@
 //! rate (or the rate bound) of its axis; full rate is reached within [`RISE`](crate::RISE). During
 //! a cross-fade each of both has half of that, for s may start to move meanwhile.
 //!
-//! `state.rs` is what a servo keeps, `update.rs` the update in any state, `fades.rs` what is faded in,
-//! `steady.rs` the short way, `lane.rs` one axis.
+//! `state.rs` is what a servo keeps, `transitions.rs` what else than positions may change, `fades.rs` what is
+//! faded in, `lane.rs` one axis.
 
 use crate::compensation::Compensation;
 use crate::description::Axis;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::room::Row;
-use crate::status::Correction;
+use crate::status::{Conditions, Correction, Status};
 use crate::weights::{WeightError, Weights};
-use state::{Fading, Travels, Values};
-use steady::Steady;
+use lane::Followed;
+use state::{Fading, Travels, Values, Waiting};
 
+pub use lane::OVERTRAVEL;
 pub use period::{LONGEST_PERIOD, PATIENCE, SHORTEST_PERIOD};
 pub use refused::{NotTaken, Refused};
 pub use state::Servo;
@@ -40,25 +41,23 @@ pub use state::Servo;
 impl<H: Handle> Servo<H> {
     /// Lets the corrections in.
     pub fn enable(&mut self) {
-        if !self.enabled {
-            self.enabled = true;
-            self.unsettle();
-        }
+        self.switch(Conditions::DISABLED, false);
     }
 
     /// Takes the corrections out.
     pub fn disable(&mut self) {
-        if self.enabled {
-            self.enabled = false;
-            self.unsettle();
-        }
+        self.switch(Conditions::DISABLED, true);
     }
 
     /// Starts or ends a dry run: everything is computed and reported, the output goes to zero.
     pub fn dry_run(&mut self, on: bool) {
-        if self.dry_run != on {
-            self.dry_run = on;
-            self.unsettle();
+        self.switch(Conditions::DRY_RUN, on);
+    }
+
+    fn switch(&mut self, switch: Conditions, on: bool) {
+        if self.switches.contains(switch) != on {
+            self.switches.0 ^= switch.0;
+            self.at_rest = false;
         }
     }
 
@@ -79,9 +78,8 @@ impl<H: Handle> Servo<H> {
             return Ok(Some(to));
         }
         self.wanted = to.get().weights();
-        self.unsettle();
-        self.weights_wait = false;
-        self.queued = true;
+        self.at_rest = false;
+        self.waiting = Waiting::Compensation;
         Ok(self.other.replace(to))
     }
 
@@ -128,7 +126,7 @@ impl<H: Handle> Servo<H> {
     /// ends with a move in a known direction). It holds from the next update on, if the axis is
     /// referenced then; directional tables come in as after a reversal.
     pub fn set_travel(&mut self, axis: usize, travel: Travel) {
-        self.unsettle();
+        self.at_rest = false;
         if let Some(lane) = self.lanes.get_mut(axis) {
             lane.set_travel(travel);
         }
@@ -149,7 +147,7 @@ impl<H: Handle> Servo<H> {
     /// Whether a change of compensation is waiting or under way.
     #[must_use]
     pub fn is_swapping(&self) -> bool {
-        self.queued || self.fading == Fading::Other
+        self.waiting == Waiting::Compensation || self.fading == Fading::Compensation
     }
 
     /// The common factor s, 0…1.
@@ -169,7 +167,7 @@ impl<H: Handle> Servo<H> {
     pub fn travelling(&self) -> Travelling<Travels<H>> {
         let mut travelling = Travelling(Travels::<H>::all(Travel::Unknown));
         for (travel, lane) in travelling.0.as_mut().iter_mut().zip(self.lanes.iter()) {
-            *travel = lane.reversal.travel();
+            *travel = lane.travelled();
         }
         travelling
     }
@@ -186,7 +184,7 @@ impl<H: Handle> Servo<H> {
     pub fn velocity(&self) -> Values<H> {
         let mut velocity = self.correction.dq;
         for (velocity, before) in velocity.as_mut().iter_mut().zip(self.before.as_ref()) {
-            *velocity = (*velocity - before) * self.last_frequency;
+            *velocity = (*velocity - before) * self.common.last_frequency;
         }
         velocity
     }
@@ -203,9 +201,9 @@ impl<H: Handle> Servo<H> {
     /// That of [`Compensation::evaluate`], and `12 · AXES` bytes.
     ///
     /// # Timing
-    /// While nothing but positions changes far less than otherwise: see `servo/steady.rs`. Without
-    /// divisions, but for a period that differs from the last, an endless axis whose position was
-    /// reduced by a turn, the begin of a catch-up, and the begin and the end of a fade.
+    /// Least while nothing but positions changes, no axis reverses and none is near the ends of its travel.
+    /// Without divisions, but for a period that differs from the last, an endless axis whose position was reduced by a turn, the begin of a catch-up, and the
+    /// begin and the end of a fade.
     #[inline]
     pub fn update(
         &mut self,
@@ -218,6 +216,10 @@ impl<H: Handle> Servo<H> {
 
     /// As [`update`](Self::update); the correction stays in its place until the next call, which
     /// saves copying it.
+    ///
+    /// Each period takes the same steps: follow the commands, evaluate, apply the guard rails. What else may be
+    /// under way (a hold, a ramp, a fade) is looked at only if something but positions changed in this period
+    /// or was not at rest in the last.
     #[inline(never)]
     pub fn advance(
         &mut self,
@@ -225,13 +227,43 @@ impl<H: Handle> Servo<H> {
         referenced: u16,
         dt: f32,
     ) -> &Correction<Values<H>> {
-        // Put aside, or it would occupy a register all the way.
-        self.asked = dt;
-        match self.update_steady(inputs, referenced, dt) {
-            Steady::Done => {}
-            Steady::Computed => self.update_any(inputs, referenced, true),
-            Steady::No => self.update_any(inputs, referenced, false),
+        if dt != self.common.dt {
+            self.take_period(dt);
         }
+        if referenced != self.referenced {
+            self.take_references(referenced);
+        }
+        let mut followed = Followed::Along;
+        for (lane, &q) in self.lanes.iter_mut().zip(inputs.axes.as_ref()) {
+            if !lane.moves_on(q) {
+                followed = followed.max(lane.follow(q));
+            }
+        }
+        self.correction.status = Status::default();
+        if self.at_rest && followed == Followed::Along && self.has_auxiliaries(inputs) {
+            self.inputs.axes = inputs.axes;
+            self.compute();
+        } else {
+            self.change(inputs, followed != Followed::Unusable, dt);
+        }
+        let s = self.common.s;
+        let Correction {
+            dq,
+            computed,
+            status,
+        } = &mut self.correction;
+        let values = dq.as_mut().iter_mut().zip(computed.as_mut());
+        let values = values.zip(self.before.as_mut());
+        for (lane, ((dq, computed), before)) in self.lanes.iter_mut().zip(values) {
+            let (last, goal) = (*dq, s * *computed);
+            *dq = if lane.passes(*computed, goal, last) {
+                goal
+            } else {
+                lane.guard(&self.common, computed, [last, *before], status)
+            };
+            *before = last;
+        }
+        self.common.last_frequency = self.common.frequency;
         &self.correction
     }
 }
@@ -242,8 +274,6 @@ mod period;
 mod place;
 mod refused;
 mod state;
-mod steady;
-mod sweep;
 #[cfg(all(test, feature = "encode"))]
 mod tests;
-mod update;
+mod transitions;

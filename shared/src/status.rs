@@ -9,7 +9,8 @@ use core::ops::{BitOr, BitOrAssign};
 pub struct Conditions(pub u16);
 
 impl Conditions {
-    /// An input is not a number, infinite, or beyond 2¹³ periods of an endless axis or a modulo table.
+    /// An input is not a number, infinite, beyond 2¹³ periods of an endless axis or a modulo table, or beyond
+    /// the travel by more than [`OVERTRAVEL`](crate::OVERTRAVEL) of it.
     pub const BAD_INPUT: Self = Self(1);
     /// The period is not a number from [`SHORTEST_PERIOD`](crate::SHORTEST_PERIOD) to
     /// [`LONGEST_PERIOD`](crate::LONGEST_PERIOD).
@@ -32,8 +33,12 @@ impl Conditions {
     /// infinite or out of reach: one kind of [`BAD_INPUT`](Self::BAD_INPUT), which holds as well.
     pub const BAD_AUXILIARY: Self = Self(1 << 9);
 
+    /// The compensation is empty: loading failed, or was forgotten. The common factor stays 0.
+    pub const NOTHING_LOADED: Self = Self(1 << 10);
+
     /// Each condition with its name.
-    const NAMES: [(Self, &'static str); 10] = [
+    const NAMES: [(Self, &'static str); 11] = [
+        (Self::NOTHING_LOADED, "nothing loaded"),
         (Self::BAD_INPUT, "bad input"),
         (Self::BAD_AUXILIARY, "bad auxiliary"),
         (Self::BAD_PERIOD, "bad period"),

@@ -1,6 +1,6 @@
 //! What is faded in: another compensation, other weights, another tool length or temperature.
 
-use super::state::{Fading, Servo, Values};
+use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::compensation::Compensation;
 use crate::description::AUXILIARIES;
 use crate::guard::{self, smaller};
@@ -8,7 +8,8 @@ use crate::handle::Handle;
 use crate::inputs::Inputs;
 use crate::pace::{Pace, RISE};
 use crate::ramp::Ramp;
-use crate::room::{Room, Row};
+use crate::room::Room;
+use crate::status::Correction;
 use crate::weights::Weights;
 
 impl<H: Handle> Servo<H> {
@@ -27,8 +28,9 @@ impl<H: Handle> Servo<H> {
         let (mut factor, mut blend) = (f32::INFINITY, f32::INFINITY);
         let axes = from.axes().iter().zip(to.axes());
         let reaches = from.reach().axes.iter().zip(to.reach().axes.iter());
+        let dt = self.common.dt;
         for (lane, ((a, b), (&near, &far))) in self.lanes.iter_mut().zip(axes.zip(reaches)) {
-            let rise = lane.take(a, b, smaller(near, far));
+            let rise = lane.take(a, b, smaller(near, far), dt);
             let (one, both) = (lane.value_bound(), a.value_bound + b.value_bound);
             factor = smaller(rise / one, factor);
             blend = smaller(rise / both, blend);
@@ -51,62 +53,70 @@ impl<H: Handle> Servo<H> {
         if weights.values() == self.wanted.values() {
             return;
         }
-        self.unsettle();
+        self.at_rest = false;
         self.wanted = weights;
-        self.compare_weights();
-    }
-
-    /// Whether other weights wait than those that are in use or being faded in. Of a queued
-    /// compensation they are taken from `wanted` anyway.
-    fn compare_weights(&mut self) {
-        let coming = if self.fading == Fading::Nothing {
-            &self.weights
-        } else {
-            &self.coming
-        };
-        self.weights_wait = !self.queued && coming.values() != self.wanted.values();
+        // Those of a compensation that waits are taken with it.
+        if self.waiting != Waiting::Compensation {
+            let coming = if self.fading == Fading::Nothing {
+                &self.weights
+            } else {
+                &self.coming
+            };
+            self.waiting = if coming.values() == self.wanted.values() {
+                Waiting::Nothing
+            } else {
+                Waiting::Weights
+            };
+        }
     }
 
     /// While s rests at 0 nothing of this is felt: all that waits is taken at once.
     pub(super) fn take_at_zero(&mut self) {
         self.arrive();
-        if core::mem::take(&mut self.queued) {
-            self.exchange();
-            self.weights.take_values(&self.wanted);
-            self.take_limits();
-        } else if self.weights_wait {
-            self.weights.take_values(&self.wanted);
-            self.weights_wait = false;
+        match core::mem::replace(&mut self.waiting, Waiting::Nothing) {
+            Waiting::Nothing => {}
+            Waiting::Weights => self.weights.take_values(&self.wanted),
+            Waiting::Compensation => {
+                self.exchange();
+                self.weights.take_values(&self.wanted);
+                self.take_limits();
+            }
         }
     }
 
-    /// Starts to fade in what waits, as soon as nothing else moves: another compensation only when
-    /// its inputs are usable and referenced.
-    pub(super) fn start_fade(&mut self, inputs: &Inputs<Values<H>>, referenced: u16, held: bool) {
-        if self.fading != Fading::Nothing || !self.factor.at_rest() {
+    /// Moves on with a fade, or begins to fade in what waits, as soon as nothing else moves: another
+    /// compensation only when its inputs are usable and referenced.
+    pub(super) fn begin_fade(&mut self, inputs: &Inputs<Values<H>>, held: bool) {
+        if self.fading != Fading::Nothing {
+            if self.blend.advance(true, &self.blend_pace, self.common.dt) == 1.0 {
+                self.arrive();
+            }
             return;
         }
-        if self.queued {
-            if let Some(to) = &self.other {
-                let to = to.get();
-                let reach = to.reach();
-                let ready = reach.holds_axes(inputs, referenced)
+        if !self.factor.at_rest() {
+            return;
+        }
+        match (self.waiting, &self.other) {
+            (Waiting::Compensation, Some(to)) if !held => {
+                let reach = to.get().reach();
+                let ready = reach.holds_axes(inputs, self.referenced)
                     && reach.holds_auxiliaries(inputs)
-                    && reach.used_axes & !referenced == 0;
-                if ready && !held {
-                    self.queued = false;
-                    self.start(&inputs.auxiliaries, Fading::Other);
+                    && reach.used_axes & !self.referenced == 0;
+                if ready {
+                    self.start(&inputs.auxiliaries, Fading::Compensation);
                 }
             }
-        } else if self.weights_wait {
-            let in_use = self.inputs.auxiliaries;
-            let auxiliaries = if held { &in_use } else { &inputs.auxiliaries };
-            self.start(auxiliaries, Fading::Values);
+            (Waiting::Weights, _) => {
+                let in_use = self.inputs.auxiliaries;
+                let auxiliaries = if held { &in_use } else { &inputs.auxiliaries };
+                self.start(auxiliaries, Fading::Values);
+            }
+            _ => {}
         }
     }
 
     fn start(&mut self, auxiliaries: &[f32; AUXILIARIES], fading: Fading) {
-        self.weights_wait = false;
+        self.waiting = Waiting::Nothing;
         self.blend = Ramp::ZERO;
         self.coming.take_values(&self.wanted);
         self.coming_auxiliaries = *auxiliaries;
@@ -120,7 +130,7 @@ impl<H: Handle> Servo<H> {
         if self.fading == Fading::Nothing {
             return;
         }
-        if self.fading == Fading::Other {
+        if self.fading == Fading::Compensation {
             self.exchange();
         }
         self.fading = Fading::Nothing;
@@ -128,7 +138,6 @@ impl<H: Handle> Servo<H> {
         self.inputs.auxiliaries = self.coming_auxiliaries;
         // At least as fast as the slower of both was.
         self.take_limits();
-        self.arrived = true;
     }
 
     /// The other compensation is in use from now on; the one that was is retired.
@@ -138,64 +147,39 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// The computed correction; returns the mask of saturated axes. `given`: the auxiliaries, if they are
-    /// usable; `evaluated`: it is there already, but for the value bounds, and nothing is being faded
-    /// in; `begun`: a fade has begun in this period.
-    pub(super) fn compute(
-        &mut self,
-        given: Option<&[f32; AUXILIARIES]>,
-        evaluated: bool,
-        begun: bool,
-        dt: f32,
-    ) -> u16 {
-        let mut f = 0.0;
-        if self.fading != Fading::Nothing && !begun {
-            f = self.blend.advance(true, &self.blend_pace, dt);
-            if f == 1.0 {
-                self.arrive();
-            }
-        }
-        let mut saturated = 0;
-        let (inputs, travel) = (&self.inputs, &self.travelling);
-        let old = &mut self.correction.computed;
-        if !evaluated {
-            self.current
-                .get()
-                .evaluate_into(inputs, travel, &self.weights, old);
-        }
-        bound(self.current.get(), old, &mut saturated);
-        if begun {
-            // f is 0 in this period.
-            return saturated;
-        }
+    /// Puts what is being faded in into the computed correction, within the value bounds. Other auxiliaries are
+    /// let in.
+    pub(super) fn fade(&mut self, inputs: &Inputs<Values<H>>) {
+        let Correction {
+            computed, status, ..
+        } = &mut self.correction;
+        bound(self.current.get(), computed, &mut status.saturated);
         if self.fading != Fading::Nothing {
-            self.blend(f, &mut saturated);
-        } else if let Some(given) = given
-            && !self
-                .current
-                .get()
-                .reach()
-                .same_auxiliaries(&inputs.auxiliaries, given)
-        {
-            self.let_in(given, dt, &mut saturated);
+            // In the period in which it begins, all of it is 0.
+            if self.blend.value() > 0.0 {
+                self.blend(self.blend.value());
+            }
+        } else if self.following == Following::Inputs && !self.has_auxiliaries(inputs) {
+            self.let_in(&inputs.auxiliaries);
         }
-        saturated
     }
 
     /// Takes other auxiliaries in: at once where they change as slowly as a ramp may begin,
     /// otherwise they are faded in from the next period on.
     #[inline(never)]
-    fn let_in(&mut self, given: &[f32; AUXILIARIES], dt: f32, saturated: &mut u16) {
+    fn let_in(&mut self, given: &[f32; AUXILIARIES]) {
         let inputs = Inputs {
             axes: self.inputs.axes,
             auxiliaries: *given,
         };
-        let mut new = Values::<H>::all(0.0);
+        // All of it is written; a copy costs less than zeros.
+        let mut new = self.correction.computed;
         let current = self.current.get();
         current.evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
         let mut acted = 0;
         bound(current, &mut new, &mut acted);
         let axes = current.axes().iter();
+        let dt = self.common.dt;
         let mut slow = true;
         for ((axis, old), new) in axes
             .zip(self.correction.computed.as_ref())
@@ -209,22 +193,23 @@ impl<H: Handle> Servo<H> {
         if slow {
             self.inputs = inputs;
             self.correction.computed = new;
-            *saturated = acted;
+            self.correction.status.saturated = acted;
         } else if self.factor.at_rest() {
             self.start(given, Fading::Values);
         }
     }
 
     /// a + (b − a)·f of what was computed and what is being faded in.
-    fn blend(&mut self, f: f32, saturated: &mut u16) {
+    fn blend(&mut self, f: f32) {
         let to = target(&self.current, &self.other, self.fading);
         let inputs = Inputs {
             axes: self.inputs.axes,
             auxiliaries: self.coming_auxiliaries,
         };
-        let mut new = Values::<H>::all(0.0);
+        // All of it is written; a copy costs less than zeros.
+        let mut new = self.correction.computed;
         to.evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
-        bound(to, &mut new, saturated);
+        bound(to, &mut new, &mut self.correction.status.saturated);
         let both = self
             .correction
             .computed
@@ -244,7 +229,7 @@ fn target<'h, H: Handle>(
     fading: Fading,
 ) -> &'h Compensation<'h, H::Room> {
     match other {
-        Some(other) if fading == Fading::Other => other.get(),
+        Some(other) if fading == Fading::Compensation => other.get(),
         _ => current.get(),
     }
 }

@@ -2,15 +2,15 @@
 
 use core::mem::MaybeUninit;
 
-use super::lane::Lane;
-use super::state::{Fading, Servo, Values};
+use super::lane::{Common, Lane};
+use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travelling};
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::{List, Room, Row};
-use crate::status::{Correction, Status};
+use crate::status::{Conditions, Correction, Status};
 
 /// Writes every field of a structure, one after the other; one that is missing does not compile.
 macro_rules! write_fields {
@@ -49,14 +49,12 @@ impl<H: Handle> Servo<H> {
                 current: handle,
                 weights: weights,
                 other: None,
-                queued: false,
+                waiting: Waiting::Nothing,
                 fading: Fading::Nothing,
                 coming_auxiliaries: [0.0; AUXILIARIES],
                 coming: weights,
                 wanted: weights,
-                weights_wait: false,
-                enabled: false,
-                dry_run: false,
+                switches: Conditions::DISABLED,
                 factor: Ramp::ZERO,
                 factor_pace: Pace::new(1.0, 1.0),
                 blend: Ramp::ZERO,
@@ -70,25 +68,18 @@ impl<H: Handle> Servo<H> {
                     status: Status::default(),
                 },
                 before: zeros,
-                steady: f32::NAN,
-                steady_axes: 0,
-                steady_referenced: 0,
-                steady_auxiliaries: false,
-                arrived: false,
-                held: true,
+                at_rest: false,
                 // Until the first usable inputs.
-                frozen: true,
+                following: Following::Frozen,
                 fault: 0.0,
-                asked: 0.0,
-                period: 0.0,
-                frequency: 0.0,
-                last_frequency: 0.0,
+                referenced: 0,
+                common: Common::STILL,
             }
         );
         // SAFETY: all fields are written.
         let servo = unsafe { place.assume_init_mut() };
-        for _ in 0..axes {
-            servo.lanes.append(Lane::new());
+        for axis in 0..axes {
+            servo.lanes.append(Lane::new(axis));
         }
         servo.take_limits();
         servo

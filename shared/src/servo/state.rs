@@ -1,23 +1,44 @@
 //! What a servo keeps from period to period.
 
-use super::lane::Lane;
+use super::lane::{Common, Lane};
 use crate::description::AUXILIARIES;
 use crate::handle::Handle;
 use crate::inputs::{Inputs, Travel, Travelling};
 use crate::pace::Pace;
 use crate::ramp::Ramp;
 use crate::room::Room;
-use crate::status::Correction;
+use crate::status::{Conditions, Correction};
 use crate::weights::Weights;
 
-/// What is faded in.
+/// What is being faded in.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fading {
     Nothing,
     /// Weights or auxiliaries of the compensation in use.
     Values,
     /// Another compensation.
-    Other,
+    Compensation,
+}
+
+/// What waits to be faded in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Waiting {
+    Nothing,
+    /// Weights, of the compensation in use or of the one that is being faded in.
+    Weights,
+    /// Another compensation, with its weights.
+    Compensation,
+}
+
+/// Whether the corrections follow the inputs.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Following {
+    /// They do.
+    Inputs,
+    /// They are those of the last usable inputs.
+    Held,
+    /// They are held until the common factor has come to 0.
+    Frozen,
 }
 
 /// A number for each axis.
@@ -59,10 +80,10 @@ pub struct Servo<H: Handle> {
     pub(super) current: H,
     /// In use; only their values count.
     pub(super) weights: Weights,
-    /// While `queued`, accepted: it waits until nothing else moves. While it is being faded in, that.
-    /// Otherwise the one that was in use before, until it is taken back.
+    /// While it is waiting, the one accepted last. While it is being faded in, that. Otherwise the one that
+    /// was in use before, until it is taken back.
     pub(super) other: Option<H>,
-    pub(super) queued: bool,
+    pub(super) waiting: Waiting,
     pub(super) fading: Fading,
     /// The auxiliaries that are being faded in.
     pub(super) coming_auxiliaries: [f32; AUXILIARIES],
@@ -70,10 +91,8 @@ pub struct Servo<H: Handle> {
     pub(super) coming: Weights,
     /// The weights last asked for, of the compensation last accepted.
     pub(super) wanted: Weights,
-    /// `wanted` are not those in use or being faded in.
-    pub(super) weights_wait: bool,
-    pub(super) enabled: bool,
-    pub(super) dry_run: bool,
+    /// [`DISABLED`](crate::Conditions::DISABLED) and [`DRY_RUN`](crate::Conditions::DRY_RUN), as commanded.
+    pub(super) switches: Conditions,
     /// s(t)
     pub(super) factor: Ramp,
     pub(super) factor_pace: Pace,
@@ -82,7 +101,7 @@ pub struct Servo<H: Handle> {
     pub(super) blend_pace: Pace,
     /// One per axis.
     pub(super) lanes: <H::Room as Room>::AxisList<Lane>,
-    /// What is computed from: the positions of the last period that was neither held nor frozen, and
+    /// What is computed from: the positions of the last period that followed its inputs, and
     /// the auxiliaries that have been let in.
     pub(super) inputs: Inputs<Values<H>>,
     pub(super) travelling: Travelling<Travels<H>>,
@@ -90,28 +109,12 @@ pub struct Servo<H: Handle> {
     pub(super) correction: Correction<Values<H>>,
     /// The one before.
     pub(super) before: Values<H>,
-    /// While nothing but the positions changes, the period of the last call, s; otherwise not a
-    /// number: see `steady.rs`.
-    pub(super) steady: f32,
-    /// Then all axes, bit 0 is the first.
-    pub(super) steady_axes: u16,
-    /// And those that are referenced.
-    pub(super) steady_referenced: u16,
-    /// Then whether auxiliaries are compared with those of the last call.
-    pub(super) steady_auxiliaries: bool,
-    /// A fade has ended in this period, which is work enough.
-    pub(super) arrived: bool,
-    /// The last period was held or frozen.
-    pub(super) held: bool,
-    pub(super) frozen: bool,
+    /// Nothing but positions can have changed since the last period, in which the corrections were all in.
+    pub(super) at_rest: bool,
+    pub(super) following: Following,
     /// For how long inputs have been unusable, s.
     pub(super) fault: f32,
-    /// The period of this call as it was given, s.
-    pub(super) asked: f32,
-    /// Last usable period, s.
-    pub(super) period: f32,
-    /// 1 / period
-    pub(super) frequency: f32,
-    /// That of the last update.
-    pub(super) last_frequency: f32,
+    /// The axes that were referenced in the last period, bit 0 is the first.
+    pub(super) referenced: u16,
+    pub(super) common: Common,
 }

@@ -5,12 +5,12 @@ use std::vec::Vec;
 
 use proptest::prelude::*;
 
-use super::steady::Steady;
 use crate::handle::Handle;
 use crate::specimen::{adjustable, bank, bare, term};
 use crate::*;
 
 mod fades;
+mod faults;
 mod inputs;
 mod reload;
 mod steps;
@@ -96,6 +96,12 @@ fn at(x: f32, y: f32, c: f32) -> Inputs<[f32; 3]> {
     let mut inputs = Inputs::at([x, y, c]);
     inputs.auxiliaries[0] = 50.0;
     inputs
+}
+
+/// Makes the next update take the long way in all that it does.
+fn look_closely(servo: &mut S) {
+    servo.at_rest = false;
+    servo.lanes.iter_mut().for_each(|lane| lane.look_closely());
 }
 
 /// Runs until nothing moves any more.
@@ -441,7 +447,7 @@ fn commands_that_change_nothing_change_nothing() {
         servo.swap(*A).unwrap();
         assert!(!servo.is_swapping());
         // Nor do they cost time.
-        assert!(!servo.steady.is_nan());
+        assert!(servo.at_rest);
         assert_eq!(servo.update(&at(20.0, 10.0, 45.0), ALL, DT), before);
     }
     // What was taken back before it began.
@@ -492,38 +498,36 @@ fn the_direction_after_homing_can_be_said() {
     }
 }
 
-/// Updates with these positions (from period 0 on), all of which but the first take the short way and
-/// agree with the long one.
-fn stays_short(c: &'static C, referenced: u16, positions: impl Fn(u16) -> Inputs<[f32; 3]>) {
+/// Updates with these positions (from period 0 on), all of which but the first are at rest but for them, and
+/// agree with the long way.
+fn stays_at_rest(c: &'static C, referenced: u16, positions: impl Fn(u16) -> Inputs<[f32; 3]>) {
     let (mut servo, mut twin) = (S::new(c), S::new(c));
     servo.enable();
     twin.enable();
     for period in 0..12_000 {
         let inputs = positions(period);
+        servo.update(&inputs, referenced, DT);
         if period > 8000 {
-            let way = servo.update_steady(&inputs, referenced, DT);
-            assert!(way == Steady::Done, "period {period}");
+            assert!(servo.at_rest, "period {period}");
             assert_ne!(servo.correction.dq, [0.0; 3]);
-        } else {
-            servo.update(&inputs, referenced, DT);
         }
-        twin.unsettle();
+        look_closely(&mut twin);
         assert_eq!(servo.correction, twin.update(&inputs, referenced, DT));
     }
 }
 
 #[test]
-fn the_short_way_also_leads_past_tool_lengths_turns_ends_and_axes_without_a_reference() {
+fn updates_stay_at_rest_past_tool_lengths_turns_ends_and_axes_without_a_reference() {
     // X does not reverse: it has backlash.
     let there = |period: u16| f32::from(period) * 0.002;
     // A tool length (B), with an auxiliary behind it that was never set.
-    stays_short(*B, ALL, |p| at(there(p), 10.0, 45.0));
+    stays_at_rest(*B, ALL, |p| at(there(p), 10.0, 45.0));
     // Y feeds nothing and may be anywhere, the endless C goes round both ways, reduced or not.
-    stays_short(*A, 0b101, |p| at(there(p), f32::from(p) * 1e3, 45.0));
+    stays_at_rest(*A, 0b101, |p| at(there(p), f32::from(p) * 1e3, 45.0));
     for turn in [0.1, -0.1, 3.7] {
         let c = |p: u16| f32::from(p) * turn;
-        stays_short(*A, ALL, |p| at(20.0, 10.0, c(p)));
-        stays_short(*A, ALL, |p| at(20.0, 10.0, c(p).rem_euclid(360.0)));
+        stays_at_rest(*A, ALL, |p| at(20.0, 10.0, c(p)));
+        stays_at_rest(*A, ALL, |p| at(20.0, 10.0, c(p).rem_euclid(360.0)));
     }
     // At and near the end of the travel, where the rail cuts the correction of Y off, and of X not.
     for (x, y) in [
@@ -532,12 +536,12 @@ fn the_short_way_also_leads_past_tool_lengths_turns_ends_and_axes_without_a_refe
         (99.999, 49.999),
         (0.0, 49.9),
     ] {
-        stays_short(*A, ALL, |_| at(x, y, 45.0));
-        stays_short(*A, ALL, |p| at(x, y, there(p)));
+        stays_at_rest(*A, ALL, |_| at(x, y, 45.0));
+        stays_at_rest(*A, ALL, |p| at(x, y, there(p)));
     }
     // Y comes to its end and goes back, slowly enough for the rate bound.
     let to_and_fro = |p: u16| (f32::from(p % 2000) * 0.001 - 1.0).abs();
-    stays_short(*A, ALL, |p| at(20.0, 50.0 - to_and_fro(p), 45.0));
+    stays_at_rest(*A, ALL, |p| at(20.0, 50.0 - to_and_fro(p), 45.0));
 }
 
 #[test]
@@ -552,8 +556,8 @@ fn an_auxiliary_that_feeds_nothing_may_change_in_front_of_one_that_does() {
         inputs.auxiliaries[..2].copy_from_slice(&[first, 50.0]);
         inputs
     };
-    stays_short(c, ALL, |period| with(f32::from(period)));
-    stays_short(c, ALL, |_| with(f32::NAN));
+    stays_at_rest(c, ALL, |period| with(f32::from(period)));
+    stays_at_rest(c, ALL, |_| with(f32::NAN));
 }
 
 #[test]
@@ -775,17 +779,19 @@ fn an_endless_axis_without_modulo_tables_has_8192_turns_too() {
 }
 
 #[test]
-fn an_empty_compensation_can_run() {
-    let mut servo = S::new(Box::leak(Box::new(C::empty())));
+fn a_servo_on_an_empty_compensation_says_so_and_its_factor_stays_0() {
+    let mut empty = C::empty();
+    assert!(empty.load(&[]).is_err());
+    let empty: &'static C = Box::leak(Box::new(empty));
+    let mut servo = S::new(empty);
     servo.enable();
-    // There is nothing that a common factor could be too fast for, yet it is a ramp.
-    let mut between = 0;
-    while servo.factor() < 1.0 {
-        assert_eq!(servo.update(&at(1.0, 2.0, 3.0), ALL, DT).dq, [0.0; 3]);
-        between += 1;
-        assert!(between < 2000);
+    for _ in 0..100 {
+        let correction = servo.update(&at(1.0, 2.0, 3.0), ALL, DT);
+        assert_eq!(correction.dq, [0.0; 3]);
+        assert_eq!(correction.status.conditions, Conditions::NOTHING_LOADED);
+        assert_eq!(servo.factor(), 0.0);
     }
-    assert!(between > 1000, "{between}");
+    assert_eq!(servo.swap(*A).unwrap_err().why, Refused::Axes);
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -910,6 +916,14 @@ impl Plant {
     }
 }
 
+/// Whether an axis may be commanded to `q`: up to a tenth of its travel beyond the ends, and 8192 turns.
+fn is_meant(axis: usize, q: f32) -> bool {
+    let [low, high] = A.axes()[axis].travel.map(f64::from);
+    let beyond = 0.1 * (high - low);
+    let q = f64::from(q);
+    q >= low - beyond && q <= high + beyond && q.abs() <= f64::from(A.farthest(axis).unwrap())
+}
+
 fn with(mut inputs: Inputs<[f32; 3]>, other: Option<(usize, f32)>) -> Inputs<[f32; 3]> {
     match other {
         Some((3, v)) => inputs.auxiliaries[0] = v,
@@ -945,12 +959,14 @@ proptest! {
                 let dt = wrong.unwrap_or(base * share);
                 if (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt) {
                     period = dt;
+                } else if dt > LONGEST_PERIOD {
+                    period = LONGEST_PERIOD;
                 }
                 plant.travel_on(base * share);
                 let inputs = with(plant.inputs, other);
                 let correction = plant.servo.update(&inputs, plant.referenced, dt);
                 // The short way does what the long way does, to the bit.
-                twin.unsettle();
+                look_closely(&mut twin);
                 let same = twin.update(&inputs, plant.referenced, dt);
                 prop_assert_eq!(correction, same);
                 prop_assert_eq!(plant.servo.travelling(), twin.travelling());
@@ -965,17 +981,16 @@ proptest! {
                     prop_assert!(now.abs() <= bound, "{now} beyond {bound}");
                     prop_assert!(correction.computed[k].abs() <= bound);
                     let q = inputs.axes[k];
-                    let farthest = A.farthest(k).unwrap();
                     let mut moved = 0.0;
                     if plant.referenced & (1 << k) == 0 {
                         lost[k] = true;
-                    } else if q.abs() <= farthest {
-                        if !lost[k] {
+                    } else if is_meant(k, q) {
+                        if lost[k] {
+                            (lost[k], outside[k]) = (false, true);
+                        } else {
                             moved = (f64::from(q) - f64::from(place[k])).abs();
-                            place[k] = q;
-                        } else if !status.is(Conditions::FROZEN) {
-                            (place[k], lost[k], outside[k]) = (q, false, true);
                         }
+                        place[k] = q;
                     }
                     // The travel, without any tolerance: where it acts, end − q is below 0.3 at
                     // positions of at least 50, so neither that nor the sum in f64 rounds.
@@ -1082,6 +1097,8 @@ proptest! {
         let (mut dq, mut velocity, mut last_dt, mut second_last_dt) = ([0.0_f64; 3], [0.0_f64; 3], 0.0, 0.0);
         let mut referenced = ALL;
         let (mut s, mut ramped) = (0.0, false);
+        // What a hold stops may be at the rate bound, and stops from there as fast as others reach the ramp rate.
+        let (mut held, mut stops, mut lands) = (false, [0; 2], [false; 2]);
         for (event, target, steps, share) in plan {
             let short = (base * share.exp2()).max(SHORTEST_PERIOD);
             for step in 0..steps {
@@ -1108,10 +1125,22 @@ proptest! {
                 // as that in one period, is felt in the next one.
                 let both = (2.0 * between).max(0.5 * second_last_dt + 2.0 * last_dt + 0.5 * time);
                 let ramps = servo.factor() != s;
-                let most = 8.0 * if ramps || ramped { both } else { between };
                 s = servo.factor();
+                let begins = correction.status.is(Conditions::HELD) && !held;
+                held = correction.status.is(Conditions::HELD);
                 let shortest = if last_dt > 0.0 { time.min(last_dt) } else { time };
                 for k in 0..2 {
+                    // It lands in one period and stands still in the next.
+                    let limited = correction.status.rate_limited & (1 << k) != 0;
+                    stops[k] = match stops[k] {
+                        _ if begins => 2,
+                        0 => 0,
+                        left => if limited { 2 } else { left - 1 },
+                    };
+                    let hard = begins || stops[k] > 0 || lands[k];
+                    lands[k] = stops[k] > 0;
+                    let most = if hard { 2.0 / f64::from(RISE) } else { 8.0 };
+                    let most = most * if ramps || ramped { both } else { between };
                     let now = f64::from(correction.dq[k]);
                     let fast = (now - dq[k]) / time;
                     // Corrections below 1 round by 2⁻²⁵, positions below 1000 by 2⁻¹⁵ times the slope,

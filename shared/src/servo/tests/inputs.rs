@@ -74,7 +74,7 @@ fn an_axis_that_does_not_matter_may_be_anywhere_but_at_no_number() {
                 servo.update(&at(20.0, 10.0, 45.0), referenced, DT);
             }
             if long {
-                servo.unsettle();
+                look_closely(&mut servo);
             }
             servo.update(&at(20.0, 10.0, place), referenced, DT).status
         };
@@ -155,7 +155,7 @@ fn an_endless_axis_that_goes_back_over_zero_has_reversed() {
             settle(&mut servo, &at(0.0, 0.0, before));
             for place in [there, back] {
                 if long {
-                    servo.unsettle();
+                    look_closely(&mut servo);
                 }
                 assert_ne!(servo.travelling().0[2], travel);
                 servo.update(&at(0.0, 0.0, place), ALL, DT);

@@ -51,7 +51,7 @@ fn a_reversal_without_directional_tables_is_no_step() {
         } else {
             50 - period % 50
         };
-        servo.unsettle();
+        look_closely(&mut servo);
         let correction = servo.update(&at(20.0, 10.0, 45.0 + 0.125 * c as f32), ALL, DT);
         assert_eq!(correction.status, Status::default(), "period {period}");
         assert_eq!(correction.dq, correction.computed);
@@ -146,7 +146,7 @@ fn the_short_way_leaves_a_reversal_to_the_long_one_on_every_axis_with_backlash()
         servo.enable();
         servo.update(&place(-1.0), ALL, DT);
         settle(&mut servo, &place(0.0));
-        assert!(!servo.steady.is_nan());
+        assert!(servo.at_rest);
         let correction = servo.update(&place(-1.0), ALL, DT);
         assert_eq!(correction.status.rate_limited, 1 << axis);
         // 1 µm, of which 10 mm/s² take 5 nm, where 10 µm are let through.

@@ -1,0 +1,136 @@
+//! What goes wrong around a servo, and what it does then.
+
+use super::*;
+
+#[test]
+fn a_command_that_cannot_be_meant_is_a_fault_and_moves_no_rail() {
+    // Y has ±50 mm of travel, X ±100: a tenth of the whole beyond either end is still a command.
+    for (axis, q, meant) in [
+        (1, 60.0, true),
+        (1, -60.0, true),
+        (1, 60.001, false),
+        (1, -60.001, false),
+        (0, 120.0, true),
+        (0, -120.001, false),
+        (1, 1e30, false),
+        (1, -f32::MAX, false),
+    ] {
+        let mut servo = settled(&at(20.0, 10.0, 45.0));
+        let before = servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
+        let mut inputs = at(20.0, 10.0, 45.0);
+        inputs.axes[axis] = q;
+        for _ in 0..9 {
+            let correction = servo.update(&inputs, ALL, DT);
+            let fault = Conditions::BAD_INPUT | Conditions::HELD;
+            assert_eq!(correction.status.is(fault), !meant, "axis {axis} at {q}");
+            if !meant {
+                assert_eq!(correction.dq, before.dq);
+                assert_eq!(correction.status.travel_limited, 0);
+            }
+        }
+        // It is over with the next usable command.
+        if !meant {
+            let correction = servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
+            assert_eq!(correction, before);
+        }
+    }
+    // Nor does it while the axis is not referenced, where any number may be commanded.
+    let mut servo = settled(&at(20.0, 10.0, 45.0));
+    let correction = servo.update(&at(20.0, 1e30, 45.0), 0b101, DT);
+    assert_eq!(correction.status, Status::default());
+}
+
+#[test]
+fn the_travel_holds_from_the_first_period_after_a_reference_has_come_back() {
+    // X, of ±100 mm, with a correction of -0.02 + 0.01 at one end and of -0.05 - 0.01 at the other.
+    for sense in [1.0, -1.0] {
+        let mut servo = settled(&at(90.0 * sense, 10.0, 45.0));
+        let inputs = |x: f32| at(x * sense, 10.0, 45.0);
+        servo.update(&inputs(90.0), 0b110, DT);
+        // Back, frozen, and on to its end at 500 mm/s.
+        let mut x = 90.0;
+        let mut limited = false;
+        while servo.factor() > 0.0 {
+            x = (x + 500.0 * DT).min(100.0);
+            let correction = servo.update(&inputs(x), ALL, DT);
+            let sum = f64::from(x * sense) + f64::from(correction.dq[0]);
+            assert!(sum.abs() <= 100.0, "{sum}");
+            limited |= correction.status.travel_limited & 1 != 0;
+        }
+        // The correction at the positive end leads inwards.
+        assert_eq!(limited, sense < 0.0);
+    }
+}
+
+#[test]
+fn patience_is_time_whatever_the_periods_before() {
+    for before in [SHORTEST_PERIOD, DT, LONGEST_PERIOD] {
+        for bad in [f32::NAN, 0.0, 0.02, 1.0, f32::INFINITY] {
+            let mut servo = settled(&at(20.0, 10.0, 45.0));
+            servo.update(&at(20.0, 10.0, 45.0), ALL, before);
+            let first = servo.update(&at(20.0, 10.0, 45.0), ALL, bad);
+            assert!(!first.status.is(Conditions::FROZEN));
+            // More than 10 ms have passed with the second.
+            let second = servo.update(&at(20.0, 10.0, 45.0), ALL, bad);
+            assert!(second.status.is(Conditions::FROZEN | Conditions::RAMPING));
+        }
+        // Too long ones take no longer to zero than those of the longest period.
+        let periods = |bad: f32| {
+            let mut servo = settled(&at(20.0, 10.0, 45.0));
+            servo.update(&at(20.0, 10.0, 45.0), ALL, before);
+            let mut periods = 0;
+            while servo.factor() > 0.0 {
+                let mut inputs = at(20.0, 10.0, 45.0);
+                if bad == LONGEST_PERIOD {
+                    inputs.axes[0] = f32::NAN;
+                }
+                servo.update(&inputs, ALL, bad);
+                periods += 1;
+            }
+            periods
+        };
+        assert!(periods(0.02) <= periods(LONGEST_PERIOD));
+    }
+}
+
+#[test]
+fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_most() {
+    // 0.05 to 2 mm/s of correction, of which 2 mm/s is the rate bound, five times the ramp rate.
+    for share in [0.025, 0.5, 1.0] {
+        let mut draft = bare();
+        for axis in &mut draft.axes {
+            (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (1.0, 2.0, 0.4);
+        }
+        draft.banks = vec![bank(0, -200.0, 400.0, vec![vec![-1.0, 1.0]])];
+        draft.terms = vec![term(0, 1.0, &[0])];
+        draft.axes[0].travel = [-250.0, 250.0];
+        let mut servo = S::new(leak(&draft));
+        servo.enable();
+        settle(&mut servo, &at(10.0, 0.0, 0.0));
+        let speed = 400.0 * share;
+        let mut x = 10.0;
+        for _ in 0..400 {
+            x += speed * DT;
+            servo.update(&at(x, 0.0, 0.0), ALL, DT);
+        }
+        let held = servo.correction.dq[0];
+        let most = 0.5 * f64::from(RISE) * 2.0 * f64::from(share);
+        let mut farthest = 0.0_f64;
+        for _ in 0..9 {
+            let correction = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT);
+            farthest = farthest.max(f64::from(correction.dq[0]) - f64::from(held));
+        }
+        // The last share of the speed is taken in the period in which the hold begins; the common factor, which
+        // begins to move 10 ms later, only takes away.
+        for _ in 0..200 {
+            let correction = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT);
+            farthest = farthest.max(f64::from(correction.dq[0]) - f64::from(held));
+        }
+        let step = 2.0 * f64::from(share) * f64::from(DT);
+        assert!(farthest <= most + step, "{farthest} beyond {most}");
+        assert!(
+            farthest > 0.2 * most * f64::from(share),
+            "{farthest}, {most}"
+        );
+    }
+}
