@@ -8,6 +8,9 @@ use trueaxis_kinematics::{
     Table,
 };
 
+/// `TRUEAXIS_HEADER`, of the usual capacities.
+const HEADER: u64 = 2 << 56 | 8 << 48 | 32 << 40 | 96 << 32 | 256 << 16 | 2;
+
 fn machine() -> Machine {
     let mut machine = Machine::new(&[
         Axis::new(Letter::X, Branch::Workpiece, [-250.0, 250.0]),
@@ -61,6 +64,7 @@ fn made(memory: &mut ModelMemory) -> *mut Model {
     // SAFETY: the memory is there.
     let code = unsafe {
         trueaxis_model_new(
+            HEADER,
             (&raw mut *memory).cast(),
             size_of::<ModelMemory>(),
             &mut model,
@@ -175,16 +179,17 @@ fn what_is_no_model_is_refused_and_leaves_none() {
         let mut other = null_mut();
         let place = (&raw mut *memory).cast();
         let size = size_of::<ModelMemory>();
-        assert_eq!(trueaxis_model_new(place, 1000, &mut other), Code::Memory);
         assert_eq!(
-            trueaxis_model_new(null_mut(), size, &mut other),
+            trueaxis_model_new(HEADER, place, 1000, &mut other),
+            Code::Memory
+        );
+        assert_eq!(
+            trueaxis_model_new(HEADER, null_mut(), size, &mut other),
             Code::NullPointer
         );
-        let nothing: *mut Model =
-            (&raw mut *Box::leak(Box::new(ModelMemory { words: [0; _] }))).cast();
         assert_eq!(
-            trueaxis_model_load(nothing, words.as_ptr().cast(), length),
-            Code::NotMade
+            trueaxis_model_new(HEADER - (1 << 48), place, size, &mut other),
+            Code::HeaderAxes
         );
     }
 }
