@@ -73,10 +73,24 @@ unsafe fn servo_to_read<'a>(pointer: *const Servo) -> Result<&'a Servo, Code> {
 /// # Safety
 /// Null, or so many values.
 #[inline(always)]
-unsafe fn values<'a, T>(pointer: *const T, count: usize) -> Result<&'a [T], Code> {
+unsafe fn values<'a>(pointer: *const f64, count: usize) -> Result<&'a [f64], Code> {
     check(pointer)?;
     // SAFETY: the caller has so many (compared with the number of axes before), aligned.
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
+}
+
+/// Takes one value for each axis.
+///
+/// # Safety
+/// Null, or so many values.
+#[inline(always)]
+unsafe fn take_values<T: Copy>(to: &mut [T], count: usize, from: *const T) -> Result<(), Code> {
+    check(from)?;
+    for (index, to) in to.iter_mut().enumerate().take(count) {
+        // SAFETY: the caller has so many (compared with the number of axes before), aligned.
+        *to = unsafe { from.add(index).read() };
+    }
+    Ok(())
 }
 
 /// Gives one value for each axis out.

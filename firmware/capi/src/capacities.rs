@@ -38,7 +38,7 @@ const fn number(text: Option<&str>, usual: usize) -> usize {
     value
 }
 
-/// What a header says of itself, `TRUEAXIS_HEADER`, and what is wrong if it is not the same: each in its bits.
+/// Where each number is in `TRUEAXIS_HEADER`, how many bits it has, and what is wrong if it is another.
 const FIELDS: [(u32, u32, usize, Code); 6] = [
     (56, 8, TRUEAXIS_ABI as usize, Code::HeaderVersion),
     (48, 8, TRUEAXIS_AXES, Code::HeaderAxes),
@@ -48,14 +48,25 @@ const FIELDS: [(u32, u32, usize, Code); 6] = [
     (0, 16, TRUEAXIS_GRIDS, Code::HeaderGrids),
 ];
 
+/// What the header of this library says of itself: the macro of the same name.
+pub const TRUEAXIS_HEADER: u64 = {
+    let (mut header, mut place) = (0, 0);
+    while place < FIELDS.len() {
+        let (shift, bits, value, _) = FIELDS[place];
+        assert!(value >> bits == 0);
+        header |= (value as u64) << shift;
+        place += 1;
+    }
+    header
+};
+
 /// A program was compiled for this library: otherwise its arrays and memory may be too small.
 pub(crate) fn check(header: u64) -> Result<(), Code> {
-    for (shift, bits, ours, code) in FIELDS {
-        if header >> shift & ((1 << bits) - 1) != ours as u64 {
-            return Err(code);
-        }
-    }
-    Ok(())
+    let other = header ^ TRUEAXIS_HEADER;
+    let wrong = FIELDS
+        .into_iter()
+        .find(|(shift, bits, ..)| other >> shift & ((1 << bits) - 1) != 0);
+    wrong.map_or(Ok(()), |(.., code)| Err(code))
 }
 
 #[cfg(test)]
@@ -75,12 +86,14 @@ mod tests {
 
     #[test]
     fn a_header_of_other_capacities_is_refused_by_name() {
-        let ours = FIELDS.map(|(shift, _, value, _)| (value as u64) << shift);
-        let ours: u64 = ours.iter().sum();
-        assert_eq!(check(ours), Ok(()));
+        assert_eq!(check(TRUEAXIS_HEADER), Ok(()));
         for (shift, bits, value, code) in FIELDS {
             for bit in 0..bits {
-                assert_eq!(check(ours ^ 1 << (shift + bit)), Err(code), "{value}");
+                assert_eq!(
+                    check(TRUEAXIS_HEADER ^ 1 << (shift + bit)),
+                    Err(code),
+                    "{value}"
+                );
             }
         }
     }

@@ -28,7 +28,7 @@ mod servo;
 mod tables;
 mod text;
 
-pub use capacities::Room;
+pub use capacities::{Room, TRUEAXIS_HEADER};
 pub use code::Code;
 pub use facts::{
     Adjustable, AuxiliaryFacts, AxisFacts, Facts, ServoMemory, StatusFacts, TablesMemory,

@@ -93,12 +93,10 @@ impl Servo {
         self.around.inputs.axes = self.positions(commands);
     }
 
-    /// Those that are in the number type of the tables already.
+    /// Where the commands of the next update go, in the number type of the tables.
     #[inline(always)]
-    pub(crate) fn take_commands_f32(&mut self, commands: &[f32]) {
-        for (to, q) in self.around.inputs.axes.iter_mut().zip(commands) {
-            *to = *q;
-        }
+    pub(crate) fn commands(&mut self) -> &mut [f32; TRUEAXIS_AXES] {
+        &mut self.around.inputs.axes
     }
 
     #[inline(always)]

@@ -4,11 +4,9 @@ use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
 use trueaxis::{AlignedBlob, Compensation, Inputs, Servo, Usual};
 use trueaxis_capi::border::*;
-use trueaxis_capi::{Code, ServoMemory, StatusFacts, TablesMemory};
+use trueaxis_capi::{Code, ServoMemory, StatusFacts, TRUEAXIS_HEADER as HEADER, TablesMemory};
 
 const PERIOD: f64 = 0.00025;
-/// `TRUEAXIS_HEADER`, of the usual capacities.
-const HEADER: u64 = 2 << 56 | 8 << 48 | 32 << 40 | 96 << 32 | 256 << 16 | 2;
 
 fn blob(name: &str) -> AlignedBlob {
     let path = format!(

@@ -2,14 +2,11 @@
 
 use std::ptr::{null, null_mut};
 use trueaxis_capi::border::*;
-use trueaxis_capi::{Code, Model, ModelMemory, ModelPose};
+use trueaxis_capi::{Code, Model, ModelMemory, ModelPose, TRUEAXIS_HEADER as HEADER};
 use trueaxis_kinematics::{
     Axis, Branch, ErrorModel, Kinematics, Letter, Machine, Parameter, Situation, Stored, Switches,
     Table,
 };
-
-/// `TRUEAXIS_HEADER`, of the usual capacities.
-const HEADER: u64 = 2 << 56 | 8 << 48 | 32 << 40 | 96 << 32 | 256 << 16 | 2;
 
 fn machine() -> Machine {
     let mut machine = Machine::new(&[

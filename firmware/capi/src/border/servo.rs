@@ -1,7 +1,8 @@
 //! The servo: `trueaxis_servo_…`.
 
 use super::{
-    Held, check_memory, give, give_text, give_values, guarded_length, servo_to_read, tables, values,
+    Held, check_memory, give, give_text, give_values, guarded_length, servo_to_read, tables,
+    take_values, values,
 };
 use crate::code::Code;
 use crate::facts::StatusFacts;
@@ -121,7 +122,7 @@ pub unsafe extern "C" fn trueaxis_servo_update_f32(
         servo.check(axes)?;
         super::check(corrections)?;
         // SAFETY: as the caller promises.
-        servo.take_commands_f32(unsafe { values(commands, axes) }?);
+        unsafe { take_values(servo.commands(), axes, commands) }?;
         let dq = servo.advance(referenced, period);
         // SAFETY: as the caller promises.
         unsafe { give_values(corrections, axes, dq) }
