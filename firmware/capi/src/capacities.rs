@@ -18,6 +18,15 @@ pub const TRUEAXIS_GRIDS: usize = number(option_env!("TRUEAXIS_GRIDS"), 2);
 pub type Room =
     trueaxis::Holds<TRUEAXIS_AXES, TRUEAXIS_BANKS, TRUEAXIS_TABLES, TRUEAXIS_TERMS, TRUEAXIS_GRIDS>;
 
+// What the runtime cannot number is an error of the build.
+const _: usize = {
+    <Room as trueaxis::Room>::AXES
+        + <Room as trueaxis::Room>::BANKS
+        + <Room as trueaxis::Room>::TABLES
+        + <Room as trueaxis::Room>::TERMS
+        + <Room as trueaxis::Room>::GRIDS
+};
+
 /// A capacity: the environment variable of its name when the library is built, or else the usual one.
 const fn number(text: Option<&str>, usual: usize) -> usize {
     let Some(text) = text else { return usual };

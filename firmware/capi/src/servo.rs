@@ -27,7 +27,10 @@ pub(crate) struct Around {
 const STEPS: u32 = 4;
 
 const _: () = {
-    assert!(size_of::<Servo>() <= size_of::<ServoMemory>());
+    assert!(
+        size_of::<Servo>() <= size_of::<ServoMemory>(),
+        "a servo has grown: raise TRUEAXIS_SERVO_WORDS in facts.rs"
+    );
     assert!(align_of::<Servo>() <= align_of::<ServoMemory>());
 };
 

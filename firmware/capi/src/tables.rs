@@ -28,7 +28,10 @@ const LOADED: u32 = 2;
 const HELD: u32 = 3;
 
 const _: () = {
-    assert!(size_of::<Tables>() <= size_of::<TablesMemory>());
+    assert!(
+        size_of::<Tables>() <= size_of::<TablesMemory>(),
+        "tables have grown: raise TRUEAXIS_TABLES_WORDS in facts.rs"
+    );
     assert!(align_of::<Tables>() <= align_of::<TablesMemory>());
 };
 
