@@ -7,14 +7,18 @@
  *
  *     static trueaxis_tables_memory memory;
  *     trueaxis_tables *tables;
- *     trueaxis_result result = trueaxis_tables_new(&memory, sizeof memory, &tables);
+ *     trueaxis_result result = trueaxis_tables_new(TRUEAXIS_HEADER, &memory, sizeof memory, &tables);
+ *
+ * A pointer to an object is null, or was written by `trueaxis_…_new`: that is what the caller promises, and
+ * null is refused. Nothing is read from memory that the library has not written before, so that memory need
+ * not be cleared.
  *
  * One thread uses a servo at a time, and one thread tables; tables that a servo holds may be asked from
  * others. Tables are loaded by one thread and handed over to that of the servo (a queue, a pointer that is
  * released and acquired).
  *
  * Positions and corrections are in mm and degrees, times in seconds. "Safety" is what the caller promises
- * and the library cannot check; null pointers and what was not made are refused.
+ * and the library cannot check.
  */
 
 
@@ -26,40 +30,61 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* What the library holds. It was built with these numbers in environment variables of the same names; a
+ * program with others is refused by `trueaxis_tables_new`. */
+#ifndef TRUEAXIS_AXES
+#define TRUEAXIS_AXES 8 /* axes */
+#endif
+#ifndef TRUEAXIS_BANKS
+#define TRUEAXIS_BANKS 32 /* banks of tables */
+#endif
+#ifndef TRUEAXIS_TABLES
+#define TRUEAXIS_TABLES 96 /* tables, of all banks */
+#endif
+#ifndef TRUEAXIS_TERMS
+#define TRUEAXIS_TERMS 256 /* terms */
+#endif
+#ifndef TRUEAXIS_GRIDS
+#define TRUEAXIS_GRIDS 2 /* grids */
+#endif
+
+/* This header, with its capacities, as `trueaxis_tables_new` compares it with the library. */
+#define TRUEAXIS_HEADER \
+    ((uint64_t)TRUEAXIS_ABI << 56 | (uint64_t)TRUEAXIS_AXES << 48 | \
+     (uint64_t)TRUEAXIS_BANKS << 40 | (uint64_t)TRUEAXIS_TABLES << 32 | \
+     (uint64_t)TRUEAXIS_TERMS << 16 | (uint64_t)TRUEAXIS_GRIDS)
+
+
 /*
  Grows whenever a program that was built with the header before could go wrong.
  */
-#define TRUEAXIS_ABI 1
+#define TRUEAXIS_ABI 2
 
 /*
- Bytes of memory for tables.
+ Words of 8 bytes that tables take: so many whatever the capacities, and for each axis, bank, table, term
+ and grid.
  */
-#define TRUEAXIS_TABLES_SIZE 10240
+#define TRUEAXIS_TABLES_WORDS (((((100 + (6 * TRUEAXIS_AXES)) + (10 * TRUEAXIS_BANKS)) + TRUEAXIS_TABLES) + ((5 * TRUEAXIS_TERMS) / 2)) + (34 * TRUEAXIS_GRIDS))
 
 /*
- The same in words of 8 bytes.
+ The same in bytes.
  */
-#define TRUEAXIS_TABLES_WORDS 1280
+#define TRUEAXIS_TABLES_SIZE (8 * TRUEAXIS_TABLES_WORDS)
 
 /*
- Bytes of memory for a servo.
+ Words of 8 bytes that a servo takes: so many whatever the capacities, and for each axis.
  */
-#define TRUEAXIS_SERVO_SIZE 2560
+#define TRUEAXIS_SERVO_WORDS (120 + (22 * TRUEAXIS_AXES))
 
 /*
- The same in words of 8 bytes.
+ The same in bytes.
  */
-#define TRUEAXIS_SERVO_WORDS 320
+#define TRUEAXIS_SERVO_SIZE (8 * TRUEAXIS_SERVO_WORDS)
 
 /*
  Memory for tables and servos starts at a multiple of this many bytes.
  */
 #define TRUEAXIS_ALIGNMENT 8
-
-/*
- Most axes.
- */
-#define TRUEAXIS_AXES 8
 
 /*
  Most auxiliary inputs.
@@ -196,9 +221,9 @@ enum trueaxis_result
      */
     TRUEAXIS_RESULT_MEMORY = 2,
     /*
-     The pointer does not lead to such an object: it was not made, or is released.
+     The servo was released.
      */
-    TRUEAXIS_RESULT_NOT_MADE = 3,
+    TRUEAXIS_RESULT_RELEASED = 3,
     /*
      A servo holds these tables, or another thread loads them.
      */
@@ -275,6 +300,30 @@ enum trueaxis_result
      The bytes are no machine model, as `trueaxis linuxcnc model` writes it.
      */
     TRUEAXIS_RESULT_NOT_A_MODEL = 22,
+    /*
+     The program was compiled with the header of another version of this library.
+     */
+    TRUEAXIS_RESULT_HEADER_VERSION = 23,
+    /*
+     The header has another `TRUEAXIS_AXES` than the library was built with.
+     */
+    TRUEAXIS_RESULT_HEADER_AXES = 24,
+    /*
+     The header has another `TRUEAXIS_BANKS` than the library was built with.
+     */
+    TRUEAXIS_RESULT_HEADER_BANKS = 25,
+    /*
+     The header has another `TRUEAXIS_TABLES` than the library was built with.
+     */
+    TRUEAXIS_RESULT_HEADER_TABLES = 26,
+    /*
+     The header has another `TRUEAXIS_TERMS` than the library was built with.
+     */
+    TRUEAXIS_RESULT_HEADER_TERMS = 27,
+    /*
+     The header has another `TRUEAXIS_GRIDS` than the library was built with.
+     */
+    TRUEAXIS_RESULT_HEADER_GRIDS = 28,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -537,12 +586,12 @@ extern "C" {
 /*
  Makes a model, empty, in `memory` of `size` bytes, and writes where it is to `made`. A model plays a real
  machine: it says where the tool is with known errors. The memory stays where it is; nothing needs to be
- given back.
+ given back. `header` is `TRUEAXIS_HEADER`, as for `trueaxis_tables_new`.
 
  # Safety
  `memory` has `size` bytes.
  */
-trueaxis_result trueaxis_model_new(void *memory, size_t size, struct trueaxis_model **made);
+trueaxis_result trueaxis_model_new(uint64_t header, void *memory, size_t size, struct trueaxis_model **made);
 #endif
 
 #if defined(TRUEAXIS_MODEL)
@@ -600,7 +649,7 @@ size_t trueaxis_servo_size(void);
  It holds the tables from now on, until they have retired or it is released.
 
  # Safety
- `memory` has `size` bytes, and no servo is there.
+ `memory` has `size` bytes, and no servo that has not been released is there.
  */
 trueaxis_result trueaxis_servo_new(void *memory,
                                    size_t size,
@@ -609,7 +658,8 @@ trueaxis_result trueaxis_servo_new(void *memory,
 
 /*
  Ends a servo: it holds no tables any more, and its memory is the caller's again. The corrections are gone
- at once; disable it before and go on until the factor is 0 where that matters.
+ at once; disable it before and go on until the factor is 0 where that matters. Calls with this pointer are
+ refused (`TRUEAXIS_RESULT_RELEASED`) as long as nothing else is written to the memory.
 
  # Safety
  No other thread uses it.
@@ -634,6 +684,22 @@ trueaxis_result trueaxis_servo_update(struct trueaxis_servo *servo,
                                       uint32_t referenced,
                                       double period,
                                       double *corrections);
+
+/*
+ As `trueaxis_servo_update`, in single precision throughout, for processors that compute doubles in
+ software. The positions of axes without end are within a turn, or some few beyond: a float of many turns is
+ coarse, and beyond 2¹³ of them it is a bad input. The corrections are those of `trueaxis_servo_update` for
+ the same positions, to the last bit.
+
+ # Safety
+ The arrays have so many values; no other thread uses the servo.
+ */
+trueaxis_result trueaxis_servo_update_f32(struct trueaxis_servo *servo,
+                                          const float *commands,
+                                          size_t axes,
+                                          uint32_t referenced,
+                                          float period,
+                                          float *corrections);
 
 /*
  Lets the corrections in (`on` not 0) or takes them out, all by one common factor, over some time. In
@@ -768,12 +834,6 @@ trueaxis_result trueaxis_servo_velocity(const struct trueaxis_servo *servo, doub
 size_t trueaxis_conditions_text(uint16_t conditions, char *text, size_t size);
 
 /*
- The `TRUEAXIS_ABI` that the library was built with: other than that of the header, the program must not
- use it.
- */
-uint32_t trueaxis_abi(void);
-
-/*
  A result in words: English, UTF-8, never null, for ever.
  */
 const char *trueaxis_result_text(int32_t result);
@@ -786,11 +846,18 @@ size_t trueaxis_tables_size(void);
 /*
  Makes tables, empty, in `memory` of `size` bytes, and writes where they are to `made`. The memory is
  theirs until the program has no more use for them, and stays where it is; nothing needs to be given back.
+ What was in it does not matter.
+
+ `header` is `TRUEAXIS_HEADER`: a program that was compiled with the header of another version, or for
+ other capacities than the library, is refused (`TRUEAXIS_RESULT_HEADER_…`) before anything is written.
 
  # Safety
  `memory` has `size` bytes, and no servo holds tables there.
  */
-trueaxis_result trueaxis_tables_new(void *memory, size_t size, struct trueaxis_tables **made);
+trueaxis_result trueaxis_tables_new(uint64_t header,
+                                    void *memory,
+                                    size_t size,
+                                    struct trueaxis_tables **made);
 
 /*
  Loads a blob: the bytes of a file `.trax`, at a multiple of 4 bytes. Its samples are read where they are:

@@ -118,10 +118,11 @@ bool txa_load(void)
         trueaxis_servo_release(servo);
     servo = NULL;
     memset(correction, 0, sizeof correction);
-    if (trueaxis_abi() != TRUEAXIS_ABI)
-        return refuse("the library is not that of the header");
-    if (tables == NULL && trueaxis_tables_new(&tables_memory, sizeof tables_memory, &tables) != TRUEAXIS_RESULT_OK)
-        return refuse("no memory for tables");
+    if (tables == NULL) {
+        trueaxis_result result = trueaxis_tables_new(TRUEAXIS_HEADER, &tables_memory, sizeof tables_memory, &tables);
+        if (result != TRUEAXIS_RESULT_OK)
+            return refuse(trueaxis_result_text(result));
+    }
     const void *bytes = txa_blob(&length, &missing);
     if (bytes == NULL)
         return refuse(missing);

@@ -286,8 +286,6 @@ static int loading_configure(const char *path, const char *letters, const char *
         SAY(RTAPI_MSG_ERR, "units=%s: write units=mm or units=inch, what [TRAJ]LINEAR_UNITS says\n", unit);
     else if (temperatures < 0 || temperatures > TRUEAXIS_AUXILIARIES || weights < 0 || weights > TRUEAXIS_ADJUSTABLE)
         SAY(RTAPI_MSG_ERR, "temperatures= is from 0 to %d, weights= from 0 to %d\n", TRUEAXIS_AUXILIARIES, TRUEAXIS_ADJUSTABLE);
-    else if (trueaxis_abi() != TRUEAXIS_ABI)
-        SAY(RTAPI_MSG_ERR, "built with another version of the library\n");
     else
         return configured.joints;
     return -EINVAL;
@@ -301,9 +299,13 @@ static int loading_start(void)
     sigset_t all, before;
     int error = 0;
     SET(stopping, 0);
-    for (int n = 0; n < 2; n++)
-        if (trueaxis_tables_new(&places[n].memory, sizeof places[n].memory, &places[n].tables) != TRUEAXIS_RESULT_OK)
+    for (int n = 0; n < 2; n++) {
+        trueaxis_result result = trueaxis_tables_new(TRUEAXIS_HEADER, &places[n].memory, sizeof places[n].memory, &places[n].tables);
+        if (result != TRUEAXIS_RESULT_OK) {
+            SAY(RTAPI_MSG_ERR, "%s\n", trueaxis_result_text(result));
             return -EINVAL;
+        }
+    }
     load();
     pthread_attr_init(&attributes);
     /* All memory of this process is locked. */

@@ -2,16 +2,15 @@
 //! book, code size and stack.
 
 mod cycles;
-mod figures;
 mod instruction;
 mod trace;
 
 use crate::cross::{CORTEX_M, Cross};
 use crate::elf::Program;
+use crate::figures::Figures;
 use crate::process::{root, run, target, trueaxis};
 use crate::qemu;
 use cycles::Cost;
-use figures::Figures;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -211,7 +210,7 @@ type Costs = BTreeMap<String, Cost>;
 
 /// Runs the program that counts, and once more with every instruction traced.
 fn measure(program: &Path) -> Result<(Figures, Costs), String> {
-    let mut figures = count(program)?;
+    let mut figures = Figures::counted(program)?;
     let mut costs = Costs::new();
     for (key, calls) in trace::calls(program)? {
         let Some(typical) = figures.get(&key) else {
@@ -224,21 +223,6 @@ fn measure(program: &Path) -> Result<(Figures, Costs), String> {
         }
     }
     Ok((figures, costs))
-}
-
-/// Runs the program that counts.
-fn count(program: &Path) -> Result<Figures, String> {
-    let output = qemu::board(program)
-        // One instruction takes 2¹⁰ ns: the program relies on it.
-        .args(["-serial", "null", "-icount", "shift=10"])
-        .output()
-        .map_err(|e| format!("QEMU does not start: {e}"))?;
-    let figures = Figures::from_lines(&String::from_utf8_lossy(&output.stdout))?;
-    if !output.status.success() || figures.get("done") != Some(1) {
-        let said = String::from_utf8_lossy(&output.stderr);
-        return Err(format!("the measurement did not come to its end: {said}"));
-    }
-    Ok(figures)
 }
 
 /// Bytes of code that `root` can reach. None of it may panic, and none may call through a pointer,

@@ -1,20 +1,25 @@
-//! `cargo xtask capi`: the C interface as C and C++ see it, under sanitizers, and what it comes to on a
-//! Cortex-M4F: no panic in reach of what a servo loop calls, no frame that is large.
+//! `cargo xtask capi`: the C interface as C and C++ see it, under sanitizers and valgrind, and what it comes
+//! to on a Cortex-M4F: no panic in reach of what a servo loop calls, no frame that is large; flash, memory and
+//! instructions.
 //!
 //! `cargo xtask install --prefix DIR`: libraries, header and pkg-config file.
 
 mod bare;
 mod build;
+mod capacities;
 mod cost;
 mod install;
 mod sanitized;
+mod target;
 
-pub use build::libraries;
+pub use build::{Capacities, libraries};
 pub use cost::print as cost;
 pub use install::execute as install;
 pub use sanitized::{Sanitized, compilers};
 
-use crate::process::{root, run, target};
+use crate::packages;
+use crate::process::{self, root, run, works};
+use capacities::LEAST;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -22,13 +27,25 @@ use std::process::Command;
 const FRAME: u64 = 2048;
 /// Blobs that are there.
 pub const BLOBS: &str = "tests/golden/v1";
+/// Blobs for the test in C++: one, and one with other axes.
+const BOTH: [(&str, &str); 3] = [
+    ("huron-13", "router-10"),
+    ("everything", "huron-13"),
+    ("table-head-13", "everything"),
+];
 
 /// # Errors
-/// What does not build, does not run, can panic, or takes too much stack.
-pub fn execute() -> Result<(), String> {
+/// What does not build, does not run, can panic, or takes too much stack, constants or instructions.
+pub fn execute(parts: &[&str]) -> Result<(), String> {
+    match parts {
+        [] => {}
+        ["target"] => return target::print(),
+        other => return Err(format!("capi takes `target`, not `{}`", other.join(" "))),
+    }
     compilers("the C interface")?;
-    let libraries = build::libraries()?;
-    let blob = |name: &str| root().join(BLOBS).join(name).with_extension("trax");
+    capacities::check()?;
+    installed()?;
+    let libraries = build::libraries(&Capacities::USUAL)?;
     let first = compile("gcc", "-std=c99", "examples/first.c", &libraries)?;
     run(Command::new(&first).arg(blob("huron-13")))?;
     for standard in ["-std=c99", "-std=c11"] {
@@ -38,22 +55,56 @@ pub fn execute() -> Result<(), String> {
         }
     }
     let program = compile("g++", "-std=c++14", "tests/interface.cpp", &libraries)?;
-    for (name, other) in [
-        ("huron-13", "router-10"),
-        ("everything", "huron-13"),
-        ("table-head-13", "everything"),
-    ] {
+    for (name, other) in BOTH {
         run(Command::new(&program).arg(blob(name)).arg(blob(other)))?;
     }
-    installed(&blob("huron-13"))?;
-    bare::check()
+    memcheck(&libraries)?;
+    bare::check()?;
+    target::print()
 }
 
-/// The first example against what `install` writes: the shared library, by its name.
-fn installed(blob: &Path) -> Result<(), String> {
-    let prefix = target("capi").join("prefix");
-    install::execute(&["--prefix", &prefix.to_string_lossy()])?;
-    let program = target("capi").join("first_shared");
+/// A blob that is there.
+fn blob(name: &str) -> PathBuf {
+    root().join(BLOBS).join(name).with_extension("trax")
+}
+
+/// The test in C++ once more under valgrind: nothing depends on bytes that were not written. The memory of its objects
+/// comes from the heap as it is.
+fn memcheck(libraries: &Path) -> Result<(), String> {
+    if !works(Command::new("valgrind").arg("--version")) {
+        packages::install(&["valgrind", "libc6-dbg"], "the C interface")?;
+    }
+    let folder = root().join("firmware/capi");
+    let program = process::target("capi").join("interface_plain");
+    run(Command::new("g++")
+        .args(["-std=c++14", "-g", "-O1"])
+        .arg(format!("-I{}", folder.display()))
+        .arg(folder.join("tests/interface.cpp"))
+        .arg(libraries.join("libtrueaxis_capi.a"))
+        .args(["-lpthread", "-ldl", "-lm", "-o"])
+        .arg(&program))?;
+    for (name, other) in BOTH {
+        run(Command::new("valgrind")
+            .args(["-q", "--error-exitcode=1"])
+            .arg(&program)
+            .args([blob(name), blob(other)]))?;
+    }
+    Ok(())
+}
+
+/// The first example against what `install` writes: the shared library, by its name; with other capacities, which
+/// the header has, too.
+fn installed() -> Result<(), String> {
+    let prefix = process::target("capi").join("prefix");
+    let shown = prefix.to_string_lossy();
+    let mut options = vec!["--prefix".to_owned(), shown.into_owned()];
+    for (name, number) in LEAST.0 {
+        let name = name.trim_start_matches("TRUEAXIS_").to_lowercase();
+        options.extend([format!("--{name}"), number.to_string()]);
+    }
+    let options: Vec<&str> = options.iter().map(String::as_str).collect();
+    install::execute(&options)?;
+    let program = process::target("capi").join("first_shared");
     run(Command::new("gcc")
         .args(["-std=c99", "-o"])
         .arg(&program)
@@ -62,7 +113,7 @@ fn installed(blob: &Path) -> Result<(), String> {
         .arg(format!("-L{}", prefix.join("lib").display()))
         .arg("-ltrueaxis"))?;
     run(Command::new(program)
-        .arg(blob)
+        .arg(blob("huron-13"))
         .env("LD_LIBRARY_PATH", prefix.join("lib")))
 }
 
@@ -81,5 +132,5 @@ fn compile(
         program.frames();
     }
     program.sources([source]);
-    program.link(libraries, &target("capi").join(name))
+    program.link(libraries, &process::target("capi").join(name))
 }

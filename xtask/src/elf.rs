@@ -118,6 +118,12 @@ impl Program {
         stored.map(|s| s.size).sum()
     }
 
+    /// Bytes of its functions.
+    pub fn code_size(&self) -> u32 {
+        let code = self.sections.iter().filter(|s| s.name == ".text");
+        code.map(|s| s.size).sum()
+    }
+
     /// Bytes of stack of each function of which that is known (`-Zemit-stack-sizes`).
     pub fn frames(&self) -> Vec<(String, u64)> {
         let mut found = Vec::new();

@@ -1,6 +1,6 @@
 //! `cargo xtask grblhal`: the plugin for grblHAL against a stand-in of its interface, under sanitizers.
 
-use crate::capi::{BLOBS, Sanitized, compilers, libraries};
+use crate::capi::{BLOBS, Capacities, Sanitized, compilers, libraries};
 use crate::process::{cargo, root, run, target};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ const AXES: [u32; 2] = [6, 3];
 /// What does not compile without a warning, or does not hold.
 pub fn execute() -> Result<(), String> {
     compilers("the plugin for grblHAL")?;
-    let libraries = libraries()?;
+    let libraries = libraries(&Capacities::USUAL)?;
     let folder = root().join("firmware/grblhal");
     let tests = folder.join("tests");
     let standin = tests.join("standin");

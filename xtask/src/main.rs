@@ -8,6 +8,7 @@ mod boards;
 mod capi;
 mod cross;
 mod elf;
+mod figures;
 mod fuzz;
 mod gcode;
 mod grblhal;
@@ -29,9 +30,11 @@ usage: cargo xtask COMMAND
   test                           everything that must hold: format, lints, tests, docs, bit identity
   bare                           the kinematics for the Cortex-M4F: no `std`, no heap
   boards                         the runtime under RTIC and under embassy, built for the Cortex-M4F
-  capi                           the C interface from C and C++ under sanitizers; its panics and stack
+  capi [target]                  the C interface from C and C++ under sanitizers and valgrind; its panics and
+                                 stack; flash, memory and instructions on a Cortex-M4F (target: only those)
   grblhal                        the plugin for grblHAL against a stand-in of it, under sanitizers
-  install --prefix DIR           the C library: static, shared, header, pkg-config
+  install --prefix DIR [--axes N] [--banks N] [--tables N] [--terms N] [--grids N]
+                                 the C library: static, shared, header, pkg-config; what it holds
   bench [policies]               run times beside their rivals; instruction counts with valgrind
   bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (installed if missing)
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
@@ -57,7 +60,7 @@ fn main() -> ExitCode {
         ["test"] => test::run(),
         ["bare"] => bare::execute(),
         ["boards"] => boards::execute(),
-        ["capi"] => capi::execute(),
+        ["capi", ref parts @ ..] => capi::execute(parts),
         ["grblhal"] => grblhal::execute(),
         ["install", ref options @ ..] => capi::install(options),
         ["bench"] => bench::run(),

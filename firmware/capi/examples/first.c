@@ -13,7 +13,7 @@ int main(int count, char **words)
     double position[5] = {100, 30, 45, -50, -120}, correction[5] = {0}; /* Y, A, C, X, Z: see the blob */
     FILE *file = count > 1 ? fopen(words[1], "rb") : NULL;
     size_t length = file ? fread(blob, 1, sizeof blob, file) : 0;
-    if (trueaxis_tables_new(&tables_memory, sizeof tables_memory, &tables) ||
+    if (trueaxis_tables_new(TRUEAXIS_HEADER, &tables_memory, sizeof tables_memory, &tables) ||
         trueaxis_tables_load(tables, blob, length) ||
         trueaxis_servo_new(&servo_memory, sizeof servo_memory, tables, &servo))
         return 1;

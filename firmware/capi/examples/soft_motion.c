@@ -92,9 +92,7 @@ static int prepare(struct motion *m, const char *path)
     }
     length = fread(blob, 1, sizeof blob, file);
     fclose(file);
-    if (trueaxis_abi() != TRUEAXIS_ABI)
-        return 1;
-    result = trueaxis_tables_new(&tables_memory, sizeof tables_memory, &tables);
+    result = trueaxis_tables_new(TRUEAXIS_HEADER, &tables_memory, sizeof tables_memory, &tables);
     if (result == TRUEAXIS_RESULT_OK)
         result = trueaxis_tables_load(tables, blob, length);
     if (result == TRUEAXIS_RESULT_OK)

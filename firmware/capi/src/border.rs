@@ -1,8 +1,8 @@
 //! The border: functions that C calls, and how its pointers become references.
 //!
-//! What the caller promises stands in the header: memory stays where it is, one thread uses a servo at a
-//! time, a blob stays as it is while it is loaded. Pointers that are null, not aligned or lead to no such
-//! object are refused; where they lead else is not known here.
+//! The header states what the caller promises: a pointer to an object is null or came from `…_new`, memory
+//! stays where it is, one thread uses a servo at a time, a blob stays as it is while it is loaded. Pointers
+//! that are null or not aligned are refused. Nothing is read from memory that this library has not written.
 
 mod held;
 #[cfg(feature = "model")]
@@ -20,7 +20,6 @@ use crate::code::Code;
 use crate::facts::TRUEAXIS_ALIGNMENT;
 use crate::guarded::guarded;
 use crate::{Servo, Tables};
-use core::sync::atomic::Ordering;
 
 /// Whether a pointer is not null and aligned.
 fn check<T>(pointer: *const T) -> Result<(), Code> {
@@ -36,37 +35,33 @@ fn check<T>(pointer: *const T) -> Result<(), Code> {
 /// The tables at `pointer`.
 ///
 /// # Safety
-/// Null, or memory for them.
+/// Null, or made by `trueaxis_tables_new`.
 unsafe fn tables<'a>(pointer: *const Tables) -> Result<&'a Tables, Code> {
     check(pointer)?;
-    // SAFETY: the memory is there and aligned, and no other thread but by its mark writes to it.
-    let mark = unsafe { &(*pointer).mark };
-    if !Tables::is_marked(mark.load(Ordering::Acquire)) {
-        return Err(Code::NotMade);
-    }
-    // SAFETY: marked, so it was written by `trueaxis_tables_new`.
+    // SAFETY: not null, so `trueaxis_tables_new` has written all of it. Whoever loads has claimed it by its
+    // state, which is atomic.
     Ok(unsafe { &*pointer })
 }
 
 /// The servo at `pointer`.
 ///
 /// # Safety
-/// Null, or memory for it that no other thread uses meanwhile.
+/// Null, or made by `trueaxis_servo_new` in memory that has held nothing else since; no other thread uses it.
 #[inline(always)]
 unsafe fn servo<'a>(pointer: *mut Servo) -> Result<&'a mut Servo, Code> {
     check(pointer)?;
-    // SAFETY: the memory is there and aligned.
-    if !Servo::is_marked(unsafe { (*pointer).around.mark }) {
-        return Err(Code::NotMade);
+    // SAFETY: not null, so `trueaxis_servo_new` has written it, and a release has left this flag.
+    if unsafe { (*pointer).around.released } {
+        return Err(Code::Released);
     }
-    // SAFETY: marked, so it was written by `trueaxis_servo_new`; no other thread uses it.
+    // SAFETY: made and not released; no other thread uses it.
     Ok(unsafe { &mut *pointer })
 }
 
 /// The servo at `pointer`, to be read.
 ///
 /// # Safety
-/// Null, or memory for it that no other thread writes meanwhile.
+/// As of [`servo`]; no other thread writes it meanwhile.
 #[inline(always)]
 unsafe fn servo_to_read<'a>(pointer: *const Servo) -> Result<&'a Servo, Code> {
     // SAFETY: as the caller promises; it is only read.
@@ -80,8 +75,22 @@ unsafe fn servo_to_read<'a>(pointer: *const Servo) -> Result<&'a Servo, Code> {
 #[inline(always)]
 unsafe fn values<'a>(pointer: *const f64, count: usize) -> Result<&'a [f64], Code> {
     check(pointer)?;
-    // SAFETY: the caller has so many (at most 8, compared with the number of axes before), aligned.
+    // SAFETY: the caller has so many (compared with the number of axes before), aligned.
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
+}
+
+/// Takes one value for each axis.
+///
+/// # Safety
+/// Null, or so many values.
+#[inline(always)]
+unsafe fn take_values<T: Copy>(to: &mut [T], count: usize, from: *const T) -> Result<(), Code> {
+    check(from)?;
+    for (index, to) in to.iter_mut().enumerate().take(count) {
+        // SAFETY: the caller has so many (compared with the number of axes before), aligned.
+        *to = unsafe { from.add(index).read() };
+    }
+    Ok(())
 }
 
 /// Gives one value for each axis out.
@@ -89,13 +98,11 @@ unsafe fn values<'a>(pointer: *const f64, count: usize) -> Result<&'a [f64], Cod
 /// # Safety
 /// Null, or room for so many values.
 #[inline(always)]
-unsafe fn give_values(to: *mut f64, count: usize, from: &[f32]) -> Result<(), Code> {
+unsafe fn give_values<T: From<f32>>(to: *mut T, count: usize, from: &[f32]) -> Result<(), Code> {
     check(to)?;
-    // SAFETY: the caller has room for so many (at most 8, compared with the number of axes before),
-    // aligned; what was read from the same place is not used any more.
-    let to = unsafe { core::slice::from_raw_parts_mut(to, count) };
-    for (to, value) in to.iter_mut().zip(from) {
-        *to = f64::from(*value);
+    for (index, value) in from.iter().enumerate().take(count) {
+        // SAFETY: the caller has room for so many (compared with the number of axes before), aligned.
+        unsafe { to.add(index).write(T::from(*value)) };
     }
     Ok(())
 }

@@ -13,8 +13,8 @@ pub enum Code {
     NullPointer = 1,
     /// The memory is too small, or does not start at a multiple of the alignment.
     Memory = 2,
-    /// The pointer does not lead to such an object: it was not made, or is released.
-    NotMade = 3,
+    /// The servo was released.
+    Released = 3,
     /// A servo holds these tables, or another thread loads them.
     InUse = 4,
     /// Nothing is loaded.
@@ -53,14 +53,26 @@ pub enum Code {
     Broken = 21,
     /// The bytes are no machine model, as `trueaxis linuxcnc model` writes it.
     NotAModel = 22,
+    /// The program was compiled with the header of another version of this library.
+    HeaderVersion = 23,
+    /// The header has another `TRUEAXIS_AXES` than the library was built with.
+    HeaderAxes = 24,
+    /// The header has another `TRUEAXIS_BANKS` than the library was built with.
+    HeaderBanks = 25,
+    /// The header has another `TRUEAXIS_TABLES` than the library was built with.
+    HeaderTables = 26,
+    /// The header has another `TRUEAXIS_TERMS` than the library was built with.
+    HeaderTerms = 27,
+    /// The header has another `TRUEAXIS_GRIDS` than the library was built with.
+    HeaderGrids = 28,
 }
 
 impl Code {
-    const ALL: [Self; 23] = [
+    const ALL: [Self; 29] = [
         Self::Ok,
         Self::NullPointer,
         Self::Memory,
-        Self::NotMade,
+        Self::Released,
         Self::InUse,
         Self::NotLoaded,
         Self::Count,
@@ -80,6 +92,12 @@ impl Code {
         Self::Moving,
         Self::Broken,
         Self::NotAModel,
+        Self::HeaderVersion,
+        Self::HeaderAxes,
+        Self::HeaderBanks,
+        Self::HeaderTables,
+        Self::HeaderTerms,
+        Self::HeaderGrids,
     ];
 
     /// A code in words.
@@ -90,7 +108,7 @@ impl Code {
             Some(Self::Ok) => c"done",
             Some(Self::NullPointer) => c"a pointer is null",
             Some(Self::Memory) => c"the memory is too small or not aligned",
-            Some(Self::NotMade) => c"no such object here: not made, or released",
+            Some(Self::Released) => c"the servo was released",
             Some(Self::InUse) => c"these tables are in use",
             Some(Self::NotLoaded) => c"nothing is loaded",
             Some(Self::Count) => c"the array has not as many values as there are axes",
@@ -114,6 +132,14 @@ impl Code {
             Some(Self::Moving) => c"the correction is on its way in or out",
             Some(Self::Broken) => c"a mistake in this library: please report it",
             Some(Self::NotAModel) => c"not a machine model: it does not start with TRAM",
+            Some(Self::HeaderVersion) => {
+                c"compiled with the header of another version of the library"
+            }
+            Some(Self::HeaderAxes) => c"TRUEAXIS_AXES of the header is not that of the library",
+            Some(Self::HeaderBanks) => c"TRUEAXIS_BANKS of the header is not that of the library",
+            Some(Self::HeaderTables) => c"TRUEAXIS_TABLES of the header is not that of the library",
+            Some(Self::HeaderTerms) => c"TRUEAXIS_TERMS of the header is not that of the library",
+            Some(Self::HeaderGrids) => c"TRUEAXIS_GRIDS of the header is not that of the library",
         }
     }
 }

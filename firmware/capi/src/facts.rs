@@ -1,23 +1,30 @@
 //! Structures that C sees.
 
+use crate::capacities::{
+    TRUEAXIS_AXES, TRUEAXIS_BANKS, TRUEAXIS_GRIDS, TRUEAXIS_TABLES, TRUEAXIS_TERMS,
+};
 use crate::text::Text;
 use core::ffi::c_char;
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
 
 /// Grows whenever a program that was built with the header before could go wrong.
-pub const TRUEAXIS_ABI: u32 = 1;
-/// Bytes of memory for tables.
-pub const TRUEAXIS_TABLES_SIZE: usize = 10240;
-/// The same in words of 8 bytes.
-pub const TRUEAXIS_TABLES_WORDS: usize = 1280;
-/// Bytes of memory for a servo.
-pub const TRUEAXIS_SERVO_SIZE: usize = 2560;
-/// The same in words of 8 bytes.
-pub const TRUEAXIS_SERVO_WORDS: usize = 320;
+pub const TRUEAXIS_ABI: u32 = 2;
+/// Words of 8 bytes that tables take: so many whatever the capacities, and for each axis, bank, table, term
+/// and grid.
+pub const TRUEAXIS_TABLES_WORDS: usize = 100
+    + 6 * TRUEAXIS_AXES
+    + 10 * TRUEAXIS_BANKS
+    + TRUEAXIS_TABLES
+    + 5 * TRUEAXIS_TERMS / 2
+    + 34 * TRUEAXIS_GRIDS;
+/// The same in bytes.
+pub const TRUEAXIS_TABLES_SIZE: usize = 8 * TRUEAXIS_TABLES_WORDS;
+/// Words of 8 bytes that a servo takes: so many whatever the capacities, and for each axis.
+pub const TRUEAXIS_SERVO_WORDS: usize = 120 + 22 * TRUEAXIS_AXES;
+/// The same in bytes.
+pub const TRUEAXIS_SERVO_SIZE: usize = 8 * TRUEAXIS_SERVO_WORDS;
 /// Memory for tables and servos starts at a multiple of this many bytes.
 pub const TRUEAXIS_ALIGNMENT: usize = 8;
-/// Most axes.
-pub const TRUEAXIS_AXES: usize = 8;
 /// Most auxiliary inputs.
 pub const TRUEAXIS_AUXILIARIES: usize = 8;
 /// Most adjustable terms.
@@ -66,7 +73,6 @@ pub const TRUEAXIS_BAD_AUXILIARY: u16 = 1 << 9;
 const _: () = {
     assert!(size_of::<TablesMemory>() == TRUEAXIS_TABLES_SIZE);
     assert!(size_of::<ServoMemory>() == TRUEAXIS_SERVO_SIZE);
-    assert!(TRUEAXIS_AXES == <crate::Room as trueaxis::Room>::AXES);
     assert!(TRUEAXIS_AUXILIARIES == trueaxis::AUXILIARIES);
     assert!(TRUEAXIS_ADJUSTABLE == trueaxis::ADJUSTABLE);
     assert!(TRUEAXIS_BAD_INPUT == Conditions::BAD_INPUT.0);
@@ -253,6 +259,24 @@ impl StatusFacts {
             rate_limited: status.rate_limited,
             travel_limited: status.travel_limited,
             factor,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Servo, Tables};
+
+    #[test]
+    fn memory_in_the_header_is_hardly_larger_than_what_it_holds() {
+        // That it is large enough does not compile otherwise. Rows in the constants above are what one more
+        // axis, bank … takes where pointers have 8 bytes.
+        for (offered, taken) in [
+            (TRUEAXIS_TABLES_SIZE, size_of::<Tables>()),
+            (TRUEAXIS_SERVO_SIZE, size_of::<Servo>()),
+        ] {
+            assert!(offered - taken <= taken / 10, "{offered} for {taken}");
         }
     }
 }

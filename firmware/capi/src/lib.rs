@@ -6,8 +6,9 @@
 //!
 //! `unsafe` is in `border.rs` and `border/`, where pointers become references, and nowhere else. What is
 //! behind it is checked by the compiler: `tables.rs` (loading, and what was loaded), `servo.rs` (the loop),
-//! `model.rs` (a simulated machine, with the feature `model`), `code.rs` (what functions return), `text.rs` (text in the caller's buffers), `facts.rs` (structures that C
-//! sees).
+//! `model.rs` (a simulated machine, with the feature `model`), `code.rs` (what functions return), `text.rs`
+//! (text in the caller's buffers), `facts.rs` (structures that C sees), `capacities.rs` (how much the library
+//! holds).
 #![no_std]
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
@@ -17,6 +18,7 @@ extern crate std;
 
 #[allow(unsafe_code)]
 pub mod border;
+mod capacities;
 mod code;
 mod facts;
 mod guarded;
@@ -26,6 +28,7 @@ mod servo;
 mod tables;
 mod text;
 
+pub use capacities::{Room, TRUEAXIS_HEADER};
 pub use code::Code;
 pub use facts::{
     Adjustable, AuxiliaryFacts, AxisFacts, Facts, ServoMemory, StatusFacts, TablesMemory,
@@ -34,9 +37,6 @@ pub use facts::{
 pub use model::{Model, ModelMemory, ModelPose};
 pub use servo::Servo;
 pub use tables::Tables;
-
-/// What tables have room for: 8 axes, 32 banks with 96 tables, 256 terms, 2 grids.
-pub(crate) type Room = trueaxis::Usual;
 
 /// Stops. No function of this library is known to come here: `cargo xtask capi` looks for it.
 #[cfg(all(feature = "halt", not(feature = "std"), not(test)))]

@@ -1,5 +1,6 @@
 //! A machine with its errors, which says where the tool really is.
 
+use crate::capacities::TRUEAXIS_AXES;
 use crate::code::Code;
 use crate::facts::TRUEAXIS_ALIGNMENT;
 use crate::text::Text;
@@ -37,13 +38,9 @@ pub struct ModelPose {
 
 /// A model: a machine with its errors. Points of measured motions stay in the file.
 pub struct Model {
-    pub(crate) mark: u32,
     stored: Option<Stored<'static>>,
     reversals: [Reversal; MAX_AXES],
 }
-
-// What tells such an object from other memory.
-const MADE: u32 = 0x5452_4d30;
 
 const _: () = {
     assert!(size_of::<ModelMemory>() == TRUEAXIS_MODEL_SIZE);
@@ -55,21 +52,19 @@ impl Model {
     /// Nothing is loaded.
     pub(crate) const fn empty() -> Self {
         Self {
-            mark: MADE,
             stored: None,
             reversals: [const { Reversal::new() }; MAX_AXES],
         }
     }
 
-    /// Whether `mark` is that of a model.
-    pub(crate) fn is_marked(mark: u32) -> bool {
-        mark == MADE
-    }
-
-    /// Loads, or is empty.
+    /// Loads, or is empty. More axes than C has room for in an array of `TRUEAXIS_AXES` are refused.
     pub(crate) fn load(&mut self, file: &'static [u8]) -> Result<(), Code> {
         *self = Self::empty();
-        self.stored = Some(Stored::read(file)?);
+        let stored = Stored::read(file)?;
+        if stored.machine.axes.len() > TRUEAXIS_AXES {
+            return Err(Code::Capacity);
+        }
+        self.stored = Some(stored);
         Ok(())
     }
 

@@ -2,8 +2,9 @@
 
 use crate::Room;
 use crate::border::Held;
+use crate::capacities::TRUEAXIS_AXES;
 use crate::code::Code;
-use crate::facts::{ServoMemory, StatusFacts, TRUEAXIS_AXES};
+use crate::facts::{ServoMemory, StatusFacts};
 use trueaxis::{AuxiliaryKind, Compensation, Conditions, Inputs, Servo as Loop, Travel};
 
 /// A servo: it holds tables and corrects.
@@ -14,21 +15,22 @@ pub struct Servo {
 
 /// What is around its loop.
 pub(crate) struct Around {
-    pub(crate) mark: u32,
+    pub(crate) released: bool,
     axes: u32,
     /// The turn of each axis without end, otherwise infinite.
     turns: [f64; TRUEAXIS_AXES],
     inputs: Inputs<[f32; TRUEAXIS_AXES]>,
 }
 
-/// What tells such an object from other memory.
-const MADE: u32 = 0x5452_5331;
 /// Evaluations that find what belongs to a measured position: what is left is the fourth power of the
 /// largest slope of the correction, 1e-3 on a bad machine.
 const STEPS: u32 = 4;
 
 const _: () = {
-    assert!(size_of::<Servo>() <= size_of::<ServoMemory>());
+    assert!(
+        size_of::<Servo>() <= size_of::<ServoMemory>(),
+        "a servo has grown: raise TRUEAXIS_SERVO_WORDS in facts.rs"
+    );
     assert!(align_of::<Servo>() <= align_of::<ServoMemory>());
 };
 
@@ -39,9 +41,12 @@ const MOST_TURNS: f64 = 4_294_967_296.0;
 /// lost. Within the turn it stays as it is; beyond [`MOST_TURNS`] it is not a number.
 #[inline(always)]
 fn within_turn(q: f64, turn: f64) -> f64 {
-    if q.abs() <= turn {
+    // The bits of positive doubles are in the order of the doubles, and NAN is above infinity: a processor
+    // without doubles compares integers in a few instructions.
+    let within = |turn: f64| q.abs().to_bits() <= turn.to_bits();
+    if within(turn) {
         q
-    } else if q.abs() <= turn * MOST_TURNS {
+    } else if within(turn * MOST_TURNS) {
         q % turn
     } else {
         f64::NAN
@@ -59,17 +64,11 @@ impl Servo {
             }
         }
         Around {
-            mark: MADE,
+            released: false,
             axes: axes.len() as u32,
             turns,
             inputs: Inputs::at([0.0; TRUEAXIS_AXES]),
         }
-    }
-
-    /// Whether `mark` is that of a servo.
-    #[inline(always)]
-    pub(crate) fn is_marked(mark: u32) -> bool {
-        mark == MADE
     }
 
     /// An array has as many values as there are axes.
@@ -97,11 +96,17 @@ impl Servo {
         self.around.inputs.axes = self.positions(commands);
     }
 
+    /// Where the commands of the next update go, in the number type of the tables.
     #[inline(always)]
-    pub(crate) fn advance(&mut self, referenced: u32, period: f64) -> &[f32; TRUEAXIS_AXES] {
+    pub(crate) fn commands(&mut self) -> &mut [f32; TRUEAXIS_AXES] {
+        &mut self.around.inputs.axes
+    }
+
+    #[inline(always)]
+    pub(crate) fn advance(&mut self, referenced: u32, period: f32) -> &[f32; TRUEAXIS_AXES] {
         let correction = self
             .servo
-            .advance(&self.around.inputs, referenced as u16, period as f32);
+            .advance(&self.around.inputs, referenced as u16, period);
         &correction.dq
     }
 
@@ -215,11 +220,6 @@ impl Servo {
         };
         let (c, travel) = (self.servo.compensation(), self.servo.travelling());
         Ok(c.measured(&inputs, &travel, self.servo.wanted_weights(), STEPS))
-    }
-
-    /// No object any more.
-    pub(crate) fn unmark(&mut self) {
-        self.around.mark = 0;
     }
 }
 

@@ -10,52 +10,56 @@ use trueaxis::{Compensation, Header, LoadError, VERSION};
 
 /// Tables: a compensation that was loaded. Its samples stay in the blob.
 pub struct Tables {
-    pub(crate) mark: AtomicU32,
-    checksum: u32,
-    why: Option<LoadError>,
-    compensation: Compensation<'static, Room>,
+    pub(crate) about: About,
+    pub(crate) compensation: Compensation<'static, Room>,
 }
 
-// What tells such an object from other memory, and whose turn it is.
-const EMPTY: u32 = 0x5452_4130;
-const LOADING: u32 = 0x5452_4131;
-const LOADED: u32 = 0x5452_4132;
-const HELD: u32 = 0x5452_4133;
+/// Whose turn it is, and what the compensation does not say.
+pub(crate) struct About {
+    state: AtomicU32,
+    checksum: u32,
+    why: Option<LoadError>,
+}
+
+// States.
+const EMPTY: u32 = 0;
+const LOADING: u32 = 1;
+const LOADED: u32 = 2;
+const HELD: u32 = 3;
 
 const _: () = {
-    assert!(size_of::<Tables>() <= size_of::<TablesMemory>());
+    assert!(
+        size_of::<Tables>() <= size_of::<TablesMemory>(),
+        "tables have grown: raise TRUEAXIS_TABLES_WORDS in facts.rs"
+    );
     assert!(align_of::<Tables>() <= align_of::<TablesMemory>());
 };
 
-impl Tables {
+impl About {
     /// Nothing is loaded.
-    #[inline(always)]
     pub(crate) const fn empty() -> Self {
         Self {
-            mark: AtomicU32::new(EMPTY),
+            state: AtomicU32::new(EMPTY),
             checksum: 0,
             why: None,
-            compensation: Compensation::empty(),
         }
     }
+}
 
-    /// Whether `mark` is that of tables.
-    pub(crate) fn is_marked(mark: u32) -> bool {
-        matches!(mark, EMPTY | LOADING | LOADED | HELD)
-    }
-
-    /// From one mark to another, if it is that; of two threads one succeeds.
+impl Tables {
+    /// From one state to another, if it is that; of two threads one succeeds.
     fn turn(&self, from: u32, to: u32) -> bool {
         #[cfg(target_has_atomic = "32")]
         return self
-            .mark
+            .about
+            .state
             .compare_exchange(from, to, Ordering::AcqRel, Ordering::Acquire)
             .is_ok();
         #[cfg(not(target_has_atomic = "32"))]
         {
-            let is = self.mark.load(Ordering::Acquire) == from;
+            let is = self.about.state.load(Ordering::Acquire) == from;
             if is {
-                self.mark.store(to, Ordering::Release);
+                self.about.state.store(to, Ordering::Release);
             }
             is
         }
@@ -77,13 +81,13 @@ impl Tables {
         } else {
             self.compensation.load(blob)
         };
-        self.checksum = match Header::read(blob) {
+        self.about.checksum = match Header::read(blob) {
             Ok(header) if result.is_ok() => header.crc,
             _ => 0,
         };
-        self.why = result.err();
-        let mark = if result.is_ok() { LOADED } else { EMPTY };
-        self.mark.store(mark, Ordering::Release);
+        self.about.why = result.err();
+        let state = if result.is_ok() { LOADED } else { EMPTY };
+        self.about.state.store(state, Ordering::Release);
         result.map_err(|error| Code::from(&error))
     }
 
@@ -91,7 +95,7 @@ impl Tables {
     pub(crate) fn hold(&self) -> Result<(), Code> {
         if self.turn(LOADED, HELD) {
             Ok(())
-        } else if self.mark.load(Ordering::Acquire) == EMPTY {
+        } else if self.about.state.load(Ordering::Acquire) == EMPTY {
             Err(Code::NotLoaded)
         } else {
             Err(Code::InUse)
@@ -100,12 +104,12 @@ impl Tables {
 
     /// From a servo, which does not read them any more.
     pub(crate) fn release(&self) {
-        self.mark.store(LOADED, Ordering::Release);
+        self.about.state.store(LOADED, Ordering::Release);
     }
 
     /// What is loaded; nothing while somebody loads.
     pub(crate) fn loaded(&self) -> Result<&Compensation<'static, Room>, Code> {
-        match self.mark.load(Ordering::Acquire) {
+        match self.about.state.load(Ordering::Acquire) {
             LOADED | HELD => Ok(&self.compensation),
             LOADING => Err(Code::InUse),
             _ => Err(Code::NotLoaded),
@@ -120,7 +124,7 @@ impl Tables {
 
     /// Why the last blob was refused.
     pub(crate) fn reason(&self, text: &mut Text<'_>) {
-        if let Some(why) = &self.why {
+        if let Some(why) = &self.about.why {
             // Into a buffer: nothing can go wrong.
             let _ = write!(text, "{why}");
         }
@@ -130,7 +134,7 @@ impl Tables {
         let c = self.loaded()?;
         Ok(Facts {
             bytes: c.blob_len() as u32,
-            checksum: self.checksum,
+            checksum: self.about.checksum,
             version: VERSION,
             axes: c.axes().len() as u16,
             auxiliaries: c.auxiliaries().len() as u16,

@@ -1,9 +1,10 @@
 //! Every correction through the C border is that of the Rust servo, to the last bit.
 
+use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
 use trueaxis::{AlignedBlob, Compensation, Inputs, Servo, Usual};
 use trueaxis_capi::border::*;
-use trueaxis_capi::{Code, ServoMemory, StatusFacts, TablesMemory};
+use trueaxis_capi::{Code, ServoMemory, StatusFacts, TRUEAXIS_HEADER as HEADER, TablesMemory};
 
 const PERIOD: f64 = 0.00025;
 
@@ -19,21 +20,28 @@ fn blob(name: &str) -> AlignedBlob {
 struct Behind {
     tables: *mut trueaxis_capi::Tables,
     servo: *mut trueaxis_capi::Servo,
-    memory: (*mut TablesMemory, *mut ServoMemory),
+    /// Of which nothing is known.
+    memory: (
+        *mut MaybeUninit<TablesMemory>,
+        *mut MaybeUninit<ServoMemory>,
+    ),
 }
 
 impl Behind {
     fn new(blob: &[u8]) -> Self {
         let memory = (
-            Box::into_raw(Box::new(TablesMemory { words: [!0; _] })),
-            Box::into_raw(Box::new(ServoMemory { words: [!0; _] })),
+            Box::into_raw(Box::new_uninit()),
+            Box::into_raw(Box::new_uninit()),
         );
         let (mut tables, mut servo) = (null_mut(), null_mut());
         let size = size_of::<TablesMemory>();
         // SAFETY: all memory is there, and nothing else uses it.
         unsafe {
             let place = memory.0.cast();
-            assert_eq!(trueaxis_tables_new(place, size, &mut tables), Code::Ok);
+            assert_eq!(
+                trueaxis_tables_new(HEADER, place, size, &mut tables),
+                Code::Ok
+            );
             let code = trueaxis_tables_load(tables, blob.as_ptr().cast(), blob.len());
             assert_eq!(code, Code::Ok);
             let place = memory.1.cast();
@@ -57,6 +65,17 @@ impl Behind {
         let code = unsafe {
             trueaxis_servo_update(self.servo, from, commands.len(), referenced, PERIOD, to)
         };
+        assert_eq!(code, Code::Ok);
+        values
+    }
+
+    fn update_f32(&self, commands: &[f32], referenced: u32) -> Vec<f32> {
+        let mut values = commands.to_vec();
+        let (from, to) = (values.as_ptr(), values.as_mut_ptr());
+        let (axes, period) = (commands.len(), PERIOD as f32);
+        // SAFETY: as many values as are named; commands and corrections may be the same.
+        let code =
+            unsafe { trueaxis_servo_update_f32(self.servo, from, axes, referenced, period, to) };
         assert_eq!(code, Code::Ok);
         values
     }
@@ -91,7 +110,7 @@ fn every_correction_is_that_of_the_rust_servo_to_the_last_bit() {
         let blob = blob(name);
         let compensation = Compensation::<'_, Usual>::from_blob(&blob).unwrap();
         let mut rust = Servo::new(&compensation);
-        let behind = Behind::new(&blob);
+        let (behind, single) = (Behind::new(&blob), Behind::new(&blob));
         let axes = compensation.axes();
         let mut state = 7;
         let mut inputs = Inputs::at([0.0; 8]);
@@ -103,15 +122,19 @@ fn every_correction_is_that_of_the_rust_servo_to_the_last_bit() {
                 if period == 10 || event < 0.000_2 {
                     rust.enable();
                     trueaxis_servo_enable(behind.servo, 1);
+                    trueaxis_servo_enable(single.servo, 1);
                 } else if event < 0.000_3 {
                     rust.disable();
                     trueaxis_servo_enable(behind.servo, 0);
+                    trueaxis_servo_enable(single.servo, 0);
                 } else if event < 0.000_4 {
                     rust.dry_run(true);
                     trueaxis_servo_dry_run(behind.servo, 1);
+                    trueaxis_servo_dry_run(single.servo, 1);
                 } else if event < 0.000_7 {
                     rust.dry_run(false);
                     trueaxis_servo_dry_run(behind.servo, 0);
+                    trueaxis_servo_dry_run(single.servo, 0);
                 } else if event < 0.001 || period == 0 {
                     for (k, auxiliary) in compensation.auxiliaries().iter().enumerate() {
                         let value = 150.0 * draw(&mut state);
@@ -122,8 +145,10 @@ fn every_correction_is_that_of_the_rust_servo_to_the_last_bit() {
                             }
                         };
                         inputs.auxiliaries[k] = own as f32;
-                        let code = trueaxis_servo_set_auxiliary(behind.servo, k, value);
-                        assert_eq!(code, Code::Ok);
+                        for servo in [behind.servo, single.servo] {
+                            let code = trueaxis_servo_set_auxiliary(servo, k, value);
+                            assert_eq!(code, Code::Ok);
+                        }
                     }
                 }
             }
@@ -148,6 +173,9 @@ fn every_correction_is_that_of_the_rust_servo_to_the_last_bit() {
             };
             let expected = rust.update(&inputs, referenced, PERIOD as f32);
             let found = behind.update(&commands, referenced.into());
+            let count = axes.len();
+            let found_f32 = single.update_f32(&inputs.axes[..count], referenced.into());
+            assert_eq!(found_f32, expected.dq[..count], "{name}, {period}");
             for (found, expected) in found.iter().zip(&expected.dq) {
                 assert_eq!(
                     found.to_bits(),
@@ -241,7 +269,7 @@ fn what_is_not_there_is_refused() {
     let behind = Behind::new(&blob);
     let mut values = [0.0; 5];
     let (from, to) = (values.as_ptr(), values.as_mut_ptr());
-    let mut other = Box::new(ServoMemory { words: [0; _] });
+    let mut other = Box::<ServoMemory>::new_uninit();
     let place = (&raw mut *other).cast::<trueaxis_capi::Servo>();
     let mut made = null_mut();
     // SAFETY: all memory is there, or null.
@@ -249,7 +277,6 @@ fn what_is_not_there_is_refused() {
         let update =
             |servo, from, axes, to| trueaxis_servo_update(servo, from, axes, 31, PERIOD, to);
         assert_eq!(update(null_mut(), from, 5, to), Code::NullPointer);
-        assert_eq!(update(place, from, 5, to), Code::NotMade);
         assert_eq!(update(behind.servo, null(), 5, to), Code::NullPointer);
         assert_eq!(update(behind.servo, from, 5, null_mut()), Code::NullPointer);
         assert_eq!(update(behind.servo, from, 4, to), Code::Count);
@@ -266,7 +293,8 @@ fn what_is_not_there_is_refused() {
             Code::InUse
         );
         assert_eq!(trueaxis_servo_release(behind.servo), Code::Ok);
-        assert_eq!(trueaxis_servo_release(behind.servo), Code::NotMade);
+        assert_eq!(trueaxis_servo_release(behind.servo), Code::Released);
+        assert_eq!(update(behind.servo, from, 5, to), Code::Released);
         assert_eq!(
             trueaxis_tables_load(behind.tables, bytes, 20),
             Code::Damaged
@@ -278,6 +306,28 @@ fn what_is_not_there_is_refused() {
         );
         assert_eq!(new(size, &mut made), Code::Ok);
     }
+}
+
+#[test]
+fn a_program_for_other_capacities_is_refused_before_anything_is_written() {
+    let mut memory = Box::new(TablesMemory { words: [7; _] });
+    let (place, size) = ((&raw mut *memory).cast(), size_of::<TablesMemory>());
+    let mut made = null_mut();
+    // SAFETY: the memory is there.
+    unsafe {
+        for (shift, code) in [
+            (56, Code::HeaderVersion),
+            (48, Code::HeaderAxes),
+            (40, Code::HeaderBanks),
+            (32, Code::HeaderTables),
+            (16, Code::HeaderTerms),
+            (0, Code::HeaderGrids),
+        ] {
+            let other = HEADER + (1 << shift);
+            assert_eq!(trueaxis_tables_new(other, place, size, &mut made), code);
+        }
+    }
+    assert!(made.is_null() && memory.words.iter().all(|word| *word == 7));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::ptr::{null, null_mut};
 use trueaxis_capi::border::*;
-use trueaxis_capi::{Code, Model, ModelMemory, ModelPose};
+use trueaxis_capi::{Code, Model, ModelMemory, ModelPose, TRUEAXIS_HEADER as HEADER};
 use trueaxis_kinematics::{
     Axis, Branch, ErrorModel, Kinematics, Letter, Machine, Parameter, Situation, Stored, Switches,
     Table,
@@ -61,6 +61,7 @@ fn made(memory: &mut ModelMemory) -> *mut Model {
     // SAFETY: the memory is there.
     let code = unsafe {
         trueaxis_model_new(
+            HEADER,
             (&raw mut *memory).cast(),
             size_of::<ModelMemory>(),
             &mut model,
@@ -175,16 +176,17 @@ fn what_is_no_model_is_refused_and_leaves_none() {
         let mut other = null_mut();
         let place = (&raw mut *memory).cast();
         let size = size_of::<ModelMemory>();
-        assert_eq!(trueaxis_model_new(place, 1000, &mut other), Code::Memory);
         assert_eq!(
-            trueaxis_model_new(null_mut(), size, &mut other),
+            trueaxis_model_new(HEADER, place, 1000, &mut other),
+            Code::Memory
+        );
+        assert_eq!(
+            trueaxis_model_new(HEADER, null_mut(), size, &mut other),
             Code::NullPointer
         );
-        let nothing: *mut Model =
-            (&raw mut *Box::leak(Box::new(ModelMemory { words: [0; _] }))).cast();
         assert_eq!(
-            trueaxis_model_load(nothing, words.as_ptr().cast(), length),
-            Code::NotMade
+            trueaxis_model_new(HEADER - (1 << 48), place, size, &mut other),
+            Code::HeaderAxes
         );
     }
 }

@@ -46,7 +46,7 @@ static void ask_once_more(const struct blob *file)
     trueaxis_facts facts;
     trueaxis_servo_release(servo);
     servo = NULL;
-    CHECK(trueaxis_tables_new(&tables_memory, sizeof tables_memory, &tables) == 0, "tables");
+    CHECK(trueaxis_tables_new(TRUEAXIS_HEADER, &tables_memory, sizeof tables_memory, &tables) == 0, "tables");
     CHECK(trueaxis_tables_load(tables, file->bytes, file->length) == 0, "%s", file->name);
     CHECK(trueaxis_tables_facts(tables, &facts) == 0, "facts");
     oracle.axes = facts.axes;

@@ -118,6 +118,7 @@ static int load(void)
 EXTRA_SETUP()
 {
     int joints = joints_of(axes);
+    trueaxis_result result;
     (void)prefix;
     (void)extra_arg;
     if (joints == 0) {
@@ -129,9 +130,9 @@ EXTRA_SETUP()
         SAY("units=%s: write units=mm or units=inch, as [TRAJ]LINEAR_UNITS\n", units);
         return -EINVAL;
     }
-    if (trueaxis_abi() != TRUEAXIS_ABI ||
-        trueaxis_model_new(&memory, sizeof memory, &model) != TRUEAXIS_RESULT_OK) {
-        SAY("built with another version of the library\n");
+    result = trueaxis_model_new(TRUEAXIS_HEADER, &memory, sizeof memory, &model);
+    if (result != TRUEAXIS_RESULT_OK) {
+        SAY("%s\n", trueaxis_result_text(result));
         return -EINVAL;
     }
     personality = joints;

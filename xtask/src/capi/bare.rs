@@ -1,11 +1,12 @@
 //! The library for a Cortex-M4F: linked, and looked into.
 
 use super::FRAME;
+use super::build::{self, Capacities};
 use crate::cross::{CORTEX_M, Cross};
 use crate::elf::Program;
 use crate::process::{root, run, target, works};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Functions that are not for the servo loop: they read a whole blob, or write texts.
@@ -21,36 +22,13 @@ const NOT_IN_THE_LOOP: [&str; 5] = [
 /// It does not build; a function of the loop can panic or calls through a pointer; a frame is too large.
 pub fn check() -> Result<(), String> {
     let cross = Cross::provide(CORTEX_M)?;
-    let manifest = root().join("firmware/capi/Cargo.toml");
-    let words = [
-        "rustc",
-        "-q",
-        "--release",
-        "--lib",
-        "--features",
-        "halt",
-        "--crate-type",
-        "staticlib",
-    ];
-    let (mut build, folder) = cross.cargo("stm32f405", &words);
-    // How much stack each function takes is written by an unstable option only.
-    run(build
-        .arg("--manifest-path")
-        .arg(manifest)
-        .env("RUSTC_BOOTSTRAP", "1")
-        .env("RUSTFLAGS", "-Zemit-stack-sizes"))?;
+    let library = build::bare_library(&cross, "3", &Capacities::USUAL)?;
     let functions = functions()?;
-    let linked = target("capi-bare.elf");
-    let mut link = linker()?;
-    // Older linkers do not look into an archive for what they link.
-    link.args(["-m", "armelf", "--gc-sections"])
-        .args(["-e", "trueaxis_servo_update", "-o"])
-        .arg(&linked);
-    for function in &functions {
-        link.args(["-u", function]);
-    }
-    run(link.arg(folder.join("release/libtrueaxis_capi.a")))?;
-    let program = Program::read(&linked)?;
+    let program = link(
+        &library,
+        functions.iter().map(String::as_str),
+        "capi-bare.elf",
+    )?;
     let mut wrong = Vec::new();
     for function in &functions {
         if NOT_IN_THE_LOOP.contains(&function.as_str()) {
@@ -93,6 +71,31 @@ pub fn check() -> Result<(), String> {
         return Ok(());
     }
     Err(wrong.join("\n  "))
+}
+
+/// Links a program that has these functions and all that they reach.
+///
+/// # Errors
+/// There is no linker, or one of them is not in the library.
+pub fn link<'f>(
+    library: &Path,
+    functions: impl IntoIterator<Item = &'f str>,
+    name: &str,
+) -> Result<Program, String> {
+    let linked = target(name);
+    let mut link = linker()?;
+    // Older linkers do not look into an archive for what they link.
+    link.args(["-m", "armelf", "--gc-sections"])
+        .arg("-o")
+        .arg(&linked);
+    for (place, function) in functions.into_iter().enumerate() {
+        if place == 0 {
+            link.args(["-e", function]);
+        }
+        link.args(["-u", function]);
+    }
+    run(link.arg(library))?;
+    Program::read(&linked)
 }
 
 /// Names of all functions in the header but those of simulated machines.

@@ -1,15 +1,78 @@
-//! The libraries for this computer.
+//! The library, for this computer and for a Cortex-M4F, and how much it holds.
 
-use crate::process::{cargo, run, target};
+use crate::cross::Cross;
+use crate::process::{cargo, root, run, target};
 use std::path::PathBuf;
+use std::process::Command;
 
-/// Builds both; the folder that has them.
+/// How much the library holds, by the environment variable and macro of each number.
+#[derive(Clone, Copy)]
+pub struct Capacities(pub [(&'static str, u32); 5]);
+
+impl Capacities {
+    /// As in the committed header.
+    pub const USUAL: Self = Self::of([8, 32, 96, 256, 2]);
+
+    /// Axes, banks, tables, terms and grids.
+    pub const fn of([axes, banks, tables, terms, grids]: [u32; 5]) -> Self {
+        Self([
+            ("TRUEAXIS_AXES", axes),
+            ("TRUEAXIS_BANKS", banks),
+            ("TRUEAXIS_TABLES", tables),
+            ("TRUEAXIS_TERMS", terms),
+            ("TRUEAXIS_GRIDS", grids),
+        ])
+    }
+
+    /// Sets the number of an option: `--axes` for `TRUEAXIS_AXES`.
+    ///
+    /// # Errors
+    /// There is no such option, or it is no number.
+    pub fn set(&mut self, option: &str, number: &str) -> Result<(), String> {
+        let named = |name: &str| {
+            let name = name.trim_start_matches("TRUEAXIS_").to_lowercase();
+            option.strip_prefix("--") == Some(&*name)
+        };
+        let known = self.0.iter_mut().find(|(name, _)| named(name));
+        let (_, value) = known.ok_or_else(|| format!("there is no option `{option}`"))?;
+        *value = number
+            .parse()
+            .map_err(|_| format!("{option} takes a number, not `{number}`"))?;
+        Ok(())
+    }
+
+    /// What builds a library with these.
+    pub fn build_with(&self, command: &mut Command) {
+        for (name, value) in self.0 {
+            command.env(name, value.to_string());
+        }
+    }
+
+    /// The header with these instead of the usual ones.
+    ///
+    /// # Errors
+    /// It does not define one of them as expected.
+    pub fn header(&self, committed: &str) -> Result<String, String> {
+        let mut header = committed.to_owned();
+        for ((name, value), (_, usual)) in self.0.into_iter().zip(Self::USUAL.0) {
+            let line = format!("#define {name} {usual} ");
+            if header.matches(&line).count() != 1 {
+                return Err(format!("the header does not say `{line}` once"));
+            }
+            header = header.replace(&line, &format!("#define {name} {value} "));
+        }
+        Ok(header)
+    }
+}
+
+/// Builds the static and the shared library for this computer; the folder that has them.
 ///
 /// # Errors
 /// They do not build.
-pub fn libraries() -> Result<PathBuf, String> {
+pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
     let folder = target("capi");
-    run(cargo()
+    let mut build = cargo();
+    build
         .args(["rustc", "-q", "--release", "-p", "trueaxis-capi", "--lib"])
         .args([
             "--features",
@@ -19,6 +82,51 @@ pub fn libraries() -> Result<PathBuf, String> {
             "--",
         ])
         .args(["-C", "link-arg=-Wl,-soname,libtrueaxis.so.0"])
-        .env("CARGO_TARGET_DIR", &folder))?;
+        .env("CARGO_TARGET_DIR", &folder);
+    capacities.build_with(&mut build);
+    run(&mut build)?;
     Ok(folder.join("release"))
+}
+
+/// Builds the static library for a Cortex-M4F, for size (`s`) or for speed (`3`); the library.
+///
+/// # Errors
+/// It does not build.
+pub fn bare_library(
+    cross: &Cross,
+    optimised: &str,
+    capacities: &Capacities,
+) -> Result<PathBuf, String> {
+    let words = ["rustc", "-q", "--release", "--lib", "--features", "halt"];
+    let (mut build, folder) = cross.cargo("stm32f405", &words);
+    build
+        .args(["--crate-type", "staticlib", "--manifest-path"])
+        .arg(root().join("firmware/capi/Cargo.toml"))
+        .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", optimised)
+        // How much stack each function takes is written by an unstable option only.
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("RUSTFLAGS", "-Zemit-stack-sizes");
+    capacities.build_with(&mut build);
+    run(&mut build)?;
+    Ok(folder.join("release/libtrueaxis_capi.a"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_header_has_the_capacities_of_its_library() {
+        let committed = std::fs::read_to_string(root().join("firmware/capi/trueaxis.h")).unwrap();
+        assert_eq!(Capacities::USUAL.header(&committed), Ok(committed.clone()));
+        let mut some = Capacities::USUAL;
+        assert_eq!(some.set("--axes", "5"), Ok(()));
+        assert_eq!(some.set("--grids", "0"), Ok(()));
+        assert!(some.set("--axes", "five").is_err() && some.set("--rows", "5").is_err());
+        let header = some.header(&committed).unwrap();
+        assert!(header.contains("#define TRUEAXIS_AXES 5 "));
+        assert!(header.contains("#define TRUEAXIS_BANKS 32 "));
+        assert!(header.contains("#define TRUEAXIS_GRIDS 0 "));
+        assert!(some.header("#define TRUEAXIS_AXES 8\n").is_err());
+    }
 }

@@ -1,6 +1,6 @@
 //! What an update through the C border costs beside the Rust one in it: instructions, by callgrind.
 
-use super::build;
+use super::build::{self, Capacities};
 use crate::process::{root, run, target};
 use std::path::Path;
 use std::process::Command;
@@ -11,7 +11,7 @@ const PERIODS: f64 = 20_000.0;
 /// # Errors
 /// What does not build or cannot be counted.
 pub fn print() -> Result<(), String> {
-    let libraries = build::libraries()?;
+    let libraries = build::libraries(&Capacities::USUAL)?;
     let folder = root().join("firmware/capi");
     let program = target("capi").join("soft_motion_plain");
     run(Command::new("gcc")

@@ -1,6 +1,6 @@
-//! `cargo xtask install --prefix DIR`.
+//! `cargo xtask install --prefix DIR [--axes N] …`.
 
-use super::build;
+use super::build::{self, Capacities};
 use crate::process::root;
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -16,14 +16,9 @@ const SHARED: [&str; 3] = [
 /// # Errors
 /// What does not build or cannot be written.
 pub fn execute(options: &[&str]) -> Result<(), String> {
-    let ["--prefix", prefix] = options else {
-        return Err(
-            "install takes --prefix DIR: libraries go to DIR/lib, the header to DIR/include"
-                .to_owned(),
-        );
-    };
+    let (prefix, capacities) = read(options)?;
     let prefix = std::path::absolute(prefix).map_err(|e| format!("{prefix}: {e}"))?;
-    let libraries = build::libraries()?;
+    let libraries = build::libraries(&capacities)?;
     let (lib, include) = (prefix.join("lib"), prefix.join("include"));
     let pkgconfig = lib.join("pkgconfig");
     for folder in [&pkgconfig, &include] {
@@ -40,10 +35,12 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
         let _ = fs::remove_file(&path);
         symlink(to, &path).map_err(|e| format!("{}: {e}", path.display()))?;
     }
-    copy(
-        &root().join("firmware/capi/trueaxis.h"),
-        &include.join("trueaxis.h"),
-    )?;
+    let committed = root().join("firmware/capi/trueaxis.h");
+    let header =
+        fs::read_to_string(&committed).map_err(|e| format!("{}: {e}", committed.display()))?;
+    let path = include.join("trueaxis.h");
+    fs::write(&path, capacities.header(&header)?)
+        .map_err(|e| format!("{}: {e}", path.display()))?;
     let text = format!(
         "prefix={}\nlibdir=${{prefix}}/lib\nincludedir=${{prefix}}/include\n\n\
          Name: trueaxis\nDescription: Volumetric compensation of machine tools at servo rate\n\
@@ -56,6 +53,23 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
     println!("installed below {}", prefix.display());
     Ok(())
+}
+
+/// Where to, and how much the library is to hold.
+fn read<'o>(options: &[&'o str]) -> Result<(&'o str, Capacities), String> {
+    let (mut prefix, mut capacities) = (None, Capacities::USUAL);
+    for pair in options.chunks(2) {
+        match pair {
+            ["--prefix", folder] => prefix = Some(*folder),
+            [option, number] => capacities.set(option, number)?,
+            _ => return Err(format!("{} takes a value", pair.concat())),
+        }
+    }
+    let prefix = prefix.ok_or(
+        "install takes --prefix DIR: libraries go to DIR/lib, the header to DIR/include; and \
+         how much the library is to hold: --axes, --banks, --tables, --terms, --grids",
+    )?;
+    Ok((prefix, capacities))
 }
 
 fn copy(from: &Path, to: &Path) -> Result<(), String> {

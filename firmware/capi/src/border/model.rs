@@ -10,30 +10,28 @@ use core::ffi::{c_char, c_void};
 /// The model at `pointer`.
 ///
 /// # Safety
-/// Null, or memory for it that no other thread uses meanwhile.
+/// Null, or made by `trueaxis_model_new`; no other thread uses it.
 unsafe fn model<'a>(pointer: *mut Model) -> Result<&'a mut Model, Code> {
     check(pointer)?;
-    // SAFETY: the memory is there and aligned.
-    if !Model::is_marked(unsafe { (*pointer).mark }) {
-        return Err(Code::NotMade);
-    }
-    // SAFETY: marked, so it was written by `trueaxis_model_new`; no other thread uses it.
+    // SAFETY: not null, so `trueaxis_model_new` has written all of it; no other thread uses it.
     Ok(unsafe { &mut *pointer })
 }
 
 /// Makes a model, empty, in `memory` of `size` bytes, and writes where it is to `made`. A model plays a real
 /// machine: it says where the tool is with known errors. The memory stays where it is; nothing needs to be
-/// given back.
+/// given back. `header` is `TRUEAXIS_HEADER`, as for `trueaxis_tables_new`.
 ///
 /// # Safety
 /// `memory` has `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_model_new(
+    header: u64,
     memory: *mut c_void,
     size: usize,
     made: *mut *mut Model,
 ) -> Code {
     guarded(|| {
+        crate::capacities::check(header)?;
         check_memory::<Model>(memory, size)?;
         let place = memory.cast::<Model>();
         // SAFETY: as the caller promises.

@@ -1,7 +1,8 @@
 //! The servo: `trueaxis_servo_…`.
 
 use super::{
-    Held, check_memory, give, give_text, give_values, guarded_length, servo_to_read, tables, values,
+    Held, check_memory, give, give_text, give_values, guarded_length, servo_to_read, tables,
+    take_values, values,
 };
 use crate::code::Code;
 use crate::facts::StatusFacts;
@@ -22,7 +23,7 @@ pub extern "C" fn trueaxis_servo_size() -> usize {
 /// It holds the tables from now on, until they have retired or it is released.
 ///
 /// # Safety
-/// `memory` has `size` bytes, and no servo is there.
+/// `memory` has `size` bytes, and no servo that has not been released is there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_servo_new(
     memory: *mut c_void,
@@ -49,7 +50,8 @@ pub unsafe extern "C" fn trueaxis_servo_new(
 }
 
 /// Ends a servo: it holds no tables any more, and its memory is the caller's again. The corrections are gone
-/// at once; disable it before and go on until the factor is 0 where that matters.
+/// at once; disable it before and go on until the factor is 0 where that matters. Calls with this pointer are
+/// refused (`TRUEAXIS_RESULT_RELEASED`) as long as nothing else is written to the memory.
 ///
 /// # Safety
 /// No other thread uses it.
@@ -58,9 +60,10 @@ pub unsafe extern "C" fn trueaxis_servo_release(servo: *mut Servo) -> Code {
     guarded(|| {
         // SAFETY: as the caller promises.
         let servo = unsafe { super::servo(servo) }?;
-        servo.unmark();
-        // SAFETY: it was made, and without its mark nobody gets at it again.
-        unsafe { core::ptr::drop_in_place(servo) };
+        servo.around.released = true;
+        // SAFETY: it was made, and as it is released nobody gets at it again. Around it nothing is to be
+        // dropped, so that the flag stays.
+        unsafe { core::ptr::drop_in_place(&raw mut servo.servo) };
         Ok(())
     })
 }
@@ -91,6 +94,35 @@ pub unsafe extern "C" fn trueaxis_servo_update(
         super::check(corrections)?;
         // SAFETY: as the caller promises.
         servo.take_commands(unsafe { values(commands, axes) }?);
+        let dq = servo.advance(referenced, period as f32);
+        // SAFETY: as the caller promises.
+        unsafe { give_values(corrections, axes, dq) }
+    })
+}
+
+/// As `trueaxis_servo_update`, in single precision throughout, for processors that compute doubles in
+/// software. The positions of axes without end are within a turn, or some few beyond: a float of many turns is
+/// coarse, and beyond 2¹³ of them it is a bad input. The corrections are those of `trueaxis_servo_update` for
+/// the same positions, to the last bit.
+///
+/// # Safety
+/// The arrays have so many values; no other thread uses the servo.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trueaxis_servo_update_f32(
+    servo: *mut Servo,
+    commands: *const f32,
+    axes: usize,
+    referenced: u32,
+    period: f32,
+    corrections: *mut f32,
+) -> Code {
+    guarded(|| {
+        // SAFETY: as the caller promises.
+        let servo = unsafe { super::servo(servo) }?;
+        servo.check(axes)?;
+        super::check(corrections)?;
+        // SAFETY: as the caller promises.
+        unsafe { take_values(servo.commands(), axes, commands) }?;
         let dq = servo.advance(referenced, period);
         // SAFETY: as the caller promises.
         unsafe { give_values(corrections, axes, dq) }
@@ -295,7 +327,7 @@ pub unsafe extern "C" fn trueaxis_servo_measured(
         // SAFETY: as the caller promises.
         let from = unsafe { values(measured, axes) }?;
         let dq = servo.measured(from)?;
-        let mut found = [0.0; crate::facts::TRUEAXIS_AXES];
+        let mut found = [0.0; crate::capacities::TRUEAXIS_AXES];
         for ((to, from), dq) in found.iter_mut().zip(from).zip(dq) {
             *to = from - f64::from(dq);
         }

@@ -3,18 +3,11 @@
 use super::{bytes, check_memory, give, give_text_of, guarded_length, tables};
 use crate::Tables;
 use crate::code::Code;
-use crate::facts::{
-    Adjustable, AuxiliaryFacts, AxisFacts, Facts, TRUEAXIS_ABI, TRUEAXIS_ALIGNMENT,
-};
+use crate::facts::{Adjustable, AuxiliaryFacts, AxisFacts, Facts, TRUEAXIS_ALIGNMENT};
 use crate::guarded::guarded;
+use crate::tables::About;
 use core::ffi::{c_char, c_void};
-
-/// The `TRUEAXIS_ABI` that the library was built with: other than that of the header, the program must not
-/// use it.
-#[unsafe(no_mangle)]
-pub extern "C" fn trueaxis_abi() -> u32 {
-    TRUEAXIS_ABI
-}
+use trueaxis::Compensation;
 
 /// A result in words: English, UTF-8, never null, for ever.
 #[unsafe(no_mangle)]
@@ -30,22 +23,33 @@ pub extern "C" fn trueaxis_tables_size() -> usize {
 
 /// Makes tables, empty, in `memory` of `size` bytes, and writes where they are to `made`. The memory is
 /// theirs until the program has no more use for them, and stays where it is; nothing needs to be given back.
+/// What was in it does not matter.
+///
+/// `header` is `TRUEAXIS_HEADER`: a program that was compiled with the header of another version, or for
+/// other capacities than the library, is refused (`TRUEAXIS_RESULT_HEADER_…`) before anything is written.
 ///
 /// # Safety
 /// `memory` has `size` bytes, and no servo holds tables there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trueaxis_tables_new(
+    header: u64,
     memory: *mut c_void,
     size: usize,
     made: *mut *mut Tables,
 ) -> Code {
     guarded(|| {
+        crate::capacities::check(header)?;
         check_memory::<Tables>(memory, size)?;
         let place = memory.cast::<Tables>();
         // SAFETY: as the caller promises.
         unsafe { give(made, place) }?;
         // SAFETY: aligned, of sufficient size, and nobody else's.
-        unsafe { place.write(const { Tables::empty() }) };
+        let (about, inner) = unsafe { (&raw mut (*place).about, &raw mut (*place).compensation) };
+        // One after the other: nothing in an empty compensation differs from 0, so that it takes no flash.
+        // SAFETY: the same.
+        unsafe { inner.write(Compensation::empty()) };
+        // SAFETY: the same.
+        unsafe { about.write(About::empty()) };
         Ok(())
     })
 }

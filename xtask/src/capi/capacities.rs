@@ -1,0 +1,63 @@
+//! Libraries with other capacities than the usual ones.
+
+use super::build::{self, Capacities};
+use super::{Sanitized, blob};
+use crate::process::{root, target};
+use std::path::Path;
+use std::process::Command;
+
+/// What the blob `huron-13` needs, and nothing more.
+pub const LEAST: Capacities = Capacities::of([5, 4, 16, 14, 0]);
+
+/// A program for the capacities of its library runs; one for others is refused, and so is a blob that needs more,
+/// each by the name of the capacity.
+///
+/// # Errors
+/// What does not build, or is not refused like that.
+pub fn check() -> Result<(), String> {
+    let libraries = build::libraries(&LEAST)?;
+    says(&libraries, &LEAST, "huron-13", "corrected")?;
+    says(&libraries, &LEAST, "everything", "BANKS")?;
+    for (place, (name, _)) in LEAST.0.iter().enumerate() {
+        for change in [1, -1] {
+            let mut other = LEAST;
+            let (_, number) = &mut other.0[place];
+            let Some(changed) = number.checked_add_signed(change) else {
+                continue;
+            };
+            *number = changed;
+            let expected = format!("{name} of the header is not that of the library");
+            says(&libraries, &other, "huron-13", &expected)?;
+        }
+    }
+    println!("programs and blobs of other capacities are refused by name");
+    Ok(())
+}
+
+/// Compiles the test for some capacities, and looks for a text in what it prints of a blob.
+fn says(
+    libraries: &Path,
+    capacities: &Capacities,
+    name: &str,
+    expected: &str,
+) -> Result<(), String> {
+    let mut program = Sanitized::new("gcc", "-std=c99");
+    for (name, number) in capacities.0 {
+        program.define(&format!("{name}={number}"));
+    }
+    program.sources([root().join("firmware/capi/tests/capacities.c")]);
+    let program = program.link(libraries, &target("capi").join("capacities"))?;
+    let output = Command::new(&program)
+        .arg(blob(name))
+        .output()
+        .map_err(|e| format!("{}: {e}", program.display()))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    if output.status.success() && said.contains(expected) {
+        return Ok(());
+    }
+    let error = String::from_utf8_lossy(&output.stderr);
+    Err(format!(
+        "{:?} with {name} should say `{expected}`, not `{said}{error}`",
+        capacities.0
+    ))
+}
