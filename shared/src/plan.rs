@@ -32,6 +32,9 @@
 //! 10. *Order of banks* (`order`). `linear[0] ≤ linear[1]`: the banks before are straight, those
 //!     between linear, those behind of another kind.
 //!
+//! A plan that is not empty has at most `AXES` axes, `BANKS` banks, `TABLES` tables, `TERMS` terms and `GRIDS`
+//! grids: what does not fit is counted while the plan is filled, and `finish` refuses it.
+//!
 //! Nothing of a plan changes after that. Weights that are set at run time are not part of it: the kernel
 //! reads as many as there can be, whosever they are.
 //!
