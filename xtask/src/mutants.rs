@@ -40,7 +40,12 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
     // in a fifth of the time.
     let runtime = part("trueaxis", ".cargo/mutants.toml", "1", names);
     let firmware = part("trueaxis-firmware", "firmware/mutants.toml", "0", names);
-    let sensors = part("trueaxis-sensors", "firmware/sensors/mutants.toml", "0", names);
+    let sensors = part(
+        "trueaxis-sensors",
+        "firmware/sensors/mutants.toml",
+        "0",
+        names,
+    );
     runtime.and(firmware).and(sensors)
 }
 
