@@ -26,8 +26,3 @@ pub mod spi;
 pub mod temperature;
 
 pub use trueaxis as runtime;
-
-/// The code in the manual is compiled.
-#[cfg(doctest)]
-#[doc = include_str!("../../docs/src/temperatures.md")]
-struct Manual;

@@ -8,116 +8,48 @@
 //! sensor ──median of 3──low-pass──▶ °C ──minus reference──bounded rate──▶ K, input of the tables
 //! ```
 
-mod divider;
 mod filter;
-mod max31865;
-mod ntc;
-mod platinum;
-mod soft_i2c;
-mod tmp117;
 
 #[cfg(test)]
 mod tests;
 
-pub use divider::{Divider, Resistive, Side};
 pub use filter::Filter;
-pub use max31865::{Conversion, Faults, Mains, Max31865, Wires};
-pub use ntc::Ntc;
-pub use platinum::Platinum;
-pub use soft_i2c::{Failed, SoftI2c};
-pub use tmp117::{Tmp117, Tmp117Address};
 
-use core::fmt;
-use embedded_hal::{i2c, spi};
 use trueaxis::{AUXILIARIES, Auxiliary, AuxiliaryKind};
 
-/// A temperature sensor.
+/// A temperature sensor: any closure that reads one.
+///
+/// ```
+/// use trueaxis_firmware::temperature::{Settings, Temperatures};
+///
+/// // With a driver of `trueaxis-sensors`: `|| bed.celsius()`.
+/// let bed = || Ok::<_, core::convert::Infallible>(Some(21.5));
+/// let mut temperatures = Temperatures::new([("bed", bed)], Settings::MACHINE);
+/// for _ in 0..3 {
+///     temperatures.poll(1.0);
+/// }
+/// assert_eq!(temperatures.sensors().next(), Some(("bed", Some(21.5), false, None)));
+/// ```
+///
+/// Sensors of different kinds stand in one array as `&mut dyn FnMut() -> Result<Option<f32>, E>`.
 pub trait Thermometer {
-    /// The temperature in °C; `None` if there is no reading since the last one.
+    /// Why there is no reading.
+    type Error: Copy;
+
+    /// The temperature in °C; `None` if there is no new reading.
     ///
     /// # Errors
     /// Why there is none.
-    fn celsius(&mut self) -> Result<Option<f32>, SensorError>;
+    fn celsius(&mut self) -> Result<Option<f32>, Self::Error>;
 }
 
-/// So that sensors of different kinds stand in one array, as `&mut dyn Thermometer`.
-impl<T: Thermometer + ?Sized> Thermometer for &mut T {
-    fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
-        T::celsius(self)
+impl<F: FnMut() -> Result<Option<f32>, E>, E: Copy> Thermometer for F {
+    type Error = E;
+
+    fn celsius(&mut self) -> Result<Option<f32>, E> {
+        self()
     }
 }
-
-/// What the temperature of a resistor is.
-pub trait Curve {
-    /// The temperature, °C, of so many Ω.
-    ///
-    /// # Errors
-    /// [`SensorError::Open`] or [`SensorError::Short`] where no temperature that the sensor is made for has
-    /// this resistance; [`SensorError::Implausible`] if it is negative or no number.
-    fn celsius(&self, ohms: f32) -> Result<f32, SensorError>;
-}
-
-/// Why a sensor gave no temperature.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum SensorError {
-    /// The I²C bus, or nobody answers.
-    Bus(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] i2c::ErrorKind),
-    /// The SPI bus.
-    Spi(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] spi::ErrorKind),
-    /// The analog-to-digital converter gave no value.
-    Converter,
-    /// Another device answers, or a line of the bus is stuck.
-    Identity {
-        /// What it says it is.
-        found: u16,
-    },
-    /// The sensor or a wire to it is open: more resistance than it can have.
-    Open,
-    /// The sensor or its wires are shorted: less resistance than it can have.
-    Short,
-    /// What a MAX31865 finds wrong with the sensor and its wires.
-    Wiring(Faults),
-    /// The temperature is not one that the sensor can measure.
-    Implausible,
-}
-
-impl SensorError {
-    /// Whether the sensor or a wire to it is open.
-    #[must_use]
-    pub fn is_open(self) -> bool {
-        match self {
-            Self::Wiring(faults) => faults.is_open(),
-            other => other == Self::Open,
-        }
-    }
-
-    /// Whether the sensor is shorted, or a wire to it to ground.
-    #[must_use]
-    pub fn is_short(self) -> bool {
-        match self {
-            Self::Wiring(faults) => faults.is_short(),
-            other => other == Self::Short,
-        }
-    }
-}
-
-impl fmt::Display for SensorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bus(kind) => write!(f, "bus: {kind}"),
-            Self::Spi(kind) => write!(f, "bus: {kind}"),
-            Self::Converter => f.write_str("no value from the converter"),
-            Self::Identity { found } => write!(f, "not the sensor: it says it is {found:04X}"),
-            Self::Open => f.write_str("open"),
-            Self::Short => f.write_str("shorted"),
-            Self::Wiring(faults) => faults.fmt(f),
-            Self::Implausible => f.write_str("a temperature that cannot be"),
-        }
-    }
-}
-
-impl core::error::Error for SensorError {}
 
 /// How readings become inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,11 +74,10 @@ impl Settings {
 }
 
 /// A sensor with its filter.
-#[derive(Debug)]
-struct Sensor<T> {
+struct Sensor<T: Thermometer> {
     name: &'static str,
     thermometer: T,
-    filter: Filter,
+    filter: Filter<T::Error>,
 }
 
 /// A temperature input of the compensation.
@@ -164,8 +95,7 @@ struct Input {
 ///
 /// In the main loop: [`poll`](Self::poll) about once per second, [`advance`](Self::advance) as
 /// often as is convenient, then [`values`](Self::values) and [`lost`](Self::lost) to the servo.
-#[derive(Debug)]
-pub struct Temperatures<T, const N: usize> {
+pub struct Temperatures<T: Thermometer, const N: usize> {
     sensors: [Sensor<T>; N],
     inputs: [Option<Input>; AUXILIARIES],
     settings: Settings,
@@ -269,7 +199,7 @@ impl<T: Thermometer, const N: usize> Temperatures<T, N> {
     /// error since its last reading.
     pub fn sensors(
         &self,
-    ) -> impl Iterator<Item = (&'static str, Option<f32>, bool, Option<SensorError>)> + '_ {
+    ) -> impl Iterator<Item = (&'static str, Option<f32>, bool, Option<T::Error>)> + '_ {
         self.sensors.iter().map(|sensor| {
             let filter = &sensor.filter;
             (sensor.name, filter.celsius(), filter.lost(), filter.error())

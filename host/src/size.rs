@@ -2,6 +2,7 @@
 
 use crate::validate::Runtime;
 use serde::{Deserialize, Serialize};
+use trueaxis::Counts;
 
 /// Numbers and sizes of a compensation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,6 +37,18 @@ impl Size {
             grids: compensation.grids().len(),
             samples: compensation.samples(),
             bytes: compensation.blob_len(),
+        }
+    }
+
+    /// The smallest capacities that hold it; they are shown as the type to write.
+    #[must_use]
+    pub fn capacities(&self) -> Counts {
+        Counts {
+            axes: self.axes as u32,
+            banks: self.banks as u32,
+            tables: self.tables as u32,
+            terms: self.terms as u32,
+            grids: self.grids as u32,
         }
     }
 }

@@ -3,10 +3,11 @@
 //!
 //! The blob is part of the program; in a controller that is given new tables it lies in flash.
 
-use trueaxis::{Compensation, Holds, Inputs, LoadError, Servo, include_blob};
+use trueaxis::{Compensation, Inputs, LoadError, Servo, capacities, include_blob};
 
 /// Room for five axes and the tables of this machine.
-type Tables = Compensation<'static, Holds<5, 8, 32, 64, 1>>;
+type Room = capacities!(axes: 5, banks: 8, tables: 32, terms: 64, grids: 1);
+type Tables = Compensation<'static, Room>;
 
 static BLOB: &[u8] = include_blob!("huron-13.trax");
 /// All five axes.

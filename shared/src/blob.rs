@@ -95,7 +95,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// `count` as the index type of errors; nothing that passes the capacity checks exceeds it.
+/// `count` as the index type of errors; no index of what a target can hold exceeds it.
 fn index(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
@@ -142,7 +142,8 @@ impl<'a, C: Room> Contents<'a, C> {
     ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Axes)?;
         r.checked(to.axes(count))?;
-        for axis in 0..index(count) {
+        // Here and below also those beyond the capacity, so that the error says how much is needed.
+        for axis in (0..count).map(index) {
             let part = Part::Axis(axis);
             let found = Axis {
                 name: r.take(part)?,
@@ -195,7 +196,7 @@ impl<'a, C: Room> Contents<'a, C> {
     ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Auxiliaries)?;
         r.checked(to.auxiliaries(count))?;
-        for auxiliary in 0..index(count) {
+        for auxiliary in (0..count).map(index) {
             let part = Part::Auxiliary(auxiliary);
             let found = Auxiliary {
                 kind: r.variant(
@@ -219,9 +220,7 @@ impl<'a, C: Room> Contents<'a, C> {
         to: &mut Filling<'_, 'a, C>,
     ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Banks)?;
-        // Also those beyond the capacity, so that the error says how much is needed.
-        for bank in 0..count {
-            let number = index(bank);
+        for number in (0..count).map(index) {
             let part = Part::Bank(number);
             let found = Bank {
                 input: r.take(part)?,
@@ -259,7 +258,7 @@ impl<'a, C: Room> Contents<'a, C> {
             r.checked(put.end())?;
             self.banks.append(found);
         }
-        r.checked(to.end_banks(count))
+        r.checked(to.end_banks())
     }
 
     fn read_terms(
@@ -268,8 +267,7 @@ impl<'a, C: Room> Contents<'a, C> {
         to: &mut Filling<'_, 'a, C>,
     ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Terms)?;
-        r.checked(to.terms(count))?;
-        for term in 0..index(count) {
+        for term in (0..count).map(index) {
             let part = Part::Term(term);
             let output: u8 = r.take(part)?;
             let weight: f32 = r.take(part)?;
@@ -292,8 +290,7 @@ impl<'a, C: Room> Contents<'a, C> {
         to: &mut Filling<'_, 'a, C>,
     ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Grids)?;
-        r.checked(to.grids(count))?;
-        for grid in 0..index(count) {
+        for grid in (0..count).map(index) {
             self.read_grid(r, grid, to)?;
         }
         Ok(())

@@ -13,14 +13,14 @@ use crate::compensation::Compensation;
 use crate::description::{
     Auxiliary, Axis, Bank, Direction, Grid, GridAxis, Interpolation, Policy, SampleFormat, Term,
 };
-use crate::format::{ALIGNMENT, HEADER, MAGIC, VERSION};
+use crate::format::{ALIGNMENT, HEADER, LARGEST_BLOB, MAGIC, VERSION};
 use crate::header;
 use crate::load_error::LoadError;
-use crate::room::Holds;
 
 /// The capacities with which [`Draft::encode`] tries what it wrote: any smaller target refuses
 /// with [`LoadError::TooSmall`].
-pub type Largest<'a> = Compensation<'a, Holds<16, 255, 255, 4096, 8>>;
+pub type Largest<'a> =
+    Compensation<'a, crate::capacities!(axes: 16, banks: 255, tables: 255, terms: 4096, grids: 8)>;
 
 /// What a blob is made from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,7 +98,7 @@ pub enum EncodeError {
         /// Index of the bank or grid.
         index: usize,
     },
-    /// More than 4 GiB.
+    /// More than [`LARGEST_BLOB`] bytes.
     TooLarge,
     /// What was written would be refused.
     Refused(LoadError),
@@ -117,7 +117,7 @@ impl fmt::Display for EncodeError {
                 f,
                 "bank or grid {index}: a value to be stored as an integer is not finite"
             ),
-            Self::TooLarge => f.write_str("the blob would exceed 4 GiB"),
+            Self::TooLarge => write!(f, "the blob would exceed {LARGEST_BLOB} bytes"),
             Self::Refused(error) => error.fmt(f),
         }
     }
@@ -245,7 +245,10 @@ pub(crate) fn assemble(description: &[u8], samples: &Samples) -> Result<Vec<u8>,
     bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
     bytes.extend(samples.floats.iter().flat_map(|v| v.to_le_bytes()));
     bytes.extend(samples.shorts.iter().flat_map(|v| v.to_le_bytes()));
-    let length = u32::try_from(bytes.len()).map_err(|_| EncodeError::TooLarge)?;
+    if bytes.len() > LARGEST_BLOB {
+        return Err(EncodeError::TooLarge);
+    }
+    let length = bytes.len() as u32;
     bytes[..4].copy_from_slice(&MAGIC);
     bytes[4..6].copy_from_slice(&VERSION.to_le_bytes());
     bytes[8..12].copy_from_slice(&length.to_le_bytes());
@@ -402,6 +405,7 @@ impl fmt::Debug for AlignedBlob {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::room::Holds;
     use crate::specimen;
 
     #[test]

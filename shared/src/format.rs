@@ -6,5 +6,7 @@ pub const MAGIC: [u8; 4] = *b"TRAX";
 pub const VERSION: u16 = 1;
 /// Bytes of the header.
 pub const HEADER: usize = 16;
+/// Most bytes of a blob, header included: 64 MiB.
+pub const LARGEST_BLOB: usize = 64 * 1024 * 1024;
 /// The samples start at a multiple of this many bytes.
 pub const ALIGNMENT: usize = 32;

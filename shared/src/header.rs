@@ -1,6 +1,6 @@
 //! The 16 fixed bytes at the start of a blob, and its checksum.
 
-use crate::format::{HEADER, MAGIC, VERSION};
+use crate::format::{HEADER, LARGEST_BLOB, MAGIC, VERSION};
 use crate::load_error::LoadError;
 use crate::work;
 
@@ -35,7 +35,7 @@ impl Header {
     ///
     /// # Errors
     /// [`LoadError::NoHeader`], [`LoadError::BadMagic`], [`LoadError::UnknownVersion`],
-    /// [`LoadError::ReservedNotZero`].
+    /// [`LoadError::ReservedNotZero`], [`LoadError::TooLong`].
     pub fn read(bytes: &[u8]) -> Result<Self, LoadError> {
         let Some((header, _)) = bytes.split_first_chunk::<HEADER>() else {
             return Err(LoadError::NoHeader);
@@ -50,8 +50,12 @@ impl Header {
         if header[6..8] != [0, 0] {
             return Err(LoadError::ReservedNotZero);
         }
+        let length = u32::from_le_bytes([header[8], header[9], header[10], header[11]]);
+        if length > LARGEST_BLOB as u32 {
+            return Err(LoadError::TooLong { stated: length });
+        }
         Ok(Self {
-            length: u32::from_le_bytes([header[8], header[9], header[10], header[11]]),
+            length,
             crc: u32::from_le_bytes([header[12], header[13], header[14], header[15]]),
         })
     }

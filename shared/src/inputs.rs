@@ -13,7 +13,7 @@ use crate::room::Row;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Inputs<A = [f32; 8]> {
+pub struct Inputs<A> {
     /// Commanded positions, mm or degrees.
     pub axes: A,
     /// Tool length in mm, temperatures as K difference to their references. What was never set
@@ -57,7 +57,7 @@ pub enum Travel {
 /// Direction of each axis (`A` is `[Travel; AXES]`), in the order of [`Compensation::axes`](crate::Compensation::axes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Travelling<A = [Travel; 8]>(pub A);
+pub struct Travelling<A>(pub A);
 
 impl<A: Row<Travel>> Default for Travelling<A> {
     fn default() -> Self {

@@ -8,11 +8,12 @@
 //! flush-to-zero of subnormal numbers.
 //!
 //! ```
-//! use trueaxis::{Compensation, Holds, Inputs, Servo};
+//! use trueaxis::{Compensation, Inputs, Servo, capacities};
 //!
 //! // Five axes (in the blob's order: Y, A, C, X, Z), and room for its tables. On a controller a
 //! // `static`: it is large.
-//! type Tables<'a> = Compensation<'a, Holds<5, 8, 32, 64, 1>>;
+//! type Room = capacities!(axes: 5, banks: 8, tables: 32, terms: 64, grids: 1);
+//! type Tables<'a> = Compensation<'a, Room>;
 //!
 //! let mut tables = Tables::empty();
 //! tables.load(trueaxis::include_blob!(concat!(
@@ -93,14 +94,14 @@ pub use direction::Reversal;
 pub use draft::{AlignedBlob, Draft, DraftBank, DraftGrid, EncodeError, Largest};
 #[doc(hidden)]
 pub use embed::Aligned;
-pub use format::{ALIGNMENT, HEADER, MAGIC, VERSION};
+pub use format::{ALIGNMENT, HEADER, LARGEST_BLOB, MAGIC, VERSION};
 pub use handle::Handle;
 pub use header::Header;
 pub use inputs::{Inputs, Travel, Travelling};
-pub use load_error::{Capacity, LoadError, Part};
+pub use load_error::{LoadError, Part};
 pub use pace::RISE;
 pub use reach::MOST_PERIODS;
-pub use room::{Holds, List, Room, Row, Usual};
+pub use room::{Counts, Holds, List, Room, Row, Usual};
 pub use servo::{LONGEST_PERIOD, NotTaken, OVERTRAVEL, PATIENCE, Refused, SHORTEST_PERIOD, Servo};
 pub use status::{Conditions, Correction, Status};
 pub use weights::{WeightError, Weights};

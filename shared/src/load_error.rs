@@ -3,7 +3,8 @@
 use core::fmt;
 
 use crate::description::{ADJUSTABLE, AUXILIARIES, FACTORS};
-use crate::format::VERSION;
+use crate::format::{LARGEST_BLOB, VERSION};
+use crate::room::Counts;
 
 /// A part of the description, with its index where there are several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,23 +59,6 @@ impl fmt::Display for Part {
     }
 }
 
-/// A capacity of [`Holds`](crate::Holds).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
-pub enum Capacity {
-    /// `AXES`
-    Axes,
-    /// `BANKS`
-    Banks,
-    /// `TABLES`
-    Tables,
-    /// `TERMS`
-    Terms,
-    /// `GRIDS`
-    Grids,
-}
-
 /// Why a blob was refused. Indices count from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -120,14 +104,13 @@ pub enum LoadError {
         /// The variant found.
         found: u32,
     },
-    /// The target holds less than the blob needs.
+    /// The target holds fewer axes, banks, tables, terms or grids than the blob needs. Every rule that
+    /// does not depend on capacities has been checked before.
     TooSmall {
-        /// The const generic to raise.
-        capacity: Capacity,
         /// What the blob needs.
-        needed: u32,
-        /// What the target holds.
-        held: u32,
+        needed: Counts,
+        /// What the target holds: its capacities.
+        held: Counts,
     },
     /// More tables than factors can number (255).
     TooManyTables {
@@ -353,6 +336,11 @@ pub enum LoadError {
     },
     /// The damping of the policy is not a number from 0.01 to 1.
     Damping,
+    /// The header states more than [`LARGEST_BLOB`] bytes.
+    TooLong {
+        /// As the header states.
+        stated: u32,
+    },
 }
 
 impl fmt::Display for LoadError {
@@ -370,6 +358,10 @@ impl fmt::Display for LoadError {
             Self::WrongLength { stated, held } => {
                 write!(f, "the header states {stated} bytes, there are {held}")
             }
+            Self::TooLong { stated } => write!(
+                f,
+                "the header states {stated} bytes, a blob has at most {LARGEST_BLOB}"
+            ),
             Self::BadChecksum => f.write_str("the checksum does not match: the bytes are damaged"),
             Self::Misaligned => f.write_str("the blob must start at a multiple of 4 bytes"),
             Self::Truncated { part } => write!(f, "the description ends within: {part}"),
@@ -377,22 +369,12 @@ impl fmt::Display for LoadError {
             Self::UnknownVariant { part, found } => {
                 write!(f, "variant {found} is unknown: {part}")
             }
-            Self::TooSmall {
-                capacity,
-                needed,
-                held,
-            } => {
-                let (what, generic) = match capacity {
-                    Capacity::Axes => ("axes", "AXES"),
-                    Capacity::Banks => ("banks", "BANKS"),
-                    Capacity::Tables => ("tables", "TABLES"),
-                    Capacity::Terms => ("terms", "TERMS"),
-                    Capacity::Grids => ("grids", "GRIDS"),
-                };
-                write!(
-                    f,
-                    "the compensation has {needed} {what}, this target holds {held}: raise {generic}"
-                )
+            Self::TooSmall { needed, held } => {
+                f.write_str("too large for this target: ")?;
+                for (what, needed, held) in needed.shortages(held) {
+                    write!(f, "{needed} {what}, of which it holds {held}; ")?;
+                }
+                write!(f, "raise its capacities to {}", needed.larger(held))
             }
             Self::TooManyTables { found } => {
                 write!(f, "{found} tables, at most 255 can be numbered")

@@ -28,6 +28,9 @@
 //! 9. *Sections* (`finish`). Where there are banks or grids, there are both sections of samples, though
 //!    one may be empty.
 //!
+//! A plan that is not empty has at most `AXES` axes, `BANKS` banks, `TABLES` tables, `TERMS` terms and `GRIDS`
+//! grids: what does not fit is counted while the plan is filled, and `finish` refuses it.
+//!
 //! Nothing of a plan changes after that. Weights that are set at run time are not part of it: the kernel
 //! reads as many as there can be, whosever they are.
 //!

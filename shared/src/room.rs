@@ -1,6 +1,6 @@
 //! How much a compensation has room for: all capacities as one type.
 
-use core::fmt::Debug;
+use core::fmt::{self, Debug};
 use core::ops::DerefMut;
 
 /// Most axes that there can be room for.
@@ -37,25 +37,16 @@ pub trait Room: Copy + Debug + PartialEq + Sized + sealed::Sealed + 'static {
     type GridList<T: Clone>: List<T>;
 }
 
-/// Room for so many axes, banks, tables, terms and grids.
+/// Room for so many axes, banks, tables, terms and grids; [`capacities!`](crate::capacities) writes it with
+/// their names.
 ///
-/// | | at most |
-/// |---|---|
-/// | `AXES` | 16 |
-/// | `BANKS` | 255 |
-/// | `TABLES`, of all banks | 255 |
-/// | `TERMS` | 65 535 |
-/// | `GRIDS` | 65 535 |
-///
-/// ```
-/// use trueaxis::{Compensation, Holds, Room};
-///
-/// // Five axes, 8 banks with 32 tables, 64 terms, a grid.
-/// type Mill = Holds<5, 8, 32, 64, 1>;
-/// static TABLES: Compensation<'_, Mill> = Compensation::<Mill>::empty();
-/// assert_eq!(Mill::TABLES, 32);
-/// assert_eq!(TABLES.tables(), 0);
-/// ```
+/// | | at least | at most |
+/// |---|---|---|
+/// | `AXES` | 1 | 16 |
+/// | `BANKS` | 0 | 255 |
+/// | `TABLES`, of all banks | 0 | 255 |
+/// | `TERMS` | 0 | 65 535 |
+/// | `GRIDS` | 0 | 65 535 |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds<
     const AXES: usize,
@@ -65,9 +56,113 @@ pub enum Holds<
     const GRIDS: usize,
 > {}
 
-/// What a compensation has room for unless told otherwise: eight axes, 32 banks with 96 tables, 256
-/// terms, two grids.
-pub type Usual = Holds<8, 32, 96, 256, 2>;
+/// The default capacities: eight axes, 32 banks with 96 tables, 256 terms, two grids.
+pub type Usual = crate::capacities!(axes: 8, banks: 32, tables: 96, terms: 256, grids: 2);
+
+/// The type [`Holds`](crate::Holds) with a name for each capacity.
+///
+/// `trueaxis inspect` prints the capacities that a blob needs in this form.
+///
+/// ```
+/// use trueaxis::{Compensation, Room};
+///
+/// type Mill = trueaxis::capacities!(axes: 5, banks: 8, tables: 32, terms: 64, grids: 1);
+/// static TABLES: Compensation<'_, Mill> = Compensation::<Mill>::empty();
+/// assert_eq!(Mill::TABLES, 32);
+/// assert_eq!(TABLES.tables(), 0);
+/// ```
+#[macro_export]
+macro_rules! capacities {
+    (
+        axes: $axes:expr, banks: $banks:expr, tables: $tables:expr, terms: $terms:expr, grids: $grids:expr $(,)?
+    ) => {
+        $crate::Holds<{ $axes }, { $banks }, { $tables }, { $terms }, { $grids }>
+    };
+}
+
+/// Numbers of axes, banks, tables, terms and grids: what a blob needs, or what a target holds.
+///
+/// Displays as the [`capacities!`](crate::capacities) to write.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
+pub struct Counts {
+    /// Axes.
+    pub axes: u32,
+    /// Banks of tables.
+    pub banks: u32,
+    /// Tables, of all banks.
+    pub tables: u32,
+    /// Terms.
+    pub terms: u32,
+    /// Grids.
+    pub grids: u32,
+}
+
+impl Counts {
+    /// The capacities `C`.
+    #[must_use]
+    pub const fn of<C: Room>() -> Self {
+        Self {
+            axes: C::AXES as u32,
+            banks: C::BANKS as u32,
+            tables: C::TABLES as u32,
+            terms: C::TERMS as u32,
+            grids: C::GRIDS as u32,
+        }
+    }
+
+    /// Whether `held` is enough for each of these.
+    #[must_use]
+    pub const fn fits(self, held: Self) -> bool {
+        self.axes <= held.axes
+            && self.banks <= held.banks
+            && self.tables <= held.tables
+            && self.terms <= held.terms
+            && self.grids <= held.grids
+    }
+
+    fn named(self) -> [(&'static str, u32); 5] {
+        [
+            ("axes", self.axes),
+            ("banks", self.banks),
+            ("tables", self.tables),
+            ("terms", self.terms),
+            ("grids", self.grids),
+        ]
+    }
+
+    /// What `held` is too small for: its name, the number needed, the number held.
+    pub fn shortages(self, held: Self) -> impl Iterator<Item = (&'static str, u32, u32)> {
+        let both = self.named().into_iter().zip(held.named());
+        both.filter_map(|((what, needed), (_, held))| {
+            (needed > held).then_some((what, needed, held))
+        })
+    }
+
+    /// The larger of each.
+    #[must_use]
+    pub fn larger(self, other: Self) -> Self {
+        Self {
+            axes: self.axes.max(other.axes),
+            banks: self.banks.max(other.banks),
+            tables: self.tables.max(other.tables),
+            terms: self.terms.max(other.terms),
+            grids: self.grids.max(other.grids),
+        }
+    }
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("trueaxis::capacities!(")?;
+        for (place, (what, count)) in self.named().into_iter().enumerate() {
+            let comma = if place == 0 { "" } else { ", " };
+            write!(f, "{comma}{what}: {count}")?;
+        }
+        f.write_str(")")
+    }
+}
 
 impl<
     const AXES: usize,

@@ -129,7 +129,7 @@ impl Status {
 /// The result of a servo update; `A` is `[f32; AXES]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Correction<A = [f32; 8]> {
+pub struct Correction<A> {
     /// To be added to the commands, mm or degrees.
     pub dq: A,
     /// As computed, within the value bounds, before the common factor, travel and rate bounds.

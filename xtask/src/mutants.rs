@@ -28,7 +28,8 @@ const LONG: [&str; 20] = [
     "what_is_within_a_step",
 ];
 
-/// Which they are says `.cargo/mutants.toml`, and for the controller's side `firmware/mutants.toml`. `names`: of
+/// Which they are says `.cargo/mutants.toml`, and for the controller's side `firmware/mutants.toml` and
+/// `firmware/sensors/mutants.toml`. `names`: of
 /// those alone whose names match one of these expressions, such as `shared/src/ramp` or `Servo<H>::swap`.
 ///
 /// # Errors
@@ -39,7 +40,13 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
     // in a fifth of the time.
     let runtime = part("trueaxis", ".cargo/mutants.toml", "1", names);
     let firmware = part("trueaxis-firmware", "firmware/mutants.toml", "0", names);
-    runtime.and(firmware)
+    let sensors = part(
+        "trueaxis-sensors",
+        "firmware/sensors/mutants.toml",
+        "0",
+        names,
+    );
+    runtime.and(firmware).and(sensors)
 }
 
 /// The changes of one package, first under short tests built with an optimisation of `level`.

@@ -44,7 +44,7 @@ const SENSOR_PERIOD: u32 = 1000;
 const INPUT_PERIOD: u32 = 20;
 
 /// What a board brings.
-pub struct Board<F, P, D, L, T, const N: usize> {
+pub struct Board<F, P, D, L, T: Thermometer, const N: usize> {
     /// The table slots.
     pub flash: F,
     /// The serial line to the host.
@@ -84,7 +84,7 @@ pub fn log(event: Event) {
 }
 
 /// The main loop between two turns.
-pub struct MainLoop<'l, F, P, D, L, T, C: Room, const N: usize> {
+pub struct MainLoop<'l, F, P, D, L, T: Thermometer, C: Room, const N: usize> {
     device: Device<F, Access<C>, Standstill<D, C>, C>,
     servo: Access<C>,
     link: &'l mut Link,
@@ -159,7 +159,7 @@ where
 }
 
 /// What is to be done beside the link, once per millisecond.
-struct Duties<L, T, const N: usize> {
+struct Duties<L, T: Thermometer, const N: usize> {
     signals: Signals<L>,
     temperatures: Temperatures<T, N>,
     log: Log,

@@ -12,7 +12,7 @@ use trueaxis::link::{
     Request, Restart, Slot, Upload, put_positions,
 };
 use trueaxis::{
-    AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Conditions, Correction, Direction, Draft,
+    AlignedBlob, Auxiliary, AuxiliaryKind, Axis, Conditions, Correction, Counts, Direction, Draft,
     DraftBank, Inputs, Interpolation, SampleFormat, Servo, Term, Travel, Travelling,
 };
 
@@ -239,9 +239,8 @@ fn a_blob_that_this_firmware_cannot_use_is_a_fault_at_start() {
         Some(Fault::Load(
             Slot::B,
             trueaxis::LoadError::TooSmall {
-                needed: 9,
-                held: 8,
-                ..
+                needed: Counts { axes: 9, .. },
+                held: Counts { axes: 8, .. },
             }
         ))
     ));

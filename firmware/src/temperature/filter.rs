@@ -1,15 +1,13 @@
 //! From readings to a temperature that a machine part can have.
 
-use super::SensorError;
-
-/// Readings outside, °C, are none, whatever the sensor: they would spoil the arithmetic.
+/// Readings outside, °C, are ignored, whatever the sensor: they would spoil the arithmetic.
 const PLAUSIBLE: core::ops::RangeInclusive<f32> = -273.15..=2000.0;
 /// Longer times between readings, s, are mistakes.
 const LONGEST: f32 = 1e6;
 
 /// Median of three readings, then a low-pass of first order; holds its value without readings.
 #[derive(Clone, Copy, Debug)]
-pub struct Filter {
+pub struct Filter<E> {
     /// s
     time_constant: f32,
     /// s
@@ -21,10 +19,10 @@ pub struct Filter {
     celsius: Option<f32>,
     /// Time since the last reading, s.
     age: f32,
-    error: Option<SensorError>,
+    error: Option<E>,
 }
 
-impl Filter {
+impl<E: Copy> Filter<E> {
     /// Without a reading, and lost until the third one.
     ///
     /// `time_constant` of the low-pass and `patience` after which a silent sensor is lost, s.
@@ -42,14 +40,13 @@ impl Filter {
     }
 
     /// Takes what the sensor says; `elapsed` seconds after the last time.
-    pub fn take(&mut self, reading: Result<Option<f32>, SensorError>, elapsed: f32) {
+    pub fn take(&mut self, reading: Result<Option<f32>, E>, elapsed: f32) {
         if (0.0..=LONGEST).contains(&elapsed) {
             self.age += elapsed;
         }
         match reading {
             Ok(Some(celsius)) if PLAUSIBLE.contains(&celsius) => self.add(celsius),
-            Ok(Some(_)) => self.error = Some(SensorError::Implausible),
-            Ok(None) => {}
+            Ok(_) => {}
             Err(error) => self.error = Some(error),
         }
         if self.age > self.patience {
@@ -91,7 +88,7 @@ impl Filter {
 
     /// The last error since the last reading.
     #[must_use]
-    pub fn error(&self) -> Option<SensorError> {
+    pub fn error(&self) -> Option<E> {
         self.error
     }
 }

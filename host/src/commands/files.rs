@@ -4,13 +4,14 @@ use super::bad_input::BadInput;
 use super::replace;
 use clap::Args;
 use serde::Serialize;
-use std::io::{ErrorKind, Write};
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
-use trueaxis::AlignedBlob;
+use trueaxis::{AlignedBlob, LARGEST_BLOB};
 use trueaxis_host::direct::counted_twice;
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
-use trueaxis_host::report::File;
+use trueaxis_host::report;
 use trueaxis_host::source::FileError;
 
 /// A text file with its name.
@@ -61,11 +62,31 @@ impl Text {
     }
 }
 
-fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
-    std::fs::read(path).map_err(|error| {
+/// Most bytes of an input file that is read as a whole.
+const LARGEST: u64 = LARGEST_BLOB as u64;
+
+/// The bytes of a file; [`ErrorKind::FileTooLarge`] before any is read if there are more than [`LARGEST`].
+fn bounded(path: &Path) -> std::io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let mut bytes = Vec::new();
+    // A pipe has no length.
+    if file.metadata()?.len() <= LARGEST {
+        file.take(LARGEST + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 <= LARGEST {
+            return Ok(bytes);
+        }
+    }
+    let most = format!("it is larger than {} MiB", LARGEST >> 20);
+    Err(std::io::Error::new(ErrorKind::FileTooLarge, most))
+}
+
+/// Reads a whole file of at most [`LARGEST`] bytes.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
+    bounded(path).map_err(|error| {
         let remedy = match error.kind() {
             ErrorKind::NotFound => "check the path; files are looked for from the current folder",
             ErrorKind::PermissionDenied => "make the file readable",
+            ErrorKind::FileTooLarge => "check that this is the right file; no input is that large",
             _ => "give the path of a readable file",
         };
         let cause = match missing_folder(path) {
@@ -91,9 +112,9 @@ pub fn read_blob(path: &Path) -> Result<AlignedBlob, BadInput> {
 }
 
 /// What a report says of a file that it was made of.
-pub fn described(role: &str, path: &Path) -> Result<File, BadInput> {
+pub fn described(role: &str, path: &Path) -> Result<report::File, BadInput> {
     let name = path.display().to_string();
-    Ok(File::new(role, &name, &read_bytes(path)?))
+    Ok(report::File::new(role, &name, &read_bytes(path)?))
 }
 
 /// The two files that describe a machine.

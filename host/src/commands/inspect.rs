@@ -38,6 +38,7 @@ fn listing(path: &Path, contents: &Contents<'_>) -> String {
     let mut text = format!("{}: {}\n", path.display(), contents.machine);
     text += &screen::size(&contents.size);
     text += &screen::policy(contents.stored);
+    let _ = writeln!(text, "capacities: {}", contents.size.capacities());
     text += "\naxes\n";
     for a in &contents.axes {
         let travel = match (a.travel, a.period) {

@@ -10,6 +10,7 @@ mod endless;
 mod gcode;
 mod hints;
 mod identify;
+mod large_files;
 mod linuxcnc;
 mod measured;
 mod outside;

@@ -178,6 +178,45 @@ fn every_output_in_the_readme_and_the_manual_is_what_the_command_prints() {
 }
 
 #[test]
+fn every_program_in_the_readme_and_the_manual_is_in_its_file() {
+    let mut count = 0;
+    for path in [
+        "README.md",
+        "docs/src/runtime.md",
+        "docs/src/c-interface.md",
+    ] {
+        let text = page(path);
+        // After a program stands which file it is, or from which.
+        for (end, after) in text.match_indices("\n```\n\n(") {
+            let fence = text[..end].rfind("\n```").unwrap();
+            let (_, block) = text[fence + 1..=end].split_once('\n').unwrap();
+            let (is, rest) = text[end + after.len()..].split_once('`').unwrap();
+            let file = page(rest.split_once('`').unwrap().0);
+            match is {
+                "This is " => assert_eq!(block, file, "{path}"),
+                "From " => assert!(file.contains(block), "{path}: elsewhere\n{block}"),
+                other => panic!("{path}: {other}"),
+            }
+            count += 1;
+        }
+    }
+    assert_eq!(count, 4);
+}
+
+#[test]
+fn no_page_of_the_manual_includes_a_file() {
+    // Where the source is read as it is, on a site that hosts code, an include is not carried out.
+    let manual = format!("{}/../docs/src", env!("CARGO_MANIFEST_DIR"));
+    for entry in std::fs::read_dir(manual).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "md") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(!text.contains("{{#"), "{}", path.display());
+        }
+    }
+}
+
+#[test]
 fn figures_may_differ_by_a_unit_of_their_last_digit_and_counts_by_nothing() {
     let shown = "Y 0.13014 mm, 16 tables (worst at 174.7, -8.8)";
     for (printed, is_same) in [

@@ -154,7 +154,7 @@ variants! {
     Step Points Period PeriodMismatch DirectionOfAuxiliary EmptyBank ScaleCount Scale SamplesMisplaced
     SamplesOutside UnusedSamples TableSample GridSample TableMagnitude TermOutput Weight Limits
     WeightOutsideLimits TooManyFactors Factor TermMagnitude OutputMagnitude GridInputs GridOutputs
-    PaddingNotZero SectionLength Damping
+    PaddingNotZero SectionLength Damping TooLong
 }
 
 fn header_damages() -> Vec<(LoadError, LoadError)> {
@@ -272,33 +272,99 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
     list
 }
 
-fn capacity_damages() -> Vec<(LoadError, LoadError)> {
-    let small = |capacity, needed, held| LoadError::TooSmall {
-        capacity,
-        needed,
-        held,
+/// What `everything()` consists of.
+const NEEDED: Counts = Counts {
+    axes: 3,
+    banks: 6,
+    tables: 7,
+    terms: 10,
+    grids: 2,
+};
+
+#[test]
+fn a_refusal_names_every_capacity_that_is_too_small_and_what_to_raise_them_to() {
+    type Small = crate::capacities!(axes: 1, banks: 8, tables: 5, terms: 9, grids: 1);
+    type Raised = crate::capacities!(axes: 3, banks: 8, tables: 7, terms: 10, grids: 2);
+    type Exact = crate::capacities!(axes: 3, banks: 6, tables: 7, terms: 10, grids: 2);
+    let blob = everything().encode().unwrap();
+    let error = Compensation::<'_, Small>::from_blob(&blob).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "too large for this target: 3 axes, of which it holds 1; 7 tables, of which it holds 5; \
+         10 terms, of which it holds 9; 2 grids, of which it holds 1; raise its capacities to \
+         trueaxis::capacities!(axes: 3, banks: 8, tables: 7, terms: 10, grids: 2)"
+    );
+    assert!(Compensation::<'_, Raised>::from_blob(&blob).is_ok());
+    assert!(Compensation::<'_, Exact>::from_blob(&blob).is_ok());
+}
+
+#[test]
+fn what_a_blob_does_not_have_needs_no_room() {
+    type Nothing = crate::capacities!(axes: 3, banks: 0, tables: 0, terms: 0, grids: 0);
+    type Tables = crate::capacities!(axes: 3, banks: 6, tables: 7, terms: 10, grids: 0);
+    let at = Inputs::at([0.5, -0.5, 0.25]);
+    let mut draft = everything();
+    draft.grids.clear();
+    let blob = draft.encode().unwrap();
+    let tight = Compensation::<'_, Tables>::from_blob(&blob).unwrap();
+    let wide = Compensation::<'_, Holds<3, 8, 8, 16, 2>>::from_blob(&blob).unwrap();
+    let moving = Travelling::default();
+    assert_eq!(
+        tight.evaluate(&at, &moving, &tight.weights()),
+        wide.evaluate(&at, &moving, &wide.weights())
+    );
+    draft.terms.clear();
+    draft.banks.clear();
+    let blob = draft.encode().unwrap();
+    let empty = Compensation::<'_, Nothing>::from_blob(&blob).unwrap();
+    assert_eq!(empty.evaluate(&at, &moving, &empty.weights()), [0.0; 3]);
+}
+
+/// What a blob is refused for whose header states another length.
+fn stated(length: usize) -> LoadError {
+    let mut bytes = good();
+    bytes[8..12].copy_from_slice(&(length as u32).to_le_bytes());
+    refusal(&bytes)
+}
+
+#[test]
+fn a_blob_is_at_most_64_mib_for_readers_and_writers() {
+    assert_eq!(LARGEST_BLOB, 64 << 20);
+    assert!(matches!(
+        stated(LARGEST_BLOB),
+        LoadError::WrongLength { .. }
+    ));
+    let stated = stated(LARGEST_BLOB + 1);
+    assert!(matches!(stated, LoadError::TooLong { .. }));
+    let mut draft = bare();
+    let mut with = |points: usize| {
+        draft.banks = vec![bank(0, 0.0, 1.0, vec![vec![0.0; points]])];
+        draft.encode()
     };
+    // Some 100 bytes are header and description.
+    assert!(with(LARGEST_BLOB / 4 - 100).is_ok());
+    assert_eq!(with(LARGEST_BLOB / 4), Err(EncodeError::TooLarge));
+}
+
+fn capacity_damages() -> Vec<(LoadError, LoadError)> {
+    fn small<C: Room>(blob: &[u8]) -> (LoadError, LoadError) {
+        let error = Compensation::<'_, C>::from_blob(blob).unwrap_err();
+        let (needed, held) = (NEEDED, Counts::of::<C>());
+        (error, LoadError::TooSmall { needed, held })
+    }
     let blob = everything().encode().unwrap();
     vec![
+        small::<Holds<2, 6, 7, 10, 2>>(&blob),
+        small::<Holds<3, 5, 7, 10, 2>>(&blob),
+        small::<Holds<3, 6, 6, 10, 2>>(&blob),
+        small::<Holds<3, 6, 7, 9, 2>>(&blob),
+        small::<Holds<3, 6, 7, 10, 1>>(&blob),
+        small::<Holds<1, 0, 0, 0, 0>>(&blob),
         (
-            Compensation::<'_, Holds<2, 8, 8, 16, 2>>::from_blob(&blob).unwrap_err(),
-            small(Capacity::Axes, 3, 2),
-        ),
-        (
-            Compensation::<'_, Holds<3, 4, 4, 16, 2>>::from_blob(&blob).unwrap_err(),
-            small(Capacity::Tables, 7, 4),
-        ),
-        (
-            Compensation::<'_, Holds<3, 5, 8, 16, 2>>::from_blob(&blob).unwrap_err(),
-            small(Capacity::Banks, 6, 5),
-        ),
-        (
-            Compensation::<'_, Holds<3, 8, 8, 9, 2>>::from_blob(&blob).unwrap_err(),
-            small(Capacity::Terms, 10, 9),
-        ),
-        (
-            Compensation::<'_, Holds<3, 8, 8, 16, 1>>::from_blob(&blob).unwrap_err(),
-            small(Capacity::Grids, 2, 1),
+            stated(LARGEST_BLOB + 1),
+            LoadError::TooLong {
+                stated: LARGEST_BLOB as u32 + 1,
+            },
         ),
         (
             drafted(|d| d.banks.push(bank(0, 0.0, 1.0, vec![vec![0.0; 2]; 300]))),
@@ -735,16 +801,6 @@ fn every_damage_has_its_own_error_and_every_error_its_damage() {
     }
     let missing: Vec<_> = ALL.iter().filter(|name| !reached.contains(*name)).collect();
     assert!(missing.is_empty(), "without a damage: {missing:?}");
-}
-
-#[test]
-fn a_capacity_that_is_too_small_says_what_to_raise() {
-    let blob = everything().encode().unwrap();
-    let error = Compensation::<'_, Holds<3, 4, 4, 16, 2>>::from_blob(&blob).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "the compensation has 7 tables, this target holds 4: raise TABLES"
-    );
 }
 
 #[test]

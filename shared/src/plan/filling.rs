@@ -8,21 +8,21 @@ use super::span::Span;
 use super::terms::{FIXED, PackedTerm, divide};
 use crate::description::{AUXILIARIES, Bank, Direction, FACTORS, GRID_INPUTS};
 use crate::format::ALIGNMENT;
-use crate::load_error::{Capacity, LoadError, Part};
-use crate::room::Room;
+use crate::load_error::{LoadError, Part};
+use crate::room::{Counts, Room};
 use open::{OpenBank, OpenGrid, OpenTerm};
 
 /// A plan that is being filled. What does not come to its end is empty again.
 pub(crate) struct Filling<'p, 'a, C: Room> {
     plan: &'p mut Plan<'a, C>,
     axes: usize,
+    /// What has been put in so far, also where there is no room for it.
+    needed: Counts,
     auxiliaries: usize,
     /// How many samples there are, f32 and i16 …
     held: [u32; 2],
     /// … and how many of them belong to the banks and grids so far.
     used: [u32; 2],
-    /// Tables of the banks so far, also of those for which there is no room.
-    tables: u32,
     finished: bool,
 }
 
@@ -34,28 +34,16 @@ impl<C: Room> Drop for Filling<'_, '_, C> {
     }
 }
 
-/// What has room for `held` cannot take `needed`.
-fn fits(capacity: Capacity, needed: u32, held: usize) -> Result<(), LoadError> {
-    if needed as usize > held {
-        return Err(LoadError::TooSmall {
-            capacity,
-            needed,
-            held: held as u32,
-        });
-    }
-    Ok(())
-}
-
 impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
     /// `plan` is empty.
     pub(super) fn new(plan: &'p mut Plan<'a, C>) -> Self {
         Self {
             plan,
             axes: 0,
+            needed: Counts::default(),
             auxiliaries: 0,
             held: [0; 2],
             used: [0; 2],
-            tables: 0,
             finished: false,
         }
     }
@@ -70,8 +58,8 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         if count == 0 {
             return Err(LoadError::NoAxes);
         }
-        fits(Capacity::Axes, count, C::AXES)?;
         self.axes = count as usize;
+        self.needed.axes = self.needed.axes.max(count);
         Ok(())
     }
 
@@ -84,15 +72,17 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         Ok(())
     }
 
+    /// Number of an input among the auxiliaries; none of an axis.
+    fn auxiliary(&self, input: u8) -> Option<usize> {
+        usize::from(input).checked_sub(self.axes)
+    }
+
     /// Place of an input within [`Inputs`](crate::Inputs) read as one array: guarantee 1.
     fn slot(&self, part: Part, input: u8) -> Result<u8, LoadError> {
-        let number = usize::from(input);
-        if number < self.axes {
-            Ok(input)
-        } else if number < self.axes + self.auxiliaries {
-            Ok((C::AXES + number - self.axes) as u8)
-        } else {
-            Err(LoadError::Input { part, input })
+        match self.auxiliary(input) {
+            None => Ok(input),
+            Some(auxiliary) if auxiliary < self.auxiliaries => Ok((C::AXES + auxiliary) as u8),
+            Some(_) => Err(LoadError::Input { part, input }),
         }
     }
 
@@ -137,7 +127,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
             bank.modulo,
             bank.interpolation,
         )?;
-        if bank.direction != Direction::Both && usize::from(slot) >= C::AXES {
+        if bank.direction != Direction::Both && self.auxiliary(bank.input).is_some() {
             return Err(LoadError::DirectionOfAuxiliary { bank: number });
         }
         Ok(OpenBank {
@@ -147,20 +137,14 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         })
     }
 
-    /// All `count` banks have been put in: guarantee 4. Before that no term can name a table.
-    pub(crate) fn end_banks(&mut self, count: u32) -> Result<(), LoadError> {
-        if self.tables > 255 {
-            return Err(LoadError::TooManyTables { found: self.tables });
+    /// All banks have been put in: guarantee 4. Before that no term can name a table.
+    pub(crate) fn end_banks(&mut self) -> Result<(), LoadError> {
+        let found = self.needed.tables;
+        if found > 255 {
+            return Err(LoadError::TooManyTables { found });
         }
-        fits(Capacity::Tables, self.tables, C::TABLES)?;
-        fits(Capacity::Banks, count, C::BANKS)?;
-        self.plan.tables = self.plan.banks.iter().map(|bank| bank.tables).sum();
+        self.plan.tables = found as u16;
         Ok(())
-    }
-
-    /// How many terms follow.
-    pub(crate) fn terms(&mut self, count: u32) -> Result<(), LoadError> {
-        fits(Capacity::Terms, count, C::TERMS)
     }
 
     /// Begins the next term, number `term`, with a weight that is fixed or has limits.
@@ -201,11 +185,6 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
             term,
             filling: self,
         })
-    }
-
-    /// How many grids follow.
-    pub(crate) fn grids(&mut self, count: u32) -> Result<(), LoadError> {
-        fits(Capacity::Grids, count, C::GRIDS)
     }
 
     /// Begins the next grid, number `grid`, of so many inputs.
@@ -256,12 +235,17 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
     }
 
     /// Last step: places the samples, of which each must belong to a bank or a grid, and prepares what has
-    /// been put in for the kernel.
+    /// been put in for the kernel. That is all of the blob: what did not fit is refused here, so that the error
+    /// names every capacity that is too small.
     pub(super) fn finish(mut self, blob: &'a [u8], described: usize) -> Result<(), LoadError> {
         if self.used != self.held {
             return Err(LoadError::UnusedSamples);
         }
         self.place_samples(blob, described)?;
+        let (needed, held) = (self.needed, Counts::of::<C>());
+        if !needed.fits(held) {
+            return Err(LoadError::TooSmall { needed, held });
+        }
         let plan = &mut *self.plan;
         for bank in plan.banks.iter_mut().filter(|bank| bank.straight) {
             let samples = plan.floats.unwrap_or_default().get(bank.first as usize..);

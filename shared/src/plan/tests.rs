@@ -221,8 +221,8 @@ fn careless(filling: &mut Filling<'_, '_, Small>, order: u32) {
     };
     let mut digits = order;
     for _ in 0..9 {
-        let step = digits % 9;
-        digits /= 9;
+        let step = digits % 10;
+        digits /= 10;
         match step {
             0 => filling.samples([16, 0]),
             1 => filling.samples([8, 0]),
@@ -247,8 +247,14 @@ fn careless(filling: &mut Filling<'_, '_, Small>, order: u32) {
                 }
             }
             6 => {
-                let _ = filling.end_banks(99);
-                let _ = filling.end_banks(1);
+                let _ = filling.end_banks();
+            }
+            9 => {
+                // More than there is room for.
+                let _ = filling.axes(9);
+                if let Ok(open) = filling.term(0, 8, 1.0, None) {
+                    open.end();
+                }
             }
             7 => {
                 let _ = filling.term(0, 2, 1.0, Some([0.0, 1.0]));
@@ -395,7 +401,7 @@ fn what_is_put_in_beyond_its_number_is_refused_with_the_number_there_would_be() 
         filling.axes(3)?;
         filling.samples([2, 0]);
         filling.bank(0, &line)?.end()?;
-        filling.end_banks(1)?;
+        filling.end_banks()?;
         let mut term = filling.term(4, 0, 1.0, None)?;
         for _ in 0..FACTORS {
             term.factor(0)?;

@@ -26,12 +26,13 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use static_cell::ConstStaticCell;
-use trueaxis::{Compensation, Holds, Inputs, Servo, include_blob};
+use trueaxis::{Compensation, Inputs, Servo, capacities, include_blob};
 use trueaxis_firmware::device::{Command, CorrectionSink, FAULTS, PositionSource};
 use trueaxis_firmware::spi::{Polled, Tolerance};
 
 /// Axes of this machine, and room for the tables of one compensation.
-type Tables = Compensation<'static, Holds<5, 16, 32, 64, 1>>;
+type Room = capacities!(axes: 5, banks: 16, tables: 32, terms: 64, grids: 1);
+type Tables = Compensation<'static, Room>;
 /// What corrects with them.
 type Corrected = Servo<&'static Tables>;
 /// The motion side.

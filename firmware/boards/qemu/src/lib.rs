@@ -37,7 +37,7 @@ use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
 
 use flash::{FileFlash, SLOT};
-use nothing::{NoDog, NoPin, NoSensor};
+use nothing::{NO_SENSORS, NoDog, NoPin};
 use uart::Uart;
 use wanted::{Wanted, wanted};
 
@@ -135,7 +135,7 @@ pub fn run<C: Room, const WRITE: usize>(
         port: Uart::start(bytes),
         drives_off: NoPin,
         lamp: NoPin,
-        temperatures: Temperatures::<NoSensor, 0>::new([], Settings::MACHINE),
+        temperatures: Temperatures::new(NO_SENSORS, Settings::MACHINE),
         log,
     };
     let identity = Identity {

@@ -10,10 +10,11 @@
 #![no_main]
 #![deny(unsafe_code)]
 
-use trueaxis::{Compensation, Holds, Servo, include_blob};
+use trueaxis::{Compensation, Servo, capacities, include_blob};
 
 /// Axes of this machine, and room for the tables of one compensation.
-type Tables = Compensation<'static, Holds<5, 16, 32, 64, 1>>;
+type Room = capacities!(axes: 5, banks: 16, tables: 32, terms: 64, grids: 1);
+type Tables = Compensation<'static, Room>;
 /// What corrects with them.
 type Corrected = Servo<&'static Tables>;
 

@@ -13,8 +13,6 @@ pub mod bare;
 #[cfg(feature = "stm32h743")]
 pub mod stm32h743;
 
-use trueaxis::Holds;
-
 /// Servo periods per second.
 pub const RATE: u32 = 4000;
 /// Nominal servo period, s.
@@ -23,4 +21,4 @@ pub const PERIOD: f32 = 1.0 / RATE as f32;
 /// Axes of a compensation, and of a frame of the motion side.
 pub const AXES: usize = 8;
 /// What a compensation has room for: axes, banks, tables, terms, grids.
-pub type Tables = Holds<AXES, 32, 96, 256, 2>;
+pub type Tables = trueaxis::capacities!(axes: AXES, banks: 32, tables: 96, terms: 256, grids: 2);

@@ -1,7 +1,7 @@
 //! Reading a configuration of LinuxCNC: where its files are.
 
 use crate::commands::bad_input::BadInput;
-use crate::commands::files::Text;
+use crate::commands::files::{self, Text};
 use std::path::{Path, PathBuf};
 use trueaxis_host::linuxcnc::Configuration;
 use trueaxis_host::source::{FileError, Named};
@@ -55,7 +55,7 @@ fn open(folder: &Path, name: &str) -> Result<Named, String> {
     };
     let found = paths.iter().find(|p| p.is_file()).or(paths.first());
     let path = found.ok_or("there is no home folder")?;
-    let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let bytes = files::read_bytes(path).map_err(|bad| bad.to_string())?;
     let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;
     Ok(Named {
         name: path.display().to_string(),

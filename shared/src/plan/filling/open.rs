@@ -40,7 +40,7 @@ impl<C: Room> OpenBank<'_, '_, '_, C> {
         self.filling.plan.scales.append(scale);
     }
 
-    /// Puts it in if there is room for it and its tables; otherwise they are counted only.
+    /// Puts it in if there is room for it and its tables; otherwise they are only counted.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         let Self {
             mut lookup,
@@ -49,9 +49,10 @@ impl<C: Room> OpenBank<'_, '_, '_, C> {
         } = self;
         let samples = lookup.span.points() * u64::from(lookup.tables);
         filling.take_samples(part, lookup.integer, lookup.first, samples)?;
-        let before = filling.tables;
-        filling.tables = before.saturating_add(u32::from(lookup.tables));
-        let tables = filling.tables as usize;
+        filling.needed.banks = filling.needed.banks.saturating_add(1);
+        let before = filling.needed.tables;
+        filling.needed.tables = before.saturating_add(u32::from(lookup.tables));
+        let tables = filling.needed.tables as usize;
         // Those that there is room for, not those that are claimed.
         while filling.plan.scales.len() < tables.min(C::TABLES) {
             work::count(1);
@@ -100,8 +101,10 @@ impl<C: Room> OpenTerm<'_, '_, '_, C> {
         Ok(())
     }
 
-    /// Puts it in.
+    /// Puts it in if there is room for it; otherwise it is only counted.
     pub(crate) fn end(mut self) {
+        let terms = &mut self.filling.needed.terms;
+        *terms = terms.saturating_add(1);
         let plan = &mut *self.filling.plan;
         if let Some(limits) = self.limits {
             let place = plan.weights.push(self.term, self.packed.weight, limits);
@@ -186,7 +189,7 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         }
     }
 
-    /// Puts it in; `first` is its first sample.
+    /// Puts it in if there is room for it, otherwise it is only counted; `first` is its first sample.
     #[inline(always)]
     pub(crate) fn end(mut self, first: u32) -> Result<(), LoadError> {
         let (lookup, grid) = (&mut self.lookup, self.grid);
@@ -216,6 +219,8 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         if !plain {
             lookup.spans.iter_mut().for_each(|span| span.direct = 0.0);
         }
+        let grids = &mut self.filling.needed.grids;
+        *grids = grids.saturating_add(1);
         self.filling.plan.grids.append(*lookup);
         Ok(())
     }

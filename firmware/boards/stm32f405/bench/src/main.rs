@@ -21,7 +21,7 @@ use rivals::htm::Direct;
 use rivals::{closed_form, exact};
 use semihosting::experimental::env::args;
 use semihosting::{println, process};
-use trueaxis::{Compensation, Holds, Inputs, Room, Row, Servo, Travel, Travelling};
+use trueaxis::{Compensation, Inputs, Room, Row, Servo, Travel, Travelling, capacities};
 use trueaxis_kinematics::{Kinematics, Policy};
 use workloads::{CUBIC, DOCUMENT, FIK, GRID, HURON, HURON_DIRECTION, KOLIBRI_DIRECTION, LINEAR};
 
@@ -44,7 +44,8 @@ const AGREE: f32 = 0.005;
 /// The capacities that the runtime has unless told otherwise: for the headline figures.
 type Usual = Compensation<'static>;
 /// Capacities of a controller for five axes.
-type Tight = Compensation<'static, Holds<5, 16, 32, 64, 1>>;
+type Tight =
+    Compensation<'static, capacities!(axes: 5, banks: 16, tables: 32, terms: 64, grids: 1)>;
 
 /// Ends the run with a message.
 fn fail(what: &str) -> ! {

@@ -7,7 +7,7 @@ use core::hint::black_box;
 
 use cortex_m as _;
 use cortex_m_rt::entry;
-use trueaxis::{Compensation, Correction, Inputs, Servo, Travelling, Weights};
+use trueaxis::{Compensation, Correction, Inputs, Servo, Travel, Travelling, Weights};
 
 /// What `cargo xtask bench-target` walks from.
 mod servo_path {
@@ -16,8 +16,8 @@ mod servo_path {
     #[inline(never)]
     pub fn evaluate(
         c: &Compensation<'_>,
-        inputs: &Inputs,
-        travel: &Travelling,
+        inputs: &Inputs<[f32; 8]>,
+        travel: &Travelling<[Travel; 8]>,
         weights: &Weights,
     ) -> [f32; 8] {
         c.evaluate(inputs, travel, weights)
@@ -26,10 +26,10 @@ mod servo_path {
     #[inline(never)]
     pub fn update(
         servo: &mut Servo<&Compensation<'_>>,
-        inputs: &Inputs,
+        inputs: &Inputs<[f32; 8]>,
         referenced: u16,
         dt: f32,
-    ) -> Correction {
+    ) -> Correction<[f32; 8]> {
         servo.update(inputs, referenced, dt)
     }
 }
@@ -45,7 +45,7 @@ fn main() -> ! {
     let mut servo = Servo::new(&*FIRST);
     let (travel, weights) = (Travelling::default(), FIRST.weights());
     loop {
-        let inputs: Inputs = black_box(Inputs::default());
+        let inputs = black_box(Inputs::default());
         if black_box(true) {
             servo.enable();
         } else {

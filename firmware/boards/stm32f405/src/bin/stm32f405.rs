@@ -24,7 +24,8 @@ use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::places::Places;
 use trueaxis_firmware::spi::Tolerance;
-use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
+use trueaxis_firmware::temperature::{Settings, Temperatures};
+use trueaxis_sensors::{SoftI2c, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
 use trueaxis_stm32f405::stm32f405::{
     BAUD, CRYSTAL, Dog, InternalFlash, Motion, Silence, Uart, supply,
@@ -122,7 +123,7 @@ fn main() -> ! {
     let mut data = b.pb7.into_open_drain_output_in_state(PinState::High);
     data.set_internal_resistor(Pull::Up);
     let sensor_bus = SoftI2c::new(clock, data, Cycling::new(rcc.clocks.sysclk().raw()));
-    let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
+    let mut sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
     let silence = Silence::start(chip.TIM2, &mut rcc);
@@ -138,7 +139,7 @@ fn main() -> ! {
         port,
         drives_off: b.pb1.into_pull_down_input(),
         lamp: c.pc13.into_push_pull_output(),
-        temperatures: Temperatures::new([("bed", sensor)], Settings::MACHINE),
+        temperatures: Temperatures::new([("bed", || sensor.celsius())], Settings::MACHINE),
         log,
     };
     let identity = Identity {

@@ -24,7 +24,8 @@ use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::places::Places;
 use trueaxis_firmware::spi::Tolerance;
-use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
+use trueaxis_firmware::temperature::{Settings, Temperatures};
+use trueaxis_sensors::{SoftI2c, Tmp117, Tmp117Address};
 use trueaxis_stm32h743::bare;
 use trueaxis_stm32h743::stm32h743::dma::Stream;
 use trueaxis_stm32h743::stm32h743::{
@@ -118,7 +119,7 @@ fn main() -> ! {
         OutputOpenDrain::new_pull(pin, Level::High, Speed::Low, Pull::Up)
     });
     let sensor_bus = SoftI2c::new(clock, data, Cycling::new(CORE));
-    let sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
+    let mut sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
     let flash = Flash::new_blocking(chip.FLASH);
     let flash = SecondBank::new(flash, core.SCB, &mut core.CPUID, alive);
@@ -143,7 +144,7 @@ fn main() -> ! {
         port,
         drives_off: Input::new(chip.PB1, Pull::Down),
         lamp: Output::new(chip.PE1, Level::Low, Speed::Low),
-        temperatures: Temperatures::new([("bed", sensor)], Settings::MACHINE),
+        temperatures: Temperatures::new([("bed", || sensor.celsius())], Settings::MACHINE),
         log,
     };
     let identity = Identity {

@@ -1,6 +1,8 @@
 //! Resistances of published tables are the temperatures that stand beside them.
 
-use super::*;
+use proptest::prelude::*;
+
+use crate::{Curve, Ntc, Platinum, SensorError};
 
 /// IEC 60751, PT100: Ω every 10 °C from −200 to 850 °C.
 #[rustfmt::skip]

@@ -1,6 +1,6 @@
 //! Thermistors: Steinhart–Hart, or the constant B.
 
-use super::{Curve, SensorError};
+use crate::{Curve, SensorError};
 
 /// K at 0 °C.
 const ZERO: f32 = 273.15;

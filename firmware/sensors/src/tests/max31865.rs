@@ -1,10 +1,12 @@
 //! A MAX31865 as its data sheet describes it, and a driver that names what is wrong.
 
+use std::cell::RefCell;
 use std::format;
+use std::rc::Rc;
 
 use embedded_hal::spi::{self, SpiDevice};
 
-use super::*;
+use crate::{Conversion, Faults, Mains, Max31865, Platinum, SensorError, Wires};
 
 /// A MAX31865 as seen from the bus.
 #[derive(Debug)]
@@ -400,38 +402,4 @@ fn a_converter_that_is_not_there_is_named_and_one_that_comes_back_is_set() {
     chip.0.borrow_mut().idle = 0x55;
     let error = SensorError::Spi(spi::ErrorKind::ModeFault);
     assert_eq!(sensor.celsius(), Err(error));
-}
-
-#[test]
-fn an_open_sensor_is_lost_and_its_input_held() {
-    let chip = Spi::new();
-    let sensors = [("bed", chip.sensor(Conversion::Automatic))];
-    let mut temperatures = Temperatures::new(sensors, Settings::MACHINE);
-    temperatures.assign(&inputs()[1..2]);
-    let mut second = || {
-        chip.elapse();
-        temperatures.poll(1.0);
-        temperatures.advance(1.0, true);
-        let value = values(&temperatures)[0].1;
-        let error = temperatures.sensors().next().and_then(|sensor| sensor.3);
-        (value, temperatures.lost(), error)
-    };
-    for _ in 0..4 {
-        assert_eq!(second().1, 1);
-    }
-    let (value, lost, error) = second();
-    assert!((value - 4.96).abs() < 0.01, "{value}");
-    assert_eq!((lost, error), (0, None));
-    chip.0.borrow_mut().code = 0x7FFF;
-    for elapsed in 1..=20 {
-        let (held, lost, error) = second();
-        assert_eq!((held, lost), (value, u8::from(elapsed > 5)));
-        assert_eq!(error, Some(SensorError::Wiring(Faults::HIGH)));
-    }
-    chip.0.borrow_mut().code = 8988;
-    let mut lost = 1;
-    for _ in 0..4 {
-        lost = second().1;
-    }
-    assert_eq!(lost, 0);
 }

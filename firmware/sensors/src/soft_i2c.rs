@@ -6,24 +6,14 @@
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
-use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
+use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 /// Half a clock, ns: 50 kHz with the time that the pins take.
 const HALF: u32 = 10_000;
 /// Longest stretch of the clock by a device, in halves of it: 1 ms.
 const STRETCH: u32 = 100;
 
-/// A transfer did not take place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Failed(pub ErrorKind);
-
-impl Error for Failed {
-    fn kind(&self) -> ErrorKind {
-        self.0
-    }
-}
-
-const STUCK: Failed = Failed(ErrorKind::Bus);
+const STUCK: ErrorKind = ErrorKind::Bus;
 
 /// A master on two open-drain pins, clock and data, with pull-ups.
 #[derive(Debug)]
@@ -44,18 +34,18 @@ where
         Self { clock, data, delay }
     }
 
-    fn put(&mut self, high: bool) -> Result<(), Failed> {
+    fn put(&mut self, high: bool) -> Result<(), ErrorKind> {
         self.data.set_state(high.into()).map_err(|_| STUCK)
     }
 
-    fn lower(&mut self) -> Result<(), Failed> {
+    fn lower(&mut self) -> Result<(), ErrorKind> {
         self.clock.set_low().map_err(|_| STUCK)?;
         self.delay.delay_ns(HALF);
         Ok(())
     }
 
     /// Lets the clock go, and waits while a device holds it.
-    fn raise(&mut self) -> Result<(), Failed> {
+    fn raise(&mut self) -> Result<(), ErrorKind> {
         self.clock.set_high().map_err(|_| STUCK)?;
         for _ in 0..STRETCH {
             self.delay.delay_ns(HALF);
@@ -67,7 +57,7 @@ where
     }
 
     /// One clock; what is on the data line while it is high.
-    fn bit(&mut self, high: bool) -> Result<bool, Failed> {
+    fn bit(&mut self, high: bool) -> Result<bool, ErrorKind> {
         self.put(high)?;
         self.raise()?;
         let read = self.data.is_high().map_err(|_| STUCK)?;
@@ -75,7 +65,7 @@ where
         Ok(read)
     }
 
-    fn start(&mut self) -> Result<(), Failed> {
+    fn start(&mut self) -> Result<(), ErrorKind> {
         self.put(true)?;
         self.raise()?;
         if self.data.is_low().map_err(|_| STUCK)? {
@@ -86,7 +76,7 @@ where
         self.lower()
     }
 
-    fn stop(&mut self) -> Result<(), Failed> {
+    fn stop(&mut self) -> Result<(), ErrorKind> {
         self.put(false)?;
         self.raise()?;
         self.put(true)?;
@@ -94,18 +84,18 @@ where
         Ok(())
     }
 
-    fn send(&mut self, byte: u8, source: NoAcknowledgeSource) -> Result<(), Failed> {
+    fn send(&mut self, byte: u8, source: NoAcknowledgeSource) -> Result<(), ErrorKind> {
         for k in (0..8).rev() {
             self.bit(byte >> k & 1 == 1)?;
         }
         if self.bit(true)? {
-            Err(Failed(ErrorKind::NoAcknowledge(source)))
+            Err(ErrorKind::NoAcknowledge(source))
         } else {
             Ok(())
         }
     }
 
-    fn receive(&mut self, last: bool) -> Result<u8, Failed> {
+    fn receive(&mut self, last: bool) -> Result<u8, ErrorKind> {
         let mut byte = 0;
         for _ in 0..8 {
             byte = byte << 1 | u8::from(self.bit(true)?);
@@ -115,7 +105,7 @@ where
         Ok(byte)
     }
 
-    fn carry_out(&mut self, address: u8, steps: &mut [Operation<'_>]) -> Result<(), Failed> {
+    fn carry_out(&mut self, address: u8, steps: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
         let is_read = |step: &Operation<'_>| matches!(step, Operation::Read(_));
         let mut before = None;
         for k in 0..steps.len() {
@@ -147,7 +137,7 @@ where
 }
 
 impl<C, D, W> ErrorType for SoftI2c<C, D, W> {
-    type Error = Failed;
+    type Error = ErrorKind;
 }
 
 impl<C, D, W> I2c for SoftI2c<C, D, W>
@@ -156,7 +146,7 @@ where
     D: InputPin + OutputPin,
     W: DelayNs,
 {
-    fn transaction(&mut self, address: u8, steps: &mut [Operation<'_>]) -> Result<(), Failed> {
+    fn transaction(&mut self, address: u8, steps: &mut [Operation<'_>]) -> Result<(), ErrorKind> {
         let done = self.carry_out(address, steps);
         // Also after a failure, so that the devices let go.
         let stopped = self.stop();
@@ -288,7 +278,7 @@ mod tests {
     #[test]
     fn nobody_answers() {
         let (_, mut bus) = bus(Wires::default());
-        let refused = Failed(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address));
+        let refused = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
         assert_eq!(bus.write(0x48, &[1]), Err(refused));
     }
 

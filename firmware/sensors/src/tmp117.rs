@@ -1,11 +1,10 @@
 //! Texas Instruments TMP117: ±0.1 °C, 16 bits over I²C.
 //!
-//! Registers and conversion times are those of its datasheet (SNOSD82). A driver of our own, for
-//! the existing crate brings some thirty others for three registers.
+//! Registers and conversion times are those of its datasheet (SNOSD82).
 
 use embedded_hal::i2c::{Error, I2c};
 
-use super::{SensorError, Thermometer};
+use crate::SensorError;
 
 const TEMPERATURE: u8 = 0x00;
 const CONFIGURATION: u8 = 0x01;
@@ -72,12 +71,13 @@ impl<I: I2c> Tmp117<I> {
             .write(self.address as u8, &[CONFIGURATION, high, low])
             .map_err(|error| SensorError::Bus(error.kind()))
     }
-}
 
-impl<I: I2c> Thermometer for Tmp117<I> {
-    /// Three short transfers. The identity is read every time: with a stuck data line, a
-    /// temperature of 0 °C would look right.
-    fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
+    /// The temperature, °C; `None` if there is no new reading. Three short transfers: the identity is read
+    /// every time, because with a stuck data line a temperature of 0 °C would look right.
+    ///
+    /// # Errors
+    /// [`SensorError::Bus`], [`SensorError::Identity`] if another device answers, [`SensorError::Implausible`].
+    pub fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
         let found = self.read(IDENTITY)?;
         if found & 0xFFF != TMP117 {
             return Err(SensorError::Identity { found });

@@ -1,6 +1,6 @@
 //! Platinum: PT100, PT1000 as in IEC 60751.
 
-use super::{Curve, SensorError};
+use crate::{Curve, SensorError};
 
 /// Coefficients of IEC 60751: R(t)/R(0) = 1 + A·t + B·t² above 0 °C, and below
 /// 1 + A·t + B·t² + C·(t − 100 °C)·t³.
@@ -38,7 +38,7 @@ impl Platinum {
     }
 
     /// Ω between which it can be.
-    pub(super) fn limits(self) -> [f32; 2] {
+    pub(crate) fn limits(self) -> [f32; 2] {
         [COLDEST * self.zero, HOTTEST * self.zero]
     }
 }

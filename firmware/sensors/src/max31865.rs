@@ -6,7 +6,7 @@ use core::fmt;
 
 use embedded_hal::spi::{Error, Operation, SpiDevice};
 
-use super::{Curve, Platinum, SensorError, Thermometer};
+use crate::{Curve, Platinum, SensorError};
 
 /// Registers that it has, from 0: configuration, result, high and low threshold (two each), faults.
 const REGISTERS: usize = 8;
@@ -229,19 +229,13 @@ impl<S: SpiDevice> Max31865<S> {
         registers[CONFIGURATION] & STAYS == self.mode
             && registers[THRESHOLDS..FAULTS] == self.thresholds
     }
-}
 
-/// A threshold register; no more than full scale, which an open sensor reads.
-fn threshold(ratio: f32) -> [u8; 2] {
-    // A cast takes what is too large as the largest, and no number as 0.
-    let code = (ratio * FULL_SCALE) as u16;
-    let code = if code > 0x7FFF { 0x7FFF } else { code };
-    (code << 1).to_be_bytes()
-}
-
-impl<S: SpiDevice> Thermometer for Max31865<S> {
-    /// At most four short transfers.
-    fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
+    /// The temperature, °C; `None` if there is no new reading. At most four short transfers.
+    ///
+    /// # Errors
+    /// [`SensorError::Spi`], [`SensorError::Identity`] if no MAX31865 answers, [`SensorError::Wiring`] with its
+    /// faults, or what the resistance says.
+    pub fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
         let registers = self.read()?;
         if !self.is_ours(&registers) {
             // New, or it has lost its supply meanwhile; or it is not there, for then it does not change.
@@ -282,4 +276,11 @@ impl<S: SpiDevice> Thermometer for Max31865<S> {
         let ohms = f32::from(result) / FULL_SCALE * self.reference;
         self.sensor.celsius(ohms).map(Some)
     }
+}
+
+/// A threshold register; at most full scale, which an open sensor reads.
+fn threshold(ratio: f32) -> [u8; 2] {
+    // The cast saturates; not a number becomes 0.
+    let code = (ratio * FULL_SCALE) as u16;
+    (code.min(0x7FFF) << 1).to_be_bytes()
 }

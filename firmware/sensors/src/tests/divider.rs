@@ -1,6 +1,6 @@
 //! A divider gives the resistance, whatever the reference; what cannot be gives none.
 
-use super::*;
+use crate::{Divider, Ntc, Resistive, SensorError, Side};
 
 /// Of the sensor, as a converter sees it.
 fn ratio(ohms: f32, divider: Divider) -> f32 {
@@ -80,45 +80,14 @@ fn a_converter_that_has_nothing_or_fails_is_passed_on() {
     assert_eq!(sensor.celsius(), Err(SensorError::Implausible));
 }
 
-/// An open or shorted sensor beside a good one, of another kind: lost, named, held.
 #[test]
-fn an_open_or_shorted_resistor_is_lost_and_its_input_held() {
-    for (fault, error) in [(1.0, SensorError::Open), (0.0, SensorError::Short)] {
-        let counts = RefCell::new(0.5);
-        let divider = Divider {
-            resistor: 10_000.0,
-            sensor: Side::Low,
-        };
-        let ratio = || Ok(Some(*counts.borrow()));
-        let mut bed = Resistive::new(ratio, divider, Ntc::VISHAY_10K_3977);
-        let bus = Bus::new();
-        let mut column = bus.sensor();
-        let sensors: [(&str, &mut dyn Thermometer); 2] =
-            [("bed", &mut bed), ("column", &mut column)];
-        let mut temperatures = Temperatures::new(sensors, Settings::MACHINE);
-        temperatures.assign(&inputs()[1..]);
-        for _ in 0..4 {
-            bus.measure(21.0);
-            temperatures.poll(1.0);
-        }
-        temperatures.advance(0.0, true);
-        let before = values(&temperatures);
-        assert!((before[0].1 - 5.0).abs() < 1e-3, "{before:?}");
-        assert_eq!(temperatures.lost(), 0b010);
-        *counts.borrow_mut() = fault;
-        for second in 1..=20 {
-            bus.measure(21.0);
-            temperatures.poll(1.0);
-            temperatures.advance(1.0, false);
-            assert_eq!(values(&temperatures), before);
-            assert_eq!(temperatures.lost(), if second > 5 { 0b011 } else { 0b010 });
-        }
-        let (name, _, lost, found) = temperatures.sensors().next().expect("the bed");
-        assert_eq!((name, lost, found), ("bed", true, Some(error)));
-        assert_eq!(
-            (error.is_open(), error.is_short()),
-            (fault == 1.0, fault == 0.0)
-        );
-        assert_eq!(std::format!("{error}"), ["shorted", "open"][fault as usize]);
+fn an_error_says_whether_the_sensor_is_open_or_shorted() {
+    for (error, open, short, words) in [
+        (SensorError::Open, true, false, "open"),
+        (SensorError::Short, false, true, "shorted"),
+        (SensorError::Converter, false, false, "the converter failed"),
+    ] {
+        assert_eq!((error.is_open(), error.is_short()), (open, short));
+        assert_eq!(std::format!("{error}"), words);
     }
 }

@@ -1,6 +1,6 @@
 //! A resistive sensor with a resistor across the reference of an analog-to-digital converter.
 
-use super::{Curve, SensorError, Thermometer};
+use crate::{Curve, SensorError};
 
 /// Which end of the divider the sensor is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl Divider {
 /// [`SensorError::Converter`] if it fails. `embedded-hal` has no trait for that.
 ///
 /// ```
-/// use trueaxis_firmware::temperature::{Divider, Ntc, Resistive, Side, Thermometer};
+/// use trueaxis_sensors::{Divider, Ntc, Resistive, Side};
 ///
 /// let mut count = || 2048_u16; // the converter, 12 bits
 /// let divider = Divider { resistor: 10_000.0, sensor: Side::Low };
@@ -68,7 +68,7 @@ impl Divider {
 /// let mut bed = Resistive::new(ratio, divider, Ntc::beta(10_000.0, 3977.0));
 /// let celsius = bed.celsius()?.unwrap();
 /// assert!((celsius - 25.0).abs() < 0.001);
-/// # Ok::<(), trueaxis_firmware::temperature::SensorError>(())
+/// # Ok::<(), trueaxis_sensors::SensorError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Resistive<R, C> {
@@ -86,10 +86,12 @@ impl<R: FnMut() -> Result<Option<f32>, SensorError>, C: Curve> Resistive<R, C> {
             curve,
         }
     }
-}
 
-impl<R: FnMut() -> Result<Option<f32>, SensorError>, C: Curve> Thermometer for Resistive<R, C> {
-    fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
+    /// The temperature, °C; `None` if the converter has no new value.
+    ///
+    /// # Errors
+    /// That of the converter, or what is wrong with the sensor.
+    pub fn celsius(&mut self) -> Result<Option<f32>, SensorError> {
         let Some(ratio) = (self.ratio)()? else {
             return Ok(None);
         };
