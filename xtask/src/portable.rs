@@ -348,7 +348,9 @@ fn finish(mut command: Command, file: &Path) -> Result<Results, String> {
     };
     if status != "exit status: 0" {
         let said = fs::read_to_string(&errors).unwrap_or_default();
-        return Err(format!("{status}\n{said}"));
+        return Err(format!("{status}\n{}", said.trim_end())
+            .trim_end()
+            .to_owned());
     }
     Results::split(fs::read(file).map_err(failed)?).ok_or_else(|| "too few results".to_owned())
 }
