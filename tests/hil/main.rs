@@ -4,7 +4,6 @@
 //! What the emulated processor computes must have the bits that this computer computes: that has no tolerance. One
 //! part goes the whole way from a plan to a machine that is measured with its compensation on.
 
-mod alone;
 mod board;
 mod cases;
 mod change;
@@ -32,10 +31,9 @@ type Seen = Result<String, Failure>;
 type Part = (&'static str, fn(&Setup<'_>) -> Seen);
 
 /// The longest first, so that none of them is left alone at the end.
-const PARTS: [Part; 8] = [
+const PARTS: [Part; 7] = [
     ("bit identity", same::run),
     ("power cuts", power::run),
-    ("runtime alone", alone::run),
     ("bad slots", power::run_bad_slots),
     ("change under way", change::run),
     ("bad lines", line::run),

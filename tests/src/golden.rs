@@ -1,9 +1,9 @@
 //! What the golden blobs of format version 1 are made of and how their corrections are hashed.
 
-use crate::Fixed;
+use crate::moves;
 use trueaxis::{
-    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis, Inputs,
-    Interpolation, Largest, Policy, SampleFormat, Servo, Term, Travel, Travelling,
+    Auxiliary, AuxiliaryKind, Axis, Direction, Draft, DraftBank, DraftGrid, GridAxis,
+    Interpolation, Largest, Policy, SampleFormat, Term,
 };
 
 fn axis(name: u8, travel: f32) -> Axis {
@@ -190,42 +190,11 @@ impl Hash {
     }
 }
 
-/// A little more than ± the travel (endless: 3 turns), with few enough bits to be exact.
-fn beyond(random: &mut Fixed, travel: [f32; 2]) -> f32 {
-    let half = if travel[1] > 1e6 {
-        1080.0
-    } else {
-        travel[1] * 1.125
-    };
-    ((random.bits() >> 8) as f32 - 8_388_608.0) * (half / 8_388_608.0)
-}
-
-fn inputs(random: &mut Fixed, c: &Largest<'_>) -> Inputs<[f32; 16]> {
-    let mut inputs = Inputs::at([0.0; 16]);
-    for (q, axis) in inputs.axes.iter_mut().zip(c.axes()) {
-        *q = beyond(random, axis.travel);
-    }
-    for auxiliary in &mut inputs.auxiliaries[..c.auxiliaries().len()] {
-        *auxiliary = beyond(random, [-100.0, 100.0]);
-    }
-    inputs
-}
-
 /// The bits of the corrections at 100 000 fixed positions with fixed directions of travel.
 #[must_use]
 pub fn hash_of_evaluation(c: &Largest<'_>) -> u64 {
-    let mut random = Fixed::new(1);
     let mut hash = Hash::new();
-    for _ in 0..100_000 {
-        let q = inputs(&mut random, c);
-        let directions = random.bits();
-        let travel = std::array::from_fn(|i| match directions >> (2 * i) & 3 {
-            0 => Travel::Unknown,
-            1 => Travel::Positive,
-            _ => Travel::Negative,
-        });
-        hash.take(&c.evaluate(&q, &Travelling(travel), &c.weights())[..c.axes().len()]);
-    }
+    moves::evaluations(c, 100_000, |dq| hash.take(dq));
     hash.0
 }
 
@@ -235,49 +204,14 @@ pub fn hash_of_evaluation(c: &Largest<'_>) -> u64 {
 /// An adjustable term may not have the weight 0.
 #[must_use]
 pub fn hash_of_servo(c: &Largest<'_>) -> u64 {
-    let mut random = Fixed::new(2);
     let mut hash = Hash::new();
+    let axes = c.axes().len();
     let other = Box::new(c.clone());
-    let mut servo: Servo<&Largest<'_>> = Servo::new(c);
-    let adjustable: Vec<usize> = c.weights().iter().map(|(term, _)| term).collect();
-    servo.enable();
-    let mut from = inputs(&mut random, c);
-    let mut referenced = u16::MAX;
-    for _ in 0..200 {
-        let to = inputs(&mut random, c);
-        match random.bits() % 8 {
-            0 => servo.disable(),
-            1 => referenced ^= 1,
-            2 if !servo.is_swapping() => {
-                let to = if std::ptr::eq(servo.compensation(), c) {
-                    &other
-                } else {
-                    c
-                };
-                servo.swap(to).expect("the same axes");
-            }
-            3 => {
-                for &term in &adjustable {
-                    servo.set_weight(term, 0.0).expect("within its limits");
-                }
-            }
-            4 => servo.dry_run(random.bits() & 1 == 0),
-            _ => {
-                servo.enable();
-                referenced = u16::MAX;
-            }
-        }
-        for step in 1..=100_u8 {
-            let mut q = to;
-            for ((q, to), from) in q.axes.iter_mut().zip(to.axes).zip(from.axes) {
-                *q = from + (to - from) * (f32::from(step) * 0.0078125);
-            }
-            let correction = servo.update(&q, referenced, 0.001);
-            hash.take(&correction.dq[..c.axes().len()]);
-            hash.take(&correction.computed[..c.axes().len()]);
-        }
-        from = to;
-    }
+    moves::periods([c, &other], 200, |correction| {
+        hash.take(&correction.dq[..axes]);
+        hash.take(&correction.computed[..axes]);
+    })
+    .expect("the same axes, and weights within their limits");
     hash.0
 }
 

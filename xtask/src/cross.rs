@@ -11,8 +11,6 @@ use std::process::Command;
 
 /// Cortex-M4F and Cortex-M7.
 pub const CORTEX_M: &str = "thumbv7em-none-eabihf";
-/// RISC-V with hardware floats of single precision.
-pub const RISC_V: &str = "riscv32imafc-unknown-none-elf";
 /// Where Debian has its compiler, whatever else is in the path.
 const RUSTC: &str = "/usr/bin/rustc";
 const CARGO: &str = "/usr/bin/cargo";
@@ -22,9 +20,9 @@ const MINOR: u32 = 89;
 
 /// A compiler for a target.
 pub struct Cross {
-    target: &'static str,
+    pub target: &'static str,
     /// The distribution's, with the library built along.
-    from_source: bool,
+    pub from_source: bool,
     /// Its version, e.g. `1.95.0`.
     pub version: String,
 }
@@ -69,6 +67,14 @@ impl Cross {
     /// `cargo WORDS` in the workspace of a board, and the folder with a folder of programs for each
     /// profile.
     pub fn cargo(&self, board: &str, words: &[&str]) -> (Command, PathBuf) {
+        let (mut command, folder) = self.cargo_without_target(board, words);
+        self.add_to(&mut command, None, &[]);
+        (command, folder.join(self.target))
+    }
+
+    /// The same, to be [given](Self::add_to) the targets that this compiler is to build for; the folder has one
+    /// for each of them.
+    pub fn cargo_without_target(&self, board: &str, words: &[&str]) -> (Command, PathBuf) {
         // Programs of one name, and flags that would build all anew by turns.
         let processor = match board {
             "stm32h743" => "-m7",
@@ -78,10 +84,7 @@ impl Cross {
         let folder = target(&format!("board{processor}{source}"));
         let mut command = if self.from_source {
             let mut command = Command::new(CARGO);
-            command
-                .env("RUSTC", RUSTC)
-                .env("RUSTC_BOOTSTRAP", "1")
-                .env(format!("CARGO_TARGET_{}_LINKER", self.variable()), "ld.lld");
+            command.env("RUSTC", RUSTC).env("RUSTC_BOOTSTRAP", "1");
             command
         } else {
             Command::new("cargo")
@@ -97,15 +100,27 @@ impl Cross {
         if self.from_source {
             command.arg("-Zbuild-std=core");
         }
-        // Beside the flags of the board's own configuration.
-        let flags = format!("target.{}.rustflags={:?}", self.target, short_paths());
-        command.args(["--config", &flags]);
-        (command, folder.join(self.target))
+        (command, folder)
     }
 
-    /// The target as a part of a variable's name.
-    fn variable(&self) -> String {
-        self.target.replace('-', "_").to_uppercase()
+    /// Adds the target to `cargo`, linked by `linker`, with further flags of the compiler.
+    pub fn add_to(&self, cargo: &mut Command, linker: Option<&str>, flags: &[String]) {
+        // The usual compiler brings its own linker for targets without an operating system.
+        let linker = linker.or(match self.target {
+            _ if !self.from_source => None,
+            web if web.starts_with("wasm") => Some("wasm-ld"),
+            _ => Some("ld.lld"),
+        });
+        let mut set = |key: &str, value: &dyn std::fmt::Debug| {
+            let setting = format!("target.{}.{key}={value:?}", self.target);
+            cargo.args(["--config", &setting]);
+        };
+        // Beside the flags of the board's own configuration.
+        set("rustflags", &[short_paths(), flags.to_vec()].concat());
+        if let Some(linker) = linker {
+            set("linker", &linker);
+        }
+        cargo.args(["--target", self.target]);
     }
 }
 

@@ -1,7 +1,6 @@
-//! `cargo xtask hil`: the firmware in QEMU, flashed and driven over its serial line, on every board; and
-//! the runtime alone on RISC-V.
+//! `cargo xtask hil`: the firmware in QEMU, flashed and driven over its serial line, on every board.
 
-use crate::cross::{CORTEX_M, Cross, RISC_V};
+use crate::cross::{CORTEX_M, Cross};
 use crate::process::{run, target, trueaxis};
 use crate::qemu;
 use std::path::PathBuf;
@@ -30,18 +29,13 @@ const BOARDS: [(&str, &str, &[&str]); 2] = [
         &["bit identity", "power cuts", "bad slots", "restarts"],
     ),
 ];
-/// The program for RISC-V: the same.
-const ALONE: (&str, &str, &[&str]) = ("riscv", "virt", &["runtime alone"]);
 
 /// `chosen`: of all parts only these.
 ///
 /// # Errors
 /// What cannot be built, or what did not hold.
 pub fn execute(chosen: &[&str]) -> Result<(), String> {
-    let known = |part: &&&str| {
-        let all = BOARDS.iter().chain([&ALONE]);
-        all.into_iter().any(|(_, _, parts)| parts.contains(part))
-    };
+    let known = |part: &&&str| BOARDS.iter().any(|(_, _, parts)| parts.contains(part));
     if let Some(part) = chosen.iter().find(|part| !known(part)) {
         return Err(format!("there is no part `{part}`"));
     }
@@ -50,28 +44,21 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
         parts.iter().filter(wanted).copied().collect()
     };
     let cortex_m = Cross::provide(CORTEX_M)?;
-    let risc_v = Cross::provide(RISC_V)?;
     qemu::provide()?;
-    qemu::provide_risc_v()?;
     // The end of each of these builds is one processor's work: side by side they leave none idle.
-    let (host, boards, alone) = thread::scope(|scope| {
+    let (host, boards) = thread::scope(|scope| {
         let boards = BOARDS.map(|(board, ..)| scope.spawn(|| build_board(&cortex_m, board)));
-        let alone = scope.spawn(|| build(&risc_v, ALONE.0, "build -q --release"));
-        (trueaxis(), boards.map(joined), joined(alone))
+        (trueaxis(), boards.map(joined))
     });
     let trueaxis = host?;
     let mut hil = Command::new(trueaxis.with_file_name("hil"));
     hil.arg(trueaxis).arg(target("hil"));
-    let mut add = |machine: &str, program: PathBuf, parts: &[&'static str]| {
-        let parts = wanted(parts);
+    for ((_, machine, parts), folder) in BOARDS.into_iter().zip(boards) {
+        let (program, parts) = (folder?.join("release/qemu"), wanted(parts));
         if !parts.is_empty() {
             hil.args(["--", machine]).arg(program).args(parts);
         }
-    };
-    for ((_, machine, parts), folder) in BOARDS.into_iter().zip(boards) {
-        add(machine, folder?.join("release/qemu"), parts);
     }
-    add(ALONE.1, alone?.join("release/trueaxis-riscv"), ALONE.2);
     run(&mut hil)
 }
 

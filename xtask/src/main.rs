@@ -16,6 +16,7 @@ mod hil;
 mod linuxcnc;
 mod mutants;
 mod packages;
+mod portable;
 mod process;
 mod qemu;
 mod random_machines;
@@ -39,8 +40,9 @@ usage: cargo xtask COMMAND
   bench identify                 an identification of 100 and of 300 unknowns, beside SciPy (installed if missing)
   bench-target [--accept]        instructions on an emulated Cortex-M4F, code size, stack; --accept
                                  makes the figures those that later ones are compared with
-  hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line,
-                                 and the runtime alone on RISC-V
+  hil [PART…]                    the firmware of both boards in QEMU, flashed and driven over its serial line
+  portable                       one program linked for every kind of processor, and its bits in emulators
+                                 compared with the desktop's
   linuxcnc [PART…]               the component in LinuxCNC: in halrun, under its motion controller, as a package
   random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
         ["bench", "identify"] => bench_identify::run(),
         ["bench-target", ref options @ ..] => bench_target::execute(options),
         ["hil", ref parts @ ..] => hil::execute(parts),
+        ["portable"] => portable::execute(),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
         ["report"] => report::execute(),

@@ -68,11 +68,15 @@ pub fn run(command: &mut Command) -> Result<(), String> {
     }
 }
 
-/// The same, with the last lines of its standard error in the message, too.
+/// How a line of standard error begins that names what could not be checked here.
+pub const NOT_RUN: &str = "NOT RUN: ";
+
+/// The same, with the last lines of its standard error in the message, too. Returns those of its lines that
+/// begin with [`NOT_RUN`].
 ///
 /// # Errors
 /// See [`run`].
-pub fn run_keeping(command: &mut Command, lines: usize) -> Result<(), String> {
+pub fn run_keeping(command: &mut Command, lines: usize) -> Result<Vec<String>, String> {
     let shown = shown(command);
     eprintln!("$ {shown}");
     let failed = |cause: String| format!("`{shown}`: {cause}");
@@ -81,12 +85,16 @@ pub fn run_keeping(command: &mut Command, lines: usize) -> Result<(), String> {
         .spawn()
         .map_err(|e| failed(format!("does not start: {e}")))?;
     let last = Arc::new(Mutex::new(VecDeque::new()));
+    let not_run = Arc::new(Mutex::new(Vec::new()));
     let reader = child.stderr.take().map(|stderr| {
-        let last = Arc::clone(&last);
+        let (last, not_run) = (Arc::clone(&last), Arc::clone(&not_run));
         thread::spawn(move || {
             for line in BufReader::new(stderr).split(b'\n').map_while(Result::ok) {
                 let line = String::from_utf8_lossy(&line).into_owned();
                 eprintln!("{line}");
+                if let (true, Ok(mut not_run)) = (line.starts_with(NOT_RUN), not_run.lock()) {
+                    not_run.push(line.clone());
+                }
                 if let Ok(mut last) = last.lock() {
                     last.push_back(line);
                     if last.len() > lines {
@@ -103,7 +111,9 @@ pub fn run_keeping(command: &mut Command, lines: usize) -> Result<(), String> {
         thread::sleep(Duration::from_millis(5));
     }
     if status.success() {
-        return Ok(());
+        return Ok(not_run
+            .lock()
+            .map_or_else(|_| Vec::new(), |lines| lines.clone()));
     }
     let mut message = failed(status.to_string());
     if let Ok(last) = last.lock() {
@@ -158,9 +168,13 @@ mod tests {
         assert!(message.contains("exit status: 3"), "{message}");
         assert!(message.ends_with("\ntwo") && !message.contains("\none"));
         assert!(began.elapsed() < Duration::from_secs(4));
-        assert_eq!(
-            run_keeping(Command::new("sh").args(["-c", "true"]), 1),
-            Ok(())
-        );
+    }
+
+    #[test]
+    fn what_a_step_could_not_check_is_kept() {
+        let mut command = Command::new("sh");
+        command.args(["-c", "echo >&2 NOT RUN: this; echo >&2 that"]);
+        let not_run = run_keeping(&mut command, 1);
+        assert_eq!(not_run, Ok(vec!["NOT RUN: this".to_owned()]));
     }
 }

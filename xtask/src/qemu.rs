@@ -18,17 +18,6 @@ pub fn provide() -> Result<(), String> {
     install(&[PROGRAM], "running on an emulated Cortex-M")
 }
 
-/// Installs QEMU for RISC-V if it is missing.
-///
-/// # Errors
-/// It cannot be installed.
-pub fn provide_risc_v() -> Result<(), String> {
-    if works(Command::new("qemu-system-riscv32").arg("--version")) {
-        return Ok(());
-    }
-    install(&["qemu-system-misc"], "running on an emulated RISC-V")
-}
-
 /// What makes QEMU translate, and log, one instruction at a time.
 pub fn single_steps() -> &'static [&'static str] {
     let help = Command::new(PROGRAM).arg("--help").output();

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: everything that must hold before a change is taken.
 
-use crate::process::{self, cargo, provide, target, works};
+use crate::process::{self, NOT_RUN, cargo, provide, target, works};
 use std::process::Command;
 use std::time::Instant;
 
@@ -76,8 +76,8 @@ fn steps() -> Vec<Step> {
             "fmt --manifest-path firmware/boards/stm32h743/Cargo.toml --all --check",
         ),
         step(
-            "formatting of the program for RISC-V",
-            "fmt --manifest-path firmware/boards/riscv/Cargo.toml --check",
+            "formatting of the program for every processor",
+            "fmt --manifest-path firmware/boards/portable/Cargo.toml --check",
         ),
         step(
             "formatting of the example for RTIC",
@@ -102,6 +102,7 @@ fn steps() -> Vec<Step> {
             "xtask bench-target",
         ),
         step("hardware in the loop", "xtask hil"),
+        step("every kind of processor", "xtask portable"),
         with(
             step(
                 "documentation",
@@ -116,11 +117,12 @@ fn steps() -> Vec<Step> {
 /// Of what a step that failed said of errors, how many lines the summary repeats: the last ones name the cause.
 const LINES_OF_FAILED: usize = 5;
 
-/// Runs all steps, also after one has failed, and sums up.
+/// Runs all steps, also after one has failed, and sums up; at the end stands what could not be checked here:
+/// `not_run` and what the steps say of it.
 ///
 /// # Errors
 /// The names of what failed.
-fn run_steps(steps: Vec<Step>) -> Result<(), String> {
+fn run_steps(steps: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
     let count = steps.len();
     let mut summary = Vec::new();
     let mut failed = Vec::new();
@@ -134,14 +136,20 @@ fn run_steps(steps: Vec<Step>) -> Result<(), String> {
             start.elapsed().as_secs(),
             step.name
         ));
-        if let Err(message) = result {
-            eprintln!("{message}");
-            summary.extend(message.lines().map(|line| format!("          {line}")));
-            failed.push(step.name);
+        match result {
+            Ok(lines) => not_run.extend(lines),
+            Err(message) => {
+                eprintln!("{message}");
+                summary.extend(message.lines().map(|line| format!("          {line}")));
+                failed.push(step.name);
+            }
         }
     }
     println!("\n== summary");
     for line in &summary {
+        println!("{line}");
+    }
+    for line in &not_run {
         println!("{line}");
     }
     if failed.is_empty() {
@@ -186,16 +194,14 @@ fn miri() -> Option<Step> {
 /// `cargo xtask test`.
 pub fn run() -> Result<(), String> {
     let mut steps = steps();
-    let miri = miri();
-    let without = miri.is_none();
-    steps.extend(miri);
-    let result = run_steps(steps);
-    if without {
-        println!(
-            "NOT RUN: the kernel under Miri, for which `rustup` has no nightly toolchain here"
-        );
+    let mut not_run = Vec::new();
+    match miri() {
+        Some(step) => steps.push(step),
+        None => not_run.push(format!(
+            "{NOT_RUN}the kernel under Miri, for which `rustup` has no nightly toolchain here"
+        )),
     }
-    result
+    run_steps(steps, not_run)
 }
 
 /// `cargo xtask deny`: installs a tool and asks the advisory database, hence no part of `test`.
@@ -204,7 +210,7 @@ pub fn run() -> Result<(), String> {
 /// The names of what failed.
 pub fn deny() -> Result<(), String> {
     provide("cargo-deny")?;
-    run_steps(vec![
+    let steps = vec![
         step(
             "licences, bans, sources",
             "deny --all-features check licenses bans sources",
@@ -218,8 +224,8 @@ pub fn deny() -> Result<(), String> {
             "deny --manifest-path firmware/boards/stm32h743/Cargo.toml --all-features --config deny.toml check licenses bans sources",
         ),
         step(
-            "licences, bans, sources of the program for RISC-V",
-            "deny --manifest-path firmware/boards/riscv/Cargo.toml --config deny.toml check licenses bans sources",
+            "licences, bans, sources of the program for every processor",
+            "deny --manifest-path firmware/boards/portable/Cargo.toml --config deny.toml check licenses bans sources",
         ),
         step(
             "licences, bans, sources of the example for RTIC",
@@ -230,5 +236,6 @@ pub fn deny() -> Result<(), String> {
             "deny --manifest-path firmware/boards/embassy/Cargo.toml --config deny.toml check licenses bans sources",
         ),
         step("advisories", "deny --all-features check advisories"),
-    ])
+    ];
+    run_steps(steps, Vec::new())
 }

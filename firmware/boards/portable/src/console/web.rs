@@ -1,0 +1,24 @@
+//! In an engine for WebAssembly, which `run.mjs` drives.
+
+#[link(wasm_import_module = "console")]
+unsafe extern "C" {
+    #[link_name = "put"]
+    fn write(bytes: *const u8, count: usize);
+}
+
+// SAFETY: no other function has this name.
+#[unsafe(no_mangle)]
+extern "C" fn run() -> i32 {
+    if crate::work::run().is_some() { 0 } else { 1 }
+}
+
+/// Writes results.
+pub fn put(bytes: &[u8]) {
+    // SAFETY: the engine reads as many bytes as there are.
+    unsafe { write(bytes.as_ptr(), bytes.len()) };
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    core::arch::wasm32::unreachable()
+}
