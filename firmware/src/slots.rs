@@ -9,6 +9,7 @@
 //! returns, with a [`SlotState`] or a [`SlotError`].
 
 mod access;
+mod bad_blocks;
 mod choices;
 mod error;
 mod layout;
@@ -21,6 +22,7 @@ pub use error::SlotError;
 pub use trueaxis::link::{Damage, Slot, SlotState, WhileBusy};
 pub use upload::{Progress, Upload};
 
+use bad_blocks::Health;
 use choices::Choices;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
@@ -63,6 +65,7 @@ pub struct Slots<F> {
     flash: F,
     found: [Found; 2],
     choices: [Choices; 2],
+    health: [Health; 2],
     active: Option<Slot>,
     standstill: bool,
     session: Option<Session>,
@@ -90,6 +93,7 @@ impl<F: TableFlash> Slots<F> {
             flash,
             found: [Found::NOTHING; 2],
             choices: [Choices::default(); 2],
+            health: [Health::Sound; 2],
             active: None,
             standstill: false,
             session: None,
@@ -148,7 +152,11 @@ impl<F: TableFlash> Slots<F> {
     /// The valid slot with the newest blob.
     #[must_use]
     pub fn newest(&self) -> Option<Slot> {
-        match self.found.map(|found| found.valid()) {
+        let sequences = Slot::BOTH.map(|slot| match self.state(slot) {
+            SlotState::Valid { sequence, .. } => Some(sequence),
+            _ => None,
+        });
+        match sequences {
             [Some(a), Some(b)] if newer(b, a) => Some(Slot::B),
             [Some(_), _] => Some(Slot::A),
             [None, Some(_)] => Some(Slot::B),

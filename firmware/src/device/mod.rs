@@ -112,6 +112,10 @@ where
         if choice.enable && device.fault.is_none() {
             device.servo.with(|side| side.enable(true));
         }
+        if device.slots.is_choice_halved() {
+            // The power went while it was stored.
+            device.wish = Wish::Pending(choice);
+        }
         device
     }
 

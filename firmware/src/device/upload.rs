@@ -42,6 +42,8 @@ impl From<SlotError> for Refusal {
             SlotError::NotBlank { .. } | SlotError::Readback { .. } | SlotError::Spoiled => {
                 Self::Spoiled
             }
+            SlotError::Unusable { slot, block } => Self::Unusable { slot, block },
+            SlotError::Leased => Self::Busy,
             SlotError::Blob(error) => Self::Load(error),
             SlotError::OtherBlob => Self::OtherBlob,
             SlotError::Flash(_) => Self::Flash,

@@ -1,5 +1,6 @@
 //! Blobs to upload, and the driver of an upload.
 
+mod bad_words;
 mod choices;
 mod flips;
 mod images;

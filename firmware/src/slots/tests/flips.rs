@@ -208,7 +208,7 @@ fn what_came_before_and_cannot_be_read_again_is_no_conflict_but_a_fault() {
     slots.write(100, &blob[100..]).expect("power");
     slots.flash.flip(Slot::A, 8 * 40);
     let refused = slots.commit(|_| panic!("it is read in place"));
-    assert_eq!(refused, Err(SlotError::Readback { offset: 0 }));
+    assert_eq!(refused, Err(SlotError::Readback { offset: 32 }));
 }
 
 #[test]

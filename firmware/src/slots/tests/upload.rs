@@ -1,7 +1,7 @@
 //! Uploads step by step.
 
 use super::*;
-use crate::mock_flash::MockFlash;
+use crate::mock_flash::{Defect, MockFlash};
 use crate::slots::{Damage, SlotState};
 
 type Small = Slots<MockFlash<8, 128>>;
@@ -386,7 +386,7 @@ fn a_flash_that_does_not_hold_what_is_written_is_noticed() {
     let mut slots = begun(&blob);
     slots.write(0, &blob[..64]).expect("power");
     let mut flash = slots.close();
-    flash.set_stuck(Some(70));
+    flash.set_defect(Slot::A, 70, Defect::Stuck);
     let mut slots = Slots::open(flash);
     let worn = Err(SlotError::Readback { offset: 64 });
     assert_eq!(attempt(&mut slots, &blob, 8), worn);
@@ -400,7 +400,7 @@ fn a_block_that_is_not_erased_is_named() {
     slots.write(0, &old).expect("power");
     let mut flash = slots.close();
     assert!(old[130] != 0xFF);
-    flash.set_stuck(Some(130));
+    flash.set_defect(Slot::A, 130, Defect::Stuck);
     let mut slots = Slots::open(flash);
     let worn = Err(SlotError::Readback { offset: 128 });
     assert_eq!(attempt(&mut slots, &blob(2, 40), 8), worn);
