@@ -14,7 +14,7 @@ use embedded_storage::nor_flash::{
     check_write,
 };
 
-use crate::slots::{Slot, TableFlash, WhileBusy};
+use crate::slots::{Mapped, Slot, Slots, TableFlash, WhileBusy};
 
 /// Why the mock did not do what it was asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -444,17 +444,25 @@ impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERA
     ///
     /// # Panics
     /// One of these bytes cannot be read: on a target, a fault of the bus.
-    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+    fn in_place(&self, slot: Slot, length: u32) -> Mapped {
         let start = slot.index() * self.memory.len() / 2;
         let end = start + length as usize;
         assert!(!self.is_torn(start..end), "a torn word is read in place");
         let copies = &mut self.in_place.borrow_mut()[slot.index()];
         let copy: &'static [u8] = copies.get_or_insert_with(|| aligned(self.bytes(slot)));
-        &copy[..length as usize]
+        Mapped::constant(&copy[..length as usize])
     }
 
     fn while_busy(&self) -> WhileBusy {
         self.while_busy
+    }
+}
+
+impl<const WRITE: usize, const ERASE: usize> Slots<MockFlash<WRITE, ERASE>> {
+    /// Gives the flash back. What is leased is a copy, and stays as it is.
+    #[must_use]
+    pub fn close(self) -> MockFlash<WRITE, ERASE> {
+        self.into_flash()
     }
 }
 

@@ -14,9 +14,9 @@
 //!    mutably: while there is one, nothing is loaded.
 //! 4. Everybody else reads through a borrow of `Loader` or `Driven`, which ends before they write.
 //!
-//! So a place is written only while no reference to it exists. The samples lie in flash: whoever
-//! writes flash must keep off the slots whose compensation is in a place, see
-//! [`Loader::vacate`].
+//! So a place is written only while no reference to it exists. The samples lie in flash: a place keeps
+//! the [`Lease`] of their slot for as long as it keeps the compensation, and [`Loader::vacate`] gives it
+//! back.
 #![allow(unsafe_code)]
 
 #[cfg(test)]
@@ -27,6 +27,7 @@ use core::fmt;
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use crate::slots::Lease;
 use trueaxis::{
     Compensation, Correction, Handle, Inputs, LoadError, Refused, Room, Servo, Usual, WeightError,
 };
@@ -39,9 +40,15 @@ pub struct Places<C: Room = Usual> {
 
 /// One of the two.
 struct Place<C: Room> {
-    cell: UnsafeCell<Compensation<'static, C>>,
+    cell: UnsafeCell<Content<C>>,
     /// By the servo. Written by `Held` only.
     held: AtomicBool,
+}
+
+/// A compensation, with the lease of the bytes that it reads.
+struct Content<C: Room> {
+    compensation: Compensation<'static, C>,
+    lease: Option<Lease>,
 }
 
 // SAFETY: the cell is written only by the one `Loader`, and only while no reference into it
@@ -52,7 +59,10 @@ unsafe impl<C: Room> Sync for Place<C> {}
 impl<C: Room> Place<C> {
     const fn new() -> Self {
         Self {
-            cell: UnsafeCell::new(Compensation::empty()),
+            cell: UnsafeCell::new(Content {
+                compensation: Compensation::empty(),
+                lease: None,
+            }),
             held: AtomicBool::new(false),
         }
     }
@@ -62,7 +72,7 @@ impl<C: Room> Place<C> {
         // SAFETY: it is called from `Loaded` and `Loader`, whose borrows keep the one writer from
         // writing; and from `Held`, whose mark keeps the writer off. So no `&mut` exists while the
         // reference lives.
-        unsafe { &*self.cell.get() }
+        unsafe { &(*self.cell.get()).compensation }
     }
 }
 
@@ -143,16 +153,15 @@ impl<C: Room> Places<C> {
         Some((Loader { places: self }, driven))
     }
 
-    /// Takes both sides back, which ends the servo; both places are empty, and can be split again.
-    /// False if the sides are of other places: those stay split for ever.
+    /// Takes both sides back, which ends the servo; both places are empty, and can be split again. Leases
+    /// are dropped. False if the sides are of other places: those stay split for ever.
     pub fn unite(&'static self, mut loader: Loader<C>, driven: Driven<C>) -> bool {
         let ours = core::ptr::eq(self, loader.places) && core::ptr::eq(self, driven.places);
         // It holds no place any more.
         drop(driven);
         if ours {
             for place in &self.both {
-                // No bytes are no blob: refused, and emptied thereby.
-                let _ = loader.write(place, &[]);
+                drop(loader.empty(place));
             }
             self.taken.store(false, Ordering::Release);
         }
@@ -176,13 +185,20 @@ pub struct Loader<C: Room> {
 }
 
 impl<C: Room> Loader<C> {
-    /// Loads a slot into the vacant place; bytes after the blob are ignored.
+    /// Loads a blob into the vacant place, which is to be [vacated](Self::vacate) before: a lease that is
+    /// still there is dropped. Bytes after the blob are ignored.
     ///
     /// # Errors
-    /// [`NotLoaded`]
-    pub fn load(&mut self, slot: &'static [u8]) -> Result<Loaded<'_, C>, NotLoaded> {
+    /// [`NotLoaded`]. The lease of a blob that is refused comes back with the next `vacate`.
+    pub fn load(&mut self, blob: impl Into<Lease>) -> Result<Loaded<'_, C>, NotLoaded> {
         let place = self.vacant().ok_or(NotLoaded::Busy)?;
-        self.write(place, slot).map_err(NotLoaded::Refused)?;
+        let content = self.write(place);
+        let lease = content.lease.insert(blob.into());
+        // SAFETY: the compensation is emptied, or loaded with another lease, before this one leaves the
+        // place; it is seen only with the lifetimes of borrows.
+        let bytes = unsafe { lease.kept() };
+        let loaded = content.compensation.load_slot(bytes);
+        loaded.map_err(NotLoaded::Refused)?;
         Ok(Loaded {
             places: self.places,
             place,
@@ -190,17 +206,43 @@ impl<C: Room> Loader<C> {
         })
     }
 
-    /// Empties the vacant place, so that no place refers to any slot but the active one. False if
-    /// the servo holds both.
-    pub fn vacate(&mut self) -> bool {
-        match self.vacant() {
-            Some(place) => {
+    /// Loads a blob into the vacant place, has a look at the compensation in use and at this one, and
+    /// empties the place.
+    ///
+    /// # Errors
+    /// [`NotLoaded`]
+    pub fn try_on<R>(
+        &mut self,
+        blob: &[u8],
+        look: impl FnOnce(&Compensation<'_, C>, &Compensation<'_, C>) -> R,
+    ) -> Result<R, NotLoaded> {
+        /// Empties a compensation, whatever happens before.
+        struct Emptied<'c, C: Room>(&'c mut Compensation<'static, C>);
+        impl<C: Room> Drop for Emptied<'_, C> {
+            fn drop(&mut self) {
                 // No bytes are no blob: refused, and emptied thereby.
-                let _ = self.write(place, &[]);
-                true
+                let _ = self.0.load_slot(&[]);
             }
-            None => false,
         }
+        let place = self.vacant().ok_or(NotLoaded::Busy)?;
+        let active = self.places.other(place);
+        // SAFETY: the compensation is emptied before this returns or unwinds, so it does not outlive
+        // `blob`. Nobody else can read the place meanwhile: it is not held, and `self` is borrowed. `look`
+        // sees it with a lifetime of its own, and can keep nothing of it.
+        let blob: &'static [u8] = unsafe { &*core::ptr::from_ref(blob) };
+        let new = Emptied(&mut self.write(place).compensation);
+        new.0.load_slot(blob).map_err(NotLoaded::Refused)?;
+        Ok(look(active.read(), new.0))
+    }
+
+    /// Empties the vacant place, so that no place refers to any slot but the active one, and returns the
+    /// lease that was there.
+    ///
+    /// # Errors
+    /// [`NotLoaded::Busy`]: the servo holds both.
+    pub fn vacate(&mut self) -> Result<Option<Lease>, NotLoaded> {
+        let place = self.vacant().ok_or(NotLoaded::Busy)?;
+        Ok(self.empty(place))
     }
 
     /// The compensation that the servo uses; during a change the old one or the new one.
@@ -218,14 +260,21 @@ impl<C: Room> Loader<C> {
         self.places.both.iter().find(|place| !held(place))
     }
 
-    /// Writes into a place of these that is [`vacant`](Self::vacant).
-    fn write(&mut self, place: &Place<C>, slot: &'static [u8]) -> Result<(), LoadError> {
+    /// Empties a place of these that is [`vacant`](Self::vacant).
+    fn empty(&mut self, place: &Place<C>) -> Option<Lease> {
+        let content = self.write(place);
+        // No bytes are no blob: refused, and emptied thereby.
+        let _ = content.compensation.load_slot(&[]);
+        content.lease.take()
+    }
+
+    /// Write access to a place of these that is [`vacant`](Self::vacant).
+    fn write<'w>(&'w mut self, place: &'w Place<C>) -> &'w mut Content<C> {
         // SAFETY: the place is not held, so the servo has no reference to it; those of `Loaded` and
         // `current` are borrows of `self`, which is borrowed mutably. There is one `Loader` for
         // these places. The acquiring load in `vacant` comes after the servo's last reading, which
         // the releasing store of `Held` follows.
-        let compensation = unsafe { &mut *place.cell.get() };
-        compensation.load_slot(slot)
+        unsafe { &mut *place.cell.get() }
     }
 }
 

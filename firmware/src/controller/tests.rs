@@ -98,7 +98,7 @@ pub(super) fn loaded(scale: f32) -> Driven<Usual> {
     let places: &'static Places = Box::leak(Box::default());
     let (mut loader, mut driven) = places.split().unwrap();
     let blob: &'static AlignedBlob = leak(draft("m", b"XY", scale).encode().unwrap());
-    driven.replace(loader.load(blob).unwrap()).unwrap();
+    driven.replace(loader.load(&**blob).unwrap()).unwrap();
     driven
 }
 

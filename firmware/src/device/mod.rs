@@ -18,7 +18,7 @@ pub(crate) mod tests;
 mod upload;
 
 use trueaxis::Room;
-use trueaxis::link::{Activation, Fault, Slot, Upload};
+use trueaxis::link::{Activation, Fault, Refusal, Slot, Upload};
 
 use crate::places::{Loader, NotLoaded};
 use crate::slots::{Choice, Slots, TableFlash, WhileBusy};
@@ -121,14 +121,27 @@ where
 
     /// Loads a slot and gives it to the servo at once; at start only.
     fn take(&mut self, slot: Slot) -> Result<(), Fault> {
-        let blob = self.slots.blob(slot).ok_or(Fault::NoCompensation)?;
-        let loaded = self.loader.load(blob).map_err(|error| match error {
-            NotLoaded::Refused(error) => Fault::Load(slot, error),
-            NotLoaded::Busy => Fault::NoCompensation,
+        self.replace(slot).map_err(|error| match error {
+            Refusal::Load(error) => Fault::Load(slot, error),
+            _ => Fault::NoCompensation,
         })?;
-        let taken = self.servo.with(|side| side.replace(loaded));
-        taken.map_err(|_| Fault::NoCompensation)?;
         self.slots.set_active(Some(slot));
+        Ok(())
+    }
+
+    /// Loads a slot and gives it to the servo at once, while all corrections are zero.
+    fn replace(&mut self, slot: Slot) -> Result<(), Refusal> {
+        self.vacate()?;
+        let lease = self.slots.lease(slot).ok_or(Refusal::NotValid)?;
+        let loaded = self.loader.load(lease)?;
+        Ok(self.servo.with(|side| side.replace(loaded))?)
+    }
+
+    /// Empties the place that the servo does not read, so that its slot can be written.
+    fn vacate(&mut self) -> Result<(), NotLoaded> {
+        if let Some(lease) = self.loader.vacate()? {
+            self.slots.take_back(lease);
+        }
         Ok(())
     }
 

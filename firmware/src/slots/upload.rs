@@ -154,6 +154,9 @@ impl<F: TableFlash> Slots<F> {
             Some(progress) => return Ok(Beginning::Open(progress)),
             None => false,
         };
+        if self.is_leased(slot) {
+            return Err(SlotError::Leased);
+        }
         self.scan(slot);
         let found = self.found[slot.index()];
         let (same, proven) = match found.state {
@@ -268,7 +271,7 @@ impl<F: TableFlash> Slots<F> {
     /// [`SlotError::Refused`], [`SlotError::NotStandstill`]: nothing has changed.
     /// [`SlotError::Spoiled`], [`SlotError::Blob`], [`SlotError::OtherBlob`],
     /// [`SlotError::Readback`], [`SlotError::Flash`]: begin again. [`SlotError::Unusable`].
-    pub fn commit(&mut self, check: impl FnOnce(&'static [u8]) -> bool) -> Result<Slot, SlotError> {
+    pub fn commit(&mut self, check: impl FnOnce(&[u8]) -> bool) -> Result<Slot, SlotError> {
         let session = self.session.ok_or(SlotError::NoUpload)?;
         let Upload {
             slot, length, crc, ..
@@ -291,7 +294,7 @@ impl<F: TableFlash> Slots<F> {
             let offset = layout::record_at(self.length() as usize).start as u32;
             self.failed(slot, offset, SlotError::Readback { offset })
         })?;
-        if !check(self.flash.in_place(slot, length)) {
+        if !check(self.flash.read_in_place(slot, length)) {
             self.session = Some(session);
             return Err(SlotError::Refused);
         }

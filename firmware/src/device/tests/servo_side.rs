@@ -418,14 +418,14 @@ fn another_compensation_is_let_in_only_if_enabled_and_not_kept_at_zero() {
     for (enabled, kept) in [(true, true), (false, false), (false, true), (true, false)] {
         side.enable(enabled);
         side.keep_at_zero(kept);
-        side.replace(loader.load(blob).unwrap()).unwrap();
+        side.replace(loader.load(&**blob).unwrap()).unwrap();
         for _ in 0..500 {
             side.tick(&mut Source(Some(at(-50.0))), &mut LinkOnly, &NoClock);
         }
         assert_eq!(side.is_at_zero(), !enabled || kept, "{enabled} {kept}");
     }
     assert_eq!(
-        side.replace(loader.load(blob).unwrap()),
+        side.replace(loader.load(&**blob).unwrap()),
         Err(trueaxis::Refused::Busy),
         "not at zero"
     );
