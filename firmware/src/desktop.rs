@@ -6,7 +6,7 @@
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::vec::Vec;
 
@@ -16,7 +16,7 @@ use trueaxis::Usual;
 use trueaxis::link::Restart;
 
 use crate::device::{Device, Identity, LinkOnly, Machine, NoClock, ServoAccess, ServoSide};
-use crate::link::Link;
+use crate::link::{BootNonce, Link};
 use crate::mock_flash::MockFlash;
 use crate::places::Places;
 use crate::slots::Slots;
@@ -104,6 +104,16 @@ impl Write for Line {
     }
 }
 
+/// Counts the starts of this program's desktops.
+struct Starts;
+
+impl BootNonce for Starts {
+    fn boot_nonce(&mut self) -> Option<u64> {
+        static STARTS: AtomicU64 = AtomicU64::new(0);
+        Some(STARTS.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
 /// The device over a mock flash.
 pub type MockDevice<const WRITE: usize, const ERASE: usize> =
     Device<MockFlash<WRITE, ERASE>, Shared, Standstill, Usual>;
@@ -158,7 +168,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
             device,
             servo,
             standstill,
-            link: Link::new(),
+            link: Link::new(&mut Starts),
             line: Line::default(),
             places,
             period,

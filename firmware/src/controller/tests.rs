@@ -15,6 +15,7 @@ use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Usual};
 use crate::desktop::Line;
 use crate::device::tests::draft;
 use crate::device::{Command, LinkOnly, Machine, NoClock, PositionSource, ServoSide};
+use crate::link::BootNonce;
 use crate::mock_flash::MockFlash;
 use crate::places::{Driven, Places};
 use crate::temperature::{SensorError, Settings};
@@ -114,6 +115,15 @@ pub(super) fn shared(side: ServoSide<Usual>) -> &'static mut ServoSide<Usual> {
 /// The main loop's access to a side that no interrupt updates.
 pub(super) fn access(side: ServoSide<Usual>) -> Access<Usual> {
     leak(Shell::new(4000)).share(shared(side))
+}
+
+/// The same at every start.
+struct Nonce;
+
+impl BootNonce for Nonce {
+    fn boot_nonce(&mut self) -> Option<u64> {
+        Some(1)
+    }
 }
 
 /// A serial line, seen from its other end too.
@@ -249,7 +259,13 @@ impl Bench {
         };
         let access = shell.share(shared(ServoSide::new(driven, PERIOD)));
         Self {
-            main: MainLoop::start(board, Box::leak(Box::default()), loader, access, identity),
+            main: MainLoop::start(
+                board,
+                Box::leak(Box::new(Link::new(&mut Nonce))),
+                loader,
+                access,
+                identity,
+            ),
             shell,
             heart: Heart::new(Wire(Rc::clone(&healthy)), Dog(Rc::clone(&fed))),
             line,

@@ -10,13 +10,15 @@
 //! | `uart` | the serial line |
 //! | `nothing` | pins, a watchdog and sensors that are not there |
 //! | `wanted` | what a test wants to go wrong |
-//! | `bare` | all `unsafe`: registers at fixed addresses, and the mirror of the slots |
+//! | `starts` | counts starts, in a file |
+//! | `bare` | all `unsafe`: registers at fixed addresses |
 #![no_std]
 #![deny(unsafe_code)]
 
 mod bare;
 mod flash;
 mod nothing;
+mod starts;
 mod uart;
 mod wanted;
 
@@ -38,6 +40,7 @@ use trueaxis_firmware::temperature::{Settings, Temperatures};
 
 use flash::{FileFlash, SLOT};
 use nothing::{NoDog, NoPin, NoSensor};
+use starts::Starts;
 use uart::Uart;
 use wanted::{Wanted, wanted};
 
@@ -123,7 +126,7 @@ pub fn run<C: Room, const WRITE: usize>(
         bytes,
         slots,
     } = memory;
-    let flash = bare::mirrored(file, stand.while_busy, slots);
+    let flash = mirror::Mirrored::open(file, [0, SLOT as u32], stand.while_busy, slots);
     let access = shell.share(side.write(ServoSide::new(driven, period)));
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(CLOCK / stand.rate - 1);
@@ -144,7 +147,7 @@ pub fn run<C: Room, const WRITE: usize>(
         period,
         restart,
     };
-    let link = link.write(Link::new());
+    let link = link.write(Link::new(&mut Starts));
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 

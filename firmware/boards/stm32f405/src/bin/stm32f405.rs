@@ -27,7 +27,7 @@ use trueaxis_firmware::spi::Tolerance;
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
 use trueaxis_stm32f405::stm32f405::{
-    BAUD, CRYSTAL, Dog, InternalFlash, Motion, Silence, Uart, supply,
+    BAUD, CRYSTAL, Dog, InternalFlash, Motion, Random, Silence, Uart, supply,
 };
 use trueaxis_stm32f405::{AXES, PERIOD, RATE, Tables};
 
@@ -75,7 +75,7 @@ fn main() -> ! {
     let source = Config::hse(CRYSTAL);
     #[cfg(feature = "hsi")]
     let source = Config::hsi();
-    let mut rcc = chip.RCC.freeze(source.sysclk(168.MHz()));
+    let mut rcc = chip.RCC.freeze(source.sysclk(168.MHz()).require_pll48clk());
     #[cfg(not(feature = "hsi"))]
     supply::watch_crystal(&rcc);
     core.DCB.enable_trace();
@@ -147,7 +147,7 @@ fn main() -> ! {
         period: PERIOD,
         restart,
     };
-    let link = LINK.write(Link::new());
+    let link = LINK.write(Link::new(&mut Random::new(chip.RNG, &mut rcc)));
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 

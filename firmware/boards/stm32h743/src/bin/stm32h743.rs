@@ -28,7 +28,7 @@ use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tm
 use trueaxis_stm32h743::bare;
 use trueaxis_stm32h743::stm32h743::dma::Stream;
 use trueaxis_stm32h743::stm32h743::{
-    BAUD, CORE, Motion, SecondBank, Serial, Silence, clocks, supply,
+    BAUD, CORE, Motion, Random, SecondBank, Serial, Silence, clocks, supply,
 };
 use trueaxis_stm32h743::{AXES, PERIOD, RATE, Tables};
 
@@ -152,7 +152,7 @@ fn main() -> ! {
         period: PERIOD,
         restart,
     };
-    let link = LINK.write(Link::new());
+    let link = LINK.write(Link::new(&mut Random::new(chip.RNG)));
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 
