@@ -5,7 +5,7 @@ use trueaxis::{Refused, Room};
 
 use super::upload::same_machine;
 use super::{Device, Machine, ServoAccess, Stage};
-use crate::places::NotLoaded;
+use crate::double_buffer::NotLoaded;
 use crate::slots::TableFlash;
 
 /// A change that is under way.
@@ -102,7 +102,7 @@ where
         match self.change {
             Change::None => {}
             Change::Fading(slot) => {
-                if !self.servo.with(|side| side.driven().is_swapping()) {
+                if !self.servo.with(|side| side.servo().is_swapping()) {
                     self.arrived(slot);
                 }
             }

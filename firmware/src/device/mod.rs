@@ -1,4 +1,4 @@
-//! The controller around the servo: slots, places, settings, and what a host asks of them.
+//! The controller around the servo: slots, buffers, settings, and what a host asks of them.
 //!
 //! Two sides. [`ServoSide`] belongs to the servo interrupt, one [`tick`](ServoSide::tick) per
 //! period. [`Device`] belongs to the main loop, which calls
@@ -20,7 +20,7 @@ mod upload;
 use trueaxis::Room;
 use trueaxis::link::{Activation, Fault, Refusal, Slot, Upload};
 
-use crate::places::{Loader, NotLoaded};
+use crate::double_buffer::{Loader, NotLoaded};
 use crate::slots::{Choice, Slots, TableFlash, WhileBusy};
 use at_start::Wish;
 use budget::Budget;
@@ -68,8 +68,8 @@ where
     /// cannot use that; with none the corrections are zero, and [`fault`](Self::fault) says why. The
     /// corrections are let in if that is stored and there is no fault.
     ///
-    /// `loader` and the [`Driven`](crate::places::Driven) behind `servo` come from the same
-    /// [`Places`](crate::places::Places), and the corrections are still zero.
+    /// `loader` and the [`BufferedServo`](crate::double_buffer::BufferedServo) behind `servo` come from the same
+    /// [`DoubleBuffer`](crate::double_buffer::DoubleBuffer), and the corrections are still zero.
     #[must_use]
     pub fn start(
         slots: Slots<F>,
@@ -137,7 +137,7 @@ where
         Ok(self.servo.with(|side| side.replace(loaded))?)
     }
 
-    /// Empties the place that the servo does not read, so that its slot can be written.
+    /// Empties the buffer that the servo does not read, so that its slot can be written.
     fn vacate(&mut self) -> Result<(), NotLoaded> {
         if let Some(lease) = self.loader.vacate()? {
             self.slots.take_back(lease);

@@ -7,7 +7,7 @@ use trueaxis::{Compensation, Room, Row};
 use super::at_start::Wish;
 use super::change::Change;
 use super::{Device, Machine, ServoAccess};
-use crate::places::Loader;
+use crate::double_buffer::Loader;
 use crate::slots::{Progress, Slot, SlotError, SlotState, TableFlash};
 
 /// What is being uploaded, beyond what the slots know.

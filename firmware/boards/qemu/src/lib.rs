@@ -33,7 +33,7 @@ use trueaxis_firmware::controller::{Board, Heart, MainLoop, Shell, log};
 use trueaxis_firmware::device::{Identity, LinkOnly, NoClock, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::mirror;
-use trueaxis_firmware::places::Places;
+use trueaxis_firmware::double_buffer::DoubleBuffer;
 use trueaxis_firmware::record::Flags;
 use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
@@ -99,7 +99,7 @@ fn stop(what: &str) -> ! {
 /// The program: starts everything and serves the link for ever. `WRITE`: bytes of a word of the flash.
 pub fn run<C: Room, const WRITE: usize>(
     stand: Stand,
-    places: &'static Places<C>,
+    buffers: &'static DoubleBuffer<C>,
     shell: &'static Shell<C>,
     memory: &'static mut Memory<C>,
 ) -> ! {
@@ -112,7 +112,7 @@ pub fn run<C: Room, const WRITE: usize>(
             None => {}
         }
     }
-    let (Some(mut core), Some((loader, driven))) = (cortex_m::Peripherals::take(), places.split())
+    let (Some(mut core), Some((loader, servo))) = (cortex_m::Peripherals::take(), buffers.split())
     else {
         stop("started twice")
     };
@@ -127,7 +127,7 @@ pub fn run<C: Room, const WRITE: usize>(
         slots,
     } = memory;
     let flash = mirror::Mirrored::open(file, [0, SLOT as u32], stand.while_busy, slots);
-    let access = shell.share(side.write(ServoSide::new(driven, period)));
+    let access = shell.share(side.write(ServoSide::new(servo, period)));
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(CLOCK / stand.rate - 1);
     core.SYST.clear_current();

@@ -433,11 +433,13 @@ fn a_choice_of_which_only_half_was_written_is_stored_again_by_the_next_start() {
         assert!(slots.is_choice_halved());
         assert_eq!(slots.choice(), choice);
         let mut desktop = Desktop::start(slots.close(), PERIOD);
-        let waits = while_busy != WhileBusy::ServoInRam;
         assert_eq!(at_start(&mut desktop).storing, Storing::Pending);
-        // Where that stalls the servo, once the machine has stood still.
+        // Where that stalls the servo, once the machine stands still.
+        desktop.standstill.set(false);
         stand(&mut desktop, 10);
-        assert_eq!(at_start(&mut desktop).storing == Storing::Pending, waits);
+        let stalls = while_busy != WhileBusy::ServoInRam;
+        assert_eq!(at_start(&mut desktop).storing == Storing::Pending, stalls);
+        desktop.standstill.set(true);
         stand(&mut desktop, 4000);
         assert_eq!(at_start(&mut desktop).storing, Storing::Stored);
         assert!(status(&mut desktop).enabled);

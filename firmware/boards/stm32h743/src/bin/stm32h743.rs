@@ -22,7 +22,7 @@ use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shel
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
-use trueaxis_firmware::places::Places;
+use trueaxis_firmware::double_buffer::DoubleBuffer;
 use trueaxis_firmware::spi::Tolerance;
 use trueaxis_firmware::temperature::{Settings, SoftI2c, Temperatures, Tmp117, Tmp117Address};
 use trueaxis_stm32h743::bare;
@@ -50,7 +50,7 @@ impl Watchdog for Dog {
 /// Nominally so long without a servo interrupt or a main loop until the watchdog bites, µs.
 const BITES: u32 = 10_000;
 
-static PLACES: Places<Tables> = Places::new();
+static BUFFERS: DoubleBuffer<Tables> = DoubleBuffer::new();
 static SHELL: Shell<Tables> = Shell::new(RATE);
 
 defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
@@ -80,7 +80,7 @@ fn main() -> ! {
     let Some(mut core) = cortex_m::Peripherals::take() else {
         fail(line!(), "started twice")
     };
-    let Some((loader, driven)) = PLACES.split() else {
+    let Some((loader, servo)) = BUFFERS.split() else {
         fail(line!(), "started twice")
     };
     let restart = trueaxis_cortex_m::start(supply::flags(), bare::fault_pin_low);
@@ -126,7 +126,7 @@ fn main() -> ! {
         fail(line!(), "started twice")
     };
 
-    let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
+    let access = SHELL.share(SIDE.write(ServoSide::new(servo, PERIOD)));
     let mut watchdog = IndependentWatchdog::new(chip.IWDG1, BITES);
     watchdog.unleash();
     let healthy = Output::new(chip.PB0, Level::Low, Speed::Low);
