@@ -160,7 +160,7 @@ impl<C: Room> DoubleBuffer<C> {
         drop(servo);
         if ours {
             for buffer in &self.both {
-                drop(loader.empty(buffer));
+                let _ = loader.empty(buffer);
             }
             self.taken.store(false, Ordering::Release);
         }
