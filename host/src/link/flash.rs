@@ -200,12 +200,19 @@ fn upload<P: Port>(
     let mut resumed = None;
     let mut last = FlashError::NotReady(Upload::None);
     for _ in 0..ATTEMPTS {
-        let done = begin(client, (length, crc), progress).and_then(|next| {
-            resumed.get_or_insert(next);
-            send(client, blob, next, progress)?;
-            Ok(client.upload(last_request)?)
-        });
-        let resumed = resumed.unwrap_or(0);
+        let next = match begin(client, (length, crc), progress) {
+            // A block was not erased: once more, then the controller names it.
+            Err(FlashError::Link(LinkError::Refused(
+                refusal @ (Refusal::Spoiled | Refusal::Flash),
+            ))) => {
+                last = refusal.into();
+                continue;
+            }
+            begun => begun?,
+        };
+        let resumed = *resumed.get_or_insert(next);
+        let done =
+            send(client, blob, next, progress).and_then(|()| Ok(client.upload(last_request)?));
         match done {
             Ok(_) => return Ok(resumed),
             // The controller has restarted, or the flash holds something else than was sent.
