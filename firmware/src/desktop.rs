@@ -6,7 +6,7 @@
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::vec::Vec;
 
@@ -16,9 +16,9 @@ use trueaxis::Usual;
 use trueaxis::link::Restart;
 
 use crate::device::{Device, Identity, LinkOnly, Machine, NoClock, ServoAccess, ServoSide};
-use crate::link::Link;
+use crate::double_buffer::DoubleBuffer;
+use crate::link::{BootNonce, Link};
 use crate::mock_flash::MockFlash;
-use crate::places::Places;
 use crate::slots::Slots;
 
 /// The servo side with the default capacities.
@@ -104,6 +104,16 @@ impl Write for Line {
     }
 }
 
+/// Counts the starts of this program's desktops.
+struct Starts;
+
+impl BootNonce for Starts {
+    fn boot_nonce(&mut self) -> Option<u64> {
+        static STARTS: AtomicU64 = AtomicU64::new(0);
+        Some(STARTS.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
 /// The device over a mock flash.
 pub type MockDevice<const WRITE: usize, const ERASE: usize> =
     Device<MockFlash<WRITE, ERASE>, Shared, Standstill, Usual>;
@@ -120,7 +130,7 @@ pub struct Desktop<const WRITE: usize = 4, const ERASE: usize = 256> {
     pub link: Link,
     /// What it runs over.
     pub line: Line,
-    places: &'static Places,
+    buffers: &'static DoubleBuffer,
     period: f32,
 }
 
@@ -139,11 +149,11 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         watch: impl FnOnce(&mut MockFlash<WRITE, ERASE>, &Shared),
     ) -> Self {
         let pooled = pool().pop();
-        let places = pooled.unwrap_or_else(|| Box::leak(Box::default()));
-        let Some((loader, driven)) = places.split() else {
-            unreachable!("the places are new");
+        let buffers = pooled.unwrap_or_else(|| Box::leak(Box::default()));
+        let Some((loader, servo)) = buffers.split() else {
+            unreachable!("the buffers are new");
         };
-        let servo = Shared(Arc::new(Mutex::new(ServoSide::new(driven, period))));
+        let servo = Shared(Arc::new(Mutex::new(ServoSide::new(servo, period))));
         let standstill = Standstill(Arc::new(AtomicBool::new(true)));
         watch(&mut flash, &servo);
         let identity = Identity {
@@ -158,9 +168,9 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
             device,
             servo,
             standstill,
-            link: Link::new(),
+            link: Link::new(&mut Starts),
             line: Line::default(),
-            places,
+            buffers,
             period,
         }
     }
@@ -182,7 +192,7 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         let Self {
             device,
             servo,
-            places,
+            buffers,
             ..
         } = self;
         let (slots, loader, other) = device.close();
@@ -190,11 +200,11 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
         // It may know the servo too.
         flash.set_listener(|_| ());
         drop(other);
-        // Whoever else holds the servo keeps the places for ever.
+        // Whoever else holds the servo keeps the buffers for ever.
         if let Some(side) = Arc::into_inner(servo.0) {
             let side = side.into_inner().unwrap_or_else(PoisonError::into_inner);
-            if places.unite(loader, side.into_driven()) {
-                pool().push(places);
+            if buffers.unite(loader, side.into_servo()) {
+                pool().push(buffers);
             }
         }
         flash.set_fuel(None);
@@ -209,8 +219,8 @@ impl<const WRITE: usize, const ERASE: usize> Desktop<WRITE, ERASE> {
     }
 }
 
-/// Places that are not in use: some 40 kB each, and they must live for ever.
-fn pool() -> MutexGuard<'static, Vec<&'static Places>> {
-    static POOL: Mutex<Vec<&'static Places>> = Mutex::new(Vec::new());
+/// DoubleBuffer that are not in use: some 40 kB each, and they must live for ever.
+fn pool() -> MutexGuard<'static, Vec<&'static DoubleBuffer>> {
+    static POOL: Mutex<Vec<&'static DoubleBuffer>> = Mutex::new(Vec::new());
     POOL.lock().unwrap_or_else(PoisonError::into_inner)
 }

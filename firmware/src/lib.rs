@@ -14,12 +14,12 @@ pub mod cycles;
 #[cfg(any(test, feature = "mock"))]
 pub mod desktop;
 pub mod device;
+pub mod double_buffer;
 pub mod link;
 pub mod mirror;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock_flash;
 pub mod motion_side;
-pub mod places;
 pub mod record;
 pub mod slots;
 pub mod spi;

@@ -14,7 +14,7 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-use crate::slots::{Slot, TableFlash, WhileBusy};
+use crate::slots::{Mapped, Slot, TableFlash, WhileBusy};
 
 /// Bytes that are read at once while all is well.
 const PIECE: usize = 1024;
@@ -56,13 +56,7 @@ pub struct Mirrored<F, const SLOT: usize> {
 
 impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
     /// Reads both slots, which begin at `starts` in the addresses of the driver.
-    ///
-    /// # Safety
-    /// It is given to [`Slots`](crate::slots::Slots), which changes only a slot that is not active, or
-    /// what is behind the blob of one that is; and whoever keeps bytes of a slot that is not active
-    /// [in place](TableFlash::in_place) does not look at them once an upload has begun (see
-    /// [`Loader::vacate`](crate::places::Loader::vacate)).
-    pub unsafe fn open(
+    pub fn open(
         flash: F,
         starts: [u32; 2],
         while_busy: WhileBusy,
@@ -121,8 +115,7 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
             };
             // SAFETY: `at` and the `count` bytes behind it are within the cell: `end` is at most that of the
             // slot. `bytes`, as many, do not overlap it: they are of the caller. `self` alone has this memory,
-            // and is borrowed mutably; for those that `in_place` has given away see `open`. There is no
-            // reference to the others.
+            // and is borrowed mutably: whoever looks at these bytes meanwhile breaks what `Mapped` promises.
             unsafe {
                 let place = cell.get().cast::<u8>().add(at);
                 place.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
@@ -131,19 +124,18 @@ impl<F: NorFlash, const SLOT: usize> Mirrored<F, SLOT> {
     }
 
     /// The first bytes of a slot; none, if there are not so many.
-    fn bytes(&self, slot: Slot, length: usize) -> &'static [u8] {
+    fn mapped(&self, slot: Slot, length: usize) -> Mapped {
         let [a, b] = &self.memory.0;
         let cell = match slot {
             Slot::A => a,
             Slot::B => b,
         };
         if length > SLOT {
-            return &[];
+            return Mapped::constant(&[]);
         }
         // SAFETY: these bytes are within the cell, which is initialised and lives for ever. They are
-        // changed by `put` alone, which needs `self` mutably; that nobody keeps a reference to bytes
-        // that it changes, see `open`.
-        unsafe { core::slice::from_raw_parts(cell.get().cast::<u8>().cast_const(), length) }
+        // changed by `put` alone, which `open`, `erase` and `write` call with `self` mutably.
+        unsafe { Mapped::new(cell.get().cast::<u8>().cast_const(), length) }
     }
 }
 
@@ -190,8 +182,8 @@ impl<F: NorFlash, const SLOT: usize> TableFlash for Mirrored<F, SLOT> {
         start..start + SLOT as u32
     }
 
-    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
-        self.bytes(slot, length as usize)
+    fn in_place(&self, slot: Slot, length: u32) -> Mapped {
+        self.mapped(slot, length as usize)
     }
 
     fn while_busy(&self) -> WhileBusy {

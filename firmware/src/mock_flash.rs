@@ -2,7 +2,7 @@
 
 use std::boxed::Box;
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -14,7 +14,7 @@ use embedded_storage::nor_flash::{
     check_write,
 };
 
-use crate::slots::{Slot, TableFlash, WhileBusy};
+use crate::slots::{Mapped, Slot, Slots, TableFlash, WhileBusy};
 
 /// Why the mock did not do what it was asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +25,8 @@ pub enum MockError {
     NotBlank,
     /// A word whose error-correcting code does not hold was read.
     Torn,
+    /// A word with a [`Defect`] was programmed.
+    Defective,
     /// The address is no multiple of the size, or outside.
     Place(NorFlashErrorKind),
 }
@@ -33,7 +35,9 @@ impl NorFlashError for MockError {
     fn kind(&self) -> NorFlashErrorKind {
         match *self {
             Self::Place(kind) => kind,
-            Self::PowerCut | Self::NotBlank | Self::Torn => NorFlashErrorKind::Other,
+            Self::PowerCut | Self::NotBlank | Self::Torn | Self::Defective => {
+                NorFlashErrorKind::Other
+            }
         }
     }
 }
@@ -56,6 +60,30 @@ pub enum CutErase {
     Descending,
     /// Any bits are erased; the number decides which.
     Scattered(u64),
+}
+
+/// How a word of the flash fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// Programming it is an error until its block is erased: a word that reads blank and is not, as
+    /// cut programming leaves it where there is an error-correcting code.
+    UntilErased,
+    /// Programming it is always an error.
+    Refuses,
+    /// Some of its bits stay at 1 when it is programmed, without an error.
+    Misreads,
+    /// It keeps its bits, whatever is erased or programmed, without an error.
+    Stuck,
+}
+
+impl Defect {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::UntilErased,
+        Self::Refuses,
+        Self::Misreads,
+        Self::Stuck,
+    ];
 }
 
 /// Of an error-correcting code: the words for which it does not hold.
@@ -82,7 +110,8 @@ pub struct MockFlash<const WRITE: usize = 4, const ERASE: usize = 256> {
     listener: Option<Listener>,
     programmed_weak: u32,
     refused: u32,
-    stuck: Option<usize>,
+    /// Words that fail.
+    defects: BTreeMap<usize, Defect>,
     code: Option<Code>,
     in_place: RefCell<[Option<&'static [u8]>; 2]>,
 }
@@ -102,7 +131,7 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
             listener: None,
             programmed_weak: 0,
             refused: 0,
-            stuck: None,
+            defects: BTreeMap::new(),
             code: None,
             in_place: RefCell::new([None; 2]),
         }
@@ -164,9 +193,10 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         self.refused
     }
 
-    /// A byte at this place of the flash that stays as it is, whatever is erased or written.
-    pub fn set_stuck(&mut self, place: Option<usize>) {
-        self.stuck = place;
+    /// The word at this byte of a slot fails from now on.
+    pub fn set_defect(&mut self, slot: Slot, byte: usize, defect: Defect) {
+        let place = slot.index() * self.memory.len() / 2 + byte;
+        self.defects.insert(place / WRITE, defect);
     }
 
     /// Flips one bit of a slot; with a code, the word can be read no longer, or can be again.
@@ -255,8 +285,11 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
 
     fn erase_block(&mut self, block: usize) -> Result<(), MockError> {
         let bytes = block * ERASE..(block + 1) * ERASE;
-        let stuck = self.stuck.filter(|place| bytes.contains(place));
-        let stuck = stuck.map(|place| (place, self.memory[place]));
+        let words = bytes.start / WRITE..bytes.end / WRITE;
+        let stuck: Vec<_> = (self.defects.range(words.clone()))
+            .filter(|(_, defect)| **defect == Defect::Stuck)
+            .map(|(word, _)| (word * WRITE, self.memory[word * WRITE..][..WRITE].to_vec()))
+            .collect();
         self.changed(bytes.start);
         self.notify(Busy::Erase);
         self.weak[block] = true;
@@ -281,9 +314,11 @@ impl<const WRITE: usize, const ERASE: usize> MockFlash<WRITE, ERASE> {
         }
         self.tear(bytes.start / WRITE..bytes.end / WRITE, false);
         self.memory[bytes].fill(0xFF);
-        if let Some((place, byte)) = stuck {
-            self.memory[place] = byte;
+        for (start, held) in stuck {
+            self.memory[start..start + WRITE].copy_from_slice(&held);
         }
+        self.defects
+            .retain(|word, defect| *defect != Defect::UntilErased || !words.contains(word));
         self.weak[block] = false;
         self.erases[block] += 1;
         Ok(())
@@ -374,6 +409,10 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE
                 self.refused += 1;
                 return Err(MockError::NotBlank);
             }
+            let defect = self.defects.get(&(start / WRITE)).copied();
+            if matches!(defect, Some(Defect::UntilErased | Defect::Refuses)) {
+                return Err(MockError::Defective);
+            }
             if self.weak[start / ERASE] {
                 self.programmed_weak += 1;
             }
@@ -383,9 +422,11 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for MockFlash<WRITE, ERASE
                     self.tear(start / WRITE..start / WRITE + 1, true);
                     return Err(MockError::PowerCut);
                 }
-                if self.stuck != Some(place) {
-                    self.memory[place] &= byte;
-                }
+                self.memory[place] &= match defect {
+                    Some(Defect::Stuck) => 0xFF,
+                    Some(Defect::Misreads) => byte | 0x11,
+                    _ => byte,
+                };
             }
         }
         Ok(())
@@ -403,17 +444,25 @@ impl<const WRITE: usize, const ERASE: usize> TableFlash for MockFlash<WRITE, ERA
     ///
     /// # Panics
     /// One of these bytes cannot be read: on a target, a fault of the bus.
-    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+    fn in_place(&self, slot: Slot, length: u32) -> Mapped {
         let start = slot.index() * self.memory.len() / 2;
         let end = start + length as usize;
         assert!(!self.is_torn(start..end), "a torn word is read in place");
         let copies = &mut self.in_place.borrow_mut()[slot.index()];
         let copy: &'static [u8] = copies.get_or_insert_with(|| aligned(self.bytes(slot)));
-        &copy[..length as usize]
+        Mapped::constant(&copy[..length as usize])
     }
 
     fn while_busy(&self) -> WhileBusy {
         self.while_busy
+    }
+}
+
+impl<const WRITE: usize, const ERASE: usize> Slots<MockFlash<WRITE, ERASE>> {
+    /// Gives the flash back. What is leased is a copy, and stays as it is.
+    #[must_use]
+    pub fn close(self) -> MockFlash<WRITE, ERASE> {
+        self.into_flash()
     }
 }
 

@@ -9,18 +9,22 @@
 //! returns, with a [`SlotState`] or a [`SlotError`].
 
 mod access;
+mod bad_blocks;
 mod choices;
 mod error;
 mod layout;
+mod lease;
 mod scan;
 mod tail;
 mod upload;
 
 pub use choices::{Choice, Table};
 pub use error::SlotError;
+pub use lease::{Lease, Mapped};
 pub use trueaxis::link::{Damage, Slot, SlotState, WhileBusy};
 pub use upload::{Progress, Upload};
 
+use bad_blocks::Health;
 use choices::Choices;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
@@ -38,16 +42,17 @@ pub trait TableFlash: NorFlash {
     /// slots of the same length.
     fn range(&self, slot: Slot) -> Range<u32>;
 
-    /// The first `length` bytes of a slot in place, for a compensation that is read there for as long
-    /// as the program runs; a slot starts at a multiple of 32 bytes.
+    /// The first `length` bytes of a slot in place; a slot starts at a multiple of 32 bytes.
     ///
     /// Called only for bytes that [`read`](embedded_storage::nor_flash::ReadNorFlash::read) has just
     /// given: with an error-correcting code, one that does not hold is an error of `read`, so that no
     /// access in place becomes a fault of the bus.
-    ///
-    /// [`Slots`] does not change a blob that is [active](Slots::set_active), only bytes behind it;
-    /// whoever keeps bytes of a slot that is not must not look at them again once an upload has begun.
-    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8];
+    fn in_place(&self, slot: Slot, length: u32) -> Mapped;
+
+    /// The same, as long as nothing is erased or programmed.
+    fn read_in_place(&self, slot: Slot, length: u32) -> &[u8] {
+        self.in_place(slot, length).borrowed(self)
+    }
 
     /// What keeps the servo running while this flash erases or programs.
     fn while_busy(&self) -> WhileBusy;
@@ -63,6 +68,9 @@ pub struct Slots<F> {
     flash: F,
     found: [Found; 2],
     choices: [Choices; 2],
+    health: [Health; 2],
+    /// Leases of the blob of each slot that are out.
+    leases: [u8; 2],
     active: Option<Slot>,
     standstill: bool,
     session: Option<Session>,
@@ -90,6 +98,8 @@ impl<F: TableFlash> Slots<F> {
             flash,
             found: [Found::NOTHING; 2],
             choices: [Choices::default(); 2],
+            health: [Health::Sound; 2],
+            leases: [0; 2],
             active: None,
             standstill: false,
             session: None,
@@ -100,8 +110,9 @@ impl<F: TableFlash> Slots<F> {
         slots
     }
 
-    /// Gives the flash back.
-    pub fn close(self) -> F {
+    /// The flash, of which nothing may be leased that can change.
+    #[cfg(any(test, feature = "mock"))]
+    pub(crate) fn into_flash(self) -> F {
         self.flash
     }
 
@@ -148,20 +159,15 @@ impl<F: TableFlash> Slots<F> {
     /// The valid slot with the newest blob.
     #[must_use]
     pub fn newest(&self) -> Option<Slot> {
-        match self.found.map(|found| found.valid()) {
+        let sequences = Slot::BOTH.map(|slot| match self.state(slot) {
+            SlotState::Valid { sequence, .. } => Some(sequence),
+            _ => None,
+        });
+        match sequences {
             [Some(a), Some(b)] if newer(b, a) => Some(Slot::B),
             [Some(_), _] => Some(Slot::A),
             [None, Some(_)] => Some(Slot::B),
             [None, None] => None,
-        }
-    }
-
-    /// The blob of a valid slot, in place. Loading checks it again.
-    #[must_use]
-    pub fn blob(&self, slot: Slot) -> Option<&'static [u8]> {
-        match self.state(slot) {
-            SlotState::Valid { length, .. } => Some(self.flash.in_place(slot, length)),
-            _ => None,
         }
     }
 

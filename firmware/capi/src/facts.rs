@@ -69,6 +69,8 @@ pub const TRUEAXIS_DISABLED: u16 = 1 << 7;
 pub const TRUEAXIS_DRY_RUN: u16 = 1 << 8;
 /// Condition: a tool length or a temperature that matters was never set or is not usable.
 pub const TRUEAXIS_BAD_AUXILIARY: u16 = 1 << 9;
+/// Condition: nothing is loaded, so nothing is corrected.
+pub const TRUEAXIS_NOTHING_LOADED: u16 = 1 << 10;
 
 const _: () = {
     assert!(size_of::<TablesMemory>() == TRUEAXIS_TABLES_SIZE);
@@ -85,6 +87,7 @@ const _: () = {
     assert!(TRUEAXIS_DISABLED == Conditions::DISABLED.0);
     assert!(TRUEAXIS_DRY_RUN == Conditions::DRY_RUN.0);
     assert!(TRUEAXIS_BAD_AUXILIARY == Conditions::BAD_AUXILIARY.0);
+    assert!(TRUEAXIS_NOTHING_LOADED == Conditions::NOTHING_LOADED.0);
 };
 
 /// Memory for tables, for a `static` or wherever there is room.

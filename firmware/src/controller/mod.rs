@@ -33,8 +33,8 @@ use embedded_io::{Read, ReadReady, Write};
 use trueaxis::Room;
 
 use crate::device::{Device, Identity, ServoAccess};
+use crate::double_buffer::Loader;
 use crate::link::Link;
-use crate::places::Loader;
 use crate::slots::{Slot, SlotState, Slots, TableFlash};
 use crate::temperature::{Temperatures, Thermometer};
 

@@ -22,7 +22,7 @@ impl Shown {
     pub fn of<C: Room>(side: &ServoSide<C>) -> Self {
         if !side.is_healthy() {
             Self::Fault
-        } else if side.is_enabled() && side.driven().factor() == 1.0 {
+        } else if side.is_enabled() && side.servo().factor() == 1.0 {
             Self::Correcting
         } else {
             Self::Idle

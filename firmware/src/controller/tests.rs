@@ -15,8 +15,9 @@ use trueaxis::{AlignedBlob, Auxiliary, AuxiliaryKind, Usual};
 use crate::desktop::Line;
 use crate::device::tests::draft;
 use crate::device::{Command, LinkOnly, Machine, NoClock, PositionSource, ServoSide};
+use crate::double_buffer::{BufferedServo, DoubleBuffer};
+use crate::link::BootNonce;
 use crate::mock_flash::MockFlash;
-use crate::places::{Driven, Places};
 use crate::temperature::Settings;
 
 use super::*;
@@ -94,12 +95,12 @@ impl InputPin for Wire {
 }
 
 /// A servo with the compensation of [`draft`].
-pub(super) fn loaded(scale: f32) -> Driven<Usual> {
-    let places: &'static Places = Box::leak(Box::default());
-    let (mut loader, mut driven) = places.split().unwrap();
+pub(super) fn loaded(scale: f32) -> BufferedServo<Usual> {
+    let buffers: &'static DoubleBuffer = Box::leak(Box::default());
+    let (mut loader, mut servo) = buffers.split().unwrap();
     let blob: &'static AlignedBlob = leak(draft("m", b"XY", scale).encode().unwrap());
-    driven.replace(loader.load(blob).unwrap()).unwrap();
-    driven
+    servo.replace(loader.load(&**blob).unwrap()).unwrap();
+    servo
 }
 
 /// A servo side with the compensation of [`draft`].
@@ -114,6 +115,15 @@ pub(super) fn shared(side: ServoSide<Usual>) -> &'static mut ServoSide<Usual> {
 /// The main loop's access to a side that no interrupt updates.
 pub(super) fn access(side: ServoSide<Usual>) -> Access<Usual> {
     leak(Shell::new(4000)).share(shared(side))
+}
+
+/// The same at every start.
+struct Nonce;
+
+impl BootNonce for Nonce {
+    fn boot_nonce(&mut self) -> Option<u64> {
+        Some(1)
+    }
 }
 
 /// A serial line, seen from its other end too.
@@ -224,8 +234,8 @@ impl Bench {
             let slot = slots.commit(|_| true).unwrap();
             slots.choose(slots.choosing(slot)).unwrap();
         }
-        let places: &'static Places = Box::leak(Box::default());
-        let (loader, driven) = places.split().unwrap();
+        let buffers: &'static DoubleBuffer = Box::leak(Box::default());
+        let (loader, servo) = buffers.split().unwrap();
         let shell = leak(Shell::new(4000));
         let port = Port::default();
         let [drives_off, lamp, healthy] = [true, false, false].map(Pin::new);
@@ -249,9 +259,15 @@ impl Bench {
             period: PERIOD,
             restart: Restart::Unknown,
         };
-        let access = shell.share(shared(ServoSide::new(driven, PERIOD)));
+        let access = shell.share(shared(ServoSide::new(servo, PERIOD)));
         Self {
-            main: MainLoop::start(board, Box::leak(Box::default()), loader, access, identity),
+            main: MainLoop::start(
+                board,
+                Box::leak(Box::new(Link::new(&mut Nonce))),
+                loader,
+                access,
+                identity,
+            ),
             shell,
             heart: Heart::new(Wire(Rc::clone(&healthy)), Dog(Rc::clone(&fed))),
             line,

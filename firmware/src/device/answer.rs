@@ -54,8 +54,8 @@ where
     fn evaluate<'a>(&mut self, bytes: &[u8], out: &'a mut [u8]) -> Result<&'a [u8], Refusal> {
         let axes = self.axes()?;
         let (swapping, weights) = self.servo.with(|side| {
-            let driven = side.driven();
-            (driven.is_swapping(), *driven.wanted_weights())
+            let servo = side.servo();
+            (servo.is_swapping(), *servo.wanted_weights())
         });
         if swapping {
             // The weights are those of the new one already.
@@ -85,8 +85,8 @@ where
     fn weights(&mut self) -> Result<heapless::Vec<TermWeight, ADJUSTABLE>, Refusal> {
         self.axes()?;
         let (swapping, weights) = self.servo.with(|side| {
-            let driven = side.driven();
-            (driven.is_swapping(), *driven.wanted_weights())
+            let servo = side.servo();
+            (servo.is_swapping(), *servo.wanted_weights())
         });
         if swapping {
             // The weights are those of the new one already.

@@ -5,7 +5,7 @@ use trueaxis::{Refused, Room};
 
 use super::upload::same_machine;
 use super::{Device, Machine, ServoAccess, Stage};
-use crate::places::NotLoaded;
+use crate::double_buffer::NotLoaded;
 use crate::slots::TableFlash;
 
 /// A change that is under way.
@@ -55,8 +55,9 @@ where
         self.end_ramp();
         let choice = self.choosing(slot);
         // Not valid either while an upload goes there.
-        let blob = self.slots.blob(slot).ok_or(Refusal::NotValid)?;
-        let loaded = self.loader.load(blob)?;
+        self.vacate()?;
+        let lease = self.slots.lease(slot).ok_or(Refusal::NotValid)?;
+        let loaded = self.loader.load(lease)?;
         let same = same_machine(loaded.active(), loaded.compensation());
         if !force && !same {
             return Err(Refusal::OtherMachine);
@@ -101,17 +102,13 @@ where
         match self.change {
             Change::None => {}
             Change::Fading(slot) => {
-                if !self.servo.with(|side| side.driven().is_swapping()) {
+                if !self.servo.with(|side| side.servo().is_swapping()) {
                     self.arrived(slot);
                 }
             }
             Change::Ramping(slot) => {
                 if self.servo.with(|side| side.is_at_zero()) {
-                    let blob = self.slots.blob(slot).unwrap_or(&[]);
-                    let replaced = match self.loader.load(blob) {
-                        Ok(loaded) => self.servo.with(|side| side.replace(loaded)).is_ok(),
-                        Err(_) => false,
-                    };
+                    let replaced = self.replace(slot).is_ok();
                     self.servo.with(|side| side.keep_at_zero(false));
                     if replaced {
                         self.arrived(slot);
@@ -129,7 +126,7 @@ where
         self.fault = None;
         self.slots.set_active(Some(slot));
         // What was in use before may be written over from now on.
-        self.loader.vacate();
+        let _ = self.vacate();
         self.wish(self.chosen);
     }
 }

@@ -1,4 +1,4 @@
-//! The controller around the servo: slots, places, settings, and what a host asks of them.
+//! The controller around the servo: slots, buffers, settings, and what a host asks of them.
 //!
 //! Two sides. [`ServoSide`] belongs to the servo interrupt, one [`tick`](ServoSide::tick) per
 //! period. [`Device`] belongs to the main loop, which calls
@@ -18,9 +18,9 @@ pub(crate) mod tests;
 mod upload;
 
 use trueaxis::Room;
-use trueaxis::link::{Activation, Fault, Slot, Upload};
+use trueaxis::link::{Activation, Fault, Refusal, Slot, Upload};
 
-use crate::places::{Loader, NotLoaded};
+use crate::double_buffer::{Loader, NotLoaded};
 use crate::slots::{Choice, Slots, TableFlash, WhileBusy};
 use at_start::Wish;
 use budget::Budget;
@@ -68,8 +68,8 @@ where
     /// cannot use that; with none the corrections are zero, and [`fault`](Self::fault) says why. The
     /// corrections are let in if that is stored and there is no fault.
     ///
-    /// `loader` and the [`Driven`](crate::places::Driven) behind `servo` come from the same
-    /// [`Places`](crate::places::Places), and the corrections are still zero.
+    /// `loader` and the [`BufferedServo`](crate::double_buffer::BufferedServo) behind `servo` come from the same
+    /// [`DoubleBuffer`](crate::double_buffer::DoubleBuffer), and the corrections are still zero.
     #[must_use]
     pub fn start(
         slots: Slots<F>,
@@ -112,19 +112,36 @@ where
         if choice.enable && device.fault.is_none() {
             device.servo.with(|side| side.enable(true));
         }
+        if device.slots.is_choice_halved() {
+            // The power went while it was stored.
+            device.wish = Wish::Pending(choice);
+        }
         device
     }
 
     /// Loads a slot and gives it to the servo at once; at start only.
     fn take(&mut self, slot: Slot) -> Result<(), Fault> {
-        let blob = self.slots.blob(slot).ok_or(Fault::NoCompensation)?;
-        let loaded = self.loader.load(blob).map_err(|error| match error {
-            NotLoaded::Refused(error) => Fault::Load(slot, error),
-            NotLoaded::Busy => Fault::NoCompensation,
+        self.replace(slot).map_err(|error| match error {
+            Refusal::Load(error) => Fault::Load(slot, error),
+            _ => Fault::NoCompensation,
         })?;
-        let taken = self.servo.with(|side| side.replace(loaded));
-        taken.map_err(|_| Fault::NoCompensation)?;
         self.slots.set_active(Some(slot));
+        Ok(())
+    }
+
+    /// Loads a slot and gives it to the servo at once, while all corrections are zero.
+    fn replace(&mut self, slot: Slot) -> Result<(), Refusal> {
+        self.vacate()?;
+        let lease = self.slots.lease(slot).ok_or(Refusal::NotValid)?;
+        let loaded = self.loader.load(lease)?;
+        Ok(self.servo.with(|side| side.replace(loaded))?)
+    }
+
+    /// Empties the buffer that the servo does not read, so that its slot can be written.
+    fn vacate(&mut self) -> Result<(), NotLoaded> {
+        if let Some(lease) = self.loader.vacate()? {
+            self.slots.take_back(lease);
+        }
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use trueaxis::{
 };
 
 use super::board::{Clock, Command, CorrectionSink, Enabling, PositionSource, Regularity};
-use crate::places::{Driven, Loaded};
+use crate::double_buffer::{BufferedServo, Loaded};
 
 /// Conditions that are a fault: the corrections are not what they should be.
 pub const FAULTS: Conditions = Conditions(
@@ -90,7 +90,7 @@ impl<C: Room> Batch<C> {
 /// The servo, its inputs, and what it reports. In an interrupt, shared with the main loop through
 /// [`ServoAccess`](super::ServoAccess).
 pub struct ServoSide<C: Room> {
-    driven: Driven<C>,
+    servo: BufferedServo<C>,
     /// Nominal period, s.
     period: f32,
     /// What the host wants; `None` if it has said nothing since start.
@@ -141,10 +141,10 @@ fn zero<A: Row<f32>>(conditions: Conditions) -> Correction<A> {
 impl<C: Room> ServoSide<C> {
     /// Disabled, no axis referenced. `period`: the nominal servo period, s.
     #[must_use]
-    pub fn new(driven: Driven<C>, period: f32) -> Self {
+    pub fn new(servo: BufferedServo<C>, period: f32) -> Self {
         let rest = zero(Conditions::DISABLED);
         Self {
-            driven,
+            servo,
             period,
             host: None,
             enabling: Enabling::Host,
@@ -186,8 +186,8 @@ impl<C: Room> ServoSide<C> {
 
     /// Stops: gives back what it was made with.
     #[must_use]
-    pub fn into_driven(self) -> Driven<C> {
-        self.driven
+    pub fn into_servo(self) -> BufferedServo<C> {
+        self.servo
     }
 
     /// One servo period: takes a command, updates the servo, gives the correction.
@@ -269,7 +269,7 @@ impl<C: Room> ServoSide<C> {
             Enabling::On => self.host != Some(false),
             Enabling::Off => false,
         };
-        self.driven.enable(self.enabled && !self.to_zero);
+        self.servo.enable(self.enabled && !self.to_zero);
     }
 
     /// There is no fault: commands come regularly, the corrections that are wanted are what they
@@ -294,7 +294,7 @@ impl<C: Room> ServoSide<C> {
     /// Something waits for corrections that are zero, or for nothing but an update at zero.
     fn wants_zero(&self) -> bool {
         let at_zero = self.is_at_zero();
-        (self.to_zero && !at_zero) || (self.driven.is_swapping() && at_zero)
+        (self.to_zero && !at_zero) || (self.servo.is_swapping() && at_zero)
     }
 
     fn update<K: Clock>(&mut self, axes: C::Axes<f32>, clock: &K) {
@@ -303,7 +303,7 @@ impl<C: Room> ServoSide<C> {
             auxiliaries: self.auxiliaries,
         };
         let begin = clock.now();
-        let correction = self.driven.update(&inputs, self.referenced, self.period);
+        let correction = self.servo.update(&inputs, self.referenced, self.period);
         let cost = clock.now().wrapping_sub(begin);
         self.last = correction;
         if axes.as_ref().iter().all(|q| q.is_finite()) {
@@ -337,7 +337,7 @@ impl<C: Room> ServoSide<C> {
     /// Starts or ends a dry run.
     pub fn dry_run(&mut self, on: bool) {
         self.dry_run = on;
-        self.driven.dry_run(on);
+        self.servo.dry_run(on);
     }
 
     /// Sets the mask of referenced axes; commands of the board's source bring their own.
@@ -364,17 +364,17 @@ impl<C: Room> ServoSide<C> {
         self.sensors_lost = mask;
     }
 
-    /// See [`Driven::set_weight`].
+    /// See [`BufferedServo::set_weight`].
     ///
     /// # Errors
     /// [`WeightError`]; nothing changes.
     pub fn set_weight(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
-        self.driven.set_weight(term, value)
+        self.servo.set_weight(term, value)
     }
 
     fn place_tool_length(&mut self) {
         let length = self.given_length.or(self.tool_length);
-        let auxiliaries = self.driven.compensation().auxiliaries();
+        let auxiliaries = self.servo.compensation().auxiliaries();
         for (value, auxiliary) in self.auxiliaries.iter_mut().zip(auxiliaries) {
             if auxiliary.kind == AuxiliaryKind::ToolLength {
                 *value = length.unwrap_or(f32::NAN);
@@ -387,7 +387,7 @@ impl<C: Room> ServoSide<C> {
     /// # Errors
     /// See [`Servo::swap`](trueaxis::Servo::swap).
     pub fn swap(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
-        self.driven.swap(loaded)
+        self.servo.swap(loaded)
     }
 
     /// Takes a compensation with other axes or auxiliaries, at zero. Settings stay; auxiliaries
@@ -399,9 +399,9 @@ impl<C: Room> ServoSide<C> {
         if !self.is_at_zero() {
             return Err(Refused::Busy);
         }
-        self.driven.replace(loaded)?;
-        self.driven.enable(self.enabled && !self.to_zero);
-        self.driven.dry_run(self.dry_run);
+        self.servo.replace(loaded)?;
+        self.servo.enable(self.enabled && !self.to_zero);
+        self.servo.dry_run(self.dry_run);
         self.auxiliaries = [f32::NAN; AUXILIARIES];
         self.place_tool_length();
         self.referenced = 0;
@@ -413,7 +413,7 @@ impl<C: Room> ServoSide<C> {
     /// Takes the corrections to zero and keeps them there (`true`), whatever is enabled.
     pub fn keep_at_zero(&mut self, on: bool) {
         self.to_zero = on;
-        self.driven.enable(self.enabled && !on);
+        self.servo.enable(self.enabled && !on);
     }
 
     /// Stops the updates (`true`), only at zero; nothing is read from the slots any more.
@@ -426,7 +426,7 @@ impl<C: Room> ServoSide<C> {
     #[must_use]
     pub fn is_at_zero(&self) -> bool {
         let ramping = self.last.status.is(Conditions::RAMPING);
-        self.driven.factor() == 0.0 && !ramping && self.last.dq.as_ref().iter().all(|dq| *dq == 0.0)
+        self.servo.factor() == 0.0 && !ramping && self.last.dq.as_ref().iter().all(|dq| *dq == 0.0)
     }
 
     /// Begins a batch of commands from the link; what was left of the one before is dropped.
@@ -461,10 +461,10 @@ impl<C: Room> ServoSide<C> {
         self.batch.results.get(row).filter(|_| done).copied()
     }
 
-    /// See [`Driven`].
+    /// See [`BufferedServo`].
     #[must_use]
-    pub fn driven(&self) -> &Driven<C> {
-        &self.driven
+    pub fn servo(&self) -> &BufferedServo<C> {
+        &self.servo
     }
 
     /// Seconds since start, of nominal periods; periods that a busy flash swallows are not counted.
@@ -511,12 +511,12 @@ impl<C: Room> ServoSide<C> {
             positions: self.positions,
             auxiliaries: self.auxiliaries,
             sensors_lost: self.sensors_lost,
-            weights: *self.driven.wanted_weights(),
+            weights: *self.servo.wanted_weights(),
             enabled: self.enabled,
             dry_run: self.dry_run,
             suspended: self.suspended,
             referenced: self.referenced,
-            factor: self.driven.factor(),
+            factor: self.servo.factor(),
             counters: self.counters,
         }
     }

@@ -7,7 +7,7 @@ use trueaxis::{Compensation, Room, Row};
 use super::at_start::Wish;
 use super::change::Change;
 use super::{Device, Machine, ServoAccess};
-use crate::places::Loader;
+use crate::double_buffer::Loader;
 use crate::slots::{Progress, Slot, SlotError, SlotState, TableFlash};
 
 /// What is being uploaded, beyond what the slots know.
@@ -42,6 +42,8 @@ impl From<SlotError> for Refusal {
             SlotError::NotBlank { .. } | SlotError::Readback { .. } | SlotError::Spoiled => {
                 Self::Spoiled
             }
+            SlotError::Unusable { slot, block } => Self::Unusable { slot, block },
+            SlotError::Leased => Self::Busy,
             SlotError::Blob(error) => Self::Load(error),
             SlotError::OtherBlob => Self::OtherBlob,
             SlotError::Flash(_) => Self::Flash,
@@ -71,15 +73,8 @@ pub(super) fn same_machine<C: Room>(
 }
 
 /// Loads a blob to see whether it can be used, and on this machine; true: it is the same one.
-fn acceptable<C: Room>(
-    loader: &mut Loader<C>,
-    blob: &'static [u8],
-    force: bool,
-) -> Result<bool, Refusal> {
-    let loaded = loader.load(blob)?;
-    let same = same_machine(loaded.active(), loaded.compensation());
-    // The slot is written to once more: nothing may go on reading it.
-    loader.vacate();
+fn acceptable<C: Room>(loader: &mut Loader<C>, blob: &[u8], force: bool) -> Result<bool, Refusal> {
+    let same = loader.try_on(blob, same_machine)?;
     (force || same).then_some(same).ok_or(Refusal::OtherMachine)
 }
 
@@ -185,9 +180,7 @@ where
 
     fn open(&mut self, length: u32, crc: u32) -> Result<(), Refusal> {
         // The servo holds both only during a change, and while an upload waits for zero none begins.
-        if !self.loader.vacate() {
-            return Err(Refusal::Busy);
-        }
+        self.vacate()?;
         let begun = self.afford(length, crc).and_then(|erases| {
             self.slots.begin(length, crc)?;
             Ok(erases)
@@ -300,7 +293,7 @@ where
         let loader = &mut self.loader;
         let mut why = Refusal::LogicBug;
         let mut same = false;
-        let check = |blob: &'static [u8]| match acceptable(loader, blob, force) {
+        let check = |blob: &[u8]| match acceptable(loader, blob, force) {
             Ok(accepted) => {
                 same = accepted;
                 true

@@ -5,6 +5,7 @@
 //!
 //! **Panic contract.** Any bytes at all are answered or dropped.
 
+mod boot_nonce;
 mod session;
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,7 @@ use trueaxis::link::{
     encode, encode_version_answer,
 };
 
+pub use boot_nonce::BootNonce;
 use session::{Session, Turn};
 
 /// The answer to a request.
@@ -99,6 +101,8 @@ impl Outgoing {
 /// Five frames of 1 kB: for a `static`.
 pub struct Link {
     receiver: Receiver,
+    /// Of this start; `None` opens no session.
+    nonce: Option<u64>,
     session: Session,
     /// The answer to the last request, for its repetitions.
     answer: Outgoing,
@@ -111,18 +115,13 @@ pub struct Link {
     counts: Counts,
 }
 
-impl Default for Link {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Link {
-    /// No session is open.
+    /// No session is open. `source` tells its sessions from those of other starts.
     #[must_use]
-    pub const fn new() -> Self {
+    pub fn new(source: &mut impl BootNonce) -> Self {
         Self {
             receiver: Receiver::new(),
+            nonce: source.boot_nonce(),
             session: Session::NONE,
             answer: Outgoing::EMPTY,
             aside: Outgoing::EMPTY,
@@ -203,7 +202,12 @@ impl Link {
         let request = postcard::from_bytes::<Request<'_>>(body);
         let scratch = &mut self.scratch;
         if let Ok(Request::Hello) = request {
-            let Some((session, new)) = self.session.open(header.session) else {
+            let Some(nonce) = self.nonce else {
+                let reply = Reply::Refused(Refusal::NoNonce);
+                self.aside.put(header, &reply, scratch);
+                return self.aside.send(port);
+            };
+            let Some((session, new)) = self.session.open(nonce, header.session) else {
                 return Ok(());
             };
             if new {

@@ -30,6 +30,20 @@ pub(super) enum Turn {
     NoSession,
 }
 
+/// The number of a session, not 0: another one for each start, each name and each session, but for one
+/// chance in 2³².
+fn number(nonce: u64, name: u32, count: u32) -> u32 {
+    // The finaliser of SplitMix64, which maps no two numbers to the same.
+    let mix = |mut bits: u64| {
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        bits ^ (bits >> 31)
+    };
+    let session = u64::from(name) << 32 | u64::from(count);
+    let number = (mix(mix(nonce) ^ session) >> 32) as u32;
+    number.max(1)
+}
+
 impl Session {
     pub(super) const NONE: Self = Self {
         name: 0,
@@ -39,12 +53,13 @@ impl Session {
         count: 0,
     };
 
-    /// Opens the session that a host calls `name`; returns its number and whether it is new.
+    /// Opens the session that a host calls `name`; returns its number and whether it is new. `nonce` is
+    /// that of this start.
     ///
     /// A hello that comes again finds its session open; one of the session before is late, and
     /// nobody waits for its answer: `None`. One that is later still opens a session that nobody
     /// uses: no request that was delayed with it has its number, so none is done twice.
-    pub(super) fn open(&mut self, name: u32) -> Option<(u32, bool)> {
+    pub(super) fn open(&mut self, nonce: u64, name: u32) -> Option<(u32, bool)> {
         let new = self.id == 0 || self.name != name;
         if new {
             if self.retired == Some(name) {
@@ -53,8 +68,7 @@ impl Session {
             self.retired = (self.id != 0).then_some(self.name);
             self.count = self.count.wrapping_add(1);
             self.name = name;
-            let id = name ^ self.count.wrapping_mul(0x9E37_79B9);
-            self.id = if id == 0 { u32::MAX } else { id };
+            self.id = number(nonce, name, self.count);
             self.last = None;
         }
         Some((self.id, new))

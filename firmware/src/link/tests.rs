@@ -8,6 +8,7 @@ use trueaxis::link::{
 
 use crate::desktop::Desktop;
 use crate::device::tests::{blob, flashed};
+use crate::link::{BootNonce, Link};
 use crate::mock_flash::MockFlash;
 
 fn desktop() -> Desktop {
@@ -271,4 +272,79 @@ fn errors_of_the_driver_are_counted_and_the_next_frame_is_answered() {
     assert_eq!(link.counts().errors, 3);
     assert_eq!(link.counts().frames, 1);
     reply(&port.1.outgoing, (17, 0));
+}
+
+/// A source that gives what a test wants.
+struct Given(Option<u64>);
+
+impl BootNonce for Given {
+    fn boot_nonce(&mut self) -> Option<u64> {
+        self.0
+    }
+}
+
+/// Says hello, and has the corrections let in; all bytes that the host has sent.
+fn recorded(desktop: &mut Desktop) -> Vec<u8> {
+    let number = session(desktop, 17);
+    let enable = frame(number, 1, &Request::Enable(true));
+    let done = reply(&exchange(desktop, &enable), (number, 1));
+    assert_eq!(postcard::from_bytes(&done), Ok(Reply::Done));
+    assert!(desktop.servo.lock(|side| side.snapshot().enabled));
+    [frame(17, 0, &Request::Hello), enable].concat()
+}
+
+#[test]
+fn recorded_frames_of_one_start_are_not_obeyed_after_the_next() {
+    let mut desktop = desktop();
+    let mut recordings: Vec<Vec<u8>> = vec![];
+    for _ in 0..20 {
+        for recording in &recordings {
+            exchange(&mut desktop, recording);
+            assert!(!desktop.servo.lock(|side| side.snapshot().enabled));
+        }
+        recordings.push(recorded(&mut desktop));
+        desktop = desktop.restart();
+    }
+}
+
+#[test]
+fn a_session_of_another_nonce_is_not_open() {
+    // As a generator and as a counter give them.
+    for [one, other] in [[7, 8], [u64::MAX, 0], [1 << 63, 0xFEED_F00D_1234_5678]] {
+        let mut desktop = desktop();
+        desktop.link = Link::new(&mut Given(Some(one)));
+        let recording = recorded(&mut desktop);
+        // The same nonce: nothing tells the two starts apart.
+        let mut again = self::desktop();
+        again.link = Link::new(&mut Given(Some(one)));
+        exchange(&mut again, &recording);
+        assert!(again.servo.lock(|side| side.snapshot().enabled));
+        // Hello again and again, as an attacker would: the session is never that of the record.
+        for name in 0..50 {
+            let mut restarted = self::desktop();
+            restarted.link = Link::new(&mut Given(Some(other)));
+            for name in 0..name {
+                session(&mut restarted, name);
+            }
+            exchange(&mut restarted, &recording);
+            assert!(!restarted.servo.lock(|side| side.snapshot().enabled));
+        }
+    }
+}
+
+#[test]
+fn without_a_nonce_no_session_is_opened_and_nothing_is_done() {
+    let mut with = desktop();
+    let recording = recorded(&mut with);
+    let mut desktop = desktop();
+    desktop.link = Link::new(&mut Given(None));
+    exchange(&mut desktop, &recording);
+    for number in [0, 1, 17] {
+        exchange(&mut desktop, &frame(number, 1, &Request::Enable(true)));
+    }
+    assert!(!desktop.servo.lock(|side| side.snapshot().enabled));
+    let answer = exchange(&mut desktop, &frame(18, 0, &Request::Hello));
+    let refused = Reply::Refused(Refusal::NoNonce);
+    let body = reply(&answer, (18, 0));
+    assert_eq!(postcard::from_bytes(&body), Ok(refused));
 }

@@ -6,6 +6,13 @@ use super::layout::{self, Record, WORD};
 use super::upload::{Progress, Session, Upload};
 use super::{Slot, SlotError, Slots, TableFlash, WhileBusy};
 
+/// Words that were not programmed.
+pub(super) struct Failure {
+    /// Offset of the first one.
+    pub offset: u32,
+    pub error: SlotError,
+}
+
 impl<F: TableFlash> Slots<F> {
     /// Bytes of a slot; 0 if the driver describes slots that cannot be.
     pub(super) fn length(&self) -> u32 {
@@ -64,26 +71,34 @@ impl<F: TableFlash> Slots<F> {
         self.is_blank(slot, start, start + F::ERASE_SIZE)
     }
 
-    /// Writes the mark before anything is erased, so that what an erase leaves is never valid.
-    pub(super) fn mark(&mut self, slot: Slot) -> Result<(), SlotError> {
-        let place = layout::mark_at(self.length() as usize);
-        let result = self.program(slot, place.start, &[0; 32]);
-        self.scan(slot);
-        result
+    /// Makes the slot one that is being erased, before anything is: what an erase leaves is never valid
+    /// then. False if the mark cannot be written: then no block that reads blank can be relied on.
+    pub(super) fn mark(&mut self, slot: Slot) -> bool {
+        let length = self.length() as usize;
+        // One word of it is enough; where that is bad, so is a commit that belongs to no record.
+        for place in [layout::mark_at(length), layout::commit_at(length)] {
+            for at in place.step_by(F::WRITE_SIZE) {
+                let _ = self.try_program(slot, at, &[0; WORD][..F::WRITE_SIZE]);
+            }
+            self.scan(slot);
+            if !self.found[slot.index()].proven() {
+                return true;
+            }
+        }
+        false
     }
 
     /// Erases one block.
     pub(super) fn erase(&mut self, slot: Slot, number: u32) -> Result<(), SlotError> {
         let size = F::ERASE_SIZE as u32;
-        let start = self.flash.range(slot).start + number * size;
-        let result = self.flash.erase(start, start + size);
-        result.map_err(|error| SlotError::Flash(error.kind()))?;
-        if !self.is_block_blank(slot, number) {
-            return Err(SlotError::Readback {
-                offset: number * size,
-            });
-        }
-        Ok(())
+        let offset = number * size;
+        let start = self.flash.range(slot).start + offset;
+        let error = match self.flash.erase(start, start + size) {
+            Err(error) => SlotError::Flash(error.kind()),
+            Ok(()) if self.is_block_blank(slot, number) => return Ok(()),
+            Ok(()) => SlotError::Readback { offset },
+        };
+        Err(self.failed(slot, offset, error))
     }
 
     /// Writes the record of a slot that has just been erased.
@@ -101,9 +116,23 @@ impl<F: TableFlash> Slots<F> {
         self.program(slot, place.start, &record.encode())
     }
 
-    /// Programs whole words at offset `at` of a slot. Words that read so already are left alone;
-    /// no word is written twice between erases.
+    /// Programs whole words at offset `at` of a slot, and takes note of a block that fails. Words that
+    /// read so already are left alone; no word is written twice between erases.
     pub(super) fn program(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> Result<(), SlotError> {
+        self.try_program(slot, at, bytes)
+            .map_err(|Failure { offset, error }| match error {
+                SlotError::NotBlank { .. } => error,
+                _ => self.failed(slot, offset, error),
+            })
+    }
+
+    /// The same, where one word that fails does not matter.
+    pub(super) fn try_program(
+        &mut self,
+        slot: Slot,
+        at: usize,
+        bytes: &[u8],
+    ) -> Result<(), Failure> {
         let mut done = 0;
         while done < bytes.len() {
             let place = at + done;
@@ -122,11 +151,14 @@ impl<F: TableFlash> Slots<F> {
         line: usize,
         within: usize,
         wanted: &[u8],
-    ) -> Result<(), SlotError> {
+    ) -> Result<(), Failure> {
+        let not_blank = |offset| {
+            let error = SlotError::NotBlank { offset };
+            Failure { offset, error }
+        };
         let place = |word: usize| (line + within + word) as u32;
         // A word that was torn cannot be read, and is not blank.
-        let unreadable = SlotError::NotBlank { offset: place(0) };
-        let held = self.line(slot, line).ok_or(unreadable)?;
+        let held = self.line(slot, line).ok_or(not_blank(place(0)))?;
         let words = (0..wanted.len()).step_by(F::WRITE_SIZE);
         let mut first = None;
         for word in words {
@@ -137,12 +169,15 @@ impl<F: TableFlash> Slots<F> {
             }
             let offset = place(word);
             if !layout::blank(old) {
-                return Err(SlotError::NotBlank { offset });
+                return Err(not_blank(offset));
             }
             first = first.or(Some(offset));
             let start = self.flash.range(slot).start;
             let result = self.flash.write(start + offset, new);
-            result.map_err(|error| SlotError::Flash(error.kind()))?;
+            result.map_err(|error| Failure {
+                offset,
+                error: SlotError::Flash(error.kind()),
+            })?;
         }
         let Some(offset) = first else {
             return Ok(());
@@ -152,7 +187,8 @@ impl<F: TableFlash> Slots<F> {
         if written.is_some_and(holds) {
             Ok(())
         } else {
-            Err(SlotError::Readback { offset })
+            let error = SlotError::Readback { offset };
+            Err(Failure { offset, error })
         }
     }
 

@@ -6,6 +6,7 @@
 //! of its content and its complement, of which one is enough: a bit that flips, or a word that can no
 //! longer be read, changes nothing.
 
+use super::bad_blocks::Health;
 use super::layout::{CRC, TRAILER, WORD, blank, doubled, word};
 use super::scan::newer;
 use super::{Slot, SlotError, SlotState, Slots, TableFlash};
@@ -92,11 +93,19 @@ impl Choice {
     }
 }
 
+/// A choice as a slot holds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stored {
+    number: u32,
+    choice: Choice,
+    /// Both halves of it can be read.
+    whole: bool,
+}
+
 /// The choices that a slot holds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Choices {
-    /// The newest, with its number.
-    newest: Option<(u32, Choice)>,
+    newest: Option<Stored>,
     /// Places that are not blank.
     taken: usize,
 }
@@ -105,20 +114,29 @@ impl<F: TableFlash> Slots<F> {
     /// What the next start goes by.
     #[must_use]
     pub fn choice(&self) -> Choice {
-        self.newest_choice()
-            .map_or(Choice::default(), |found| found.2)
+        let newest = self.newest_choice();
+        newest.map_or(Choice::default(), |(_, stored)| stored.choice)
     }
 
-    /// Slot, number and content of the newest choice.
-    pub(super) fn newest_choice(&self) -> Option<(Slot, u32, Choice)> {
+    /// The newest choice, and the slot that holds it.
+    pub(super) fn newest_choice(&self) -> Option<(Slot, Stored)> {
         let [a, b] = Slot::BOTH.map(|slot| {
             let newest = self.choices[slot.index()].newest;
-            newest.map(|(number, choice)| (slot, number, choice))
+            newest.map(|stored| (slot, stored))
         });
         match (a, b) {
-            (Some(a), Some(b)) => Some(if newer(b.1, a.1) { b } else { a }),
+            (Some(a), Some(b)) => Some(if newer(b.1.number, a.1.number) { b } else { a }),
             (a, b) => a.or(b),
         }
+    }
+
+    /// Whether only one half of the newest choice can be read, and there is room to
+    /// [store it](Self::choose) once more.
+    #[must_use]
+    pub fn is_choice_halved(&self) -> bool {
+        let whole = self.newest_choice().is_none_or(|(_, stored)| stored.whole);
+        let room = self.in_use().map_or(0, |slot| self.places_left(slot));
+        !whole && room >= 2
     }
 
     /// The valid slot with this compensation.
@@ -171,17 +189,17 @@ impl<F: TableFlash> Slots<F> {
     }
 
     /// Stores what the next start goes by, in the slot that is to be in use. Nothing is written if
-    /// it is stored already.
+    /// it is stored already and both its halves can be read.
     ///
     /// # Errors
     /// [`SlotError::NotChosen`]: the slot that is to be in use is not valid.
     /// [`SlotError::NotStandstill`]: a servo that runs would be stalled.
     /// [`SlotError::Full`]: no room for it. Nothing has changed.
-    /// [`SlotError::Flash`], [`SlotError::Readback`]: what was stored before still holds.
+    /// [`SlotError::Flash`], [`SlotError::Unusable`]: what was stored before still holds.
     pub fn choose(&mut self, choice: Choice) -> Result<(), SlotError> {
         // What lies in a slot that is not valid goes with the next upload.
         let newest = self.newest_choice();
-        let stays = newest.is_none_or(|(slot, ..)| self.state(slot).is_valid());
+        let stays = newest.is_none_or(|(slot, stored)| stored.whole && self.state(slot).is_valid());
         if stays && self.choice() == choice {
             return Ok(());
         }
@@ -207,7 +225,7 @@ impl<F: TableFlash> Slots<F> {
     /// Whether the newest choice would be lost with this slot, and the other one can hold it.
     pub(super) fn must_secure(&self, slot: Slot) -> bool {
         let newest = self.newest_choice();
-        newest.is_some_and(|found| found.0 == slot) && self.places_left(slot.other()) > 0
+        newest.is_some_and(|(holds, _)| holds == slot) && self.places_left(slot.other()) > 0
     }
 
     /// Sees to it that the newest choice is not lost with this slot.
@@ -237,19 +255,41 @@ impl<F: TableFlash> Slots<F> {
         Ok(())
     }
 
+    /// Writes a choice to the next place of a slot, and to the one after it if a word of the first fails.
     fn put_choice(&mut self, slot: Slot, choice: Choice) -> Result<(), SlotError> {
         self.may_choose(slot)?;
-        let number = self.newest_choice().map_or(0, |found| found.1);
-        let number = number.wrapping_add(1);
-        let place = self.choice_at(self.choices[slot.index()].taken);
-        let at = place.ok_or(SlotError::Full)?;
-        let result = self.program(slot, at, &choice.encode(number));
-        self.scan_choices(slot);
-        result?;
-        if self.choices[slot.index()].newest != Some((number, choice)) {
-            return Err(SlotError::Readback { offset: at as u32 });
+        let mut place = self.choices[slot.index()].taken;
+        for _ in 0..2 {
+            let newest = self.newest_choice();
+            let number = newest.map_or(0, |(_, stored)| stored.number);
+            let number = number.wrapping_add(1);
+            place = self.choices[slot.index()].taken;
+            let at = self.choice_at(place).ok_or(SlotError::Full)?;
+            let bytes = choice.encode(number);
+            for (at, half) in (at..).step_by(WORD).zip(bytes.chunks(WORD)) {
+                // One half is enough: what has been stored is read back.
+                let _ = self.try_program(slot, at, half);
+            }
+            self.scan_choices(slot);
+            let whole = |stored: Stored| stored.whole && stored.number == number;
+            if self.choices[slot.index()].newest.is_some_and(whole) {
+                return Ok(());
+            }
+            if self.places_left(slot) < 2 {
+                break;
+            }
         }
-        Ok(())
+        let stored = |(holds, stored): (Slot, Stored)| holds == slot && stored.choice == choice;
+        if self.newest_choice().is_some_and(stored) {
+            return Ok(());
+        }
+        // The slot is in use, and is erased when the next upload goes there.
+        let block = self.choice_at(place).unwrap_or(0) / F::ERASE_SIZE;
+        let block = block as u32;
+        if self.health(slot) == Health::Sound {
+            self.health[slot.index()] = Health::Suspect { block };
+        }
+        Err(SlotError::Unusable { slot, block })
     }
 
     /// Where in a slot a choice lies.
@@ -268,13 +308,15 @@ impl<F: TableFlash> Slots<F> {
                 break;
             }
             let plain = content.and_then(|line| Choice::decode(&line));
-            let other = || Choice::decode(&complement?.map(|byte| !byte));
-            if let Some(found) = plain.or_else(other) {
-                let older = choices
-                    .newest
-                    .is_none_or(|(number, _)| newer(found.0, number));
-                if older {
-                    choices.newest = Some(found);
+            let negative = complement.and_then(|line| Choice::decode(&line.map(|byte| !byte)));
+            if let Some((number, choice)) = plain.or(negative) {
+                let known = choices.newest;
+                if known.is_none_or(|known: Stored| newer(number, known.number)) {
+                    choices.newest = Some(Stored {
+                        number,
+                        choice,
+                        whole: plain == negative,
+                    });
                 }
             }
             choices.taken += 1;

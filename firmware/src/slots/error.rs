@@ -3,6 +3,7 @@
 use core::fmt;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use trueaxis::LoadError;
+use trueaxis::link::Slot;
 
 /// Why an operation on the slots was refused or has failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +46,16 @@ pub enum SlotError {
         /// Offset of the first byte of the word.
         offset: u32,
     },
+    /// A block has failed again after the whole slot was erased: the slot takes no upload before the
+    /// next start.
+    Unusable {
+        /// The slot.
+        slot: Slot,
+        /// Number of the block within the slot, from 0.
+        block: u32,
+    },
+    /// A compensation is still being read there: nothing was done.
+    Leased,
     /// An error has spoiled the upload: begin again.
     Spoiled,
     /// Not all bytes have arrived: go on at `expected`.
@@ -80,6 +91,11 @@ impl fmt::Display for SlotError {
             Self::Conflict { offset } => write!(f, "byte {offset} was another one before"),
             Self::NotBlank { offset } => write!(f, "flash at {offset} is not blank: begin again"),
             Self::Readback { offset } => write!(f, "flash at {offset} reads wrong: begin again"),
+            Self::Unusable { slot, block } => write!(
+                f,
+                "Slot unusable: block {block} of slot {slot} does not hold what is written to it"
+            ),
+            Self::Leased => f.write_str("the slot is still being read"),
             Self::Spoiled => f.write_str("the upload is spoiled: begin again"),
             Self::Incomplete { expected } => write!(f, "incomplete: go on at {expected}"),
             Self::Blob(error) => write!(f, "not a blob: {error}"),

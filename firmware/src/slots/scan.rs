@@ -143,7 +143,7 @@ impl<F: TableFlash> Slots<F> {
             Err(damage) => return damaged(damage),
         };
         let state = match self.check_blob(slot) {
-            Err(Unreadable) => SlotState::Damaged(Damage::Unreadable),
+            Err(_) => SlotState::Damaged(Damage::Unreadable),
             Ok(Err(error)) => SlotState::Damaged(Damage::Blob(error)),
             Ok(Ok(header)) if header != (Header { length: size, crc }) => {
                 SlotState::Damaged(Damage::OtherBlob)
@@ -157,24 +157,24 @@ impl<F: TableFlash> Slots<F> {
         (state, Some(sequence))
     }
 
-    /// Header, length and checksum of the blob in a slot.
+    /// Header, length and checksum of the blob in a slot; or the offset from which on it cannot be read.
     pub(super) fn check_blob(
         &mut self,
         slot: Slot,
-    ) -> Result<Result<Header, trueaxis::LoadError>, Unreadable> {
+    ) -> Result<Result<Header, trueaxis::LoadError>, u32> {
         let capacity = self.capacity();
-        Header::check_pieces(capacity, |at, out| self.read(slot, at as usize, out))
+        Header::check_pieces(capacity, |at, out| {
+            self.read(slot, at as usize, out).map_err(|_| at)
+        })
     }
 
-    /// Whether a slot that seems to be uploaded to holds a part of a blob, and not all of it.
+    /// Whether an upload into a slot has begun to write the blob, so that no block of it was in an erase
+    /// that was cut: its first block is erased before anything else, and its record goes with its last.
     ///
-    /// An erase from the end that was cut between mark and record leaves the same, but with the first
-    /// block erased or, where there is only one, with the whole blob. Then nothing that reads blank
-    /// is sure to be.
-    pub(super) fn is_in_part(&mut self, slot: Slot) -> bool {
+    /// With one block only, an erase from the end that was cut between mark and record looks the same.
+    pub(super) fn is_begun(&mut self, slot: Slot) -> bool {
         // Not merely another word than blank: a bit may have flipped.
         let first = self.line(slot, 0);
-        let begun = first.is_some_and(|line| line.starts_with(&trueaxis::MAGIC));
-        begun && !matches!(self.check_blob(slot), Ok(Ok(_)))
+        self.blocks() > 1 && first.is_some_and(|line| line.starts_with(&trueaxis::MAGIC))
     }
 }

@@ -1,5 +1,6 @@
 //! Blobs to upload, and the driver of an upload.
 
+mod bad_words;
 mod choices;
 mod flips;
 mod images;
@@ -133,7 +134,7 @@ fn upload<F: TableFlash>(slots: &mut Slots<F>, blob: &[u8], chunk: usize) -> Slo
 }
 
 /// What a start makes active: the slot that is to be in use or the one before it, with its bytes.
-fn start<F: TableFlash>(slots: &mut Slots<F>) -> Option<(Slot, &'static [u8])> {
+fn start<F: TableFlash>(slots: &mut Slots<F>) -> Option<(Slot, &[u8])> {
     let active = slots.in_use().or_else(|| slots.before())?;
     slots.set_active(Some(active));
     Some((active, slots.blob(active)?))

@@ -2,6 +2,7 @@
 
 use trueaxis::{HEADER, Header};
 
+use super::bad_blocks::Health;
 use super::layout::{self, WORD};
 use super::tail::Tail;
 use super::{Slot, SlotError, SlotState, Slots, TableFlash};
@@ -44,8 +45,8 @@ pub struct Upload {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Session {
     pub upload: Upload,
-    /// Blocks that read blank are blank: none of them was in an erase that was cut.
-    pub proven: bool,
+    /// Blocks that read blank need no erase.
+    pub skips_blank: bool,
     pub tail: Tail,
 }
 
@@ -61,12 +62,17 @@ impl Session {
 }
 
 /// How an upload begins.
-struct Beginning {
-    slot: Slot,
-    /// What is there is a part of it.
-    resumes: bool,
-    /// Blocks that read blank are blank.
-    proven: bool,
+enum Beginning {
+    /// It is open already.
+    Open(Progress),
+    /// The slot holds a part of it, from before a restart.
+    Resumes(Slot),
+    /// The slot is erased first.
+    Erases {
+        slot: Slot,
+        /// Blocks that read blank are blank: none of them was in an erase that was cut.
+        proven: bool,
+    },
 }
 
 impl<F: TableFlash> Slots<F> {
@@ -79,29 +85,27 @@ impl<F: TableFlash> Slots<F> {
     /// before.
     ///
     /// # Errors
-    /// [`SlotError::Length`], [`SlotError::NotStandstill`], [`SlotError::Flash`],
-    /// [`SlotError::Readback`].
+    /// [`SlotError::Length`], [`SlotError::NotStandstill`], [`SlotError::Unusable`],
+    /// [`SlotError::Leased`]; where a choice is written first, those of [`choose`](Self::choose).
     pub fn begin(&mut self, length: u32, crc: u32) -> Result<Progress, SlotError> {
-        let Beginning {
-            slot,
-            resumes,
-            proven,
-        } = match self.beginning(length, crc)? {
-            Ok(progress) => return Ok(progress),
-            Err(beginning) => beginning,
-        };
-        self.may_stall()?;
-        self.session = None;
-        let progress = if resumes {
-            Progress::Receiving { next: 0 }
-        } else {
-            self.secure(slot)?;
-            if proven {
-                self.mark(slot)?;
+        let beginning = self.beginning(length, crc)?;
+        let (slot, progress, skips_blank) = match beginning {
+            Beginning::Open(progress) => return Ok(progress),
+            Beginning::Resumes(slot) => {
+                self.may_stall()?;
+                (slot, Progress::Receiving { next: 0 }, true)
             }
-            Progress::Erasing {
-                done: 0,
-                blocks: self.blocks(),
+            Beginning::Erases { slot, proven } => {
+                self.may_stall()?;
+                self.session = None;
+                self.secure(slot)?;
+                let marked = proven && self.mark(slot);
+                let progress = Progress::Erasing {
+                    done: 0,
+                    blocks: self.blocks(),
+                };
+                let sound = self.health(slot) == Health::Sound;
+                (slot, progress, marked && sound)
             }
         };
         self.session = Some(Session {
@@ -111,7 +115,7 @@ impl<F: TableFlash> Slots<F> {
                 crc,
                 progress,
             },
-            proven,
+            skips_blank,
             tail: Tail::EMPTY,
         });
         Ok(progress)
@@ -120,10 +124,10 @@ impl<F: TableFlash> Slots<F> {
     /// Whether [`begin`](Self::begin) with this would erase the slot.
     ///
     /// # Errors
-    /// [`SlotError::Length`]
+    /// [`SlotError::Length`], [`SlotError::Unusable`], [`SlotError::Leased`]
     pub fn would_erase(&mut self, length: u32, crc: u32) -> Result<bool, SlotError> {
         let beginning = self.beginning(length, crc)?;
-        Ok(beginning.is_err_and(|beginning| !beginning.resumes))
+        Ok(matches!(beginning, Beginning::Erases { .. }))
     }
 
     /// Whether [`begin`](Self::begin) first writes to the slot that stays, and stalls a servo that
@@ -134,41 +138,39 @@ impl<F: TableFlash> Slots<F> {
         self.must_secure(target) && self.choosing_stalls(target.other())
     }
 
-    /// The progress of the upload that goes on, or how it begins.
-    fn beginning(
-        &mut self,
-        length: u32,
-        crc: u32,
-    ) -> Result<Result<Progress, Beginning>, SlotError> {
+    fn beginning(&mut self, length: u32, crc: u32) -> Result<Beginning, SlotError> {
         let capacity = self.capacity();
         if length > capacity || (length as usize) < HEADER {
             return Err(SlotError::Length { capacity });
         }
         let slot = self.target();
-        let known = self.session.filter(|session| {
-            let upload = session.upload;
-            (upload.slot, upload.length, upload.crc) == (slot, length, crc)
-        });
-        let spoiled = match known.map(|session| session.upload.progress) {
+        if let Health::Unusable { block } = self.health(slot) {
+            return Err(SlotError::Unusable { slot, block });
+        }
+        let open = self.session.map(|session| session.upload);
+        let open = open.filter(|u| (u.slot, u.length, u.crc) == (slot, length, crc));
+        let spoiled = match open.map(|upload| upload.progress) {
             Some(Progress::Spoiled) => true,
-            Some(progress) => return Ok(Ok(progress)),
+            Some(progress) => return Ok(Beginning::Open(progress)),
             None => false,
         };
+        if self.is_leased(slot) {
+            return Err(SlotError::Leased);
+        }
         self.scan(slot);
         let found = self.found[slot.index()];
         let (same, proven) = match found.state {
             SlotState::Uploading {
                 length: l, crc: c, ..
-            } => ((l, c) == (length, crc), self.is_in_part(slot)),
+            } => ((l, c) == (length, crc), self.is_begun(slot)),
             // Blank where a blob begins: an erase that needed no mark was cut, and has brought back a bit
             // of the trailer that had flipped.
             _ => (false, found.proven() && !self.is_blank(slot, 0, WORD)),
         };
-        Ok(Err(Beginning {
-            slot,
-            resumes: same && proven && !spoiled,
-            proven,
-        }))
+        if same && proven && !spoiled && self.health(slot) == Health::Sound {
+            return Ok(Beginning::Resumes(slot));
+        }
+        Ok(Beginning::Erases { slot, proven })
     }
 
     /// Erases the next block that needs it, at most one, the last block of the slot last; does
@@ -176,7 +178,7 @@ impl<F: TableFlash> Slots<F> {
     ///
     /// # Errors
     /// [`SlotError::NoUpload`], [`SlotError::Spoiled`], [`SlotError::NotStandstill`],
-    /// [`SlotError::Flash`], [`SlotError::Readback`].
+    /// [`SlotError::Flash`], [`SlotError::Readback`], [`SlotError::Unusable`].
     pub fn erase_step(&mut self) -> Result<Progress, SlotError> {
         let mut session = self.session.ok_or(SlotError::NoUpload)?;
         let (mut done, blocks) = match session.upload.progress {
@@ -188,7 +190,7 @@ impl<F: TableFlash> Slots<F> {
         // What an error interrupts stays spoiled.
         self.spoil();
         let slot = session.upload.slot;
-        while done + 1 < blocks && session.proven && self.is_block_blank(slot, done) {
+        while done + 1 < blocks && session.skips_blank && self.is_block_blank(slot, done) {
             done += 1;
         }
         let erased = self.erase(slot, done);
@@ -213,7 +215,7 @@ impl<F: TableFlash> Slots<F> {
     /// [`SlotError::NoUpload`], [`SlotError::Erasing`], [`SlotError::Gap`], [`SlotError::Beyond`],
     /// [`SlotError::Conflict`], [`SlotError::NotStandstill`]: nothing has changed.
     /// [`SlotError::Spoiled`], [`SlotError::NotBlank`], [`SlotError::Readback`],
-    /// [`SlotError::Flash`]: begin again.
+    /// [`SlotError::Flash`]: begin again. [`SlotError::Unusable`].
     pub fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<u32, SlotError> {
         let mut session = self.session.ok_or(SlotError::NoUpload)?;
         let next = session.receiving()?;
@@ -268,8 +270,8 @@ impl<F: TableFlash> Slots<F> {
     /// [`SlotError::NoUpload`], [`SlotError::Erasing`], [`SlotError::Incomplete`],
     /// [`SlotError::Refused`], [`SlotError::NotStandstill`]: nothing has changed.
     /// [`SlotError::Spoiled`], [`SlotError::Blob`], [`SlotError::OtherBlob`],
-    /// [`SlotError::Readback`], [`SlotError::Flash`]: begin again.
-    pub fn commit(&mut self, check: impl FnOnce(&'static [u8]) -> bool) -> Result<Slot, SlotError> {
+    /// [`SlotError::Readback`], [`SlotError::Flash`]: begin again. [`SlotError::Unusable`].
+    pub fn commit(&mut self, check: impl FnOnce(&[u8]) -> bool) -> Result<Slot, SlotError> {
         let session = self.session.ok_or(SlotError::NoUpload)?;
         let Upload {
             slot, length, crc, ..
@@ -280,15 +282,19 @@ impl<F: TableFlash> Slots<F> {
         }
         self.may_stall()?;
         self.spoil();
-        let offset = self.capacity();
-        let header = self.check_blob(slot);
-        let header = header.map_err(|_| SlotError::Readback { offset: 0 })?;
+        let header = self.check_blob(slot).map_err(|offset| {
+            let error = SlotError::Readback { offset };
+            self.failed(slot, offset, error)
+        })?;
         if header.map_err(SlotError::Blob)? != (Header { length, crc }) {
             return Err(SlotError::OtherBlob);
         }
         let record = self.read_record(slot);
-        let record = record.map_err(|_| SlotError::Readback { offset })?;
-        if !check(self.flash.in_place(slot, length)) {
+        let record = record.map_err(|_| {
+            let offset = layout::record_at(self.length() as usize).start as u32;
+            self.failed(slot, offset, SlotError::Readback { offset })
+        })?;
+        if !check(self.flash.read_in_place(slot, length)) {
             self.session = Some(session);
             return Err(SlotError::Refused);
         }
@@ -298,8 +304,10 @@ impl<F: TableFlash> Slots<F> {
         self.program(slot, at, &record.commit(sequence))?;
         self.scan(slot);
         if self.found[slot.index()].valid() != Some(sequence) {
-            return Err(SlotError::Readback { offset: at as u32 });
+            let offset = at as u32;
+            return Err(self.failed(slot, offset, SlotError::Readback { offset }));
         }
+        self.health[slot.index()] = Health::Sound;
         self.session = None;
         Ok(slot)
     }

@@ -9,8 +9,8 @@ use trueaxis::{
 
 use super::*;
 use crate::device::{Command, Enabling, NoClock, Regularity, ServoSide};
+use crate::double_buffer::DoubleBuffer;
 use crate::motion_side::{Bounds, MotionSide};
-use crate::places::Places;
 
 /// Nominal period of both, ns.
 const PERIOD: u64 = 250_000;
@@ -59,9 +59,9 @@ fn blob() -> &'static [u8] {
 
 /// The servo side with tables, as it is after a start: no host has said anything.
 fn side() -> ServoSide<Small> {
-    let places: &'static Places<Small> = Box::leak(Box::new(Places::new()));
-    let (mut loader, driven) = places.split().unwrap();
-    let mut side = ServoSide::new(driven, PERIOD as f32 * 1e-9);
+    let buffers: &'static DoubleBuffer<Small> = Box::leak(Box::new(DoubleBuffer::new()));
+    let (mut loader, servo) = buffers.split().unwrap();
+    let mut side = ServoSide::new(servo, PERIOD as f32 * 1e-9);
     side.replace(loader.load(blob()).unwrap()).unwrap();
     side
 }

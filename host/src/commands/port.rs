@@ -99,6 +99,12 @@ fn remedy(error: &LinkError) -> &'static str {
                 "compile it with a larger --tolerance, or build the firmware with larger capacities"
             }
             Refusal::OtherMachine => "check that this is the right file; --force if it is meant so",
+            Refusal::Unusable { .. } => {
+                "what is in use stays in use; after a restart of the controller the slot is tried once more, then replace the part: its flash memory is worn out"
+            }
+            Refusal::NoNonce => {
+                "restart the controller; if that does not help, its random number generator does not work"
+            }
             Refusal::Spoiled | Refusal::Flash => {
                 "flash it again; if that does not help, the flash memory is worn out"
             }

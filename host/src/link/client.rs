@@ -149,6 +149,7 @@ impl<P: Port> Client<P> {
                 self.session = session;
                 Ok(controller)
             }
+            Reply::Refused(refusal) => Err(LinkError::Refused(refusal)),
             _ => Err(LinkError::Unexpected),
         }
     }

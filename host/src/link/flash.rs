@@ -200,7 +200,16 @@ fn upload<P: Port>(
     let mut resumed = None;
     let mut last = FlashError::NotReady(Upload::None);
     for _ in 0..ATTEMPTS {
-        let next = begin(client, (length, crc), progress)?;
+        let next = match begin(client, (length, crc), progress) {
+            // A block was not erased: once more, then the controller names it.
+            Err(FlashError::Link(LinkError::Refused(
+                refusal @ (Refusal::Spoiled | Refusal::Flash),
+            ))) => {
+                last = refusal.into();
+                continue;
+            }
+            begun => begun?,
+        };
         let resumed = *resumed.get_or_insert(next);
         let done =
             send(client, blob, next, progress).and_then(|()| Ok(client.upload(last_request)?));
@@ -210,6 +219,7 @@ fn upload<P: Port>(
             Err(FlashError::Link(LinkError::Refused(
                 refusal @ (Refusal::NoUpload
                 | Refusal::Spoiled
+                | Refusal::Flash
                 | Refusal::OtherBlob
                 | Refusal::Conflict { .. }
                 | Refusal::Missing { .. }),

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 use trueaxis::link::{Activation, Request, Slot};
 use trueaxis_firmware::desktop::Desktop;
-use trueaxis_firmware::mock_flash::MockFlash;
+use trueaxis_firmware::mock_flash::{Defect, MockFlash};
 use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_host::link::{Client, Tcp};
 use trueaxis_host::target::Target;
@@ -323,4 +323,35 @@ fn a_port_that_is_none_is_named() {
     );
     let text = says(2, &["monitor", "--port", "tcp:127.0.0.1:1"]);
     assert!(text.contains("cannot be opened"), "{text}");
+}
+
+/// A device with a defect in the slot that the first upload goes to.
+fn defective(defect: Defect) -> Desktop {
+    let mut flash = MockFlash::new(96).with_while_busy(WhileBusy::DualBank);
+    flash.set_defect(Slot::A, 300, defect);
+    Desktop::start(flash, 0.001)
+}
+
+#[test]
+fn a_word_that_an_erase_mends_is_flashed_without_a_word_to_the_user() {
+    let files = Files::new();
+    let served = Served::tcp(defective(Defect::UntilErased));
+    let arguments = ["flash", &files.at("first"), "--port", &served.port];
+    says(0, &arguments);
+    served.take();
+}
+
+#[test]
+fn a_block_that_stays_bad_is_named_to_the_user_and_not_worn_out() {
+    let files = Files::new();
+    for defect in [Defect::Refuses, Defect::Misreads] {
+        let served = Served::tcp(defective(defect));
+        let arguments = ["flash", &files.at("first"), "--port", &served.port];
+        for _ in 0..3 {
+            let text = says(2, &arguments);
+            assert!(text.contains("Slot unusable: block 1"), "{text}");
+        }
+        let flash = served.take().stop();
+        assert_eq!(flash.erases(Slot::A)[1], 2);
+    }
 }

@@ -76,7 +76,7 @@ pub fn encode<'o>(
     let mut head = [PROTOCOL; HEADER];
     head[1..5].copy_from_slice(&header.session.to_le_bytes());
     head[5..].copy_from_slice(&header.sequence.to_le_bytes());
-    frame(&head, body, out)
+    encode_frame(&head, body, out)
 }
 
 /// The frame that says which versions this build speaks.
@@ -84,10 +84,18 @@ pub fn encode<'o>(
 /// # Errors
 /// [`FrameError::TooLong`]
 pub fn encode_version_answer(out: &mut [u8]) -> Result<&[u8], FrameError> {
-    frame(&[VERSION_ANSWER, PROTOCOL, PROTOCOL], &[], out)
+    encode_frame(&[VERSION_ANSWER, PROTOCOL, PROTOCOL], &[], out)
 }
 
-fn frame<'o>(head: &[u8], body: &[u8], out: &'o mut [u8]) -> Result<&'o [u8], FrameError> {
+/// A frame of any version: `head`, whose first byte is the version, and `body`, with their checksum.
+///
+/// # Errors
+/// [`FrameError::TooLong`]
+pub fn encode_frame<'o>(
+    head: &[u8],
+    body: &[u8],
+    out: &'o mut [u8],
+) -> Result<&'o [u8], FrameError> {
     let mut digest = CRC.digest();
     digest.update(head);
     digest.update(body);

@@ -35,7 +35,7 @@ mod tests;
 
 pub use frame::{
     END, FrameError, Framed, Header, MOST_BODY, MOST_WIRE, PROTOCOL, Received, Receiver,
-    VERSION_ANSWER, VersionAnswer, encode, encode_version_answer,
+    VERSION_ANSWER, VersionAnswer, encode, encode_frame, encode_version_answer,
 };
 pub use health::{Health, Restart, Tail};
 pub use progress::{Activation, Upload};

@@ -4,6 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::slot::Slot;
 use crate::load_error::LoadError;
 use crate::servo::Refused;
 use crate::weights::WeightError;
@@ -90,6 +91,17 @@ pub enum Refusal {
     },
     /// The slot in use has no room to store anything more; an upload makes it.
     Full,
+    /// A block of flash still fails after the whole slot was erased. Uploads are refused until the next
+    /// start.
+    Unusable {
+        /// The slot.
+        slot: Slot,
+        /// Number of the block within the slot, from 0.
+        block: u32,
+    },
+    /// The board has no boot nonce: a session of this start could not be told from one of an earlier
+    /// start, so none is opened.
+    NoNonce,
 }
 
 impl fmt::Display for Refusal {
@@ -131,6 +143,13 @@ impl fmt::Display for Refusal {
                 "the flash has been erased too often within an hour; the next time in {wait} s"
             ),
             Self::Full => f.write_str("the slot in use has no room to store anything more"),
+            Self::Unusable { slot, block } => write!(
+                f,
+                "Slot unusable: block {block} of slot {slot} does not hold what is written to it"
+            ),
+            Self::NoNonce => {
+                f.write_str("the controller has no boot nonce, so it opens no session")
+            }
         }
     }
 }

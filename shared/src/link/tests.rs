@@ -116,6 +116,10 @@ fn the_bodies_are_those_of_the_specification() {
     assert_eq!(body(&Request::CommitInUse { force: true }), [17, 1]);
     assert_eq!(body(&Request::Weights), [18]);
     assert_eq!(body(&Reply::Refused(Refusal::Full)), [7, 27]);
+    let (slot, block) = (Slot::B, 300);
+    let unusable = Refusal::Unusable { slot, block };
+    assert_eq!(body(&Reply::Refused(unusable)), [7, 28, 1, 0xAC, 2]);
+    assert_eq!(body(&Reply::Refused(Refusal::NoNonce)), [7, 29]);
     let at_start = AtStart {
         in_use: Some(Slot::B),
         before: None,

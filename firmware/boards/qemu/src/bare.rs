@@ -1,20 +1,5 @@
-//! Registers at fixed addresses, and the one mirror: the only file of this crate with `unsafe`.
+//! Registers at fixed addresses: the only file of this crate with `unsafe`.
 #![allow(unsafe_code)]
-
-use trueaxis_firmware::mirror::{Memory, Mirrored};
-use trueaxis_firmware::slots::WhileBusy;
-
-use crate::flash::{FileFlash, SLOT};
-
-/// A flash mirrored in memory.
-pub fn mirrored<const WRITE: usize>(
-    flash: FileFlash<WRITE>,
-    while_busy: WhileBusy,
-    memory: &'static mut Memory<SLOT>,
-) -> Mirrored<FileFlash<WRITE>, SLOT> {
-    // SAFETY: the one caller gives it to `Slots`, in `MainLoop::start`, which does what it says there.
-    unsafe { Mirrored::open(flash, [0, SLOT as u32], while_busy, memory) }
-}
 
 /// The first UART of the MPS2 boards, a CMSDK APB UART.
 pub mod uart {

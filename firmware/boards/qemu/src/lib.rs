@@ -10,13 +10,15 @@
 //! | `uart` | the serial line |
 //! | `nothing` | pins, a watchdog and sensors that are not there |
 //! | `wanted` | what a test wants to go wrong |
-//! | `bare` | all `unsafe`: registers at fixed addresses, and the mirror of the slots |
+//! | `starts` | counts starts, in a file |
+//! | `bare` | all `unsafe`: registers at fixed addresses |
 #![no_std]
 #![deny(unsafe_code)]
 
 mod bare;
 mod flash;
 mod nothing;
+mod starts;
 mod uart;
 mod wanted;
 
@@ -31,13 +33,14 @@ use trueaxis_firmware::controller::{Board, Heart, MainLoop, Shell, log};
 use trueaxis_firmware::device::{Identity, LinkOnly, NoClock, ServoSide};
 use trueaxis_firmware::link::Link;
 use trueaxis_firmware::mirror;
-use trueaxis_firmware::places::Places;
+use trueaxis_firmware::double_buffer::DoubleBuffer;
 use trueaxis_firmware::record::Flags;
 use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
 
 use flash::{FileFlash, SLOT};
 use nothing::{NO_SENSORS, NoDog, NoPin};
+use starts::Starts;
 use uart::Uart;
 use wanted::{Wanted, wanted};
 
@@ -96,7 +99,7 @@ fn stop(what: &str) -> ! {
 /// The program: starts everything and serves the link for ever. `WRITE`: bytes of a word of the flash.
 pub fn run<C: Room, const WRITE: usize>(
     stand: Stand,
-    places: &'static Places<C>,
+    buffers: &'static DoubleBuffer<C>,
     shell: &'static Shell<C>,
     memory: &'static mut Memory<C>,
 ) -> ! {
@@ -109,7 +112,7 @@ pub fn run<C: Room, const WRITE: usize>(
             None => {}
         }
     }
-    let (Some(mut core), Some((loader, driven))) = (cortex_m::Peripherals::take(), places.split())
+    let (Some(mut core), Some((loader, servo))) = (cortex_m::Peripherals::take(), buffers.split())
     else {
         stop("started twice")
     };
@@ -123,8 +126,8 @@ pub fn run<C: Room, const WRITE: usize>(
         bytes,
         slots,
     } = memory;
-    let flash = bare::mirrored(file, stand.while_busy, slots);
-    let access = shell.share(side.write(ServoSide::new(driven, period)));
+    let flash = mirror::Mirrored::open(file, [0, SLOT as u32], stand.while_busy, slots);
+    let access = shell.share(side.write(ServoSide::new(servo, period)));
     core.SYST.set_clock_source(SystClkSource::Core);
     core.SYST.set_reload(CLOCK / stand.rate - 1);
     core.SYST.clear_current();
@@ -144,7 +147,7 @@ pub fn run<C: Room, const WRITE: usize>(
         period,
         restart,
     };
-    let link = link.write(Link::new());
+    let link = link.write(Link::new(&mut Starts));
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 

@@ -3,7 +3,7 @@
 
 /// The table slots of the STM32F405, as `memory.x` places them.
 pub mod slots {
-    use trueaxis_firmware::slots::Slot;
+    use trueaxis_firmware::slots::{Mapped, Slot};
 
     unsafe extern "C" {
         safe static __slot_a_start: u8;
@@ -22,16 +22,13 @@ pub mod slots {
     }
 
     /// The first bytes of a slot in place, at most all.
-    pub fn bytes(slot: Slot, length: usize) -> &'static [u8] {
+    pub fn bytes(slot: Slot, length: usize) -> Mapped {
         let [start, end] = addresses(slot);
         let length = length.min(end - start);
         // SAFETY: `memory.x` gives this range to nothing else, it is flash that the processor can
         // read for as long as it runs, and every byte of it is a valid u8. The flash controller
-        // changes it only for `NorFlash::erase` and `write` of the one driver, which `Slots` calls
-        // for bytes of a slot that is not active, or behind its blob; of the former nobody keeps a
-        // reference across a change (`TableFlash::in_place`, `Loader::vacate`), and of the latter
-        // none is given away.
-        unsafe { core::slice::from_raw_parts(start as *const u8, length) }
+        // changes it only for `NorFlash::erase` and `write` of the one driver: there is one `FLASH`.
+        unsafe { Mapped::new(start as *const u8, length) }
     }
 }
 

@@ -11,6 +11,7 @@
 
 mod flash;
 mod motion;
+mod random;
 mod serial;
 mod silence;
 pub mod supply;
@@ -18,6 +19,7 @@ mod watchdog;
 
 pub use flash::InternalFlash;
 pub use motion::Motion;
+pub use random::Random;
 pub use serial::Uart;
 pub use silence::Silence;
 pub use watchdog::Dog;

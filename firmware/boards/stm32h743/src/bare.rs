@@ -47,14 +47,12 @@ pub fn mirrored(flash: SecondBank) -> Option<Mirrored<SecondBank, SLOT>> {
     let starts = [&raw const __slot_a_start, &raw const __slot_b_start];
     let starts = starts.map(|start| start.addr() as u32 - 0x0800_0000);
     // SAFETY: the mirror is reached here alone, and once. Zeros are a `Memory`, as `Memory::new` gives it.
-    // It is given to the one caller, who gives it to `Slots` in `MainLoop::start`, which does what
-    // `open` wants.
-    unsafe {
+    let memory = unsafe {
         let memory = &raw mut MIRROR;
         memory.write_bytes(0, 1);
-        let memory = (*memory).assume_init_mut();
-        Some(Mirrored::open(flash, starts, WhileBusy::DualBank, memory))
-    }
+        (*memory).assume_init_mut()
+    };
+    Some(Mirrored::open(flash, starts, WhileBusy::DualBank, memory))
 }
 
 /// Copies bytes of the flash; false if the error-correcting code of a word of them does not hold, where

@@ -12,12 +12,14 @@
 pub mod dma;
 mod flash;
 mod motion;
+mod random;
 mod serial;
 mod silence;
 pub mod supply;
 
 pub use flash::SecondBank;
 pub use motion::{LENGTH, Motion};
+pub use random::Random;
 pub use serial::Serial;
 pub use silence::Silence;
 

@@ -411,3 +411,40 @@ fn weights_come_with_their_limits() {
     };
     assert_eq!(&weights[..], [expected]);
 }
+
+#[test]
+fn a_choice_of_which_only_half_was_written_is_stored_again_by_the_next_start() {
+    for while_busy in EVERY {
+        let mut slots = Slots::open(both(while_busy).stop());
+        slots.set_standstill(true);
+        let choice = Choice {
+            enable: true,
+            ..slots.choice()
+        };
+        let mut flash = slots.close();
+        // One half, and a part of the other one.
+        flash.set_fuel(Some(40));
+        slots = Slots::open(flash);
+        slots.set_standstill(true);
+        let _ = slots.choose(choice);
+        let mut flash = slots.close();
+        flash.set_fuel(None);
+        slots = Slots::open(flash);
+        assert!(slots.is_choice_halved());
+        assert_eq!(slots.choice(), choice);
+        let mut desktop = Desktop::start(slots.close(), PERIOD);
+        assert_eq!(at_start(&mut desktop).storing, Storing::Pending);
+        // Where that stalls the servo, once the machine stands still.
+        desktop.standstill.set(false);
+        stand(&mut desktop, 10);
+        let stalls = while_busy != WhileBusy::ServoInRam;
+        assert_eq!(at_start(&mut desktop).storing == Storing::Pending, stalls);
+        desktop.standstill.set(true);
+        stand(&mut desktop, 4000);
+        assert_eq!(at_start(&mut desktop).storing, Storing::Stored);
+        assert!(status(&mut desktop).enabled);
+        let slots = Slots::open(desktop.stop());
+        assert!(!slots.is_choice_halved());
+        assert_eq!(slots.choice(), choice);
+    }
+}

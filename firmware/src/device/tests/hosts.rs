@@ -116,7 +116,7 @@ fn a_machine_that_moves_pauses_an_upload_without_a_word_of_the_host() {
     }
     settle(&mut desktop);
     let suspended = |desktop: &Desktop| desktop.servo.lock(|side| side.is_suspended());
-    let factor = |desktop: &Desktop| desktop.servo.lock(|side| side.driven().factor());
+    let factor = |desktop: &Desktop| desktop.servo.lock(|side| side.servo().factor());
 
     // On the way to zero.
     begin(&mut desktop, &second);

@@ -7,7 +7,7 @@ use trueaxis::link::{CostUnit, Rails};
 use trueaxis::{Auxiliary, AuxiliaryKind, PATIENCE};
 
 use super::*;
-use crate::places::Places;
+use crate::double_buffer::DoubleBuffer;
 use crate::slots::Slots;
 
 /// The count, and what passes after each look at it.
@@ -411,21 +411,21 @@ fn what_is_kept_at_zero_stays_there_whatever_is_enabled() {
 
 #[test]
 fn another_compensation_is_let_in_only_if_enabled_and_not_kept_at_zero() {
-    let places: &'static Places = Box::leak(Box::default());
-    let (mut loader, driven) = places.split().unwrap();
+    let buffers: &'static DoubleBuffer = Box::leak(Box::default());
+    let (mut loader, servo) = buffers.split().unwrap();
     let blob: &'static AlignedBlob = Box::leak(Box::new(blob("m", b"XY", 0.3)));
-    let mut side = ServoSide::new(driven, PERIOD);
+    let mut side = ServoSide::new(servo, PERIOD);
     for (enabled, kept) in [(true, true), (false, false), (false, true), (true, false)] {
         side.enable(enabled);
         side.keep_at_zero(kept);
-        side.replace(loader.load(blob).unwrap()).unwrap();
+        side.replace(loader.load(&**blob).unwrap()).unwrap();
         for _ in 0..500 {
             side.tick(&mut Source(Some(at(-50.0))), &mut LinkOnly, &NoClock);
         }
         assert_eq!(side.is_at_zero(), !enabled || kept, "{enabled} {kept}");
     }
     assert_eq!(
-        side.replace(loader.load(blob).unwrap()),
+        side.replace(loader.load(&**blob).unwrap()),
         Err(trueaxis::Refused::Busy),
         "not at zero"
     );

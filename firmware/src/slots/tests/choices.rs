@@ -1,7 +1,7 @@
 //! What a start goes by.
 
 use super::*;
-use crate::mock_flash::MockFlash;
+use crate::mock_flash::{Defect, MockFlash};
 use crate::slots::{Choice, WhileBusy};
 
 /// 12 blocks of 128 bytes: room for some choices beside a blob of 180 bytes.
@@ -364,4 +364,88 @@ fn the_numbers_of_choices_go_on_across_the_wrap() {
         slots = restart(slots);
         assert_eq!(slots.active(), Some(back));
     }
+}
+
+#[test]
+fn a_choice_of_which_the_power_has_left_one_half_is_stored_again() {
+    let blobs = blobs(2, 40);
+    let mut halved = 0;
+    for fuel in 1..=64 {
+        let mut slots = open();
+        let slot = upload(&mut slots, &blobs[0], 64);
+        slots.set_active(Some(slot));
+        let slot = commit(&mut slots, &blobs[1]);
+        let choice = slots.choosing(slot);
+        slots.flash.set_fuel(Some(fuel));
+        let _ = slots.choose(choice);
+        let mut flash = slots.close();
+        flash.set_fuel(None);
+        let mut slots = Slots::open(flash);
+        if !slots.is_choice_halved() {
+            continue;
+        }
+        halved += 1;
+        assert_eq!(slots.choice(), choice);
+        assert_eq!(slots.choose(choice), Ok(()));
+        assert!(!slots.is_choice_halved());
+        // Now it bears the loss of any half, of either of them.
+        for place in 0..2 {
+            let mut flash = slots.close();
+            let bit = 8 * (12 * 128 - 128 - 64 * (place + 1));
+            for half in [0, 256] {
+                flash.flip(slot, bit + half + 40);
+                let slots = Slots::open(flash);
+                assert_eq!(slots.choice(), choice, "{fuel}");
+                flash = slots.close();
+                flash.flip(slot, bit + half + 40);
+            }
+            slots = Slots::open(flash);
+        }
+    }
+    assert!(halved >= 30, "{halved}");
+}
+
+#[test]
+fn a_choice_goes_to_the_next_place_where_a_word_of_the_first_fails() {
+    let [first, second] = [blob(1, 40), blob(2, 40)];
+    for defect in Defect::ALL {
+        for byte in (0..128).step_by(8) {
+            let mut slots = open();
+            let slot = upload(&mut slots, &first, 64);
+            slots.set_active(Some(slot));
+            let mut flash = slots.close();
+            flash.set_defect(slot, 12 * 128 - 128 - 192 + byte, defect);
+            slots = restart(Slots::open(flash));
+            enable(&mut slots, true).expect("one half is enough");
+            slots = restart(slots);
+            assert!(slots.choice().enable, "{defect:?} at {byte}");
+            assert!(!slots.is_choice_halved(), "{defect:?} at {byte}");
+            assert_eq!(upload(&mut slots, &second, 64), slot.other());
+            assert_eq!(slots.flash().refused(), 0);
+        }
+    }
+}
+
+#[test]
+fn two_places_that_fail_are_named_and_what_was_stored_holds() {
+    let mut slots = open();
+    let slot = upload(&mut slots, &blob(1, 40), 64);
+    slots.set_active(Some(slot));
+    let stored = slots.choice();
+    let end = 12 * 128 - 128 - 64;
+    for byte in (end - 128..end).step_by(8) {
+        slots.flash.set_defect(slot, byte, Defect::Refuses);
+    }
+    let block = (end as u32 - 64) / 128;
+    let unusable = Err(SlotError::Unusable { slot, block });
+    for _ in 0..2 {
+        assert_eq!(enable(&mut slots, true), unusable);
+        assert_eq!(slots.choice(), stored);
+    }
+    // Its next upload erases all of it; what never held is named again, once it is asked for.
+    slots.set_active(None);
+    let other = upload(&mut slots, &blob(2, 40), 64);
+    slots.set_active(Some(other));
+    assert_eq!(commit(&mut slots, &blob(3, 40)), slot);
+    assert_eq!(slots.flash().erases(slot), [2; 12]);
 }

@@ -170,9 +170,13 @@ impl Model {
         let was_valid = self.slots().state(target).is_valid();
         match self.slots().begin(header.length, header.crc) {
             Ok(_) => {
+                // Without a mark, which the power may have cut, the blob is there until it is erased.
+                let marked = self.slots().flash().bytes(target)[TRAILER + 64..][..32] != [0xFF; 32];
                 // What is not valid needs no mark before it is erased: where one bit has made it so, the
                 // same bit makes it valid again.
-                if was_valid || !matches!(self.holds[target.index()], Holds::Perhaps(..)) {
+                if was_valid && !marked {
+                    self.doubt(target);
+                } else if was_valid || !matches!(self.holds[target.index()], Holds::Perhaps(..)) {
                     self.holds[target.index()] = Holds::Nothing;
                 }
                 if secures && !self.choices.is_empty() {
@@ -217,7 +221,7 @@ impl Model {
                 Some(slot)
             }
             // The last byte of the commit may have been the last of the power.
-            Err(SlotError::Flash(_)) => {
+            Err(SlotError::Flash(_) | SlotError::Unusable { .. }) => {
                 self.holds[slot.index()] = Holds::Perhaps(coming, sequence);
                 None
             }
@@ -255,11 +259,13 @@ impl Model {
             Ok(()) if choice.in_use.is_none() && self.choices.is_empty() => {}
             Ok(()) => {
                 self.choices = vec![choice];
+                // Half of it is enough, but does not survive a flip.
+                self.hit |= self.slots().is_choice_halved();
                 let used = self.slots().in_use();
                 self.ever.extend(used.and_then(|slot| self.number_in(slot)));
             }
             // Half of it may say enough.
-            Err(SlotError::Flash(_)) => {
+            Err(SlotError::Unusable { .. }) => {
                 if !self.choices.is_empty() {
                     self.choices.push(choice);
                 }

@@ -53,7 +53,8 @@ fn cut_with<const W: usize, const E: usize>(blocks: usize, cut_erase: CutErase, 
         flash.set_fuel(Some(fuel));
         let mut slots = Slots::open(flash);
         let done = cycle(&mut slots, &blobs, 0);
-        assert!(done < 3, "{case}");
+        // The last choice counts with the first of its halves.
+        assert!(done < 3 || fuel + 32 >= all, "{case}");
 
         let mut flash = slots.close();
         flash.set_fuel(None);

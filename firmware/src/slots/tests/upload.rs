@@ -1,7 +1,7 @@
 //! Uploads step by step.
 
 use super::*;
-use crate::mock_flash::MockFlash;
+use crate::mock_flash::{Defect, MockFlash};
 use crate::slots::{Damage, SlotState};
 
 type Small = Slots<MockFlash<8, 128>>;
@@ -372,7 +372,7 @@ impl TableFlash for Crooked {
         let range = self.0.range(slot);
         range.start..range.end - 40
     }
-    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+    fn in_place(&self, slot: Slot, length: u32) -> crate::slots::Mapped {
         self.0.in_place(slot, length)
     }
     fn while_busy(&self) -> crate::slots::WhileBusy {
@@ -386,7 +386,7 @@ fn a_flash_that_does_not_hold_what_is_written_is_noticed() {
     let mut slots = begun(&blob);
     slots.write(0, &blob[..64]).expect("power");
     let mut flash = slots.close();
-    flash.set_stuck(Some(70));
+    flash.set_defect(Slot::A, 70, Defect::Stuck);
     let mut slots = Slots::open(flash);
     let worn = Err(SlotError::Readback { offset: 64 });
     assert_eq!(attempt(&mut slots, &blob, 8), worn);
@@ -400,8 +400,48 @@ fn a_block_that_is_not_erased_is_named() {
     slots.write(0, &old).expect("power");
     let mut flash = slots.close();
     assert!(old[130] != 0xFF);
-    flash.set_stuck(Some(130));
+    flash.set_defect(Slot::A, 130, Defect::Stuck);
     let mut slots = Slots::open(flash);
     let worn = Err(SlotError::Readback { offset: 128 });
     assert_eq!(attempt(&mut slots, &blob(2, 40), 8), worn);
+}
+
+#[test]
+fn no_upload_begins_where_a_blob_is_leased() {
+    let blobs = blobs(3, 40);
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    for blob in &blobs[..2] {
+        let slot = upload(&mut slots, blob, 64);
+        slots.set_active(Some(slot));
+    }
+    assert!(
+        slots
+            .lease(Slot::A)
+            .is_some_and(|lease| lease.bytes() == &*blobs[0])
+    );
+    let leases = [Slot::A, Slot::B, Slot::B].map(|slot| slots.lease(slot));
+    let [Some(first), Some(second), Some(third)] = leases else {
+        panic!("both slots are valid");
+    };
+    let spent = slots.flash().spent();
+    let leased = Err(SlotError::Leased);
+    assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
+    slots.take_back(first);
+    // The one that was dropped never comes back.
+    assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
+    assert_eq!(slots.flash().spent(), spent);
+    // Of the other one all come back.
+    slots.set_active(Some(Slot::A));
+    slots.take_back(second);
+    assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
+    // What is no lease of these slots ends none.
+    let other: &'static [u8] = blobs[0].to_vec().leak();
+    slots.take_back(other.into());
+    assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
+    slots.take_back(third);
+    assert_eq!(attempt(&mut slots, &blobs[2], 64), Ok(Slot::B));
+    // Nothing is leased that is not valid.
+    let Header { length, crc } = Header::read(&blobs[0]).expect("a blob");
+    slots.begin(length, crc).expect("room");
+    assert!(slots.lease(Slot::B).is_none());
 }

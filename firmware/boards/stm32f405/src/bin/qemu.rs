@@ -4,12 +4,12 @@
 
 use cortex_m_rt::{entry, exception};
 use trueaxis_firmware::controller::Shell;
-use trueaxis_firmware::places::Places;
+use trueaxis_firmware::double_buffer::DoubleBuffer;
 use trueaxis_firmware::slots::WhileBusy;
 use trueaxis_qemu::{Memory, Stand};
 use trueaxis_stm32f405::{RATE, Tables};
 
-static PLACES: Places<Tables> = Places::new();
+static BUFFERS: DoubleBuffer<Tables> = DoubleBuffer::new();
 static SHELL: Shell<Tables> = Shell::new(RATE);
 
 #[entry]
@@ -22,7 +22,7 @@ fn main() -> ! {
         // As on the STM32F405, so that the same is tried here.
         while_busy: WhileBusy::Standstill,
     };
-    trueaxis_qemu::run::<_, 4>(stand, &PLACES, &SHELL, MEMORY)
+    trueaxis_qemu::run::<_, 4>(stand, &BUFFERS, &SHELL, MEMORY)
 }
 
 #[exception]

@@ -22,13 +22,13 @@ use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shel
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
-use trueaxis_firmware::places::Places;
+use trueaxis_firmware::double_buffer::DoubleBuffer;
 use trueaxis_firmware::spi::Tolerance;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
 use trueaxis_sensors::{SoftI2c, Tmp117, Tmp117Address};
 use trueaxis_stm32f405::bare;
 use trueaxis_stm32f405::stm32f405::{
-    BAUD, CRYSTAL, Dog, InternalFlash, Motion, Silence, Uart, supply,
+    BAUD, CRYSTAL, Dog, InternalFlash, Motion, Random, Silence, Uart, supply,
 };
 use trueaxis_stm32f405::{AXES, PERIOD, RATE, Tables};
 
@@ -38,7 +38,7 @@ struct Servo {
     heart: Heart<PB0<Output>, Dog>,
 }
 
-static PLACES: Places<Tables> = Places::new();
+static BUFFERS: DoubleBuffer<Tables> = DoubleBuffer::new();
 static SHELL: Shell<Tables> = Shell::new(RATE);
 /// Between two servo interrupts.
 static SERVO: Mutex<Cell<Option<&'static mut Servo>>> = Mutex::new(Cell::new(None));
@@ -61,7 +61,7 @@ fn main() -> ! {
     let (Some(mut core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else {
         fail(line!(), "started twice")
     };
-    let Some((loader, driven)) = PLACES.split() else {
+    let Some((loader, servo)) = BUFFERS.split() else {
         fail(line!(), "started twice")
     };
     let restart = trueaxis_cortex_m::start(supply::flags(&chip.RCC), bare::fault_pin_low);
@@ -76,7 +76,7 @@ fn main() -> ! {
     let source = Config::hse(CRYSTAL);
     #[cfg(feature = "hsi")]
     let source = Config::hsi();
-    let mut rcc = chip.RCC.freeze(source.sysclk(168.MHz()));
+    let mut rcc = chip.RCC.freeze(source.sysclk(168.MHz()).require_pll48clk());
     #[cfg(not(feature = "hsi"))]
     supply::watch_crystal(&rcc);
     core.DCB.enable_trace();
@@ -125,7 +125,7 @@ fn main() -> ! {
     let sensor_bus = SoftI2c::new(clock, data, Cycling::new(rcc.clocks.sysclk().raw()));
     let mut sensor = Tmp117::new(sensor_bus, Tmp117Address::Ground);
 
-    let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
+    let access = SHELL.share(SIDE.write(ServoSide::new(servo, PERIOD)));
     let silence = Silence::start(chip.TIM2, &mut rcc);
     let own = OWN.write(Servo {
         frames: ByFrames::start(motion, silence, Tolerance::USUAL),
@@ -148,7 +148,7 @@ fn main() -> ! {
         period: PERIOD,
         restart,
     };
-    let link = LINK.write(Link::new());
+    let link = LINK.write(Link::new(&mut Random::new(chip.RNG, &mut rcc)));
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 

@@ -7,7 +7,7 @@ use core::ops::Range;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use stm32f4xx_hal::flash::{Error, FlashExt, UnlockedFlash};
 use stm32f4xx_hal::pac::FLASH;
-use trueaxis_firmware::slots::{Slot, TableFlash, WhileBusy};
+use trueaxis_firmware::slots::{Mapped, Slot, TableFlash, WhileBusy};
 
 use super::watchdog::while_nothing_runs;
 use crate::bare::slots;
@@ -91,7 +91,7 @@ impl TableFlash for InternalFlash {
         first..end
     }
 
-    fn in_place(&self, slot: Slot, length: u32) -> &'static [u8] {
+    fn in_place(&self, slot: Slot, length: u32) -> Mapped {
         slots::bytes(slot, length as usize)
     }
 

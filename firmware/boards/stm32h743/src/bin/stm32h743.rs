@@ -22,14 +22,14 @@ use trueaxis_firmware::controller::{Beat, Board, ByFrames, Heart, MainLoop, Shel
 use trueaxis_firmware::cycles::Cycles;
 use trueaxis_firmware::device::{Identity, ServoSide};
 use trueaxis_firmware::link::Link;
-use trueaxis_firmware::places::Places;
+use trueaxis_firmware::double_buffer::DoubleBuffer;
 use trueaxis_firmware::spi::Tolerance;
 use trueaxis_firmware::temperature::{Settings, Temperatures};
 use trueaxis_sensors::{SoftI2c, Tmp117, Tmp117Address};
 use trueaxis_stm32h743::bare;
 use trueaxis_stm32h743::stm32h743::dma::Stream;
 use trueaxis_stm32h743::stm32h743::{
-    BAUD, CORE, Motion, SecondBank, Serial, Silence, clocks, supply,
+    BAUD, CORE, Motion, Random, SecondBank, Serial, Silence, clocks, supply,
 };
 use trueaxis_stm32h743::{AXES, PERIOD, RATE, Tables};
 
@@ -51,7 +51,7 @@ impl Watchdog for Dog {
 /// Nominally so long without a servo interrupt or a main loop until the watchdog bites, µs.
 const BITES: u32 = 10_000;
 
-static PLACES: Places<Tables> = Places::new();
+static BUFFERS: DoubleBuffer<Tables> = DoubleBuffer::new();
 static SHELL: Shell<Tables> = Shell::new(RATE);
 
 defmt::timestamp!("{=u32:ms}", SHELL.milliseconds());
@@ -81,7 +81,7 @@ fn main() -> ! {
     let Some(mut core) = cortex_m::Peripherals::take() else {
         fail(line!(), "started twice")
     };
-    let Some((loader, driven)) = PLACES.split() else {
+    let Some((loader, servo)) = BUFFERS.split() else {
         fail(line!(), "started twice")
     };
     let restart = trueaxis_cortex_m::start(supply::flags(), bare::fault_pin_low);
@@ -127,7 +127,7 @@ fn main() -> ! {
         fail(line!(), "started twice")
     };
 
-    let access = SHELL.share(SIDE.write(ServoSide::new(driven, PERIOD)));
+    let access = SHELL.share(SIDE.write(ServoSide::new(servo, PERIOD)));
     let mut watchdog = IndependentWatchdog::new(chip.IWDG1, BITES);
     watchdog.unleash();
     let healthy = Output::new(chip.PB0, Level::Low, Speed::Low);
@@ -153,7 +153,7 @@ fn main() -> ! {
         period: PERIOD,
         restart,
     };
-    let link = LINK.write(Link::new());
+    let link = LINK.write(Link::new(&mut Random::new(chip.RNG)));
     MainLoop::start(board, link, loader, access, identity).run(cortex_m::asm::wfi)
 }
 

@@ -10,9 +10,9 @@ use trueaxis::{
 use super::*;
 
 type Two = Holds<2, 4, 4, 4, 1>;
-type Small = Places<Two>;
+type Small = DoubleBuffer<Two>;
 
-fn places() -> &'static Small {
+fn buffers() -> &'static Small {
     Box::leak(Box::new(Small::new()))
 }
 
@@ -51,82 +51,82 @@ fn blob(machine: &str, scale: f32) -> &'static [u8] {
     blob
 }
 
-fn update(driven: &mut Driven<Two>) -> f32 {
-    driven.update(&Inputs::at([5.0, 0.0]), 1, 0.001).dq[0]
+fn update(servo: &mut BufferedServo<Two>) -> f32 {
+    servo.update(&Inputs::at([5.0, 0.0]), 1, 0.001).dq[0]
 }
 
 #[test]
 fn the_sides_are_given_once_until_both_are_back() {
-    let places = places();
-    let (mut loader, mut driven) = places.split().unwrap();
-    assert!(places.split().is_none());
+    let buffers = buffers();
+    let (mut loader, mut servo) = buffers.split().unwrap();
+    assert!(buffers.split().is_none());
     let loaded = loader.load(blob("m", 1.0)).unwrap();
-    driven.replace(loaded).unwrap();
-    assert!(places.unite(loader, driven));
-    let (loader, driven) = places.split().unwrap();
+    servo.replace(loaded).unwrap();
+    assert!(buffers.unite(loader, servo));
+    let (loader, servo) = buffers.split().unwrap();
     assert_eq!(loader.current().machine(), "", "empty again");
-    assert_eq!(driven.compensation().axes().len(), 0);
+    assert_eq!(servo.compensation().axes().len(), 0);
     // The sides of others do not count.
-    let (other, _driven) = self::places().split().unwrap();
-    assert!(!places.unite(other, driven));
-    assert!(places.split().is_none());
+    let (other, _driven) = self::buffers().split().unwrap();
+    assert!(!buffers.unite(other, servo));
+    assert!(buffers.split().is_none());
 }
 
 #[test]
 fn what_is_loaded_is_swapped_in_while_the_servo_runs() {
-    let (mut loader, mut driven) = places().split().unwrap();
+    let (mut loader, mut servo) = buffers().split().unwrap();
     let loaded = loader.load(blob("m", 1.0)).unwrap();
     assert_eq!(loaded.compensation().machine(), "m");
     assert_eq!(loaded.active().machine(), "");
-    driven.replace(loaded).unwrap();
-    driven.enable(true);
+    servo.replace(loaded).unwrap();
+    servo.enable(true);
     for _ in 0..2000 {
-        update(&mut driven);
+        update(&mut servo);
     }
-    assert_eq!(update(&mut driven), 5.0);
+    assert_eq!(update(&mut servo), 5.0);
 
     let loaded = loader.load(blob("m", -1.0)).unwrap();
-    driven.swap(loaded).unwrap();
+    servo.swap(loaded).unwrap();
     let mut periods = 0;
-    while driven.is_swapping() {
-        // Both places are read: nothing is loaded, nothing emptied.
+    while servo.is_swapping() {
+        // Both buffers are read: nothing is loaded, nothing emptied.
         assert!(matches!(loader.load(blob("m", 2.0)), Err(NotLoaded::Busy)));
-        assert!(!loader.vacate());
-        update(&mut driven);
+        assert!(matches!(loader.vacate(), Err(NotLoaded::Busy)));
+        update(&mut servo);
         periods += 1;
     }
     assert!(periods > 20);
-    assert_eq!(update(&mut driven), -5.0);
-    // The old place is vacant: loaded into, not swapped, it changes nothing.
+    assert_eq!(update(&mut servo), -5.0);
+    // The old buffer is vacant: loaded into, not swapped, it changes nothing.
     let loaded = loader.load(blob("n", 3.0)).unwrap();
     assert_eq!(loaded.compensation().machine(), "n");
-    assert_eq!(update(&mut driven), -5.0);
-    assert!(loader.vacate());
+    assert_eq!(update(&mut servo), -5.0);
+    assert!(loader.vacate().is_ok());
     assert_eq!(loader.current().machine(), "m");
-    assert_eq!(update(&mut driven), -5.0);
+    assert_eq!(update(&mut servo), -5.0);
 }
 
 #[test]
 fn what_is_refused_leaves_everything_as_it_is() {
-    let (mut loader, mut driven) = places().split().unwrap();
+    let (mut loader, mut servo) = buffers().split().unwrap();
     let loaded = loader.load(blob("m", 1.0)).unwrap();
     // Other axes than none.
-    assert_eq!(driven.swap(loaded), Err(Refused::Axes));
-    assert!(!driven.is_swapping());
-    let error = loader.load(&[1; 16]).map(|_| ()).unwrap_err();
+    assert_eq!(servo.swap(loaded), Err(Refused::Axes));
+    assert!(!servo.is_swapping());
+    let error = loader.load(&[1; 16][..]).map(|_| ()).unwrap_err();
     assert_eq!(error, NotLoaded::Refused(LoadError::BadMagic));
     assert_eq!(format!("{error}"), format!("{}", LoadError::BadMagic));
     let busy = "the previous change of compensation is not finished";
     assert_eq!(format!("{}", NotLoaded::Busy), busy);
-    // Of other places.
-    let (mut foreign, _other) = places().split().unwrap();
+    // Of other buffers.
+    let (mut foreign, _other) = buffers().split().unwrap();
     let loaded = foreign.load(blob("m", 1.0)).unwrap();
-    assert_eq!(driven.swap(loaded), Err(Refused::Busy));
+    assert_eq!(servo.swap(loaded), Err(Refused::Busy));
     let loaded = foreign.load(blob("m", 1.0)).unwrap();
-    assert_eq!(driven.replace(loaded), Err(Refused::Busy));
-    assert_eq!(driven.compensation().axes().len(), 0);
+    assert_eq!(servo.replace(loaded), Err(Refused::Busy));
+    assert_eq!(servo.compensation().axes().len(), 0);
     // And still it works.
     let loaded = loader.load(blob("m", 1.0)).unwrap();
-    driven.replace(loaded).unwrap();
-    assert_eq!(driven.compensation().machine(), "m");
+    servo.replace(loaded).unwrap();
+    assert_eq!(servo.compensation().machine(), "m");
 }

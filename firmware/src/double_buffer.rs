@@ -1,22 +1,21 @@
-//! Two places for compensations: one that the servo reads, one to load into. The only file of this
-//! crate with `unsafe`.
+//! Two buffers for compensations: one that the servo reads, one to load into.
 //!
 //! A servo that runs in an interrupt needs a compensation that lives for ever; the next one must be
 //! loaded without stopping it, so there are two, and what was read before is loaded into again. The main
 //! loop reads the one in use too, at the same time as the servo: so the servo cannot own it (then
 //! [`Servo::take_retired`] alone would do, without `unsafe`), and without a heap nobody counts who reads
-//! it. The rules that make this sound are held by the types that come from one [`Places::split`]:
+//! it. The rules that make this sound are held by the types that come from one [`DoubleBuffer::split`]:
 //!
-//! 1. [`Loader`] alone writes, with `&mut self`, and only into a place that is not held.
-//! 2. The servo of [`Driven`] alone holds places, each by a `Held`, which marks its place for as long as
-//!    there is one.
-//! 3. A place goes from the loader to the servo only as [`Loaded`], which borrows the loader
+//! 1. [`Loader`] alone writes, with `&mut self`, and only into a buffer that is not held.
+//! 2. The servo of [`BufferedServo`] alone holds buffers, each by a `Held`, which marks its buffer for as
+//!    long as there is one.
+//! 3. A buffer goes from the loader to the servo only as [`Loaded`], which borrows the loader
 //!    mutably: while there is one, nothing is loaded.
-//! 4. Everybody else reads through a borrow of `Loader` or `Driven`, which ends before they write.
+//! 4. Everybody else reads through a borrow of `Loader` or `BufferedServo`, which ends before they write.
 //!
-//! So a place is written only while no reference to it exists. The samples lie in flash: whoever
-//! writes flash must keep off the slots whose compensation is in a place, see
-//! [`Loader::vacate`].
+//! So a buffer is written only while no reference to it exists. The samples lie in flash: a buffer keeps
+//! the [`Lease`] of their slot for as long as it keeps the compensation, and [`Loader::vacate`] gives it
+//! back.
 #![allow(unsafe_code)]
 
 #[cfg(test)]
@@ -27,32 +26,42 @@ use core::fmt;
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use crate::slots::Lease;
 use trueaxis::{
     Compensation, Correction, Handle, Inputs, LoadError, Refused, Room, Servo, Usual, WeightError,
 };
 
 /// Two compensations in static memory, empty at first: all zeros, which take no flash.
-pub struct Places<C: Room = Usual> {
-    both: [Place<C>; 2],
+pub struct DoubleBuffer<C: Room = Usual> {
+    both: [Buffer<C>; 2],
     taken: AtomicBool,
 }
 
 /// One of the two.
-struct Place<C: Room> {
-    cell: UnsafeCell<Compensation<'static, C>>,
+struct Buffer<C: Room> {
+    cell: UnsafeCell<Content<C>>,
     /// By the servo. Written by `Held` only.
     held: AtomicBool,
+}
+
+/// A compensation, with the lease of the bytes that it reads.
+struct Content<C: Room> {
+    compensation: Compensation<'static, C>,
+    lease: Option<Lease>,
 }
 
 // SAFETY: the cell is written only by the one `Loader`, and only while no reference into it
 // exists (the rules at the head of this file); otherwise it is shared for reading, which a
 // `Compensation` allows: it is plain data. The mark is atomic.
-unsafe impl<C: Room> Sync for Place<C> {}
+unsafe impl<C: Room> Sync for Buffer<C> {}
 
-impl<C: Room> Place<C> {
+impl<C: Room> Buffer<C> {
     const fn new() -> Self {
         Self {
-            cell: UnsafeCell::new(Compensation::empty()),
+            cell: UnsafeCell::new(Content {
+                compensation: Compensation::empty(),
+                lease: None,
+            }),
             held: AtomicBool::new(false),
         }
     }
@@ -62,18 +71,18 @@ impl<C: Room> Place<C> {
         // SAFETY: it is called from `Loaded` and `Loader`, whose borrows keep the one writer from
         // writing; and from `Held`, whose mark keeps the writer off. So no `&mut` exists while the
         // reference lives.
-        unsafe { &*self.cell.get() }
+        unsafe { &(*self.cell.get()).compensation }
     }
 }
 
-/// What the servo holds a place by.
-struct Held<C: Room>(&'static Place<C>);
+/// What the servo holds a buffer by.
+struct Held<C: Room>(&'static Buffer<C>);
 
 impl<C: Room> Held<C> {
-    /// Marks a place that is [`Loaded`], or that nobody can have written yet.
-    fn new(place: &'static Place<C>) -> Self {
-        place.held.store(true, Ordering::Release);
-        Self(place)
+    /// Marks a buffer that is [`Loaded`], or that nobody can have written yet.
+    fn new(buffer: &'static Buffer<C>) -> Self {
+        buffer.held.store(true, Ordering::Release);
+        Self(buffer)
     }
 }
 
@@ -96,7 +105,7 @@ impl<C: Room> Drop for Held<C> {
 /// Why no compensation was loaded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NotLoaded {
-    /// The servo holds both places: a change is under way.
+    /// The servo holds both buffers: a change is under way.
     Busy,
     /// The blob is refused.
     Refused(LoadError),
@@ -113,56 +122,55 @@ impl fmt::Display for NotLoaded {
 
 impl core::error::Error for NotLoaded {}
 
-impl<C: Room> Default for Places<C> {
+impl<C: Room> Default for DoubleBuffer<C> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<C: Room> Places<C> {
+impl<C: Room> DoubleBuffer<C> {
     /// Both empty; for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            both: [const { Place::new() }; 2],
+            both: [const { Buffer::new() }; 2],
             taken: AtomicBool::new(false),
         }
     }
 
     /// The two sides, the first time it is called.
-    pub fn split(&'static self) -> Option<(Loader<C>, Driven<C>)> {
+    pub fn split(&'static self) -> Option<(Loader<C>, BufferedServo<C>)> {
         if self.taken.swap(true, Ordering::AcqRel) {
             return None;
         }
         let [first, _] = &self.both;
-        let driven = Driven {
-            places: self,
+        let servo = BufferedServo {
+            buffers: self,
             servo: Servo::new(Held::new(first)),
             changing: false,
         };
-        Some((Loader { places: self }, driven))
+        Some((Loader { buffers: self }, servo))
     }
 
-    /// Takes both sides back, which ends the servo; both places are empty, and can be split again.
-    /// False if the sides are of other places: those stay split for ever.
-    pub fn unite(&'static self, mut loader: Loader<C>, driven: Driven<C>) -> bool {
-        let ours = core::ptr::eq(self, loader.places) && core::ptr::eq(self, driven.places);
-        // It holds no place any more.
-        drop(driven);
+    /// Takes both sides back, which ends the servo; both buffers are empty, and can be split again. Leases
+    /// are dropped. False if the sides are of other buffers: those stay split for ever.
+    pub fn unite(&'static self, mut loader: Loader<C>, servo: BufferedServo<C>) -> bool {
+        let ours = core::ptr::eq(self, loader.buffers) && core::ptr::eq(self, servo.buffers);
+        // It holds no buffer any more.
+        drop(servo);
         if ours {
-            for place in &self.both {
-                // No bytes are no blob: refused, and emptied thereby.
-                let _ = loader.write(place, &[]);
+            for buffer in &self.both {
+                let _ = loader.empty(buffer);
             }
             self.taken.store(false, Ordering::Release);
         }
         ours
     }
 
-    /// The place beside this one.
-    fn other(&self, place: &Place<C>) -> &Place<C> {
+    /// The buffer beside this one.
+    fn other(&self, buffer: &Buffer<C>) -> &Buffer<C> {
         let [first, second] = &self.both;
-        if core::ptr::eq(first, place) {
+        if core::ptr::eq(first, buffer) {
             second
         } else {
             first
@@ -172,67 +180,107 @@ impl<C: Room> Places<C> {
 
 /// The side that loads: that of the main loop.
 pub struct Loader<C: Room> {
-    places: &'static Places<C>,
+    buffers: &'static DoubleBuffer<C>,
 }
 
 impl<C: Room> Loader<C> {
-    /// Loads a slot into the vacant place; bytes after the blob are ignored.
+    /// Loads a blob into the vacant buffer, which is to be [vacated](Self::vacate) before: a lease that is
+    /// still there is dropped. Bytes after the blob are ignored.
     ///
     /// # Errors
-    /// [`NotLoaded`]
-    pub fn load(&mut self, slot: &'static [u8]) -> Result<Loaded<'_, C>, NotLoaded> {
-        let place = self.vacant().ok_or(NotLoaded::Busy)?;
-        self.write(place, slot).map_err(NotLoaded::Refused)?;
+    /// [`NotLoaded`]. The lease of a blob that is refused comes back with the next `vacate`.
+    pub fn load(&mut self, blob: impl Into<Lease>) -> Result<Loaded<'_, C>, NotLoaded> {
+        let buffer = self.vacant().ok_or(NotLoaded::Busy)?;
+        let content = self.write(buffer);
+        let lease = content.lease.insert(blob.into());
+        // SAFETY: the compensation is emptied, or loaded with another lease, before this one leaves the
+        // buffer; it is seen only with the lifetimes of borrows.
+        let bytes = unsafe { lease.kept() };
+        let loaded = content.compensation.load_slot(bytes);
+        loaded.map_err(NotLoaded::Refused)?;
         Ok(Loaded {
-            places: self.places,
-            place,
+            buffers: self.buffers,
+            buffer,
             loader: PhantomData,
         })
     }
 
-    /// Empties the vacant place, so that no place refers to any slot but the active one. False if
-    /// the servo holds both.
-    pub fn vacate(&mut self) -> bool {
-        match self.vacant() {
-            Some(place) => {
+    /// Loads a blob into the vacant buffer, has a look at the compensation in use and at this one, and
+    /// empties the buffer.
+    ///
+    /// # Errors
+    /// [`NotLoaded`]
+    pub fn try_on<R>(
+        &mut self,
+        blob: &[u8],
+        look: impl FnOnce(&Compensation<'_, C>, &Compensation<'_, C>) -> R,
+    ) -> Result<R, NotLoaded> {
+        /// Empties a compensation, whatever happens before.
+        struct Emptied<'c, C: Room>(&'c mut Compensation<'static, C>);
+        impl<C: Room> Drop for Emptied<'_, C> {
+            fn drop(&mut self) {
                 // No bytes are no blob: refused, and emptied thereby.
-                let _ = self.write(place, &[]);
-                true
+                let _ = self.0.load_slot(&[]);
             }
-            None => false,
         }
+        let buffer = self.vacant().ok_or(NotLoaded::Busy)?;
+        let active = self.buffers.other(buffer);
+        // SAFETY: the compensation is emptied before this returns or unwinds, so it does not outlive
+        // `blob`. Nobody else can read the buffer meanwhile: it is not held, and `self` is borrowed. `look`
+        // sees it with a lifetime of its own, and can keep nothing of it.
+        let blob: &'static [u8] = unsafe { &*core::ptr::from_ref(blob) };
+        let new = Emptied(&mut self.write(buffer).compensation);
+        new.0.load_slot(blob).map_err(NotLoaded::Refused)?;
+        Ok(look(active.read(), new.0))
+    }
+
+    /// Empties the vacant buffer, so that no buffer refers to any slot but the active one, and returns the
+    /// lease that was there.
+    ///
+    /// # Errors
+    /// [`NotLoaded::Busy`]: the servo holds both.
+    pub fn vacate(&mut self) -> Result<Option<Lease>, NotLoaded> {
+        let buffer = self.vacant().ok_or(NotLoaded::Busy)?;
+        Ok(self.empty(buffer))
     }
 
     /// The compensation that the servo uses; during a change the old one or the new one.
     #[must_use]
     pub fn current(&self) -> &Compensation<'_, C> {
-        let [first, second] = &self.places.both;
+        let [first, second] = &self.buffers.both;
         let held = first.held.load(Ordering::Acquire);
         if held { first.read() } else { second.read() }
     }
 
-    /// A place that the servo does not hold. Only [`Driven`] makes it hold one, and only one
+    /// A buffer that the servo does not hold. Only [`BufferedServo`] makes it hold one, and only one
     /// that is `Loaded`, which cannot exist here: this borrows the loader too. So it stays vacant.
-    fn vacant(&self) -> Option<&'static Place<C>> {
-        let held = |place: &&Place<C>| place.held.load(Ordering::Acquire);
-        self.places.both.iter().find(|place| !held(place))
+    fn vacant(&self) -> Option<&'static Buffer<C>> {
+        let held = |buffer: &&Buffer<C>| buffer.held.load(Ordering::Acquire);
+        self.buffers.both.iter().find(|buffer| !held(buffer))
     }
 
-    /// Writes into a place of these that is [`vacant`](Self::vacant).
-    fn write(&mut self, place: &Place<C>, slot: &'static [u8]) -> Result<(), LoadError> {
-        // SAFETY: the place is not held, so the servo has no reference to it; those of `Loaded` and
+    /// Empties a buffer of these that is [`vacant`](Self::vacant).
+    fn empty(&mut self, buffer: &Buffer<C>) -> Option<Lease> {
+        let content = self.write(buffer);
+        // No bytes are no blob: refused, and emptied thereby.
+        let _ = content.compensation.load_slot(&[]);
+        content.lease.take()
+    }
+
+    /// Write access to a buffer of these that is [`vacant`](Self::vacant).
+    fn write<'w>(&'w mut self, buffer: &'w Buffer<C>) -> &'w mut Content<C> {
+        // SAFETY: the buffer is not held, so the servo has no reference to it; those of `Loaded` and
         // `current` are borrows of `self`, which is borrowed mutably. There is one `Loader` for
-        // these places. The acquiring load in `vacant` comes after the servo's last reading, which
+        // these buffers. The acquiring load in `vacant` comes after the servo's last reading, which
         // the releasing store of `Held` follows.
-        let compensation = unsafe { &mut *place.cell.get() };
-        compensation.load_slot(slot)
+        unsafe { &mut *buffer.cell.get() }
     }
 }
 
 /// A compensation that is loaded and can be given to the servo.
 pub struct Loaded<'l, C: Room> {
-    places: &'static Places<C>,
-    place: &'static Place<C>,
+    buffers: &'static DoubleBuffer<C>,
+    buffer: &'static Buffer<C>,
     loader: PhantomData<&'l mut ()>,
 }
 
@@ -240,25 +288,25 @@ impl<C: Room> Loaded<'_, C> {
     /// What is loaded.
     #[must_use]
     pub fn compensation(&self) -> &Compensation<'_, C> {
-        self.place.read()
+        self.buffer.read()
     }
 
     /// What the servo uses.
     #[must_use]
     pub fn active(&self) -> &Compensation<'_, C> {
-        self.places.other(self.place).read()
+        self.buffers.other(self.buffer).read()
     }
 }
 
-/// The servo with the places it reads: the side of the interrupt.
-pub struct Driven<C: Room> {
-    places: &'static Places<C>,
+/// The servo with the buffers it reads: the side of the interrupt.
+pub struct BufferedServo<C: Room> {
+    buffers: &'static DoubleBuffer<C>,
     servo: Servo<Held<C>>,
     /// Another compensation is being faded in.
     changing: bool,
 }
 
-impl<C: Room> Driven<C> {
+impl<C: Room> BufferedServo<C> {
     /// See [`Servo::update`].
     pub fn update(
         &mut self,
@@ -280,11 +328,11 @@ impl<C: Room> Driven<C> {
     /// # Errors
     /// [`Refused`]; nothing changes.
     pub fn swap(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
-        if self.changing || !core::ptr::eq(self.places, loaded.places) {
+        if self.changing || !core::ptr::eq(self.buffers, loaded.buffers) {
             return Err(Refused::Busy);
         }
         // What comes back is held no more.
-        match self.servo.swap(Held::new(loaded.place)) {
+        match self.servo.swap(Held::new(loaded.buffer)) {
             Ok(_) => {
                 self.changing = true;
                 Ok(())
@@ -299,11 +347,11 @@ impl<C: Room> Driven<C> {
     /// # Errors
     /// [`Refused::Busy`] while a change is under way.
     pub fn replace(&mut self, loaded: Loaded<'_, C>) -> Result<(), Refused> {
-        if self.changing || !core::ptr::eq(self.places, loaded.places) {
+        if self.changing || !core::ptr::eq(self.buffers, loaded.buffers) {
             return Err(Refused::Busy);
         }
-        // The old servo goes, and holds its place no more.
-        self.servo = Servo::new(Held::new(loaded.place));
+        // The old servo goes, and holds its buffer no more.
+        self.servo = Servo::new(Held::new(loaded.buffer));
         Ok(())
     }
 
