@@ -64,7 +64,7 @@
  Words of 8 bytes that tables take: so many whatever the capacities, and for each axis, bank, table, term
  and grid.
  */
-#define TRUEAXIS_TABLES_WORDS (((((100 + (6 * TRUEAXIS_AXES)) + (10 * TRUEAXIS_BANKS)) + TRUEAXIS_TABLES) + ((5 * TRUEAXIS_TERMS) / 2)) + (34 * TRUEAXIS_GRIDS))
+#define TRUEAXIS_TABLES_WORDS (((((100 + (6 * TRUEAXIS_AXES)) + (12 * TRUEAXIS_BANKS)) + TRUEAXIS_TABLES) + ((5 * TRUEAXIS_TERMS) / 2)) + (34 * TRUEAXIS_GRIDS))
 
 /*
  The same in bytes.
@@ -185,6 +185,11 @@
  Condition: a tool length or a temperature that matters was never set or is not usable.
  */
 #define TRUEAXIS_BAD_AUXILIARY (1 << 9)
+
+/*
+ Condition: nothing is loaded, so nothing is corrected.
+ */
+#define TRUEAXIS_NOTHING_LOADED (1 << 10)
 
 #if defined(TRUEAXIS_MODEL)
 /*

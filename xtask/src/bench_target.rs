@@ -21,7 +21,7 @@ const GROWTH: u64 = 5;
 
 /// Calls that are counted: key, what it is, most instructions (0: no budget).
 const CALLS: [(&str, &str, u64); 22] = [
-    ("evaluate_huron13", "evaluate: 13 errors, five axes", 400),
+    ("evaluate_huron13", "evaluate: 13 errors, five axes", 390),
     (
         "evaluate_huron13_5_axes",
         "  with capacities for five axes",
@@ -30,14 +30,14 @@ const CALLS: [(&str, &str, u64); 22] = [
     (
         "evaluate_huron13_direction",
         "  for the direction of the tool",
-        450,
+        390,
     ),
     (
         "evaluate_kolibri10_direction",
         "  the same, 10 errors of the Kolibri",
         0,
     ),
-    ("servo_update_huron13", "servo update: the same", 650),
+    ("servo_update_huron13", "servo update: the same", 670),
     (
         "servo_update_huron13_5_axes",
         "  with capacities for five axes",
@@ -55,9 +55,9 @@ const CALLS: [(&str, &str, u64); 22] = [
         "  with capacities for five axes",
         0,
     ),
-    ("grid25_3out", "evaluate: grid 25×25×25, three outputs", 200),
+    ("grid25_3out", "evaluate: grid 25×25×25, three outputs", 205),
     ("document_40_tables", "evaluate: layout of 40 tables", 700),
-    ("fik_huron13", "  by the scheme fik, 13 errors", 700),
+    ("fik_huron13", "  by the scheme fik, 13 errors", 800),
     (
         "fik_huron13_5_weights",
         "  with five weights that can be set",
@@ -83,17 +83,17 @@ const CALLS: [(&str, &str, u64); 22] = [
 /// What the rivals are instead of.
 const OURS: &str = "evaluate_huron13";
 /// Most instructions of any update of a kind.
-const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1500), ("servo_fade_huron13", 2200)];
+const MOST: [(&str, u64); 2] = [("servo_long_huron13", 1600), ("servo_fade_huron13", 2400)];
 /// Cycles that the typical call should take at most.
-const CYCLES: [(&str, u64); 2] = [("evaluate_huron13", 500), ("servo_update_huron13", 900)];
+const CYCLES: [(&str, u64); 2] = [("evaluate_huron13", 665), ("servo_update_huron13", 1050)];
 /// Most bytes of stack of any call of ours.
 const STACK: u64 = 1024;
 /// Most bytes of code that runs in the servo loop.
 const CODE: u64 = 16 * 1024;
 /// Most bytes of flash with loading.
-const FLASH: u64 = 32 * 1024;
+const FLASH: u64 = 34 * 1024;
 /// Most bytes of flash of the whole firmware for the STM32F405, without tables: code and first values.
-const IMAGE: u64 = 72 * 1024;
+const IMAGE: u64 = 76 * 1024;
 
 /// # Errors
 /// What cannot be built or run, a panic in the servo path, or a figure that grew.
@@ -131,7 +131,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     figures.set("code_runtime", runtime.flash().into());
     figures.set("image_stm32f405", image(&cross)?.into());
 
-    print(&figures, &costs, &cross.version);
+    print(&figures, &costs, &fast, &cross.version);
     let json = target("bench-target.json");
     write(&json, &figures.to_json())?;
     // Also where it is without CARGO_TARGET_DIR.
@@ -246,15 +246,15 @@ fn verdict(value: u64, most: u64) -> &'static str {
     if value <= most { "met" } else { "MISSED" }
 }
 
-fn print(figures: &Figures, costs: &Costs, version: &str) {
+fn print(figures: &Figures, costs: &Costs, fast: &Figures, version: &str) {
     let get = |key: &str| figures.get(key).unwrap_or(0);
     println!(
         "instructions per call on a Cortex-M4F (QEMU, rustc {version}), and the cycles of ARM's"
     );
     println!("reference manual for the typical call: a model, without wait states");
     println!(
-        "{:<40} {:>7} {:>7} {:>7} {:>8}  {:>6}",
-        "", "least", "typical", "most", "cycles", "budget"
+        "{:<40} {:>7} {:>7} {:>7} {:>8} {:>15}  {:>6}",
+        "", "least", "typical", "most", "cycles", "opt-level 3", "budget"
     );
     for (key, what, budget) in CALLS {
         let (typical, most) = (get(key), get(&format!("{key}_max")));
@@ -263,6 +263,8 @@ fn print(figures: &Figures, costs: &Costs, version: &str) {
             "{what:<40} {:>7} {typical:>7} {most:>7} {cycles:>8}",
             get(&format!("{key}_min")),
         );
+        let fast = |key: &str| fast.get(key).unwrap_or(0);
+        print!(" {:>6} / {:>6}", fast(key), fast(&format!("{key}_cycles")));
         if budget > 0 {
             print!("  {budget:>6} {}", verdict(typical, budget));
         } else if let Some((_, budget)) = MOST.iter().find(|(of, _)| *of == key) {

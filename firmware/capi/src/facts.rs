@@ -13,7 +13,7 @@ pub const TRUEAXIS_ABI: u32 = 2;
 /// and grid.
 pub const TRUEAXIS_TABLES_WORDS: usize = 100
     + 6 * TRUEAXIS_AXES
-    + 10 * TRUEAXIS_BANKS
+    + 12 * TRUEAXIS_BANKS
     + TRUEAXIS_TABLES
     + 5 * TRUEAXIS_TERMS / 2
     + 34 * TRUEAXIS_GRIDS;
