@@ -9,7 +9,7 @@ use trueaxis_firmware::link::BootNonce;
 const TRIES: u32 = 10_000;
 
 /// The random number generator. The driver of the HAL would wait for ever for one that is broken.
-pub struct Random(#[expect(dead_code, reason = "nobody else has it")] Peri<'static, RNG>);
+pub struct Random(Peri<'static, RNG>);
 
 impl Random {
     /// Its clock is the internal one of 48 MHz, which `embassy_stm32::init` starts.
