@@ -1,9 +1,6 @@
 //! What a term adds to its output: weight · factor · factor …, from left to right, then one addition. The
-//! order is part of the format, and stands here alone.
-//!
-//! There is one more writing of it, in the assembly of `kernel/cortex_m.rs`: two additions of a product of
-//! two factors at a time, with loads of two words, which no compiler makes of this on a Cortex-M. The
-//! bits are the same, which `cargo xtask hil` compares.
+//! order is part of the format. The kernel writes it out once more for the terms that it adds first, of weight 1
+//! and two factors.
 
 /// `total` and the term.
 #[inline(always)]
