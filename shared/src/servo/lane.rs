@@ -283,11 +283,7 @@ impl Lane {
     /// Whether the correction follows what was computed: no rail acts, and there is nothing to catch up.
     #[inline(always)]
     pub(super) fn passes(&self, computed: f32, goal: f32, last: f32) -> bool {
-        // Numbers from 0 on are in the order of their bits, and not-a-number is above them. The bits of −1 are
-        // negative.
-        let bits = |value: f32| value.abs().to_bits().cast_signed();
-        bits(computed) <= self.free.to_bits().cast_signed()
-            && bits(goal - last) <= self.most.to_bits().cast_signed()
+        (goal - last).abs() <= self.most && computed.abs() <= self.free
     }
 
     /// The guard rails: value bound, travel, rate bound, travel again. `computed` becomes what is within its
