@@ -188,26 +188,32 @@ unsafe fn mix(row: Cursor<'_, f32>, width: usize, t: f32, mut out: CursorMut<'_>
     // SAFETY: the caller's.
     unsafe {
         let (mut a, mut b) = (row, row.skip(width));
+        // One step after the other for several tables: a result that is used at once takes a cycle more.
         macro_rules! several {
-            ($($k:literal)*) => {{
-                $(out.set($k, line(a.at($k), b.at($k), t));)*
+            ($($k:literal $a:ident $b:ident)*) => {{
+                $(let ($a, $b) = (a.at($k), b.at($k));)*
+                $(let $b = $b - $a;)*
+                $(let $b = $b * t;)*
+                $(let $a = $a + $b;)*
+                $(out.set($k, $a);)*
             }}
         }
         let mut rest = width;
         while rest >= 8 {
-            several!(0 1 2 3 4 5 6 7);
+            several!(0 a0 b0 1 a1 b1 2 a2 b2 3 a3 b3);
+            several!(4 a0 b0 5 a1 b1 6 a2 b2 7 a3 b3);
             (a, b, out) = (a.skip(8), b.skip(8), out.skip(8));
             rest -= 8;
         }
         match rest {
             0 => {}
-            1 => several!(0),
-            2 => several!(0 1),
-            3 => several!(0 1 2),
-            4 => several!(0 1 2 3),
-            5 => several!(0 1 2 3 4),
-            6 => several!(0 1 2 3 4 5),
-            7 => several!(0 1 2 3 4 5 6),
+            1 => several!(0 a0 b0),
+            2 => several!(0 a0 b0 1 a1 b1),
+            3 => several!(0 a0 b0 1 a1 b1 2 a2 b2),
+            4 => several!(0 a0 b0 1 a1 b1 2 a2 b2 3 a3 b3),
+            5 => several!(0 a0 b0 1 a1 b1 2 a2 b2 3 a3 b3 4 a4 b4),
+            6 => several!(0 a0 b0 1 a1 b1 2 a2 b2 3 a3 b3 4 a4 b4 5 a5 b5),
+            7 => several!(0 a0 b0 1 a1 b1 2 a2 b2 3 a3 b3 4 a4 b4 5 a5 b5 6 a6 b6),
             _ => core::hint::unreachable_unchecked(),
         }
     }
