@@ -154,9 +154,7 @@ impl Lane {
         let [from, to] = [larger(low, -farthest), smaller(high, farthest)];
         let margin = self.value_bound + MARGIN * larger(-from, to);
         self.inside = [from + margin, to - margin];
-        if self.sense != 0.0 {
-            self.prepare();
-        }
+        self.prepare();
         self.rise
     }
 
@@ -254,6 +252,10 @@ impl Lane {
         self.position = q;
         let travel = self.reversal.update(q, self.hysteresis, self.period);
         self.prepare();
+        if self.free >= 0.0 {
+            // Far from the ends of its travel it does not matter.
+            self.moved = 0.0;
+        }
         Followed::turned(travel != before)
     }
 

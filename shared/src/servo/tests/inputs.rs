@@ -164,3 +164,34 @@ fn an_endless_axis_that_goes_back_over_zero_has_reversed() {
         }
     }
 }
+
+#[test]
+fn after_a_swap_the_new_value_bound_holds_on_an_axis_without_a_reference_too() {
+    // Y only receives corrections, and of the second more than its bound, by less than the rate bound lets through.
+    let of = |bound: f32| {
+        let mut draft = bare();
+        for axis in &mut draft.axes {
+            (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (bound, 2.0, 0.4);
+        }
+        draft.terms = vec![term(1, 0.2, &[])];
+        leak(&draft)
+    };
+    for referenced in [ALL, 0b101] {
+        let mut servo = S::new(of(0.5));
+        servo.enable();
+        let inputs = at(20.0, 10.0, 45.0);
+        let update = |servo: &mut S| servo.update(&inputs, referenced, DT);
+        for _ in 0..5000 {
+            update(&mut servo);
+        }
+        assert_eq!(update(&mut servo).dq[1], 0.2);
+        servo.swap(of(0.199)).unwrap();
+        for _ in 0..9000 {
+            update(&mut servo);
+        }
+        assert!(servo.at_rest && !servo.is_swapping());
+        let correction = update(&mut servo);
+        assert_eq!(correction.dq[1], 0.199);
+        assert_eq!(correction.status.saturated, 0b010);
+    }
+}
