@@ -357,6 +357,23 @@ unsafe fn read_bank<C: Room>(
     mut out: CursorMut<'_>,
 ) {
     let width = usize::from(bank.tables);
+    if bank.span.direct > 0.0 {
+        // Read directly, but for its ends, where the end values hold; not-a-number counts as the first point.
+        let samples = Cursor::start_of(plan.floats());
+        let end = if x > bank.span.start {
+            bank.span.last
+        } else {
+            0
+        };
+        // SAFETY: guarantee 3, and the caller's.
+        unsafe {
+            let row = samples.skip(bank.first as usize + end as usize * width);
+            for k in 0..width {
+                out.set(k, row.at(k));
+            }
+        }
+        return;
+    }
     let last = if bank.direction == Direction::Both {
         Travel::Unknown
     } else {

@@ -195,10 +195,17 @@ impl Lane {
         self.returned = referenced;
     }
 
+    /// Brings the position up to date.
+    fn sync_position(&mut self) {
+        if self.sense != 0.0 {
+            self.position = self.sense * self.front;
+        }
+    }
+
     /// Brings the position and its extreme up to date.
     fn sync(&mut self) {
         if self.sense != 0.0 {
-            self.position = self.sense * self.front;
+            self.sync_position();
             self.reversal.pass(self.position);
         }
     }
@@ -234,6 +241,7 @@ impl Lane {
             self.reversal = Reversal::new();
             // Times 0 all finite positions are 0.
             (self.sense, self.front, self.end) = (0.0, 0.0, 0.0);
+            self.prepare_correction();
             return if q.is_finite() {
                 Followed::turned(before != Travel::Unknown)
             } else {
@@ -259,22 +267,32 @@ impl Lane {
         Followed::turned(travel != before)
     }
 
-    /// Prepares what the next command and the next correction are compared with.
-    fn prepare(&mut self) {
-        let q = self.position;
+    /// Whether a correction within its bound cannot leave the travel.
+    fn is_inside(&self) -> bool {
         let [low, high] = self.inside;
-        let inside = q >= low && q <= high;
-        self.free = if inside && !self.catch_up.is_active() {
+        self.position >= low && self.position <= high
+    }
+
+    /// Prepares what the next correction is compared with.
+    fn prepare_correction(&mut self) {
+        self.free = if self.is_inside() && !self.catch_up.is_active() {
             self.value_bound
         } else {
             -1.0
         };
+    }
+
+    /// Prepares what the next command and the next correction are compared with.
+    fn prepare(&mut self) {
+        self.prepare_correction();
         if !self.referenced || self.returned {
             return;
         }
+        let q = self.position;
         let extreme = self.reversal.extreme(self.hysteresis, self.period);
         (self.sense, self.front, self.end) = match extreme {
-            Some((sense, front, far)) if front == q && inside => {
+            Some((sense, front, far)) if front == q && self.is_inside() => {
+                let [low, high] = self.inside;
                 let end = if sense > 0.0 { high } else { -low };
                 (sense, sense * q, smaller(end, sense * q + far))
             }
@@ -299,60 +317,66 @@ impl Lane {
         [last, before]: [f32; 2],
         status: &mut Status,
     ) -> f32 {
-        self.sync();
+        self.sync_position();
         let bounded = guard::bounded(*computed, self.value_bound);
         if bounded != *computed {
             *computed = bounded;
             status.saturated |= self.bit;
         }
         let (goal, limited) = guard::within_travel(common.s * bounded, self.position, self.travel);
+        if limited {
+            status.travel_limited |= self.bit;
+        }
         let follows = (goal - last).abs() <= self.most && !common.step;
-        let dq = if follows && !self.catch_up.is_active() {
-            if limited {
-                status.travel_limited |= self.bit;
-            }
-            goal
-        } else {
-            let period = Period {
-                goal,
-                last,
-                velocity: (last - before) * common.last_frequency,
-                step: common.step,
-                holds: common.holds,
-                rate: self.rate_bound,
-                dt: common.dt,
-                frequency: common.frequency,
-                last_frequency: common.last_frequency,
-                ramps: common.ramps,
-            };
-            self.catch_up(&period, limited, status)
-        };
-        self.moved = 0.0;
-        self.prepare();
-        dq
+        if follows && !self.catch_up.is_active() {
+            self.moved = 0.0;
+            return goal;
+        }
+        self.catch_up(common, goal, [last, before], status)
     }
 
     /// The guard rails where the correction cannot simply follow: rate bound, then travel. At the end
     /// of the travel the correction follows the command, at most as fast as the command itself,
     /// and even where the rate bound would not let it.
-    fn catch_up(&mut self, p: &Period, limited: bool, status: &mut Status) -> f32 {
-        let reached = self.catch_up.advance(p, self.rise);
+    #[inline(never)]
+    fn catch_up(
+        &mut self,
+        common: &Common,
+        goal: f32,
+        [last, before]: [f32; 2],
+        status: &mut Status,
+    ) -> f32 {
+        let period = Period {
+            goal,
+            last,
+            velocity: (last - before) * common.last_frequency,
+            step: common.step,
+            holds: common.holds,
+            rate: self.rate_bound,
+            dt: common.dt,
+            frequency: common.frequency,
+            last_frequency: common.last_frequency,
+            ramps: common.ramps,
+        };
+        let reached = self.catch_up.advance(&period, self.rise);
         // Coming to rest from a move may lead beyond the value bound, or out of the travel. After a
         // change of compensation the last correction may still be beyond the new bound.
-        let bound = larger(self.value_bound, p.last.abs());
+        let bound = larger(self.value_bound, last.abs());
         let bounded = guard::bounded(reached, bound);
-        let (inside, again) = guard::within_travel(bounded, self.position, self.travel);
-        let most = larger((reached - p.last).abs(), self.moved);
-        let dq = guard::within_reach(inside, p.last, most);
+        let (inside, limited) = guard::within_travel(bounded, self.position, self.travel);
+        let most = larger((reached - last).abs(), self.moved);
+        let dq = guard::within_reach(inside, last, most);
         if dq != reached {
-            self.catch_up.displaced(dq, p, self.rise);
+            self.catch_up.displaced(dq, &period, self.rise);
         }
-        if dq != p.goal {
+        if dq != goal {
             status.rate_limited |= self.bit;
         }
-        if limited | again {
+        if limited {
             status.travel_limited |= self.bit;
         }
+        self.moved = 0.0;
+        self.prepare_correction();
         dq
     }
 }
