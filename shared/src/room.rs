@@ -59,7 +59,7 @@ pub enum Holds<
 /// The default capacities: eight axes, 32 banks with 96 tables, 256 terms, two grids.
 pub type Usual = crate::capacities!(axes: 8, banks: 32, tables: 96, terms: 256, grids: 2);
 
-/// The type [`Holds`](crate::Holds) with a name for each capacity.
+/// The type [`Holds`] with a name for each capacity.
 ///
 /// `trueaxis inspect` prints the capacities that a blob needs in this form.
 ///

@@ -61,7 +61,7 @@ unsafe fn servo<'a>(pointer: *mut Servo) -> Result<&'a mut Servo, Code> {
 /// The servo at `pointer`, to be read.
 ///
 /// # Safety
-/// As of [`servo`]; no other thread writes it meanwhile.
+/// As of [`servo()`]; no other thread writes it meanwhile.
 #[inline(always)]
 unsafe fn servo_to_read<'a>(pointer: *const Servo) -> Result<&'a Servo, Code> {
     // SAFETY: as the caller promises; it is only read.
