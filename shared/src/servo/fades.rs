@@ -116,9 +116,14 @@ impl<H: Handle> Servo<H> {
     }
 
     fn start(&mut self, auxiliaries: &[f32; AUXILIARIES], fading: Fading) {
-        self.waiting = Waiting::Nothing;
         self.blend = Ramp::ZERO;
-        self.coming.take_values(&self.wanted);
+        // What waits is this, unless it is another compensation: then the weights wanted are those of that.
+        if fading == Fading::Values && self.waiting == Waiting::Compensation {
+            self.coming.take_values(&self.weights);
+        } else {
+            self.waiting = Waiting::Nothing;
+            self.coming.take_values(&self.wanted);
+        }
         self.coming_auxiliaries = *auxiliaries;
         self.fading = fading;
         // At rest, so that the pace may be lowered.

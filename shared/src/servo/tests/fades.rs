@@ -154,3 +154,43 @@ fn weights_set_at_zero_hold_at_once_and_can_be_set_back() {
     settle(&mut servo, &inputs);
     assert_eq!(servo.correction.dq, with_weight(&servo, 3.0));
 }
+
+#[test]
+fn another_tool_length_does_not_take_the_place_of_a_compensation_that_waits() {
+    // The one that waits depends on Y, which is not referenced yet; weights of its own are 0.5.
+    let mut other = draft(1.0);
+    other.banks.push(bank(3, 0.0, 100.0, vec![vec![0.0, 0.02]]));
+    other.terms.push(term(1, 1.0, &[5]));
+    let c = leak(&other);
+    other
+        .banks
+        .push(bank(1, -50.0, 100.0, vec![vec![0.0, 0.01]]));
+    other.terms.push(term(0, 1.0, &[6]));
+    other.terms[5].weight = 0.5;
+    let to = leak(&other);
+    let mut servo = S::new(c);
+    servo.enable();
+    let with = |length: f32| {
+        let mut inputs = at(20.0, 10.0, 45.0);
+        inputs.auxiliaries[0] = length;
+        inputs
+    };
+    for _ in 0..8000 {
+        servo.update(&with(50.0), 0b101, DT);
+    }
+    assert!(servo.at_rest);
+    let weighted = servo.correction.computed[2];
+    servo.swap(to).unwrap();
+    for _ in 0..8000 {
+        servo.update(&with(90.0), 0b101, DT);
+    }
+    // The length is in, with the weights of the one in use, and the other still waits.
+    assert_eq!(servo.inputs.auxiliaries[0], 90.0);
+    assert_eq!(servo.correction.computed[2], weighted);
+    assert!(servo.is_swapping() && core::ptr::eq(*servo.handle(), c));
+    for _ in 0..8000 {
+        servo.update(&with(90.0), ALL, DT);
+    }
+    assert!(!servo.is_swapping() && core::ptr::eq(*servo.handle(), to));
+    assert_eq!(servo.wanted_weights().get(5), Some(0.5));
+}
