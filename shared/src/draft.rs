@@ -16,11 +16,12 @@ use crate::description::{
 use crate::format::{ALIGNMENT, HEADER, LARGEST_BLOB, MAGIC, VERSION};
 use crate::header;
 use crate::load_error::LoadError;
+use crate::room::capacities;
 
 /// The capacities with which [`Draft::encode`] tries what it wrote: any smaller target refuses
 /// with [`LoadError::TooSmall`].
 pub type Largest<'a> =
-    Compensation<'a, crate::capacities!(axes: 16, banks: 255, tables: 255, terms: 4096, grids: 8)>;
+    Compensation<'a, capacities!(axes: 16, banks: 255, tables: 255, terms: 4096, grids: 8)>;
 
 /// What a blob is made from.
 #[derive(Clone, Debug, Default, PartialEq)]

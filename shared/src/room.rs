@@ -56,9 +56,6 @@ pub enum Holds<
     const GRIDS: usize,
 > {}
 
-/// The default capacities: eight axes, 32 banks with 96 tables, 256 terms, two grids.
-pub type Usual = crate::capacities!(axes: 8, banks: 32, tables: 96, terms: 256, grids: 2);
-
 /// The type [`Holds`] with a name for each capacity.
 ///
 /// `trueaxis inspect` prints the capacities that a blob needs in this form.
@@ -79,6 +76,12 @@ macro_rules! capacities {
         $crate::Holds<{ $axes }, { $banks }, { $tables }, { $terms }, { $grids }>
     };
 }
+
+#[cfg(feature = "encode")]
+pub(crate) use capacities;
+
+/// The default capacities: eight axes, 32 banks with 96 tables, 256 terms, two grids.
+pub type Usual = capacities!(axes: 8, banks: 32, tables: 96, terms: 256, grids: 2);
 
 /// Numbers of axes, banks, tables, terms and grids: what a blob needs, or what a target holds.
 ///
