@@ -73,11 +73,10 @@ impl CatchUp {
         let most = p.rate * p.dt;
         if p.holds {
             self.pace = Pace::new(p.rate, p.rate);
+        } else if p.step || !self.active {
+            self.pace = Pace::new(p.rate, rise);
         }
         if !self.active {
-            if !p.holds {
-                self.pace = Pace::new(p.rate, rise);
-            }
             self.active = true;
             let change = p.goal - p.last;
             let jerk = (change - p.velocity * p.dt).abs();

@@ -134,7 +134,8 @@ impl Lane {
     /// rate bound exceeds.
     #[inline(always)]
     pub(super) fn take(&mut self, axis: &Axis, other: &Axis, farthest: f32, dt: f32) -> f32 {
-        self.sync();
+        // Whether it is within reach, and its direction, may depend on them.
+        self.look_closely();
         self.travel = axis.travel;
         self.hysteresis = axis.hysteresis;
         self.period = axis.period;
@@ -154,7 +155,6 @@ impl Lane {
         let [from, to] = [larger(low, -farthest), smaller(high, farthest)];
         let margin = self.value_bound + MARGIN * larger(-from, to);
         self.inside = [from + margin, to - margin];
-        self.prepare();
         self.rise
     }
 
@@ -376,7 +376,12 @@ impl Lane {
             status.travel_limited |= self.bit;
         }
         self.moved = 0.0;
-        self.prepare_correction();
+        if dq.abs() > self.value_bound {
+            // How far the command moves counts nearer to the middle of the travel than usual.
+            self.look_closely();
+        } else {
+            self.prepare_correction();
+        }
         dq
     }
 }

@@ -134,3 +134,84 @@ fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_
         );
     }
 }
+
+#[test]
+fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_travel() {
+    let small = |bound: f32| {
+        let mut draft = bare();
+        for axis in &mut draft.axes {
+            (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (0.5, 50.0, 5.0);
+        }
+        draft.axes[0].travel = [-1.0, 1.0];
+        draft.axes[0].value_bound = bound;
+        draft.banks = vec![
+            bank(0, -0.5, 1.0, vec![vec![-bound, bound]]),
+            DraftBank {
+                direction: Direction::Signed,
+                ..bank(1, -100.0, 200.0, vec![vec![1e-4, 1e-4]])
+            },
+        ];
+        draft.terms = vec![term(0, 1.0, &[0]), term(1, 1.0, &[1])];
+        leak(&draft)
+    };
+    let mut servo = S::new(small(0.5));
+    servo.enable();
+    settle(&mut servo, &at(-0.5, 0.0, 0.0));
+    settle(&mut servo, &at(-0.45, 10.0, 0.0));
+    servo.disable();
+    let mut x = -0.45;
+    let mut correction = servo.correction;
+    // The correction moves at nearly its rate bound; then the backlash of Y ends it.
+    while servo.factor() > 0.2 {
+        correction = servo.update(&at(x, 10.0, 0.0), ALL, DT);
+    }
+    servo.swap(small(0.05)).unwrap();
+    while x < 0.1 {
+        x += 0.2;
+        correction = servo.update(&at(x, 10.0, 0.0), ALL, DT);
+    }
+    while servo.is_swapping() {
+        correction = servo.update(&at(x, 9.0, 0.0), ALL, DT);
+    }
+    // Far beyond the new bound, and on its way.
+    assert!(correction.dq[0] > 0.1);
+    while x < 0.9 {
+        x += 0.02;
+        correction = servo.update(&at(x, 9.0, 0.0), ALL, DT);
+        assert!(x + correction.dq[0] <= 1.0, "{x} {}", correction.dq[0]);
+    }
+}
+
+#[test]
+fn after_a_hold_the_correction_accelerates_like_a_ramp_again() {
+    let mut draft = bare();
+    for axis in &mut draft.axes {
+        (axis.value_bound, axis.rate_bound, axis.ramp_rate) = (1.0, 10.0, 0.4);
+    }
+    draft.banks = vec![bank(0, -200.0, 400.0, vec![vec![-1.0, 1.0]])];
+    draft.terms = vec![term(0, 1.0, &[0])];
+    let mut servo = S::new(leak(&draft));
+    servo.enable();
+    settle(&mut servo, &at(10.0, 0.0, 0.0));
+    let mut x = 10.0;
+    let mut speeds = [0.0_f32; 2];
+    let acceleration = 0.4 / RISE;
+    for period in 0..300 {
+        x += if period < 100 { 0.2 } else { 0.0 };
+        // Two periods are held while the correction moves; then the command is elsewhere.
+        let held = (100..102).contains(&period);
+        let q = if held { f32::NAN } else { x };
+        servo.update(&at(q, 0.0, 0.0), ALL, DT);
+        speeds = [speeds[1], servo.velocity()[0]];
+        if period > 102 {
+            let change = (speeds[1] - speeds[0]).abs();
+            assert!(
+                change <= 1.01 * acceleration * DT + 1e-3,
+                "{period}: {change}"
+            );
+        }
+        if period == 101 {
+            x = -100.0;
+        }
+    }
+}

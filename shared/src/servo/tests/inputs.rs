@@ -195,3 +195,49 @@ fn after_a_swap_the_new_value_bound_holds_on_an_axis_without_a_reference_too() {
         assert_eq!(correction.status.saturated, 0b010);
     }
 }
+
+#[test]
+fn an_axis_that_stands_beyond_the_reach_of_what_is_taken_at_zero_is_a_fault() {
+    let fine = |modulo| {
+        let mut draft = bare();
+        draft.banks = vec![DraftBank {
+            modulo,
+            ..bank(0, 0.0, 0.005, vec![vec![0.0, 0.02, 0.0, -0.02]])
+        }];
+        draft.terms = vec![term(0, 1.0, &[0])];
+        leak(&draft)
+    };
+    // 8192 periods of 0.02 mm are 164 mm.
+    let inputs = at(500.0, 10.0, 45.0);
+    let mut servo = S::new(fine(false));
+    settle(&mut servo, &inputs);
+    servo.swap(fine(true)).unwrap();
+    servo.enable();
+    let correction = settle(&mut servo, &inputs);
+    assert!(correction.status.is(Conditions::BAD_INPUT));
+    assert_eq!(servo.factor(), 0.0);
+}
+
+#[test]
+fn a_smaller_hysteresis_counts_before_the_next_move() {
+    let with = |hysteresis| {
+        let mut draft = bare();
+        draft.axes[0].hysteresis = hysteresis;
+        leak(&draft)
+    };
+    let mut servo = S::new(with(0.1));
+    for x in [0.0, 10.0, 9.95] {
+        servo.update(&at(x, 0.0, 0.0), ALL, DT);
+    }
+    assert_eq!(servo.travelling().0[0], Travel::Positive);
+    servo.swap(with(0.01)).unwrap();
+    // It stands back from the farthest by more than that, and then moves on by more than that.
+    for (x, expected) in [
+        (9.95, Travel::Positive),
+        (9.95, Travel::Negative),
+        (9.98, Travel::Positive),
+    ] {
+        servo.update(&at(x, 0.0, 0.0), ALL, DT);
+        assert_eq!(servo.travelling().0[0], expected, "{x}");
+    }
+}
