@@ -99,7 +99,7 @@ void refused(void)
         moves_uncorrected("");
     }
 
-    /* More than there is room for: in the tables, by the number of axes, which stands before the first, Y ... */
+    /* More than there is: the number of axes, which stands before the first, Y; after the last comes no name ... */
     bad = *blob("router-10");
     uint8_t *bytes = (uint8_t *)bad.bytes;
     size_t place = 16;
@@ -108,7 +108,7 @@ void refused(void)
     bytes[place] = TRUEAXIS_AXES + 1;
     seal(&bad);
     start_with(&bad);
-    moves_uncorrected("axes");
+    moves_uncorrected("axis 3: the name must be an ASCII letter");
     bytes[place] = 3;
     seal(&bad);
     CHECK(memcmp(&bad.bytes, &blob("router-10")->bytes, bad.length) == 0, "the checksum");
