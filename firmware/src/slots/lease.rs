@@ -91,7 +91,7 @@ impl<F: TableFlash> Slots<F> {
     }
 
     /// The blob of a valid slot, to keep. Until it is [taken back](Self::take_back), no upload into this
-    /// slot begins, and nothing of the blob changes; choices are written behind it.
+    /// slot begins, and nothing of the blob changes; choices are written after it.
     pub fn lease(&mut self, slot: Slot) -> Option<Lease> {
         let SlotState::Valid { length, .. } = self.state(slot) else {
             return None;
