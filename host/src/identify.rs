@@ -24,6 +24,7 @@ mod noise;
 mod published;
 mod rows;
 mod solve;
+mod structure;
 mod trend;
 mod triangle;
 mod units;

@@ -170,15 +170,27 @@ pub(crate) fn reach(
     tip: &Vector3<f64>,
     ball: &Vector3<f64>,
 ) -> Option<PerAxis> {
-    let machine = kinematics.machine;
     let situation = Situation {
         sign: row.direction,
         ..Situation::default()
     };
+    let q = kinematics.machine.to_kinematic(&row.position);
+    on_ball(kinematics, &q, &situation, tip, ball)
+}
+
+/// The same from these positions of all axes on (mm, rad).
+pub(crate) fn on_ball(
+    kinematics: &Kinematics<'_>,
+    start: &PerAxis,
+    situation: &Situation,
+    tip: &Vector3<f64>,
+    ball: &Vector3<f64>,
+) -> Option<PerAxis> {
+    let machine = kinematics.machine;
     let linear = three_linear(machine)?;
-    let mut q = machine.to_kinematic(&row.position);
+    let mut q = *start;
     for _ in 0..STEPS {
-        let found = kinematics.sensitivity(&q, &situation, tip);
+        let found = kinematics.sensitivity(&q, situation, tip);
         let miss = found.point - ball;
         if miss.norm() < REACHED {
             return Some(q);

@@ -100,7 +100,10 @@ fn outliers_are_named_and_count_little() {
         seed: 5,
         ..Disturbances::default()
     };
-    let options = Options { robust: true };
+    let options = Options {
+        robust: true,
+        ..Options::default()
+    };
     let expected = case.found("10", &case.measured(&clean), Options::default());
     let dirty = Disturbances {
         outliers: 0.05,
@@ -256,7 +259,14 @@ fn a_row_of_another_ball_is_named() {
     let mut measured = case.noisy(0);
     let clean = case.found("10", &measured, Options::default());
     measured.rows[130].ball = 1;
-    let identified = case.found("10", &measured, Options { robust: true });
+    let identified = case.found(
+        "10",
+        &measured,
+        Options {
+            robust: true,
+            ..Options::default()
+        },
+    );
     for (number, row) in identified.rows.iter().enumerate() {
         assert_eq!(row.is_trusted, number != 130);
     }

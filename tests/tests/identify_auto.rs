@@ -1,7 +1,7 @@
 //! What the automatic choice keeps, beside the coefficients that were published for machines of the same layout.
 
 use trueaxis_host::errors::{ErrorModel, ParameterKind};
-use trueaxis_host::identify::{Chosen, Form, Level, Missing, Model, Options, automatic, published};
+use trueaxis_host::identify::{Chosen, Form, Level, Missing, Options, automatic, published};
 use trueaxis_tests::probed::Case;
 
 fn chosen(case: &Case) -> Chosen {
@@ -16,37 +16,33 @@ fn level(chosen: &Chosen) -> &Level {
 }
 
 #[test]
-fn with_the_document_s_strategy_for_the_kolibri_its_81_coefficients_are_kept() {
-    // Two of them are backlash, which rows must tell from where axes came.
-    let case = Case::new("kolibri", "errors-81.toml").coming();
-    let chosen = chosen(&case);
-    assert_eq!(chosen.identified.parameters.len(), 81);
-    assert_eq!(level(&chosen).list, Some(Model::EightyOne));
-    assert_eq!(published(&case.machine, &chosen), None);
-}
-
-#[test]
-fn with_the_document_s_strategy_for_the_hu40_84_coefficients_are_kept_that_are_the_same_errors() {
-    let case = Case::new("hu40", "errors-84.toml").coming();
-    let chosen = chosen(&case);
-    assert_eq!(chosen.identified.parameters.len(), 84);
-    let level = level(&chosen);
-    assert_eq!(
-        (level.degree, level.form, &level.list),
-        (3, Form::Polynomials, &None)
-    );
-    let beside = published(&case.machine, &chosen).unwrap();
-    // Others of those that cannot be told from each other.
-    assert!(beside.is_same, "{beside:?}");
-    assert_eq!(beside.count, 84);
-    assert_eq!(beside.missing.len(), beside.besides.len());
-    assert_eq!(beside.kept.len() + beside.missing.len(), 84);
-    for (parameter, why) in &beside.missing {
-        let expected = match parameter.kind {
-            ParameterKind::Degree(0) => Missing::Constant,
-            _ => Missing::Confounded,
-        };
-        assert_eq!(*why, expected, "{parameter}");
+fn with_the_document_s_strategies_as_many_coefficients_are_kept_that_are_the_same_errors() {
+    // Two of the Kolibri's are backlash, which rows must tell from where axes came.
+    for (folder, errors, count) in [
+        ("kolibri", "errors-81.toml", 81),
+        ("hu40", "errors-84.toml", 84),
+    ] {
+        let case = Case::new(folder, errors).coming();
+        let chosen = chosen(&case);
+        assert_eq!(chosen.identified.parameters.len(), count);
+        let level = level(&chosen);
+        assert_eq!(
+            (level.degree, level.form, &level.list),
+            (3, Form::Polynomials, &None)
+        );
+        let beside = published(&case.machine, &chosen).unwrap();
+        // Others of those that cannot be told from each other.
+        assert!(beside.is_same, "{beside:?}");
+        assert_eq!(beside.count, count);
+        assert_eq!(beside.missing.len(), beside.besides.len());
+        assert_eq!(beside.kept.len() + beside.missing.len(), count);
+        for (parameter, why) in &beside.missing {
+            let expected = match parameter.kind {
+                ParameterKind::Degree(0) => Missing::Constant,
+                _ => Missing::Confounded,
+            };
+            assert_eq!(*why, expected, "{parameter}");
+        }
     }
 }
 

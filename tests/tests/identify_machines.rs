@@ -1,9 +1,12 @@
 //! Identification on every machine, and again and again.
 
 use trueaxis_host::errors::{ErrorModel, Parameter};
+use trueaxis_host::formats::covariance;
 use trueaxis_host::identify::{
-    Identified, IdentifyError, Model, Options, Problem, Trial, identify, monte_carlo,
+    Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
 };
+use trueaxis_host::machine::Machine;
+use trueaxis_host::simulate::Disturbances;
 use trueaxis_tests::probed::{Case, worst};
 use trueaxis_tests::{Fixed, errors, machine, random_machines};
 
@@ -127,6 +130,71 @@ fn without_noise_errors_come_back_on_a_hundred_random_machines() {
         not_reached <= 15 && blind.len() <= 3,
         "{not_reached} {blind:#?}"
     );
+}
+
+/// A machine with two rotary axes in a table that stands on two linear ones (`wCBXYFZ`, or with X and Y exchanged), at
+/// drawn places.
+fn table_on_two_slides(random: &mut Fixed) -> Machine {
+    let mut place = |size: f64| [(); 3].map(|()| random.within(-size, size));
+    let [b, c, tip] = [place(200.0), place(200.0), place(150.0)];
+    let half = 60.0 + place(40.0)[0];
+    let slides = if place(1.0)[0] > 0.0 {
+        ["Y", "X"]
+    } else {
+        ["X", "Y"]
+    };
+    let linear = |name: &str, branch: &str| {
+        format!("[[axis]]\nname = \"{name}\"\nbranch = \"{branch}\"\nrange = [-900.0, 900.0]\n")
+    };
+    let text = format!(
+        "name = \"drawn\"\n{}{}\
+         [[axis]]\nname = \"B\"\nbranch = \"workpiece\"\norigin_mm = {b:?}\nrange = [-{half}, {half}]\n\
+         [[axis]]\nname = \"C\"\nbranch = \"workpiece\"\norigin_mm = {c:?}\nrange = [-180.0, 180.0]\n\
+         {}[spindle]\naxis = \"z\"\n[tool]\ntip_mm = {tip:?}\n",
+        linear(slides[0], "workpiece"),
+        linear(slides[1], "workpiece"),
+        linear("Z", "tool"),
+    );
+    Machine::from_toml(&text).expect("a machine")
+}
+
+#[test]
+fn what_is_not_seen_does_not_depend_on_noise() {
+    let mut random = Fixed::new(33);
+    for drawn in 0..24 {
+        let machine = table_on_two_slides(&mut random);
+        // Every location and scale is wrong, whether a model looks for it or not.
+        let all = Model::Auto.parameters(&machine, 0, &[]).unwrap();
+        let case = Case::drawn(&machine, &all, 60, &mut random).expect("balls in reach");
+        for model in [Model::Ten, Model::Twelve, Model::Thirteen, Model::Auto] {
+            let parameters = model.parameters(&machine, 1, &[false; 5]).unwrap();
+            let mut first = None;
+            for noise in [0.0, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2] {
+                let measured = case.measured(&Disturbances {
+                    noise,
+                    seed: drawn,
+                    ..Disturbances::default()
+                });
+                let perfect = ErrorModel::perfect(&machine);
+                let problem =
+                    Problem::new(&machine, &measured, &case.artefact, &parameters, &perfect);
+                let found = identify(&problem, Options::default());
+                let found = found.unwrap_or_else(|e| panic!("{drawn} {model} {noise}: {e}"));
+                let unseen: Vec<String> = found.unseen.iter().map(|u| u.sentence()).collect();
+                assert_eq!(
+                    *first.get_or_insert_with(|| unseen.clone()),
+                    unseen,
+                    "{drawn} {model} {noise}"
+                );
+                // What is written can be read.
+                let file = error_file(&machine, &measured, &found, "covariance.csv");
+                let covariance = covariance::write(&found.known);
+                let read =
+                    ErrorModel::with_files(&file, &machine, &|_: &str| Ok(covariance.clone()));
+                assert!(read.is_ok(), "{drawn} {model} {noise}: {:?}", read.err());
+            }
+        }
+    }
 }
 
 #[test]

@@ -120,6 +120,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let options = Options {
         robust: arguments.robust,
+        ..Options::default()
     };
     let (identified, chosen) = match model {
         Model::Auto => {

@@ -44,6 +44,19 @@ impl Level {
     }
 }
 
+/// A combination is worth looking for if its standard uncertainty is at most this many times what all errors together
+/// do at the probings: single coefficients, which make up for each other, are larger than what they do together, but
+/// not by so much.
+const PLAUSIBLE: f64 = 5.0;
+
+/// The part of what its parts do that a combination must do at the probings to be worth looking for.
+fn told(problem: &Problem<'_>, identified: &Identified) -> f64 {
+    let size = root_mean_square(identified.rows.iter().map(|row| row.before.norm()));
+    // The standard uncertainty of a combination with the singular value s is that of a coordinate by s, if it is told
+    // by what it does at the probings (root of the mean square).
+    identified.noise / (PLAUSIBLE * size * (problem.equations() as f64).sqrt())
+}
+
 impl Fit {
     /// Identifies these parameters, and looks at rows that were left out.
     pub(super) fn of(
@@ -55,7 +68,14 @@ impl Fit {
         options: Options,
     ) -> Result<(Identified, Self), IdentifyError> {
         let problem = Problem::new(machine, probings, artefact, parameters, base);
-        let identified = identify(&problem, options)?;
+        let mut identified = identify(&problem, options)?;
+        let options = Options {
+            least: told(&problem, &identified),
+            ..options
+        };
+        if options.least > 0.0 {
+            identified = identify(&problem, options)?;
+        }
         let fit = Self {
             parameters: identified.parameters.len(),
             unseen: parameters.len() - identified.parameters.len(),

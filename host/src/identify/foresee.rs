@@ -4,8 +4,9 @@
 use super::Unknown;
 use super::factor::Factor;
 use super::rows::{Estimate, Problem, Weights};
-use super::solve::{STIFF, seen, setup_alone, threshold};
-use super::unseen::{GivenUp, Unseen};
+use super::solve::STIFF;
+use super::structure::Structure;
+use super::unseen::Unseen;
 use super::{IdentifyError, root_mean_square};
 use crate::errors::{ErrorModel, Parameter};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -69,22 +70,11 @@ impl Problem<'_> {
             rows: stated.iter().map(|s| s.recip()).collect(),
             least,
         };
-        let nominal = setup_alone(self, &weights(f64::INFINITY))?;
-        let misses = self.misses(&nominal);
         let weights = weights(STIFF * left);
-        let known = root_mean_square(weights.rows.iter().copied()).recip();
-        let size = root_mean_square(misses.iter().map(Vector3::norm));
-        let size = size.max(assumed.size).max(known);
         let jacobian = self.jacobian(&self.assumed(assumed.errors), &weights);
-        let factor = Factor::new(&jacobian, (0..count).collect(), &self.alone());
+        let Structure { kept, given_up } = Structure::of(self, 0.0)?;
+        let factor = Factor::new(&jacobian, kept.clone(), &self.alone());
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
-        let idle = self.idle(&factor, &weights);
-        let idle: Vec<GivenUp> = (idle.into_iter())
-            .map(|i| GivenUp::idle(i, self.unknowns[i], self.spindle))
-            .collect();
-        let least = threshold(self, known, size, left);
-        let (factor, given_up) = seen(self, factor, idle, least);
-        let kept = factor.unknowns().to_vec();
         let parameters: Vec<Parameter> = (kept.iter())
             .filter_map(|i| match self.unknowns[*i] {
                 Unknown::Parameter(parameter) => Some(parameter),

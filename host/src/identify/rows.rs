@@ -1,6 +1,6 @@
 //! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
 
-use super::unseen::{GivenUp, Spindle};
+use super::unseen::Spindle;
 use super::{IdentifyError, Row, Unknown};
 use crate::errors::{ErrorModel, Parameter, Situation, Switches};
 use crate::formats::artefact::Artefact;
@@ -264,32 +264,6 @@ impl<'a> Problem<'a> {
         });
         let all: Vec<f64> = probed.chain(self.others(estimate, weights)).collect();
         DVector::from_vec(all)
-    }
-
-    /// Takes the value of an unknown that is given up into those that cannot be told from it.
-    pub(super) fn give_up(&self, estimate: &mut Estimate, given_up: &GivenUp) {
-        let Unknown::Parameter(parameter) = self.unknowns[given_up.number] else {
-            return;
-        };
-        let value = estimate
-            .errors
-            .parameters
-            .get(&parameter)
-            .copied()
-            .unwrap_or(0.0);
-        // What was known before stays.
-        let known = self.base.parameters.get(&parameter).copied();
-        let mut step = DVector::zeros(self.unknowns.len());
-        for (i, part) in &given_up.others {
-            step[*i] = part * (value - known.unwrap_or(0.0));
-        }
-        *estimate = self.moved(estimate, &step);
-        estimate
-            .errors
-            .set(self.machine, parameter, known.unwrap_or(0.0));
-        if known.is_none() {
-            estimate.errors.parameters.remove(&parameter);
-        }
     }
 
     /// The line of the row that misses most, and by how much (mm).

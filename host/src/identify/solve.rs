@@ -1,10 +1,11 @@
-//! Gauss–Newton with the rank from the noise.
+//! Gauss–Newton.
 
 use super::factor::Factor;
 use super::identified::{Estimated, Identified, Place};
 use super::noise::Noise;
-use super::rows::{Estimate, Problem, Weights};
-use super::unseen::{GivenUp, given_up};
+use super::rows::{Estimate, LARGEST_LENGTH, Problem, Weights};
+use super::structure::{Structure, seen};
+use super::unseen::GivenUp;
 use super::{IdentifyError, Unknown, bars, root_mean_square, units};
 use crate::errors::Parameter;
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -14,6 +15,9 @@ use nalgebra::{DMatrix, DVector, Vector3};
 pub struct Options {
     /// Rows that fit badly count less (Huber).
     pub robust: bool,
+    /// Combinations of unknowns are left out that do no more than this part of what their parts do at the probings,
+    /// even if they can be seen.
+    pub least: f64,
 }
 
 /// Largest change of any residual (mm) by the last step: three orders below the 0.001 µm that are asked for,
@@ -29,22 +33,10 @@ const HALVINGS: usize = 20;
 /// parameter by more than a twentieth of its uncertainty.
 const STILL: f64 = 1e-6;
 /// Rounds, each with a Jacobian: the first has that of the nominal machine, the second knows the noise. More
-/// are made only as long as what is seen changes, or what is trusted.
+/// are made only as long as what is trusted changes.
 const ROUNDS: usize = 20;
-/// From this round on what was not seen before is not seen: on the limit, the choice could go round in circles.
-const FREE: usize = 4;
 /// A machine that leaves more than this part of what the nominal one does is none.
 const FAR: f64 = 0.5;
-/// If another choice makes what is left of the rows larger by this, the one before it stays.
-const WORSE: f64 = 1.01;
-/// A combination is not seen if its standard uncertainty is more than this many times what all errors
-/// together do at the probings: single coefficients, which make up for each other, are larger than what they
-/// do together, but not by so much.
-const PLAUSIBLE: f64 = 5.0;
-/// Nor is it seen if its singular value is not above this many times what the rows miss, by how far they
-/// are apart: by so much the derivatives themselves are uncertain. A common scale of all axes would else be
-/// seen, for it makes all misses smaller: none is left if everything is in one point.
-const VAGUE: f64 = 3.0;
 /// Singular values that are no more than rounding: of columns of length 1, and positions with nine digits.
 const ROUNDING: f64 = 1e-10;
 /// Derivatives change by how far the tip moves over the lever, and uncertainties by that times the condition: less than
@@ -76,7 +68,6 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
 
 fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
     let unknowns = &problem.unknowns;
-    let equations = problem.equations();
     let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
     problem.can_be_solved()?;
     let has_parameters = (0..unknowns.len()).any(|i| is_parameter(&i));
@@ -85,140 +76,80 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     bars::have_directions(problem, &problem.start())?;
     let mut estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
     units::are_mm(problem, &estimate)?;
+    let Structure { kept, given_up } = Structure::of(problem, options.least)?;
     let before = problem.misses(&estimate);
     let at_start = root_mean_square(before.iter().map(Vector3::norm));
-    let mut left = at_start;
-    let mut last: Option<Round> = None;
-    let mut is_free = true;
-    let mut rounds = 0;
-    loop {
-        let weights = noise.weights(STIFF * left);
-        let jacobian = problem.jacobian(&estimate, &weights);
-        let factor = Factor::new(&jacobian, (0..unknowns.len()).collect(), &alone);
-        let factor = factor.ok_or(IdentifyError::NotFinite)?;
-        let idle = problem.idle(&factor, &weights);
-        let known = root_mean_square(weights.rows.iter().copied()).recip();
-        let size = at_start.max(known);
-        let least = threshold(problem, known, size, left);
-        is_free &= rounds < FREE;
-        let before_this = last.as_ref().filter(|_| !is_free);
-        let mut gone = before_this.map_or(Vec::new(), |last| last.given_up.clone());
-        let is_new = |i: &usize| gone.iter().all(|g: &GivenUp| g.number != *i);
-        let idle: Vec<usize> = idle.into_iter().filter(is_new).collect();
-        gone.extend(
-            idle.into_iter()
-                .map(|i| GivenUp::idle(i, unknowns[i], problem.spindle)),
-        );
-        let (factor, given_up) = seen(problem, factor, gone, least);
-        for one in &given_up {
-            problem.give_up(&mut estimate, one);
-        }
-        let arrived = descend(problem, &mut estimate, &jacobian, &factor, &weights);
-        let misses = problem.misses(&estimate);
-        let trusted = |misses: &[Vector3<f64>], noise: &Noise| {
-            let rows = misses.iter().zip(&noise.trust);
-            root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
-        };
-        let same = (last.as_ref()).is_some_and(|last| last.numbers() == numbers(&given_up));
-        rounds += 1;
-        // What is seen only by second-order effects can lead astray: then what was seen before is all.
-        if let Some(round) = &last
-            && is_free
-            && !same
-            && trusted(&misses, &noise) > WORSE * trusted(&round.misses, &noise)
-        {
-            estimate = round.estimate.clone();
-            is_free = false;
-            continue;
-        }
-        let freedom = equations - factor.unknowns().len();
-        let settled = noise.learn(&misses, freedom, options.robust, rounds - 1);
-        left = trusted(&misses, &noise);
-        if arrived && same && settled {
-            // Stiff bars and steps in between can end in another place; that is no result.
-            if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) {
-                return Err(not_converged(&misses));
-            }
-            if has_parameters && !factor.unknowns().iter().any(is_parameter) {
-                let (line, worst) = problem.worst(&misses);
-                return Err(IdentifyError::NothingSeen {
-                    rms: root_mean_square(misses.iter().map(Vector3::norm)),
-                    line,
-                    worst,
-                });
-            }
-            // What is stated holds where it ends, not where its last step began.
-            let moved = last.iter().flat_map(|last| last.misses.iter().zip(&misses));
-            let moved = moved.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-            let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
-            let (jacobian, factor) = if is_elsewhere {
-                let jacobian = problem.jacobian(&estimate, &weights);
-                let factor = Factor::new(&jacobian, factor.unknowns().to_vec(), &alone);
-                (jacobian, factor.ok_or(IdentifyError::NotFinite)?)
-            } else {
-                (jacobian, factor)
-            };
-            let place = Place {
-                estimate,
-                weights,
-                factor,
-            };
-            let end = End {
-                before,
-                misses,
-                noise,
-                given_up,
-            };
-            return identified(problem, place, end, &jacobian);
-        }
-        if rounds == ROUNDS {
-            return Err(match arrived {
-                false if left > FAR * at_start => not_converged(&misses),
-                _ => IdentifyError::Unsettled {
-                    rounds,
-                    what: match (arrived, same) {
-                        (true, true) => "how much rows count",
-                        (true, false) => "which parameters can be seen",
-                        (false, _) => "what parameters are that can hardly be told from each other",
-                    },
-                    rms: root_mean_square(misses.iter().map(Vector3::norm)),
-                    line: problem.worst(&misses).0,
-                },
-            });
-        }
-        last = Some(Round {
-            estimate: estimate.clone(),
-            given_up,
-            misses,
+    if has_parameters && !kept.iter().any(is_parameter) {
+        let (line, worst) = problem.worst(&before);
+        return Err(IdentifyError::NothingSeen {
+            rms: at_start,
+            line,
+            worst,
         });
     }
-}
-
-/// The largest singular value of combinations that are not seen: with probings that are `known` so well, errors
-/// that do so much (`size`) at them, and what is `left` of them in the end (mm, roots of the mean squares).
-pub(super) fn threshold(problem: &Problem<'_>, known: f64, size: f64, left: f64) -> f64 {
-    // The standard uncertainty of a combination with the singular value s is that of a weight of 1 by s,
-    // if it is told by what it does at the probings (root of the mean square).
-    let noisy = known / (PLAUSIBLE * size * (problem.equations() as f64).sqrt());
-    let vague = VAGUE * left / problem.lever();
-    noisy.max(vague).max(ROUNDING)
-}
-
-/// What a round comes to.
-struct Round {
-    estimate: Estimate,
-    given_up: Vec<GivenUp>,
-    misses: Vec<Vector3<f64>>,
-}
-
-impl Round {
-    fn numbers(&self) -> Vec<usize> {
-        numbers(&self.given_up)
+    let freedom = problem.equations() - kept.len();
+    let trusted = |misses: &[Vector3<f64>], noise: &Noise| {
+        let rows = misses.iter().zip(&noise.trust);
+        root_mean_square(rows.map(|(miss, trust)| miss.norm() * trust))
+    };
+    let mut left = at_start;
+    let mut arrived = false;
+    let mut misses = before.clone();
+    for round in 0..ROUNDS {
+        let weights = noise.weights(STIFF * left);
+        let jacobian = problem.jacobian(&estimate, &weights);
+        let factor = Factor::new(&jacobian, kept.clone(), &alone);
+        let factor = factor.ok_or(IdentifyError::NotFinite)?;
+        arrived = descend(problem, &mut estimate, &jacobian, &factor, &weights);
+        let last = std::mem::replace(&mut misses, problem.misses(&estimate));
+        let settled = noise.learn(&misses, freedom, options.robust, round);
+        left = trusted(&misses, &noise);
+        if !arrived || !settled || round == 0 {
+            continue;
+        }
+        // Stiff bars and steps in between can end in another place; and what is farther off than any error is no
+        // error. That is no result.
+        if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) || left > LARGEST_LENGTH
+        {
+            return Err(not_converged(&misses));
+        }
+        // What is stated holds where it ends, not where its last step began.
+        let moved = last.iter().zip(&misses).map(|(a, b)| (a - b).norm());
+        let moved = moved.fold(0.0, f64::max);
+        let is_elsewhere = moved * factor.condition() > ELSEWHERE * problem.lever();
+        let (jacobian, factor) = if is_elsewhere {
+            let jacobian = problem.jacobian(&estimate, &weights);
+            let factor = Factor::new(&jacobian, kept, &alone);
+            (jacobian, factor.ok_or(IdentifyError::NotFinite)?)
+        } else {
+            (jacobian, factor)
+        };
+        let place = Place {
+            estimate,
+            weights,
+            factor,
+        };
+        let end = End {
+            before,
+            misses,
+            noise,
+            given_up,
+        };
+        return identified(problem, place, end, &jacobian);
     }
-}
-
-fn numbers(given_up: &[GivenUp]) -> Vec<usize> {
-    given_up.iter().map(|g| g.number).collect()
+    if !arrived && left > FAR * at_start {
+        return Err(not_converged(&misses));
+    }
+    Err(IdentifyError::Unsettled {
+        rounds: ROUNDS,
+        what: if arrived {
+            "how much rows count"
+        } else {
+            "what parameters are that can hardly be told from each other"
+        },
+        rms: root_mean_square(misses.iter().map(Vector3::norm)),
+        line: problem.worst(&misses).0,
+    })
 }
 
 /// What the last round leaves, beside the solution.
@@ -305,46 +236,6 @@ fn identified(
 fn not_converged(misses: &[Vector3<f64>]) -> IdentifyError {
     IdentifyError::NotConverged {
         rms: root_mean_square(misses.iter().map(Vector3::norm)),
-    }
-}
-
-/// Gives up, beside what is `gone`, unknowns until no combination has a singular value that is not above
-/// `least`; the factor of those that are left.
-pub(super) fn seen(
-    problem: &Problem<'_>,
-    factor: Factor,
-    gone: Vec<GivenUp>,
-    least: f64,
-) -> (Factor, Vec<GivenUp>) {
-    let mut all = gone;
-    let is_left = |i: &usize| all.iter().all(|g| g.number != *i);
-    let left: Vec<usize> = factor.unknowns().iter().copied().filter(is_left).collect();
-    let mut factor = factor.of(&left);
-    loop {
-        let hidden = factor.hidden(least);
-        if hidden.ncols() == 0 {
-            return (factor, all);
-        }
-        let numbers = factor.unknowns();
-        let left: Vec<Unknown> = numbers.iter().map(|i| problem.unknowns[*i]).collect();
-        let more = given_up(&left, &hidden, &factor.units(), problem.spindle);
-        let is_left = |place: &usize| more.iter().all(|g| g.number != *place);
-        let kept: Vec<usize> = (0..left.len())
-            .filter(is_left)
-            .map(|i| numbers[i])
-            .collect();
-        all.extend(more.into_iter().map(|g| {
-            GivenUp {
-                number: numbers[g.number],
-                others: g
-                    .others
-                    .iter()
-                    .map(|(i, part)| (numbers[*i], *part))
-                    .collect(),
-                unseen: g.unseen,
-            }
-        }));
-        factor = factor.of(&kept);
     }
 }
 
