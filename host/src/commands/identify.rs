@@ -18,8 +18,8 @@ use trueaxis_host::formats::covariance;
 use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
-    Problem, Published, automatic, compensability, error_file, held_out, honesty, identify,
-    published,
+    Problem, Published, Stated, Suspicion, automatic, compensability, error_file, held_out,
+    honesty, identify, misplaced, published, snoop, stated, without,
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{Remedy, would_show};
@@ -59,6 +59,12 @@ pub struct Arguments {
     /// Let rows that fit badly count less
     #[arg(long)]
     robust: bool,
+    /// Leave out rows: "line 17", "ball 3", "C = 90", "S = 180" (can be given again)
+    #[arg(long, value_name = "ROWS")]
+    without: Vec<String>,
+    /// Go on although balls or stylus are more than 5 mm from where they are stated to be
+    #[arg(long)]
+    accept_places: bool,
     /// Keep what this error file says of parameters that are not looked for
     #[arg(long, value_name = "OLD.toml")]
     update: Option<PathBuf>,
@@ -106,6 +112,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => Artefact::default(),
     };
     probings::have_known_balls(&text.text, &measured, &artefact).map_err(|e| text.bad(e))?;
+    for rows in &arguments.without {
+        measured = without(&machine, &measured, rows).map_err(|reason| {
+            BadInput::new(
+                format!("--without: {reason}"),
+                "name rows as \"line 17\", \"ball 3\", \"C = 90\" or \"S = 180\"",
+            )
+        })?;
+    }
     let base = match &arguments.update {
         Some(path) => known(path, &machine, "--update")?,
         None => ErrorModel::perfect(&machine),
@@ -138,6 +152,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     };
     let looked_for = &identified.looked_for;
     let problem = Problem::new(&machine, &measured, &artefact, looked_for, &base);
+    let places = stated(&problem, &identified);
+    if !arguments.accept_places
+        && let Some(mistake) = misplaced(&problem, &places)
+    {
+        let reason = format!("{}: {}", arguments.probings.display(), mistake.what);
+        return Err(BadInput::new(reason, mistake.remedy));
+    }
+    let suspicions = snoop(&problem, &identified);
+    let suspicions: Vec<(Suspicion, String)> = (suspicions.into_iter())
+        .map(|suspicion| {
+            let sentence = suspicion.sentence(&problem);
+            (suspicion, sentence)
+        })
+        .collect();
     let compared = before.map(|before| compensability(&problem, &identified, &before));
     if let (Some(compared), Some(path)) = (&compared, &arguments.before)
         && compared.parameters.is_empty()
@@ -157,8 +185,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             .and_then(|chosen| published(&machine, chosen)),
         compared,
         honesty: honesty(&machine, &measured, &artefact, &base, &identified),
-        held_out: held_out(&machine, &measured, &artefact, looked_for, &base, options),
+        held_out: match chosen
+            .as_ref()
+            .map(|chosen| &chosen.levels[chosen.chosen].found)
+        {
+            Some(Ok(fit)) => fit.held_out.clone(),
+            _ => held_out(&machine, &measured, &artefact, looked_for, &base, options),
+        },
         remedies: would_show(&machine, &measured, &artefact, &base, &identified),
+        places,
+        suspicions,
     };
     let name = covariances
         .as_deref()
@@ -187,6 +223,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     for warning in found.warnings(&artefact) {
         eprintln!("warning: {warning}");
     }
+    if found.is_doubtful() {
+        return Ok(Outcome::CheckFailed);
+    }
     Ok(Outcome::Done)
 }
 
@@ -204,13 +243,51 @@ struct Found<'a> {
     held_out: Result<HeldOut, IdentifyError>,
     /// What would show what is not seen.
     remedies: Vec<Remedy>,
+    /// Where balls and stylus are, beside where they are stated to be.
+    places: Vec<Stated>,
+    /// What does not go with the others, with a sentence about each.
+    suspicions: Vec<(Suspicion, String)>,
 }
 
+/// Of the rows, this part may be suspected before a result is none.
+const SUSPECTED: f64 = 0.1;
+
 impl Found<'_> {
+    /// True if a row of the file is suspected.
+    fn is_suspected(&self, row: usize) -> bool {
+        let mut suspicions = self.suspicions.iter();
+        suspicions.any(|(suspicion, _)| suspicion.rows.contains(&row))
+    }
+
+    /// True if the parameters are not to be believed: too many rows do not go with the others, or a group of them.
+    fn is_doubtful(&self) -> bool {
+        let is_group = self
+            .suspicions
+            .iter()
+            .any(|(suspicion, _)| suspicion.is_group());
+        let untrusted = self.identified.rows.iter().filter(|row| !row.is_trusted);
+        let most = SUSPECTED * self.measured.rows.len() as f64;
+        is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
+    }
+
     /// What to look at before the parameters are believed.
     fn warnings(&self, artefact: &Artefact) -> Vec<String> {
-        let mut warnings = Vec::new();
+        let mut warnings: Vec<String> = (self.suspicions.iter())
+            .map(|(_, sentence)| sentence.clone())
+            .collect();
         let rows = &self.measured.rows;
+        let untrusted: Vec<String> = (rows.iter().zip(&self.identified.rows).enumerate())
+            .filter(|(number, (_, found))| !found.is_trusted && !self.is_suspected(*number))
+            .map(|(_, (row, _))| row.line.to_string())
+            .collect();
+        if !untrusted.is_empty() {
+            warnings.push(format!(
+                "{} of {} rows fit badly (lines {}): look at their readings, leave them out (--without), or let them count less (--robust)",
+                untrusted.len(),
+                rows.len(),
+                untrusted.join(", ")
+            ));
+        }
         for (ball, name) in self.measured.balls.iter().enumerate() {
             let mut lines = rows
                 .iter()

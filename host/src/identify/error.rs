@@ -1,5 +1,6 @@
 //! Why nothing could be identified.
 
+use super::Mistake;
 use crate::errors::Parameter;
 
 /// Why nothing could be identified.
@@ -78,6 +79,15 @@ pub enum IdentifyError {
         /// `metres` or `inches`.
         unit: &'static str,
     },
+    /// The file fits the machine only if it is read in another way.
+    #[error("{}", .0.what)]
+    Mistake(Mistake),
+    /// Rows that do not go with the others, so far off that nothing is found with them.
+    #[error("some rows are so far off that nothing can be identified with them: {}", .sentences.join("; "))]
+    Suspected {
+        /// What is suspected.
+        sentences: Vec<String>,
+    },
     /// Bars that the probings do not fit.
     #[error("the probings fit a machine of this model, but not with the lengths of bars: {}", told(.bars))]
     Bars {
@@ -96,8 +106,12 @@ fn told(bars: &[([String; 2], f64, f64)]) -> String {
 impl IdentifyError {
     /// What to do about it.
     #[must_use]
-    pub fn remedy(&self) -> &'static str {
+    pub fn remedy(&self) -> &str {
         match self {
+            Self::Mistake(mistake) => &mistake.remedy,
+            Self::Suspected { .. } => {
+                "correct these rows, leave them out (--without), or let rows that fit badly count less (--robust)"
+            }
             Self::TooFew { .. } => {
                 "probe at more rotary positions, or give a model with fewer parameters"
             }

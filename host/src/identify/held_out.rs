@@ -74,7 +74,8 @@ fn parts(probings: &Probings) -> Vec<(Option<String>, Vec<usize>)> {
         .collect()
 }
 
-fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Probings {
+/// The rows that are in, and their balls.
+pub(super) fn subset(probings: &Probings, is_in: impl Fn(usize) -> bool) -> Probings {
     let rows = probings.rows.iter().enumerate().filter(|(i, _)| is_in(*i));
     let mut subset = Probings {
         balls: Vec::new(),

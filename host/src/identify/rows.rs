@@ -40,8 +40,9 @@ pub(super) struct Place {
     pub line: usize,
     pub q: PerAxis,
     pub situation: Situation,
-    /// How the spindle has turned the stylus.
+    /// How the spindle has turned the stylus, and its angle (deg).
     pub turned: Matrix3<f64>,
+    pub spindle: f64,
     /// Standard uncertainty of a coordinate (mm), where it is stated.
     pub sigma: Option<f64>,
 }
@@ -108,6 +109,7 @@ impl<'a> Problem<'a> {
                     ..Situation::default()
                 },
                 turned: turned(machine.tool_axis, probing.spindle),
+                spindle: probing.spindle,
                 sigma: probing.sigma,
             }
         };
@@ -210,6 +212,16 @@ impl<'a> Problem<'a> {
         Ok(())
     }
 
+    /// Where the stylus is stated to be (mm, spindle frame).
+    pub(super) fn stated_stylus(&self) -> Vector3<f64> {
+        self.stylus.tip
+    }
+
+    /// Where balls are stated to be (mm, workpiece frame).
+    pub(super) fn stated_balls(&self) -> &[Option<Vector3<f64>>] {
+        &self.nominal
+    }
+
     /// Coordinates of the stylus that are known, with their uncertainty.
     pub(super) fn known_coordinates(&self) -> impl Iterator<Item = (usize, f64)> {
         (self.stylus.sigma.iter().enumerate()).filter_map(|(i, sigma)| Some((i, (*sigma)?)))
@@ -274,7 +286,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Lengths (mm) that are known beforehand, each with its name and how long it is in an estimate: of bars, or
-    /// else between nominal places of balls.
+    /// else between nominal places of balls, or else of the stylus.
     pub(super) fn lengths(&self, estimate: &Estimate) -> Vec<(String, f64, f64)> {
         let one = |[a, b]: [usize; 2], known: f64| {
             let found = (estimate.balls[a] - estimate.balls[b]).norm();
@@ -293,12 +305,20 @@ impl<'a> Problem<'a> {
         }
         let all = 0..self.balls.len();
         let pairs = all.clone().flat_map(|a| (0..a).map(move |b| [a, b]));
-        pairs
+        let mut lengths: Vec<(String, f64, f64)> = pairs
             .filter_map(|[a, b]| {
                 let known = (self.nominal[a]? - self.nominal[b]?).norm();
                 (known > 0.0).then(|| one([a, b], known))
             })
-            .collect()
+            .collect();
+        if lengths.is_empty() {
+            // If it cannot be seen, it is what it is stated to be.
+            let [known, found] = [self.stylus.tip, estimate.stylus].map(|tip| tip.norm());
+            if known > 0.0 {
+                lengths.push(("the stylus".to_owned(), known, found));
+            }
+        }
+        lengths
     }
 
     /// The same problem with other positions of the axes, in the order of the file.
@@ -330,6 +350,13 @@ impl<'a> Problem<'a> {
         let mut other = self.clone();
         let is_setup = |u: &Unknown| !matches!(u, Unknown::Parameter(_));
         other.unknowns.retain(is_setup);
+        other
+    }
+
+    /// The same problem with a stylus that nobody knows.
+    pub(super) fn without_stylus(&self) -> Self {
+        let mut other = self.clone();
+        other.stylus.sigma = [None; 3];
         other
     }
 

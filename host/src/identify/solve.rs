@@ -6,7 +6,7 @@ use super::noise::Noise;
 use super::rows::{Estimate, LARGEST_LENGTH, Problem, Weights};
 use super::structure::{Structure, seen};
 use super::unseen::GivenUp;
-use super::{IdentifyError, Unknown, bars, root_mean_square, units};
+use super::{IdentifyError, Unknown, bars, mistakes, root_mean_square, snoop, units};
 use crate::errors::Parameter;
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -54,16 +54,40 @@ pub fn identify(problem: &Problem<'_>, options: Options) -> Result<Identified, I
     let found = solve(problem, options);
     let is_misfit = matches!(
         found,
-        Err(IdentifyError::NotConverged { .. } | IdentifyError::NothingSeen { .. })
+        Err(IdentifyError::NotConverged { .. } | IdentifyError::Unsettled { .. })
     );
-    let has_bars = !problem.bars.is_empty();
-    if is_misfit
-        && has_bars
+    match is_misfit {
+        true => misfit(problem, options).map_or(found, Err),
+        false => found,
+    }
+}
+
+/// Why nothing fits: what is stated of bars or the stylus, or some of the rows.
+fn misfit(problem: &Problem<'_>, options: Options) -> Option<IdentifyError> {
+    if !problem.bars.is_empty()
         && let Ok(without) = solve(&problem.without_bars(), options)
     {
-        return Err(bars::disagree(problem, &without.balls));
+        return Some(bars::disagree(problem, &without.balls));
     }
-    found
+    if problem.known_coordinates().next().is_some()
+        && let Ok(without) = solve(&problem.without_stylus(), options)
+    {
+        return mistakes::stylus(problem, &without.stylus);
+    }
+    if options.robust {
+        return None;
+    }
+    let robust = Options {
+        robust: true,
+        ..options
+    };
+    let without = solve(problem, robust).ok()?;
+    let suspicions = snoop(problem, &without);
+    let sentences = suspicions
+        .iter()
+        .map(|suspicion| suspicion.sentence(problem));
+    let sentences: Vec<String> = sentences.collect();
+    (!sentences.is_empty()).then_some(IdentifyError::Suspected { sentences })
 }
 
 fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, IdentifyError> {
@@ -76,6 +100,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     bars::have_directions(problem, &problem.start())?;
     let mut estimate = setup_alone(problem, &noise.weights(f64::INFINITY))?;
     units::are_mm(problem, &estimate)?;
+    mistakes::refuse(problem)?;
     let Structure { kept, given_up } = Structure::of(problem, options.least)?;
     let before = problem.misses(&estimate);
     let at_start = root_mean_square(before.iter().map(Vector3::norm));

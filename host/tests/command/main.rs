@@ -13,6 +13,7 @@ mod identify;
 mod large_files;
 mod linuxcnc;
 mod measured;
+mod mistakes;
 mod outside;
 mod plan;
 mod pose;

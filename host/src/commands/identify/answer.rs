@@ -37,7 +37,25 @@ pub struct Answer<'a> {
     left_um: [f64; 3],
     checks: Vec<Check>,
     repeats: Option<Repeated>,
+    places: Vec<Place<'a>>,
+    suspected: Vec<Suspected<'a>>,
     rows: Vec<AtRow>,
+}
+
+/// A ball or the stylus, found and stated.
+#[derive(Serialize)]
+struct Place<'a> {
+    what: &'a str,
+    found_mm: [f64; 3],
+    stated_mm: Option<[f64; 3]>,
+}
+
+/// Rows that do not go with the others.
+#[derive(Serialize)]
+struct Suspected<'a> {
+    sentence: &'a str,
+    is_group: bool,
+    lines: Vec<usize>,
 }
 
 #[derive(Serialize)]
@@ -150,6 +168,8 @@ impl<'a> Answer<'a> {
         } = found;
         let name = |i: usize| identified.parameters[i].parameter.to_string();
         let covariance = identified.covariance.row_iter();
+        let lines = |rows: &[usize]| rows.iter().map(|i| measured.rows[*i].line).collect();
+        let is_suspected = |row: usize| found.is_suspected(row);
         Self {
             machine: &machine.name,
             probings: measured.rows.len(),
@@ -198,15 +218,29 @@ impl<'a> Answer<'a> {
                 ratio: repeats.ratio,
                 is_less: repeats.is_less,
             }),
-            rows: (measured.rows.iter().zip(&identified.rows))
-                .map(|(row, found)| AtRow {
+            places: (found.places.iter())
+                .map(|one| Place {
+                    what: &one.what,
+                    found_mm: one.found.into(),
+                    stated_mm: one.stated.map(Into::into),
+                })
+                .collect(),
+            suspected: (found.suspicions.iter())
+                .map(|(suspicion, sentence)| Suspected {
+                    sentence,
+                    is_group: suspicion.is_group(),
+                    lines: lines(&suspicion.rows),
+                })
+                .collect(),
+            rows: (measured.rows.iter().zip(&identified.rows).enumerate())
+                .map(|(number, (row, found))| AtRow {
                     line: row.line,
                     run: row.run,
                     time_s: row.time,
                     temperature: row.temperature,
                     before_um: um(found.before),
                     after_um: um(found.after),
-                    is_trusted: found.is_trusted,
+                    is_trusted: found.is_trusted && !is_suspected(number),
                 })
                 .collect(),
         }

@@ -6,7 +6,6 @@ use super::Found;
 use super::gone::compensability;
 use super::listed::published;
 use std::fmt::Write;
-use trueaxis_host::formats::probings::Probing;
 use trueaxis_host::identify::{Along, Form, Identified, Level, Row};
 
 /// Rows that are named, at most.
@@ -49,6 +48,7 @@ pub fn screen(found: &Found<'_>) -> String {
     parameters(&mut text, identified);
     compensability(&mut text, found.compared.as_ref());
     left(&mut text, identified);
+    places(&mut text, found);
     by_ball(&mut text, found);
     checks(&mut text, found);
     bars(&mut text, identified);
@@ -63,7 +63,7 @@ pub fn screen(found: &Found<'_>) -> String {
     );
     levels(&mut text, found.levels);
     published(&mut text, found.published.as_ref());
-    doubtful(&mut text, found);
+    suspected(&mut text, found);
     text
 }
 
@@ -147,6 +147,28 @@ fn by_ball(text: &mut String, found: &Found<'_>) {
         ),
         Err(error) => writeln!(text, "balls cannot be predicted without them: {error}"),
     };
+}
+
+/// Balls and stylus, found and stated.
+fn places(text: &mut String, found: &Found<'_>) {
+    let _ = writeln!(
+        text,
+        "\n{:<10}{:>11}{:>11}{:>11}   stated (mm)                        apart",
+        "found (mm)", "x", "y", "z"
+    );
+    for one in &found.places {
+        // Never -0.000.
+        let [x, y, z]: [f64; 3] = one.found.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
+        let _ = write!(text, "  {:<8}{x:>11.3}{y:>11.3}{z:>11.3}", one.what);
+        let _ = match (one.stated, one.distance()) {
+            (Some(stated), Some(apart)) => writeln!(
+                text,
+                "{:>11.3}{:>11.3}{:>11.3}{apart:>9.3}",
+                stated.x, stated.y, stated.z
+            ),
+            _ => writeln!(text, "          -"),
+        };
+    }
 }
 
 fn checks(text: &mut String, found: &Found<'_>) {
@@ -264,31 +286,15 @@ fn levels(text: &mut String, levels: &[Level]) {
     }
 }
 
-fn doubtful(text: &mut String, found: &Found<'_>) {
-    let rows = found.measured.rows.iter().zip(&found.identified.rows);
-    let mut doubtful: Vec<(&Probing, f64)> = rows
-        .filter(|(_, r)| !r.is_trusted)
-        .map(|(row, r)| (row, r.after.norm()))
-        .collect();
-    if doubtful.is_empty() {
+fn suspected(text: &mut String, found: &Found<'_>) {
+    if found.suspicions.is_empty() {
         return;
     }
-    doubtful.sort_by(|a, b| b.1.total_cmp(&a.1));
-    *text += "\nrows that fit badly\n";
-    for (row, distance) in doubtful.iter().take(NAMED) {
-        let _ = write!(text, "  line {}: {:.1} µm", row.line, distance * 1e3);
-        for (name, value) in [
-            ("run", row.run),
-            ("time_s", row.time),
-            ("temperature_C", row.temperature),
-        ] {
-            if let Some(value) = value {
-                let _ = write!(text, ", {name} {value}");
-            }
-        }
-        text.push('\n');
+    *text += "\nwhat does not go with the other rows\n";
+    for (_, sentence) in found.suspicions.iter().take(NAMED) {
+        let _ = writeln!(text, "  {sentence}");
     }
-    more(text, doubtful.len());
+    more(text, found.suspicions.len());
 }
 
 fn more(text: &mut String, count: usize) {

@@ -1,0 +1,326 @@
+//! What is commonly wrong with a file of probings as a whole, found by trying it.
+
+use super::rows::{LARGEST_LENGTH, Place, Problem, Weights};
+use super::solve::setup_alone;
+use super::{IdentifyError, root_mean_square};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+
+/// What would make a file fit the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mistake {
+    /// What is wrong, as a clause.
+    pub what: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// What is left with nothing but balls and stylus fitted to the nominal machine (mm, root of the mean square distance)
+/// is looked into beyond this: no errors of a machine that runs do as much.
+const GROSS: f64 = 0.3;
+/// What a file means if it leaves no more than this part.
+const EXPLAINS: f64 = 0.2;
+/// Readings that leave up to this many times what the best does explain as much.
+const ALIKE: f64 = 2.0;
+/// Linear axes that stay so near (mm) while rotary ones turn by this (rad) are not those of the machine.
+const STAYS: f64 = 1.0;
+const TURNS: f64 = 0.3;
+/// Zeros of rotary axes are tried at so many angles, then nearer.
+const ANGLES: usize = 72;
+const NEARER: usize = 25;
+
+/// Refuses a file that fits the machine only if it is read in another way.
+pub(super) fn refuse(problem: &Problem<'_>) -> Result<(), IdentifyError> {
+    match found(problem) {
+        Some(mistake) => Err(IdentifyError::Mistake(mistake)),
+        None => Ok(()),
+    }
+}
+
+fn found(problem: &Problem<'_>) -> Option<Mistake> {
+    let at_first = left(problem)?;
+    if at_first < GROSS {
+        return None;
+    }
+    if stays(problem) {
+        return Some(Mistake {
+            what: "the linear axes hardly move while rotary axes turn: these are positions of the tool against the workpiece (tool centre point control was on)".to_owned(),
+            remedy: "write the positions of the machine's axes".to_owned(),
+        });
+    }
+    let mut tried: Vec<(Mistake, Problem<'_>, f64)> = (readings(problem).into_iter())
+        .filter_map(|(mistake, other)| {
+            let left = left(&other)?;
+            Some((mistake, other, left))
+        })
+        .collect();
+    for axis in rotary(problem) {
+        let (angle, rest) = zero(problem, axis);
+        let letter = problem.machine.axes[axis].letter;
+        let mistake = Mistake {
+            what: format!(
+                "the rows fit if zero of {letter} is {:.2}° from where the machine file has it",
+                angle.to_degrees()
+            ),
+            remedy: format!(
+                "correct the origin of the column {letter}, or orientation_deg of {letter} in the machine file"
+            ),
+        };
+        tried.push((mistake, turned(problem, axis, angle), rest));
+    }
+    let least = tried
+        .iter()
+        .map(|(_, _, left)| *left)
+        .fold(f64::INFINITY, f64::min);
+    if least > EXPLAINS * at_first {
+        return None;
+    }
+    // A mirrored machine can be mirrored in several ways: that which puts the balls where they are.
+    tried.retain(|(_, _, left)| *left < ALIKE * least);
+    let place = |other: &Problem<'_>| setup(other).and_then(|balls| off(other, &balls));
+    let nearest =
+        |(_, other, left): &(Mistake, Problem<'_>, f64)| (place(other).unwrap_or(0.0), *left);
+    let order = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1));
+    let best = tried.iter().min_by(|a, b| order(&nearest(a), &nearest(b)));
+    best.map(|(mistake, _, _)| mistake.clone())
+}
+
+/// How the file could be read in another way.
+fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
+    let axes = &problem.machine.axes;
+    let mut all = Vec::new();
+    let mut reading = |what: String, remedy: String, change: &dyn Fn(&mut Place)| {
+        let mut other = problem.clone();
+        other.places.iter_mut().for_each(change);
+        all.push((Mistake { what, remedy }, other));
+    };
+    for (i, axis) in axes.iter().enumerate() {
+        let letter = axis.letter;
+        reading(
+            format!("the rows fit if {letter} counts the other way"),
+            format!(
+                "correct the sign of the column {letter}, or `reversed` of {letter} in the machine file (trueaxis pose shows which way it goes)"
+            ),
+            &|place| place.q[i] = -place.q[i],
+        );
+        if letter.is_rotary() {
+            reading(
+                format!("the rows fit if {letter} is in radians"),
+                format!("write {letter} in degrees"),
+                &|place| place.q[i] = place.q[i].to_degrees(),
+            );
+        }
+        for (j, other) in axes.iter().enumerate().skip(i + 1) {
+            if other.letter.is_rotary() == letter.is_rotary() {
+                reading(
+                    format!(
+                        "the rows fit if the columns {letter} and {} are exchanged",
+                        other.letter
+                    ),
+                    "correct the header".to_owned(),
+                    &|place| place.q.swap(i, j),
+                );
+            }
+        }
+    }
+    for (unit, mm) in [("inches", 25.4), ("metres", 1000.0)] {
+        reading(
+            format!("the rows fit if linear positions are in {unit}"),
+            "write them in mm".to_owned(),
+            &|place| {
+                for (q, axis) in place.q.iter_mut().zip(axes) {
+                    *q *= if axis.letter.is_rotary() { 1.0 } else { mm };
+                }
+            },
+        );
+    }
+    for (word, step) in [("before", 1), ("after", -1)] {
+        let mut of_row: Vec<usize> = (0..problem.places.len()).collect();
+        of_row.sort_by_key(|i| problem.places[*i].row);
+        let mut other = problem.clone();
+        for pair in of_row.windows(2) {
+            let (to, from) = if step == 1 {
+                (pair[1], pair[0])
+            } else {
+                (pair[0], pair[1])
+            };
+            for axis in rotary(problem) {
+                other.places[to].q[axis] = problem.places[from].q[axis];
+            }
+        }
+        let mistake = Mistake {
+            what: format!("the rows fit if each has the rotary positions of the row {word} it"),
+            remedy: "write the positions of all axes at the moment of the probing into its row"
+                .to_owned(),
+        };
+        all.push((mistake, without_ends(other)));
+    }
+    all
+}
+
+/// Without the first and the last row, which have no row before or after them.
+fn without_ends(mut problem: Problem<'_>) -> Problem<'_> {
+    let last = problem.places.iter().map(|place| place.row).max();
+    problem
+        .places
+        .retain(|place| place.row != 0 && Some(place.row) != last);
+    problem
+}
+
+fn rotary(problem: &Problem<'_>) -> Vec<usize> {
+    let axes = &problem.machine.axes;
+    (0..axes.len())
+        .filter(|i| axes[*i].letter.is_rotary())
+        .collect()
+}
+
+/// What balls and stylus alone leave (mm); none if they cannot be fitted.
+fn left(problem: &Problem<'_>) -> Option<f64> {
+    let weights = Weights {
+        rows: vec![1.0; problem.places.len()],
+        least: f64::INFINITY,
+    };
+    let alone = problem.of_setup();
+    if alone.can_be_solved().is_err() {
+        return None;
+    }
+    let setup = setup_alone(&alone, &weights).ok()?;
+    let left = root_mean_square(problem.misses(&setup).iter().map(Vector3::norm));
+    left.is_finite().then_some(left)
+}
+
+/// With a rotary axis that is farther by so much (rad).
+fn turned<'a>(problem: &Problem<'a>, axis: usize, angle: f64) -> Problem<'a> {
+    let mut other = problem.clone();
+    for place in &mut other.places {
+        place.q[axis] += angle;
+    }
+    other
+}
+
+/// The zero (rad) of a rotary axis that leaves least, and what it leaves.
+fn zero(problem: &Problem<'_>, axis: usize) -> (f64, f64) {
+    let at = |angle: f64| {
+        let left = left(&turned(problem, axis, angle));
+        (angle, left.unwrap_or(f64::INFINITY))
+    };
+    let step = TAU / ANGLES as f64;
+    let all = (0..ANGLES).map(|k| at(k as f64 * step - PI));
+    let mut best = all
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0.0, f64::INFINITY));
+    let mut step = step / 2.0;
+    for _ in 0..NEARER {
+        let beside = [at(best.0 - step), at(best.0 + step)];
+        let nearer = beside.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        best = nearer.filter(|nearer| nearer.1 < best.1).unwrap_or(best);
+        step /= 2.0;
+    }
+    best
+}
+
+/// True if linear axes stay where they are while rotary ones turn, at every ball.
+fn stays(problem: &Problem<'_>) -> bool {
+    let spread = |axis: usize, ball: usize| {
+        let of_ball = problem.places.iter().filter(|place| place.ball == ball);
+        let (low, high) = of_ball.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
+            (low.min(place.q[axis]), high.max(place.q[axis]))
+        });
+        high - low
+    };
+    let axes = &problem.machine.axes;
+    let turning = rotary(problem);
+    (0..problem.balls.len()).all(|ball| {
+        let linear = (0..axes.len()).filter(|i| !axes[*i].letter.is_rotary());
+        linear.map(|i| spread(i, ball)).fold(0.0, f64::max) < STAYS
+    }) && turning
+        .iter()
+        .any(|i| (0..problem.balls.len()).any(|ball| spread(*i, ball) > TURNS))
+}
+
+/// A stated stylus that the rows do not fit: what they say of it without, coordinate by coordinate.
+pub(super) fn stylus(problem: &Problem<'_>, found: &Vector3<f64>) -> Option<IdentifyError> {
+    let stated = problem.stated_stylus();
+    let wrong = problem.known_coordinates().find(|(i, sigma)| {
+        let off = (found[*i] - stated[*i]).abs();
+        off > (10.0 * sigma).max(0.05 * LARGEST_LENGTH)
+    })?;
+    let (i, sigma) = wrong;
+    Some(IdentifyError::Mistake(Mistake {
+        what: format!(
+            "the rows fit without the stated stylus, which is {:.3} ± {sigma:.3} mm in {} but {:.3} in the probings",
+            stated[i],
+            ['x', 'y', 'z'][i],
+            found[i]
+        ),
+        remedy: "correct [stylus] in the artefact, or leave its uncertainty out".to_owned(),
+    }))
+}
+
+/// What would put the balls where they are stated to be: names that are exchanged, or axes that count the other way,
+/// which the rows alone cannot tell.
+pub(super) fn places(problem: &Problem<'_>) -> Option<Mistake> {
+    let places = setup(problem)?;
+    let at_first = off(problem, &places)?;
+    for a in 0..places.len() {
+        for b in 0..a {
+            let mut exchanged = places.clone();
+            exchanged.swap(a, b);
+            if off(problem, &exchanged)? < EXPLAINS * at_first {
+                let mut names = [a, b].map(|ball| &problem.balls[ball]);
+                names.sort();
+                let [a, b] = names;
+                return Some(Mistake {
+                    what: format!("the places fit if balls {a} and {b} are exchanged"),
+                    remedy: "correct the names in the probings or in the artefact".to_owned(),
+                });
+            }
+        }
+    }
+    let axes = &problem.machine.axes;
+    // Few axes before many.
+    let mut sets: Vec<u32> = (1..1 << axes.len()).collect();
+    sets.sort_by_key(|set| set.count_ones());
+    let mirrored = |set: u32| -> Option<f64> {
+        let mut other = problem.clone();
+        for place in &mut other.places {
+            for (i, q) in place.q.iter_mut().enumerate() {
+                *q = if set >> i & 1 == 1 { -*q } else { *q };
+            }
+        }
+        if left(&other)? > GROSS {
+            return None;
+        }
+        off(problem, &setup(&other)?)
+    };
+    let set = sets
+        .into_iter()
+        .find(|set| mirrored(*set).is_some_and(|off| off < EXPLAINS * at_first))?;
+    let letters = axes.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1);
+    let letters: Vec<String> = letters.map(|(_, axis)| axis.letter.to_string()).collect();
+    let letters = letters.join(" and ");
+    Some(Mistake {
+        what: format!("the places fit if {letters} count the other way"),
+        remedy: format!(
+            "correct the signs of the columns {letters}, or `reversed` of these axes in the machine file"
+        ),
+    })
+}
+
+/// Where balls are by the nominal machine (mm).
+fn setup(problem: &Problem<'_>) -> Option<Vec<Vector3<f64>>> {
+    let weights = Weights {
+        rows: vec![1.0; problem.places.len()],
+        least: f64::INFINITY,
+    };
+    Some(setup_alone(&problem.of_setup(), &weights).ok()?.balls)
+}
+
+/// How far balls are from where they are stated to be (mm, root of the mean square); none if nothing is stated.
+fn off(problem: &Problem<'_>, balls: &[Vector3<f64>]) -> Option<f64> {
+    let both = balls.iter().zip(problem.stated_balls());
+    let off: Vec<f64> = both
+        .filter_map(|(ball, stated)| Some((ball - (*stated)?).norm()))
+        .collect();
+    (!off.is_empty()).then(|| root_mean_square(off.iter().copied()))
+}

@@ -1,0 +1,102 @@
+//! What was found of balls and stylus, beside what was stated.
+
+use super::mistakes::{Mistake, places};
+use super::{Identified, Problem};
+use nalgebra::Vector3;
+use std::fmt::Write;
+
+/// Where something was found, and where it is stated to be (mm).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stated {
+    /// `ball 1`, or `stylus`.
+    pub what: String,
+    /// Where it was found: a ball in the workpiece frame, the stylus in that of the spindle.
+    pub found: Vector3<f64>,
+    /// Where the artefact or the machine file has it; none if neither says.
+    pub stated: Option<Vector3<f64>>,
+}
+
+/// What is farther from where it is stated to be (mm) is not that: balls are put down to some millimetres, and a stylus is
+/// measured to less. A mirrored axis, an exchanged ball or another tool is farther off.
+pub const PLACES: f64 = 5.0;
+
+impl Stated {
+    /// How far it is from where it is stated to be (mm).
+    #[must_use]
+    pub fn distance(&self) -> Option<f64> {
+        self.stated.map(|stated| (self.found - stated).norm())
+    }
+
+    /// True if it cannot be what is stated.
+    #[must_use]
+    pub fn is_far(&self) -> bool {
+        self.distance().is_some_and(|distance| distance > PLACES)
+    }
+}
+
+/// Every ball, then the stylus.
+#[must_use]
+pub fn stated(problem: &Problem<'_>, identified: &Identified) -> Vec<Stated> {
+    let balls = problem.balls.iter().zip(&identified.balls);
+    let balls = balls.zip(problem.stated_balls());
+    let mut all: Vec<Stated> = balls
+        .map(|((name, found), stated)| Stated {
+            what: format!("ball {name}"),
+            found: *found,
+            stated: *stated,
+        })
+        .collect();
+    all.push(Stated {
+        what: "stylus".to_owned(),
+        found: identified.stylus,
+        stated: Some(problem.stated_stylus()),
+    });
+    all
+}
+
+/// What is not where it is stated to be, and what would explain it; none if all of it is.
+#[must_use]
+pub fn misplaced(problem: &Problem<'_>, all: &[Stated]) -> Option<Mistake> {
+    let far: Vec<&Stated> = all.iter().filter(|one| one.is_far()).collect();
+    if far.is_empty() {
+        return None;
+    }
+    let mut what = String::new();
+    for one in &far {
+        let (Some(stated), Some(distance)) = (one.stated, one.distance()) else {
+            continue;
+        };
+        let place = |v: &Vector3<f64>| {
+            // Never -0.0.
+            let v = v.map(|v| (v * 10.0).round() / 10.0 + 0.0);
+            format!("[{:.1}, {:.1}, {:.1}]", v.x, v.y, v.z)
+        };
+        let separator = if what.is_empty() { "" } else { "; " };
+        let _ = write!(
+            what,
+            "{separator}{} was found at {} mm, {distance:.1} mm from the stated {}",
+            one.what,
+            place(&one.found),
+            place(&stated)
+        );
+    }
+    let explained = places(problem);
+    if let Some(mistake) = &explained {
+        let _ = write!(what, "; {}", mistake.what);
+    }
+    let remedy = match (explained, far.iter().all(|one| one.what == "stylus")) {
+        (Some(mistake), _) => mistake.remedy,
+        (None, true) => {
+            "correct tip_mm of [stylus] in the artefact, or of [tool] in the machine file"
+                .to_owned()
+        }
+        (None, false) => {
+            "correct nominal_mm in the artefact, or origins and signs of axes in the machine file"
+                .to_owned()
+        }
+    };
+    Some(Mistake {
+        what,
+        remedy: remedy + "; if they are right as found, say --accept-places",
+    })
+}
