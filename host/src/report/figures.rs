@@ -315,10 +315,24 @@ pub fn residuals(identification: &Identification) -> Option<String> {
         let all = rows.iter().enumerate();
         all.map(|(k, row)| [at(k), row.after_um[c]]).collect()
     };
+    // The coordinate that is farthest off stands for the row.
+    let farthest = |of: &[f64; 3]| {
+        of.iter()
+            .copied()
+            .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a })
+    };
+    let suspected = rows.iter().enumerate().filter(|(_, row)| !row.is_trusted);
+    let suspected: Vec<[f64; 2]> = suspected
+        .map(|(k, row)| [at(k), farthest(&row.after_um)])
+        .collect();
     let all = [("x", Ink::Accent), ("y", Ink::Before), ("z", Ink::After)];
     let all = all.iter().enumerate();
     let all: Vec<Series> = all
         .map(|(c, (name, ink))| series(name, *ink, Mark::Points, component(c)))
+        .chain(
+            (!suspected.is_empty())
+                .then(|| series("suspected", Ink::Text, Mark::Points, suspected)),
+        )
         .collect();
     let places = (0..rows.len()).map(at);
     let (low, high) = places.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));

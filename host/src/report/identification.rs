@@ -29,8 +29,17 @@ pub struct Identification {
     pub left_um: [f64; 3],
     /// Whether what is left goes with time, temperature, run or direction.
     pub checks: Vec<Check>,
+    /// What does not go with the other rows.
+    pub suspected: Vec<Suspected>,
     /// Each probing.
     pub rows: Vec<Row>,
+}
+
+/// Rows that do not go with the others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Suspected {
+    /// What they are, and what to do.
+    pub sentence: String,
 }
 
 /// A ball.
@@ -107,7 +116,7 @@ pub struct Row {
     pub before_um: [f64; 3],
     /// What the parameters leave of that.
     pub after_um: [f64; 3],
-    /// False if it counts less, for it fits badly.
+    /// False if it fits badly.
     pub is_trusted: bool,
 }
 

@@ -381,10 +381,7 @@ fn an_index_that_was_missed_is_named() {
     for row in at {
         table.change(row, "C", |_| 60.0);
     }
-    let parts = [
-        "at C = 60, C was off by 1",
-        "--without \"C = 60\"",
-    ];
+    let parts = ["at C = 60, C was off by 1", "--without \"C = 60\""];
     assert_said(said(&folder, &table, &[]), 1, &parts);
 }
 
@@ -437,5 +434,23 @@ fn what_is_named_wrong_to_be_left_out_is_refused() {
         ("", "is neither a line"),
     ] {
         assert_said(said(&folder, &table, &["--without", rows]), 2, &[what]);
+    }
+}
+
+#[test]
+fn what_is_suspected_is_on_the_page_too() {
+    let folder = Folder::new();
+    let mut table = simulated(&folder, &[]);
+    table.change(20, "X", |v| v + 0.05);
+    let page = folder.at("page.html");
+    let (code, _) = said(&folder, &table, &["--report", &page]);
+    assert_eq!(code, 0);
+    let page = std::fs::read_to_string(page).unwrap();
+    for part in [
+        "What does not go with the other rows",
+        "line 22: the tip is",
+        "suspected",
+    ] {
+        assert!(page.contains(part), "{part}");
     }
 }
