@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use trueaxis_host::compile::{self, Built, CompileError, Full, Options, Progress, Proof, Refusal};
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
+use trueaxis_host::policy::tolerance_urad;
 use trueaxis_host::target::Shortage;
 use trueaxis_host::uncertainty::{OverTravel, over_travel};
 use trueaxis_host::validate::Runtime;
@@ -81,11 +82,15 @@ impl Whole {
         })
     }
 
-    /// Largest deviation from the kinematic correction where the tolerance must hold (µm or µrad): what
-    /// candidates for any tolerance are compared by.
-    fn deviation(&self) -> f64 {
+    /// The finest tolerance that it meets (µm), by its largest deviations: what candidates for any tolerance
+    /// are compared by.
+    fn finest(&self) -> f64 {
         let inside = self.proof.inside();
-        inside.difference_um.max(inside.difference_urad)
+        // What every tolerance allows does not count.
+        match inside.difference_urad <= tolerance_urad(inside.policy, 0.0) {
+            true => inside.difference_um,
+            false => inside.difference_um.max(inside.difference_urad),
+        }
     }
 
     fn does_harm(&self, tolerance: f64) -> bool {
@@ -163,7 +168,10 @@ impl Made {
                     least(candidates, tolerance).judged(tolerance, options),
                 )));
             }
-            if met && fits_um.is_none() {
+            // Only what its own run meets is met again when it is asked for.
+            let last = candidates.last();
+            let is_own = last.is_some_and(|c| c.proof.refusals(tolerance).is_empty());
+            if is_own && fits_um.is_none() {
                 fits_um = Some(tolerance);
             }
         }
@@ -205,7 +213,7 @@ impl Made {
 
 /// What deviates least, of at least one candidate, and does no harm by a tolerance (µm) if there is such.
 fn least(candidates: Vec<Whole>, tolerance: f64) -> Whole {
-    let key = |c: &Whole| (c.does_harm(tolerance), c.deviation());
+    let key = |c: &Whole| (c.does_harm(tolerance), c.finest());
     let better = |a: Whole, b: Whole| match key(&b) < key(&a) {
         true => b,
         false => a,
