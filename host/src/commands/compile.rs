@@ -35,7 +35,8 @@ use trueaxis_host::validate::Runtime;
 ///
 /// Exits with 1 and writes nothing if the tolerance is not met where no error motion holds its end
 /// value, unless --best-effort is given. If that is because the target holds too little, it says
-/// so, and which tolerance fits, if one was found. Tables that deviate from the kinematic
+/// so. It says which coarser tolerance is met, if one of 0.1, 0.2, 0.5, 1, 2, 5 and 10 µm is, and
+/// --best-effort writes what deviates least of all that was made. Tables that deviate from the kinematic
 /// correction by more than it is large are never written. An older file of the same name stays as
 /// it was. The schemes of the source document have as many tables as they have: they are written in
 /// any case, and what they miss is a warning.
@@ -55,8 +56,9 @@ pub struct Arguments {
     scheme: SchemeArguments,
     /// Largest difference to the kinematic correction, in µm: at the tip, with the same number of µrad
     /// for the tool's direction, but at least 1; under the other policies of every axis, in µm and µrad
-    #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
-    tolerance: f64,
+    /// (default: the finest of 0.05, 0.1, 0.2, 0.5 and 1 that the target has room for)
+    #[arg(long, value_name = "µm", value_parser = positive)]
+    tolerance: Option<f64>,
     /// Points of every table that is not a straight line (default: as the tolerance needs)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65536))]
     points: Option<u32>,
@@ -222,7 +224,7 @@ impl Arguments {
             proof: &made.proof,
             uncertainty: made.uncertainty.as_ref(),
             zero_at: wanted.options.tables.zero_at.as_deref(),
-            tolerance_um: self.tolerance,
+            tolerance_um: made.tolerance,
         }
     }
 
@@ -244,8 +246,8 @@ impl Arguments {
             date: self.date.clone(),
             reference_position: self.zero_at.clone(),
             policy: stored(tables.policy).to_string(),
-            tolerance_um: self.tolerance,
-            tolerance_urad: tolerance_urad(tables.policy, self.tolerance),
+            tolerance_um: made.tolerance,
+            tolerance_urad: tolerance_urad(tables.policy, made.tolerance),
             seed: self.random.seed,
             ..Document::of(machine)
         };
@@ -274,7 +276,8 @@ impl Arguments {
         made: &'a Made,
         written: bool,
     ) -> Answer<'a> {
-        let (tables, tolerance) = (&wanted.options.tables, self.tolerance);
+        let tables = &wanted.options.tables;
+        let tolerance = made.tolerance().unwrap_or(1e3 * tables.tolerance);
         let policy = stored(tables.policy);
         let answer = Answer {
             file: &wanted.output,
@@ -294,6 +297,8 @@ impl Arguments {
             shortages: &[],
             smaller: wanted.options.scheme.smaller(),
             full: None,
+            fits_um: None,
+            is_default: self.tolerance.is_none(),
         };
         match made {
             Made::NoRoom(shortages) => Answer {
@@ -311,6 +316,7 @@ impl Arguments {
                 missed: &made.missed,
                 refusals: &made.refusals,
                 full: made.full.as_ref(),
+                fits_um: made.fits_um,
                 ..answer
             },
         }
@@ -338,7 +344,7 @@ impl Arguments {
             scheme,
             tables: schemes::Options {
                 policy: self.policy.kinematic()?,
-                tolerance: self.tolerance * 1e-3,
+                tolerance: self.tolerance.unwrap_or(made::FINEST) * 1e-3,
                 points: self.points.map(|n| n as usize),
                 format: match self.samples {
                     None => target.samples,

@@ -51,7 +51,11 @@ fn a_target_that_is_full_is_the_reason_told_with_a_tolerance_that_fits() {
     folder.file("k.trax", "old");
     let held = 1500;
     let small = target(&folder, |t| t.bytes = Some(held));
-    let (shown, said) = compile(&folder, 1, &["--target", &small, "--json"]);
+    let (shown, said) = compile(
+        &folder,
+        1,
+        &["--target", &small, "--tolerance", "0.05", "--json"],
+    );
     only_old(&folder);
     let answer: Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(answer["written"], false);
@@ -72,11 +76,60 @@ fn a_target_that_is_full_is_the_reason_told_with_a_tolerance_that_fits() {
     assert!(fits > 0.05);
     let tolerance = format!(" bytes; with --tolerance {fits} it fits");
     assert!(said.contains(&tolerance), "{said}");
-    compile(
+    let (_, asked) = compile(
         &folder,
         0,
         &["--target", &small, "--tolerance", &fits.to_string()],
     );
+    assert!(!asked.contains("the finest of"), "{asked}");
+    // Without a tolerance it is taken, if it is one of those that are tried, and said.
+    assert!(fits <= 1.0, "{fits}");
+    let (_, chosen) = compile(&folder, 0, &["--target", &small]);
+    let taken = format!("the tolerance is {fits} µm, the finest of");
+    assert!(chosen.contains(&taken), "{chosen}");
+}
+
+#[test]
+fn what_a_finer_tolerance_leaves_at_best_is_no_more_than_what_a_coarser_one_does() {
+    let folder = Folder::new();
+    let small = target(&folder, |t| (t.tables, t.terms) = (9, 12));
+    // The finest tolerance met: µm and µrad count alike under the policy `orientation`.
+    let left = |tolerance: &str| {
+        let output = trueaxis(&[
+            "compile",
+            &example("kolibri/machine.toml"),
+            &example("kolibri/errors-12.toml"),
+            "-o",
+            &folder.at("k.trax"),
+            "--policy",
+            "orientation",
+            "--target",
+            &small,
+            "--best-effort",
+            "--tolerance",
+            tolerance,
+            "--json",
+        ]);
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = match &answer["inside"] {
+            Value::Null => &answer,
+            inside => inside,
+        };
+        let of = |name: &str| found[name].as_f64().unwrap();
+        (
+            of("difference_um").max(of("difference_urad")),
+            answer["meets_tolerance"] == true,
+        )
+    };
+    let found = ["0.05", "0.2", "1", "5"].map(left);
+    for pair in found.windows(2) {
+        let [(finer, met), (coarser, _)] = pair else {
+            unreachable!()
+        };
+        // What is met is met, however much less a coarser one may leave by chance.
+        assert!(*met || finer <= coarser, "{found:?}");
+    }
+    assert!(!found[0].1, "{found:?}");
 }
 
 #[test]
@@ -84,14 +137,18 @@ fn too_few_tables_are_told_as_what_is_used() {
     let folder = Folder::new();
     folder.file("k.trax", "old");
     let small = target(&folder, |t| (t.tables, t.terms) = (9, 12));
-    let (shown, said) = compile(&folder, 1, &["--target", &small]);
+    let (shown, said) = compile(&folder, 1, &["--target", &small, "--tolerance", "0.05"]);
     assert!(shown.contains("9 tables"), "{shown}");
     assert!(
         said.contains("the best that fits takes 9 of 9 tables, "),
         "{said}"
     );
     only_old(&folder);
-    let (_, said) = compile(&folder, 1, &["--target", &small, "--best-effort"]);
+    let (_, said) = compile(
+        &folder,
+        1,
+        &["--target", &small, "--tolerance", "0.05", "--best-effort"],
+    );
     assert!(said.contains("small holds too little"), "{said}");
     assert!(said.contains("k.trax is written all the same"), "{said}");
 }
@@ -122,7 +179,7 @@ fn a_missed_tolerance_writes_nothing_unless_the_best_effort_is_asked_for() {
     folder.file("small.toml", "");
     folder.file("k.trax", "old");
     // Three points cannot hold a sine.
-    let coarse = ["--points", "3"];
+    let coarse = ["--points", "3", "--tolerance", "0.05"];
     let (shown, said) = compile(&folder, 1, &coarse);
     assert!(shown.contains("tables differ from the kinematic correction"));
     assert!(
@@ -135,13 +192,28 @@ fn a_missed_tolerance_writes_nothing_unless_the_best_effort_is_asked_for() {
         "{said}"
     );
     only_old(&folder);
-    let (shown, _) = compile(&folder, 1, &["--points", "3", "--json"]);
+    let (shown, _) = compile(
+        &folder,
+        1,
+        &["--points", "3", "--tolerance", "0.05", "--json"],
+    );
     only_old(&folder);
     let answer: Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(answer["written"], false);
     assert_eq!(answer["meets_tolerance"], false);
     assert_eq!(answer["full"], Value::Null);
-    let (shown, said) = compile(&folder, 1, &["--points", "3", "--json", "--best-effort"]);
+    let (shown, said) = compile(
+        &folder,
+        1,
+        &[
+            "--points",
+            "3",
+            "--tolerance",
+            "0.05",
+            "--json",
+            "--best-effort",
+        ],
+    );
     let answer: Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(answer["written"], true);
     assert_eq!(answer["meets_tolerance"], false);

@@ -1,5 +1,6 @@
 //! What `trueaxis compile` says.
 
+use super::made::FINEST;
 use crate::commands::bad_input::BadInput;
 use crate::commands::{files, screen};
 use serde::Serialize;
@@ -11,6 +12,10 @@ use trueaxis_host::compile::{
 use trueaxis_host::policy::Told;
 use trueaxis_host::target::{Shortage, Target};
 use trueaxis_host::uncertainty::OverTravel;
+
+/// Tables that leave a tenth of what uncertain parameters do add half a percent to it, as the root of the sum
+/// of squares.
+const NOTHING_BOUGHT: f64 = 10.0;
 
 /// All that there is to say.
 #[derive(Serialize)]
@@ -44,6 +49,11 @@ pub struct Answer<'a> {
     pub smaller: &'static str,
     /// Why the tolerance is not met, if the target is full.
     pub full: Option<&'a Full>,
+    /// A coarser tolerance that is met (µm), if this one is missed.
+    pub fits_um: Option<f64>,
+    /// Whether the tolerance was chosen, and not asked for.
+    #[serde(skip)]
+    pub is_default: bool,
 }
 
 /// A compensation and what it does.
@@ -148,8 +158,36 @@ impl Answer<'_> {
         if let Some(full) = self.full {
             eprintln!("{full}");
         }
+        self.print_tolerance();
         self.print_fate();
         Ok(())
+    }
+
+    /// What there is to say of the tolerance: which one was chosen, or which one would do.
+    fn print_tolerance(&self) {
+        if let (None, Some(um)) = (self.full, self.fits_um) {
+            eprintln!("--tolerance {um} is met");
+        }
+        let Some(proven) = self.proven.as_ref().filter(|_| self.meets_tolerance) else {
+            return;
+        };
+        if !self.is_default || self.tolerance_um <= FINEST {
+            return;
+        }
+        let beside = proven.uncertainty.map_or_else(String::new, |band| {
+            let leaves = band.travel.translation_um.max;
+            let far = leaves > NOTHING_BOUGHT * self.tolerance_um;
+            let bought = if far {
+                ", so a finer one buys nothing"
+            } else {
+                ""
+            };
+            format!("; the parameters' own uncertainty leaves up to {leaves:.2} µm{bought}")
+        });
+        eprintln!(
+            "note: the tolerance is {} µm, the finest of 0.05, 0.1, 0.2, 0.5 and 1 that is met{beside}",
+            self.tolerance_um
+        );
     }
 
     fn print_fate(&self) {
