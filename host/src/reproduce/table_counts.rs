@@ -70,14 +70,14 @@ fn alone(example: &Example, errors: &ErrorModel, name: &str) -> ErrorModel {
     one
 }
 
-/// A machine whose parameters differ from those that are known by half of what Table 7-2 states: its bands are two
-/// standard deviations (Fig. 7.6).
+/// A machine whose parameters differ from those that are known by their standard uncertainties: half of the U that
+/// Table 7-2 states.
 fn drawn(example: &Example, known: &ErrorModel, seed: u64) -> ErrorModel {
     let mut random = Pcg64Mcg::seed_from_u64(SEED ^ (seed << 8));
     let mut machine = ErrorModel::perfect(&example.machine);
     for (parameter, value) in &known.parameters {
         let stated = known.standard_uncertainty.get(parameter).copied();
-        let off = 0.5 * stated.unwrap_or_default() * normal(&mut random);
+        let off = stated.unwrap_or_default() * normal(&mut random);
         machine.set(&example.machine, *parameter, value + off);
     }
     machine
@@ -89,8 +89,8 @@ const OFFSETS: &str = "the same for every place: an offset of the spindle or of 
 const SAME: &str =
     "the parameters of Table 7-2 with the document's tables on, beside those before, in our model";
 const DRAWN: &str = "the closed form itself leaves 0.01 µm. What the document left is the machine: with parameters that \
-    differ from those that the tables were made of by the uncertainty that Table 7-2 states (two standard deviations, \
-    Fig. 7.6) so much would be left, in the mean of 200 machines; its own differed by more (EX0S by 9 µm, where 4.9 are \
+    differ from those that the tables were made of by the uncertainty that Table 7-2 states (U, taken as two standard \
+    uncertainties, as everywhere here) so much would be left, in the mean of 200 machines; its own differed by more (EX0S by 9 µm, where 4.9 are \
     stated)";
 
 pub fn chapter() -> Result<Chapter, ReproduceError> {
