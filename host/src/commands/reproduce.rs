@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print what is fixed from outside, and whether it holds
+    /// Print what is fixed from outside and arithmetic on the document's figures, and whether they hold
     #[arg(long, conflicts_with = "json")]
     check: bool,
 }

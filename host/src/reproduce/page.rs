@@ -8,10 +8,10 @@ const HEAD: &str = "# The document's figures, recomputed
 <!-- Written by `trueaxis reproduce`: change that, not this. -->
 
 `trueaxis reproduce -o docs/src` writes this page and its pictures, `--json` the same for programs, and `--check` says
-whether what is fixed from outside holds; arithmetic on the document's own figures and lists stands apart. *Ours* is what the same scheme gives here; beside it stands what
-[`exact`](exact.md) gives instead, under the policies [*orientation* and *direction*](policies.md). Machines, parameters
-and strategies are those that the document publishes (`examples/`). What it does not publish is assumed there, and
-nothing is fitted to its results. Its misprints: [The source document, reproduced](reproduction.md).
+whether what is fixed from outside holds; arithmetic on the document's own figures and lists stands apart. *Ours* is
+what the same scheme gives here; beside it stands what [`exact`](exact.md) gives instead, under the policies
+[*orientation* and *direction*](policies.md). Machines, parameters and strategies are those that the document publishes
+(`examples/`). What it does not publish is assumed there, and nothing is fitted to its results. Its misprints: [The source document, reproduced](reproduction.md).
 ";
 
 /// The page (Markdown), with pictures in the folder `pictures` beside it.
