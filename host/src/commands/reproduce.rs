@@ -7,7 +7,7 @@ use super::progress::Bar;
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use trueaxis_host::reproduce::{Reproduced, page, reproduce};
+use trueaxis_host::reproduce::{Fixed, Reproduced, page, reproduce};
 
 /// Recompute the figures of the source document, each beside the document's and beside the scheme `exact`
 ///
@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print what is fixed from outside, and whether it holds
+    /// Print what is fixed from outside and arithmetic on the document's figures, and whether they hold
     #[arg(long, conflicts_with = "json")]
     check: bool,
 }
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     } else {
         files::print(&page(&found))?;
     }
-    let holds = found.fixed().all(|fixed| fixed.holds);
+    let holds = found.fixed().chain(found.arithmetic()).all(|one| one.holds);
     Ok(match holds || !arguments.check {
         true => Outcome::Done,
         false => Outcome::CheckFailed,
@@ -61,10 +61,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 
 fn checked(found: &Reproduced) -> String {
     let mut text = String::new();
-    for fixed in found.fixed() {
-        let holds = if fixed.holds { "holds" } else { "FAILS" };
-        let _ = writeln!(text, "{holds}  {}: {}", fixed.statement, fixed.found);
-    }
+    let mut add = |one: &Fixed| {
+        let holds = if one.holds { "holds" } else { "FAILS" };
+        let _ = writeln!(text, "{holds}  {}: {}", one.statement, one.found);
+    };
+    found.fixed().for_each(&mut add);
+    found.arithmetic().for_each(|one| {
+        let statement = format!("arithmetic: {}", one.statement);
+        add(&Fixed {
+            statement,
+            ..one.clone()
+        });
+    });
     text
 }
 

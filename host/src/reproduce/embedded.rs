@@ -71,9 +71,20 @@ pub enum Strategy {
     KolibriCalibration,
     /// Table 5-4: its validation, one ball.
     KolibriValidation,
+    /// Table 6-3: both again, with other angles in four pairs.
+    KolibriCalibration63,
+    KolibriValidation63,
     /// Table 4-1: the HU40.
     Hu40,
 }
+
+/// A and C (deg) of the pairs of Tables 5-3 and 5-4 that Table 6-3 prints otherwise, and its A.
+pub const TABLE_6_3: [([f64; 2], f64); 4] = [
+    ([55.0, 340.0], 50.0),
+    ([-50.0, -310.0], -55.0),
+    ([53.0, -208.0], 55.0),
+    ([-5.0, -300.0], -50.0),
+];
 
 impl Example {
     pub fn errors(&self, parameters: Parameters) -> Result<ErrorModel, ReproduceError> {
@@ -92,11 +103,34 @@ impl Example {
 
     pub fn strategy(&self, strategy: Strategy) -> Result<Probings, ReproduceError> {
         let text = match strategy {
-            Strategy::KolibriCalibration => example!("kolibri/strategy.csv"),
-            Strategy::KolibriValidation => example!("kolibri/validation.csv"),
+            Strategy::KolibriCalibration | Strategy::KolibriCalibration63 => {
+                example!("kolibri/strategy.csv")
+            }
+            Strategy::KolibriValidation | Strategy::KolibriValidation63 => {
+                example!("kolibri/validation.csv")
+            }
             Strategy::Hu40 => example!("hu40/strategy.csv"),
         };
-        Ok(probings::read(text, &self.machine, false)?)
+        let mut read = probings::read(text, &self.machine, false)?;
+        if matches!(
+            strategy,
+            Strategy::KolibriCalibration63 | Strategy::KolibriValidation63
+        ) {
+            self.as_in_table_6_3(&mut read);
+        }
+        Ok(read)
+    }
+
+    fn as_in_table_6_3(&self, strategy: &mut Probings) {
+        let (Some(a), Some(c)) = (self.machine.index('A'), self.machine.index('C')) else {
+            return;
+        };
+        for row in &mut strategy.rows {
+            let pair = [row.position[a], row.position[c]];
+            if let Some((_, there)) = TABLE_6_3.iter().find(|(here, _)| *here == pair) {
+                row.position[a] = *there;
+            }
+        }
     }
 
     pub fn artefact(&self) -> Result<Artefact, ReproduceError> {
@@ -111,6 +145,17 @@ impl Example {
         if let Some(index) = self.machine.index('Z') {
             self.machine.axes[index].travel =
                 self.machine.axes[index].travel.map(|end| end + along);
+        }
+        self
+    }
+
+    /// The same with every axis within the range that was probed (sections 5.9.2 and 6.8).
+    pub fn within_probed(mut self, probed: &Probings) -> Self {
+        for (index, axis) in self.machine.axes.iter_mut().enumerate() {
+            let at = probed.rows.iter().map(|row| row.position[index]);
+            axis.travel = at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+                [low.min(at), high.max(at)]
+            });
         }
         self
     }

@@ -125,7 +125,7 @@ impl Compared {
     }
 }
 
-/// A statement of the document that is fixed from outside, and whether it holds.
+/// A statement of the document, and whether it holds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fixed {
     /// The statement.
@@ -219,8 +219,10 @@ pub struct Chapter {
     pub compared: Vec<Compared>,
     /// More figures.
     pub tables: Vec<Table>,
-    /// What is fixed from outside.
+    /// Statements that our computation meets, or fails.
     pub fixed: Vec<Fixed>,
+    /// Arithmetic on the document's own figures and lists, which tests no computation of ours.
+    pub arithmetic: Vec<Fixed>,
     /// Its pictures.
     pub pictures: Vec<Picture>,
 }
@@ -244,8 +246,13 @@ pub struct Reproduced {
 }
 
 impl Reproduced {
-    /// The statements that are fixed from outside.
+    /// The statements that our computation must meet.
     pub fn fixed(&self) -> impl Iterator<Item = &Fixed> {
         self.chapters.iter().flat_map(|chapter| &chapter.fixed)
+    }
+
+    /// Arithmetic on the document's own figures and lists.
+    pub fn arithmetic(&self) -> impl Iterator<Item = &Fixed> {
+        self.chapters.iter().flat_map(|chapter| &chapter.arithmetic)
     }
 }

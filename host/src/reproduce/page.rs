@@ -1,6 +1,6 @@
 //! The page of the manual.
 
-use super::{Chapter, Compared, Figure, Reproduced, Table};
+use super::{Chapter, Compared, Figure, Fixed, Reproduced, Table};
 use std::fmt::Write;
 
 const HEAD: &str = "# The document's figures, recomputed
@@ -8,10 +8,10 @@ const HEAD: &str = "# The document's figures, recomputed
 <!-- Written by `trueaxis reproduce`: change that, not this. -->
 
 `trueaxis reproduce -o docs/src` writes this page and its pictures, `--json` the same for programs, and `--check` says
-whether what is fixed from outside holds. *Ours* is what the same scheme gives here; beside it stands what
-[`exact`](exact.md) gives instead, under the policies [*orientation* and *direction*](policies.md). Machines, parameters
-and strategies are those that the document publishes (`examples/`). What it does not publish is assumed there, and
-nothing is fitted to its results. Its misprints: [The source document, reproduced](reproduction.md).
+whether what is fixed from outside holds; arithmetic on the document's own figures and lists stands apart. *Ours* is
+what the same scheme gives here; beside it stands what [`exact`](exact.md) gives instead, under the policies
+[*orientation* and *direction*](policies.md). Machines, parameters and strategies are those that the document publishes
+(`examples/`). What it does not publish is assumed there, and nothing is fitted to its results. Its misprints: [The source document, reproduced](reproduction.md).
 ";
 
 /// The page (Markdown), with pictures in the folder `pictures` beside it.
@@ -46,17 +46,23 @@ fn write_chapter(text: &mut String, chapter: &Chapter) {
     for table in &chapter.tables {
         write_table(text, table);
     }
-    if !chapter.fixed.is_empty() {
-        text.push_str("\nFixed from outside:\n\n");
-        for fixed in &chapter.fixed {
-            let holds = if fixed.holds {
-                "holds"
-            } else {
-                "does not hold"
-            };
-            let said = format!("{}: {} ({holds}).", fixed.statement, fixed.found);
-            wrap(text, "- ", &said);
-        }
+    write_statements(text, "Fixed from outside", &chapter.fixed);
+    write_statements(
+        text,
+        "Arithmetic on the document's own figures",
+        &chapter.arithmetic,
+    );
+}
+
+fn write_statements(text: &mut String, head: &str, statements: &[Fixed]) {
+    if statements.is_empty() {
+        return;
+    }
+    let _ = write!(text, "\n{head}:\n\n");
+    for one in statements {
+        let holds = if one.holds { "holds" } else { "does not hold" };
+        let said = format!("{}: {} ({holds}).", one.statement, one.found);
+        wrap(text, "- ", &said);
     }
 }
 

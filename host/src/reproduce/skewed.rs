@@ -137,6 +137,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
                 .to_vec(),
             rows: rows.collect(),
         }],
+        arithmetic: Vec::new(),
         fixed: vec![Fixed {
             statement: "23 tables compensate more than 99 % of mean and maximum (with a free LUT₁)"
                 .to_owned(),

@@ -1,8 +1,8 @@
 //! Counts and times that follow from the published strategies.
 
-use super::embedded::{Parameters, Strategy, hu40, kolibri};
+use super::embedded::{Parameters, Strategy, TABLE_6_3, hu40, kolibri};
 use super::validated::{Corrector, Validation};
-use super::{Chapter, Compared, Figure, Fixed, ReproduceError};
+use super::{Chapter, Compared, Figure, Fixed, ReproduceError, Table};
 use crate::ballbar::Hemisphere;
 use crate::formats::probings::Probings;
 use crate::identify::Model;
@@ -65,7 +65,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     };
     Ok(Chapter {
         title: "Strategies: counts and times",
-        how: "From the published lists of positions (Tables 4-1, 5-3, 5-4 and 6-3), which are the strategies of the \
+        how: "From the published lists of positions (Tables 4-1, 5-3 and 5-4), which are the strategies of the \
             examples, and the sets of [`trueaxis plan --set`](planning.md#sets-of-positions-with-a-name).",
         compared: vec![
             Compared::plain(
@@ -129,8 +129,9 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
             .in_unit("µm")
             .because(SAGITTA),
         ],
-        tables: Vec::new(),
-        fixed: vec![
+        tables: vec![pairs_of_table_6_3()],
+        fixed: Vec::new(),
+        arithmetic: vec![
             fixed(
                 "42 pairs of A and C calibrate the Kolibri (Table 5-3)",
                 pairs,
@@ -155,4 +156,20 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
         ],
         pictures: Vec::new(),
     })
+}
+
+/// The pairs in which Table 6-3 prints the same lists otherwise.
+fn pairs_of_table_6_3() -> Table {
+    let rows = TABLE_6_3.iter().map(|([a, c], there)| {
+        let figures = [*a, *there].map(|angle| Figure::new(angle, 0));
+        (format!("C = {c}"), figures.to_vec())
+    });
+    Table {
+        title: "pairs in which Table 6-3 differs: A (deg)".to_owned(),
+        of: "pair",
+        columns: ["Tables 5-3 and 5-4", "Table 6-3"]
+            .map(str::to_owned)
+            .to_vec(),
+        rows: rows.collect(),
+    }
 }

@@ -157,7 +157,8 @@ impl<'a> Validation<'a> {
         })
     }
 
-    fn probed(
+    /// The readings on a machine with these errors.
+    pub fn probed(
         &self,
         actual: &ErrorModel,
         corrector: &Corrector<'_>,
