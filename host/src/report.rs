@@ -39,7 +39,7 @@ use serde::{Deserialize, Serialize};
 pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
 pub use volumetric::{Known, Volumetric};
-pub use words::figure;
+pub use words::{figure, unit};
 
 /// The version of what is written: it grows when a name changes its meaning.
 pub const FORMAT: u32 = 1;

@@ -9,7 +9,7 @@ use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use crate::kinematics::Kinematics;
 use crate::machine::{MAX_AXES, Machine, PerAxis};
-pub use compensated::{compensated, corrections};
+pub use compensated::{applied, compensated, corrections};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

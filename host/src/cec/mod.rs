@@ -61,6 +61,7 @@ pub use read::{EncoderValues, Read, Reading, Units, read};
 pub use spacing::Spacing;
 
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Whether a table that another one names by `MULT_BY_TABLE` is added by itself, besides being a factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -137,4 +138,21 @@ pub fn named(tables: &[Table]) -> Vec<bool> {
         named[index] = true;
     }
     named
+}
+
+/// The axes that tables correct, each with a bound of the sum of its tables (mm, degrees): what the controller's
+/// limit of the sum, MD32720, must allow. It is the sum of the largest magnitudes of all tables and products.
+#[must_use]
+pub fn largest_sums(tables: &[Table], factor_tables: FactorTables) -> Vec<(usize, f64)> {
+    let peak = |table: &Table| f64::from(table.peak()) * f64::from(table.weight.abs());
+    let mut sums = BTreeMap::new();
+    for (table, is_named) in tables.iter().zip(named(tables)) {
+        let sum = sums.entry(table.output).or_insert(0.0);
+        *sum += match table.times {
+            Some(times) => peak(table) * peak(&tables[times]),
+            None if is_named && factor_tables == FactorTables::NotAdded => 0.0,
+            None => peak(table),
+        };
+    }
+    sums.into_iter().collect()
 }

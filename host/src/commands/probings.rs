@@ -7,17 +7,23 @@ use super::touching::positive;
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use trueaxis_host::compile::belongs;
 use trueaxis_host::errors::ErrorModel;
-use trueaxis_host::formats::probings;
+use trueaxis_host::formats::probings::{self, Probing};
+use trueaxis_host::machine::Machine;
+use trueaxis_host::simulate::{SimulateError, applied, corrections};
 use trueaxis_host::spheres::{Found, Touched, read_log, to_probings};
+use trueaxis_host::validate::Runtime;
 
 /// Turn the log of a probing program into probings
 ///
 /// Fits a sphere to the five touches of each row of a strategy, and writes where the axes are with the stylus centre
-/// on the centre of the ball: what `trueaxis identify` reads.
+/// on the centre of the ball: what `trueaxis identify` reads. With `--apply`, takes probings that were recorded without
+/// compensation, and writes them as they would have been read with it on.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  trueaxis probings machine.toml touches.log --strategy strategy.csv -o probings.csv\n\n\
+    after_help = "Examples:\n  trueaxis probings machine.toml touches.log --strategy strategy.csv -o probings.csv\n  \
+trueaxis probings machine.toml before.csv --apply machine.trax -o after.csv\n\n\
 The log is that of the program which `trueaxis plan` writes for LinuxCNC: a line of nine numbers for each touch,\n\
 X Y Z A B C U V W. Logs of other controllers have a header and commas; machine positions, mm and degrees, five\n\
 touches for each row of the strategy:\n  X,Y,Z,A,C\n  17.784,-58.539,141.522,15,60"
@@ -25,11 +31,14 @@ touches for each row of the strategy:\n  X,Y,Z,A,C\n  17.784,-58.539,141.522,15,
 pub struct Arguments {
     /// Machine description (machine.toml)
     machine: PathBuf,
-    /// Log of the touches
+    /// Log of the touches; with --apply, probings (CSV)
     log: PathBuf,
     /// The strategy from which the program was written (CSV)
-    #[arg(long, value_name = "FILE.csv")]
-    strategy: PathBuf,
+    #[arg(long, value_name = "FILE.csv", required_unless_present = "apply")]
+    strategy: Option<PathBuf>,
+    /// Write recorded probings as they would have been read with this compensation on
+    #[arg(long, value_name = "FILE.trax", conflicts_with_all = ["strategy", "ball_diameter", "stylus_diameter", "errors"])]
+    apply: Option<PathBuf>,
     /// Diameter of the balls, if it is to be trusted rather than fitted
     #[arg(long, value_name = "MM", requires = "stylus_diameter", value_parser = positive)]
     ball_diameter: Option<f64>,
@@ -47,26 +56,23 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
-    let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log, &arguments.strategy];
-    inputs.extend(arguments.errors.as_deref());
+    let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log];
+    let others = [&arguments.strategy, &arguments.apply, &arguments.errors];
+    inputs.extend(others.into_iter().filter_map(|path| path.as_deref()));
     if let Some(output) = &arguments.output {
         files::prepare(output, &inputs)?;
     }
     let machine = files::read_machine(&arguments.machine)?;
-    let errors = match &arguments.errors {
-        Some(path) => files::read_errors(path, &machine)?,
-        None => ErrorModel::perfect(&machine),
+    let (csv, said) = match (&arguments.apply, &arguments.strategy) {
+        (Some(blob), _) => arguments.applied(&machine, blob)?,
+        (None, Some(strategy)) => arguments.fitted(&machine, strategy)?,
+        (None, None) => {
+            return Err(BadInput::new(
+                "neither --strategy nor --apply is given",
+                "give --strategy with a log, or --apply with probings",
+            ));
+        }
     };
-    let text = Text::read(&arguments.strategy)?;
-    let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
-    let text = Text::read(&arguments.log)?;
-    let log = read_log(&text.text, &machine).map_err(|e| text.bad(e))?;
-    let diameters = arguments.ball_diameter.zip(arguments.stylus_diameter);
-    let radius = diameters.map(|(ball, stylus)| (ball + stylus) / 2.0);
-    let found = to_probings(&machine, &strategy, &log, radius, &errors);
-    let found = found.map_err(|e| text.bad(e))?;
-    let csv = probings::write(&found.probings, &machine);
-    let said = said(&found, &log, radius.is_some());
     match &arguments.output {
         None => {
             files::print(&csv)?;
@@ -78,6 +84,49 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     }
     Ok(Outcome::Done)
+}
+
+impl Arguments {
+    /// Probings from touches as CSV, and a summary.
+    fn fitted(&self, machine: &Machine, strategy: &Path) -> Result<(String, String), BadInput> {
+        let errors = match &self.errors {
+            Some(path) => files::read_errors(path, machine)?,
+            None => ErrorModel::perfect(machine),
+        };
+        let text = Text::read(strategy)?;
+        let strategy = probings::read(&text.text, machine, false).map_err(|e| text.bad(e))?;
+        let text = Text::read(&self.log)?;
+        let log = read_log(&text.text, machine).map_err(|e| text.bad(e))?;
+        let diameters = self.ball_diameter.zip(self.stylus_diameter);
+        let radius = diameters.map(|(ball, stylus)| (ball + stylus) / 2.0);
+        let found = to_probings(machine, &strategy, &log, radius, &errors);
+        let found = found.map_err(|e| text.bad(e))?;
+        let csv = probings::write(&found.probings, machine);
+        Ok((csv, said(&found, &log, radius.is_some())))
+    }
+
+    /// Probings with a compensation on as CSV, and a summary.
+    fn applied(&self, machine: &Machine, path: &Path) -> Result<(String, String), BadInput> {
+        let text = Text::read(&self.log)?;
+        let recorded = probings::read(&text.text, machine, true).map_err(|e| text.bad(e))?;
+        let blob = files::read_blob(path)?;
+        let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+        let perfect = ErrorModel::perfect(machine);
+        belongs(machine, &perfect, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+        let dq = |rows: &[Probing]| Ok(corrections(machine, &runtime, rows));
+        let after = applied(machine, &recorded, dq).map_err(|error: SimulateError| {
+            BadInput::new(
+                format!("{}: {error}", self.log.display()),
+                "leave out the row, or correct the range of the axis in the machine file",
+            )
+        })?;
+        let said = format!(
+            "{} probings as they would have been with {} on\n",
+            after.rows.len(),
+            path.display()
+        );
+        Ok((probings::write(&after, machine), said))
+    }
 }
 
 /// What was found.

@@ -162,7 +162,7 @@ impl Probings {
                 let blob = files::read_blob(path)?;
                 let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
                 belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
-                let added = |rows: &[_]| Ok(corrections(&kinematics, &runtime, rows));
+                let added = |rows: &[_]| Ok(corrections(&machine, &runtime, rows));
                 compensated(&kinematics, &artefact, &strategy, &disturbances, added)
             }
         };

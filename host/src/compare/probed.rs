@@ -121,7 +121,7 @@ impl Strategy {
             &self.artefact,
             &self.probings,
             &Disturbances::default(),
-            |rows| Ok::<_, simulate::SimulateError>(corrections(&kinematics, runtime, rows)),
+            |rows| Ok::<_, simulate::SimulateError>(corrections(kinematics.machine, runtime, rows)),
         )?;
         let base = ErrorModel::perfect(machine);
         let problem = Problem::new(machine, &measured, &self.artefact, &self.parameters, &base);

@@ -1,6 +1,6 @@
 //! The page: templates, figures and data in one file.
 
-use super::words::figure;
+use super::words::{figure, quantity};
 use super::{Model, Report, figures};
 use crate::picture::Picture;
 use minijinja::value::Serde;
@@ -63,9 +63,7 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("figure", |value: f64| figure(value));
     environment.add_filter("plain", |value: f64| crate::picture::tick(value));
-    environment.add_filter("value", |value: f64| {
-        crate::explain::number(value).replace('-', "−")
-    });
+    environment.add_filter("quantity", |name: &str, value: f64| quantity(name, value));
     for (name, text) in TEMPLATES {
         environment.add_template(name, text)?;
     }

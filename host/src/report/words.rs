@@ -1,9 +1,39 @@
 //! Parameters and figures as people say them.
 
 use crate::errors::{Parameter, ParameterKind};
-use crate::explain::{Alone, Said};
+use crate::explain::{Alone, Said, number};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
+
+/// The unit that a parameter is shown in, and by what its value (mm, rad) is multiplied for it; no factor if it is
+/// shown as it is in files.
+#[must_use]
+pub fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
+    match (parameter.kind, parameter.is_angular()) {
+        (ParameterKind::Degree(1), false) if "XYZUVW".contains(parameter.axis) => {
+            (Some(1e6), "µm/m")
+        }
+        (ParameterKind::Degree(k), angular) if k > 0 => (
+            None,
+            if angular {
+                "rad per mm or rad to the degree"
+            } else {
+                "mm per mm or rad to the degree"
+            },
+        ),
+        (_, true) => (Some(1e6), "µrad"),
+        (_, false) => (Some(1e3), "µm"),
+    }
+}
+
+/// The value of a parameter with its unit: `−0.87 µm/m`; as in files if it has no such unit or is not a parameter.
+pub fn quantity(name: &str, value: f64) -> String {
+    let text = match Parameter::parse(name).map(unit) {
+        Some((Some(factor), unit)) => format!("{:.2} {unit}", value * factor),
+        _ => number(value),
+    };
+    text.replace('-', "−")
+}
 
 /// The name of one thing that an error file says: `EZ0S`, `EXX (table)`.
 pub fn name(alone: &Alone<'_>) -> String {
@@ -126,6 +156,14 @@ mod tests {
     use super::*;
     use crate::errors::ErrorModel;
     use crate::machine::Machine;
+
+    #[test]
+    fn parameters_are_shown_in_the_units_of_the_command() {
+        assert_eq!(quantity("EC0A", -868.045_322_881e-6), "−868.05 µrad");
+        assert_eq!(quantity("EZ0S", 0.0556), "55.60 µm");
+        assert_eq!(quantity("EYY1", -609.86e-6), "−609.86 µm/m");
+        assert_eq!(quantity("EXX2", 2e-9), "2e−9");
+    }
 
     #[test]
     fn figures_have_two_digits() {

@@ -118,7 +118,7 @@ impl<'a> Corrector<'a> {
         let machine = kinematics.machine;
         match self {
             Self::Nothing => Ok(vec![PerAxis::default(); rows.len()]),
-            Self::Tables(runtime) => Ok(corrections(kinematics, runtime, rows)),
+            Self::Tables(runtime) => Ok(corrections(machine, runtime, rows)),
             Self::Kinematic(known) => (rows.iter())
                 .map(|row| {
                     let q = machine.to_kinematic(&row.position);

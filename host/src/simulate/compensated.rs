@@ -4,7 +4,7 @@ use super::{Disturbances, SimulateError, disturb_all, in_travel, on_balls};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use crate::kinematics::Kinematics;
-use crate::machine::{MAX_AXES, PerAxis};
+use crate::machine::{MAX_AXES, Machine, PerAxis};
 use crate::validate::{Command, Runtime};
 
 /// Commands have settled when none changes by more than this (mm, deg): corrections are f32 numbers, those of
@@ -27,42 +27,108 @@ pub fn compensated<E: From<SimulateError>>(
     mut corrections: impl FnMut(&[Probing]) -> Result<Vec<PerAxis>, E>,
 ) -> Result<Probings, E> {
     let at = |off: &[PerAxis]| on_balls(kinematics, artefact, strategy, disturbances.drift, off);
-    let mut measured = at(&vec![[0.0; MAX_AXES]; strategy.rows.len()])?;
-    let mut unsettled = None;
-    for _ in 0..STEPS {
-        let next = at(&corrections(&measured.rows)?)?;
-        let moves = |(row, next): &(&Probing, &Probing)| {
-            let mut both = row.position.iter().zip(&next.position);
-            both.any(|(a, b)| (a - b).abs() > SETTLED)
-        };
-        let moving = measured.rows.iter().zip(&next.rows).find(moves);
-        unsettled = moving.map(|(row, _)| SimulateError::Unsettled {
-            line: row.line,
-            ball: strategy.balls[row.ball].clone(),
-        });
-        measured = next;
-        if unsettled.is_none() {
-            break;
-        }
-    }
-    if let Some(error) = unsettled {
-        return Err(error.into());
-    }
+    let off = vec![[0.0; MAX_AXES]; strategy.rows.len()];
+    let mut measured = settled(at(&off)?, |rows| at(&corrections(rows)?).map_err(E::from))?;
     disturb_all(kinematics.machine, &mut measured, disturbances);
     in_travel(kinematics.machine, &measured)?;
     Ok(measured)
 }
 
+/// Recorded probings as they would have been read with a compensation on: the axes stay where they were, and the
+/// command p that takes them there satisfies p + dq(p) = q. The source document's Eq. 33, q − dq(q), is its first step.
+/// `corrections` is that of [`compensated`].
+///
+/// # Errors
+/// [`SimulateError`]: corrections that do not settle, a command outside the travel; or what `corrections` fails with.
+pub fn applied<E: From<SimulateError>>(
+    machine: &Machine,
+    recorded: &Probings,
+    mut corrections: impl FnMut(&[Probing]) -> Result<Vec<PerAxis>, E>,
+) -> Result<Probings, E> {
+    let commanded = settled(recorded.clone(), |rows| {
+        let mut next = recorded.clone();
+        for (row, dq) in next.rows.iter_mut().zip(corrections(rows)?) {
+            for (position, dq) in row.position.iter_mut().zip(dq) {
+                *position -= dq;
+            }
+        }
+        Ok::<_, E>(next)
+    })?;
+    in_travel(machine, &commanded)?;
+    Ok(commanded)
+}
+
+/// Repeats `next`, which gives the commands that follow from those of the step before, until they settle.
+fn settled<E: From<SimulateError>>(
+    mut commanded: Probings,
+    mut next: impl FnMut(&[Probing]) -> Result<Probings, E>,
+) -> Result<Probings, E> {
+    let mut moving = None;
+    for _ in 0..STEPS {
+        let after = next(&commanded.rows)?;
+        let moves = |(row, after): &(&Probing, &Probing)| {
+            let mut both = row.position.iter().zip(&after.position);
+            both.any(|(a, b)| (a - b).abs() > SETTLED)
+        };
+        let mut pairs = commanded.rows.iter().zip(&after.rows);
+        moving = pairs.find(moves).map(|(row, _)| (row.line, row.ball));
+        commanded = after;
+        if moving.is_none() {
+            break;
+        }
+    }
+    match moving {
+        None => Ok(commanded),
+        Some((line, ball)) => Err(E::from(SimulateError::Unsettled {
+            line,
+            ball: commanded.balls[ball].clone(),
+        })),
+    }
+}
+
 /// What a compensation adds to the axes (mm, deg) in each of these rows, as the runtime says.
 #[must_use]
-pub fn corrections(
-    kinematics: &Kinematics<'_>,
-    runtime: &Runtime<'_>,
-    rows: &[Probing],
-) -> Vec<PerAxis> {
+pub fn corrections(machine: &Machine, runtime: &Runtime<'_>, rows: &[Probing]) -> Vec<PerAxis> {
     let of = |row: &Probing| {
-        let command = Command::coming(kinematics.machine, &row.position, &row.direction);
+        let command = Command::coming(machine, &row.position, &row.direction);
         runtime.evaluate(&command).map(f64::from)
     };
     rows.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::probings;
+
+    const MACHINE: &str = include_str!("../../../examples/kolibri/machine.toml");
+
+    /// The command of Y for a recorded Y.
+    fn commanded(y: f64, dq: impl Fn(f64) -> f64) -> f64 {
+        let machine = Machine::from_toml(MACHINE).unwrap();
+        let csv = format!("ball,X,Y,Z,A,C\n1,0,{y},0,0,0\n");
+        let recorded = probings::read(&csv, &machine, true).unwrap();
+        let index = machine.index('Y').unwrap();
+        let corrections = |rows: &[Probing]| {
+            let of = |row: &Probing| {
+                let mut all = [0.0; MAX_AXES];
+                all[index] = dq(row.position[index]);
+                all
+            };
+            Ok::<_, SimulateError>(rows.iter().map(of).collect())
+        };
+        applied(&machine, &recorded, corrections).unwrap().rows[0].position[index]
+    }
+
+    #[test]
+    fn a_recorded_position_becomes_that_of_equation_33() {
+        // The document's Fig. 5.5: read at 4 mm, corrected by −1 mm, the ball is at 5 mm.
+        assert_eq!(commanded(4.0, |_| -1.0), 5.0);
+    }
+
+    #[test]
+    fn the_correction_is_that_of_the_command_not_of_the_place() {
+        // p + 0.01 p = q. Half of 1e-6 is what may still move in the step after it has settled.
+        assert!((commanded(5.05, |p| 0.01 * p) - 5.0).abs() < 1e-8);
+    }
 }

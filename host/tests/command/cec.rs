@@ -58,6 +58,31 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
                 // 0.05 µm or µrad; the rounding of f32 is a thousandth of it.
                 assert!(axis["difference"].as_f64().unwrap() < 0.05, "{axis}");
             }
+            let text = std::fs::read_to_string(&cec).unwrap();
+            for axis in told["proof"]["axes"].as_array().unwrap() {
+                let at = "XYZAC".find(axis["axis"].as_str().unwrap()).unwrap();
+                let said = format!(
+                    "; AX{}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least ",
+                    at + 1
+                );
+                let rest = text
+                    .split_once(&said)
+                    .map(|(_, rest)| rest)
+                    .unwrap_or("0 mm");
+                let (limit, rest) = rest.split_once(' ').unwrap();
+                let limit: f64 = limit.parse().unwrap();
+                let factor = if rest.starts_with("deg") {
+                    1e6_f64.to_radians()
+                } else {
+                    1e3
+                };
+                // The file is as far from the compensation as this.
+                let [largest, off] =
+                    ["largest", "difference"].map(|key| axis[key].as_f64().unwrap());
+                let largest = largest - off;
+                assert!(limit * factor >= largest, "{axis}: {limit}");
+            }
+            assert!(text.contains("; leave SD41310 $SN_CEC_TABLE_WEIGHT of all tables"));
             assert!(told["largest_factor"].as_f64().unwrap() <= 2.0);
             let [again, twice] = ["again.trax", "twice.mpf"].map(|name| folder.at(name));
             // The policy is not in the file.

@@ -248,6 +248,44 @@ fn what_is_probed_with_a_compensation_that_is_undone_is_the_machine() {
 }
 
 #[test]
+fn recorded_probings_with_an_exact_compensation_applied_identify_to_nothing() {
+    let folder = Folder::new();
+    let (machine, truth) = (
+        example("kolibri/machine.toml"),
+        example("kolibri/errors-10.toml"),
+    );
+    let blob = folder.at("applied.trax");
+    answer(
+        0,
+        &["compile", &machine, &truth, "-o", &blob, "--random", "1000"],
+    );
+    let before = validated(&folder, "before.csv", &[]);
+    let after = folder.at("after.csv");
+    let arguments = [
+        "probings", &machine, &before, "--apply", &blob, "-o", &after,
+    ];
+    let said = answer(0, &arguments);
+    assert!(
+        said.contains("60 probings as they would have been with"),
+        "{said}"
+    );
+    let found = |more: &[&str]| {
+        let arguments = ["identify", &machine, &after, "--model", "10", "--json"];
+        let found = answer(0, &[&arguments[..], more].concat());
+        serde_json::from_str::<serde_json::Value>(&found).unwrap()
+    };
+    let left = found(&[]);
+    for one in left["parameters"].as_array().unwrap() {
+        // Tables are within 0.05 µm of the exact correction; at levers of 0.1 m that is less than 1 µrad and 1 µm/m.
+        // The bound is stricter for EY0C, which is in mm.
+        assert!(one["value"].as_f64().unwrap().abs() < 1e-6, "{one}");
+    }
+    // `--active` is the inverse: what is left are f32 numbers.
+    let undone = of(&found(&["--active", &blob]), "EB0A")[0];
+    assert!((undone - 1.09e-3).abs() < 1e-9, "{undone}");
+}
+
+#[test]
 fn what_was_known_before_stays() {
     let folder = Folder::new();
     let probings = probings(&folder, &[]);

@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => None,
     };
     let length = made.length.or(machine.map(|m| m.tool_length()));
-    let comments = comments(compensation.machine(), factor_tables, length, &made);
+    let comments = comments(compensation.machine(), factor_tables, length, &made, &axes);
     let first = options.limits.first;
     let text = print(&made.tables, &axes, first, &comments);
     let bar = Bar::new();
@@ -280,9 +280,10 @@ fn comments(
     factor_tables: cec::FactorTables,
     length: Option<f64>,
     plan: &Plan,
+    axes: &Axes,
 ) -> Vec<String> {
     let most = plan.tables.iter().map(cec::Table::stored).max();
-    vec![
+    let mut comments = vec![
         format!("trueaxis: {machine}"),
         format!(
             "for a controller with factor tables {}",
@@ -293,7 +294,29 @@ fn comments(
             "MD18342: at most {} values in a table",
             most.unwrap_or_default()
         ),
-    ]
+    ];
+    for (axis, sum) in cec::largest_sums(&plan.tables, factor_tables) {
+        // Rounded up: the controller must allow no less.
+        let sum = (sum * 1e6).ceil() / 1e6;
+        let (name, unit) = (
+            axes.name(axis),
+            if axes.is_rotary(axis) { "deg" } else { "mm" },
+        );
+        comments.push(format!(
+            "{name}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least {sum:.6} {unit}"
+        ));
+    }
+    if plan.tables.iter().any(|table| table.times.is_some()) {
+        comments.push(
+            "leave SD41310 $SN_CEC_TABLE_WEIGHT of all tables as it is in this file: products have"
+                .to_owned(),
+        );
+        comments.push(
+            "their weights multiplied in, and another weight would part corrections that belong together"
+                .to_owned(),
+        );
+    }
+    comments
 }
 
 fn screen(answer: &Answer<'_>, plan: &Plan, axes: &Axes) -> String {
