@@ -1,17 +1,16 @@
 //! Which parameters are looked for.
 
 use super::candidates::{Form, candidates};
-use super::located::located;
 use crate::errors::{ErrorModel, Parameter, ParameterKind};
-use crate::machine::Machine;
+use crate::machine::{Branch, Machine};
 use std::fmt;
 use std::str::FromStr;
 
 /// A list of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Model {
-    /// The location errors that probings tell, and two relative scales: on a machine with two rotary axes behind each
-    /// other ten parameters that probings without a length reference see (source document, Chapter 6).
+    /// Locations of two rotary axes in the workpiece branch and of three linear ones, and two relative scales:
+    /// ten parameters that probings without a length reference see (source document, Chapter 6).
     Ten,
     /// The same with the backlash of both rotary axes (Chapter 5).
     Twelve,
@@ -98,20 +97,22 @@ impl Model {
         degree: u8,
         directions: &[bool],
     ) -> Result<Vec<Parameter>, ModelError> {
+        let layout = || Layout::of(machine).ok_or_else(|| self.other_layout(machine));
         Ok(match self {
-            Self::Ten => self.located(machine, &[1, 2])?,
+            Self::Ten => layout()?.located(&[1, 2]),
             Self::Twelve => {
-                let mut parameters = self.located(machine, &[1, 2])?;
-                let rotary = machine.axes.iter().filter(|axis| axis.letter.is_rotary());
-                parameters.extend(rotary.map(|axis| Parameter {
-                    component: axis.letter.component() + 3,
-                    axis: axis.letter.char(),
+                let layout = layout()?;
+                let backlash = |letter| Parameter {
+                    component: direction(letter) + 3,
+                    axis: letter,
                     kind: ParameterKind::Backlash,
-                }));
+                };
+                let mut parameters = layout.located(&[1, 2]);
+                parameters.extend([layout.rotary[1], layout.rotary[0]].map(backlash));
                 parameters
             }
             Self::Thirteen => {
-                let mut parameters = self.located(machine, &[0, 1, 2])?;
+                let mut parameters = layout()?.located(&[0, 1, 2]);
                 let across = (0..3).filter(|k| *k != machine.tool_axis);
                 parameters.extend(across.map(|component| Parameter {
                     component,
@@ -143,31 +144,15 @@ impl Model {
         })
     }
 
-    /// The location errors, and the scales of some directions (0, 1, 2).
-    fn located(&self, machine: &Machine, scales: &[usize]) -> Result<Vec<Parameter>, ModelError> {
-        let mut parameters = located(machine);
-        if parameters.is_empty() {
-            return Err(ModelError {
-                reason: format!(
-                    "probings of balls tell no location errors of {} ({}): that takes three linear axes and a rotary one",
-                    machine.name,
-                    machine.topology()
-                ),
-                remedy: "measure squareness directly (trueaxis measured, ballbar), or give the names of parameters".to_owned(),
-            });
+    fn other_layout(&self, machine: &Machine) -> ModelError {
+        ModelError {
+            reason: format!(
+                "model {self} is of machines with two rotary axes behind each other in the workpiece branch, and three linear axes; {} is {}",
+                machine.name,
+                machine.topology()
+            ),
+            remedy: "give --model auto, or the names of parameters".to_owned(),
         }
-        let linear = machine.axes.iter().filter(|axis| !axis.letter.is_rotary());
-        parameters.extend(scales.iter().filter_map(|component| {
-            let axis = linear
-                .clone()
-                .find(|axis| axis.letter.component() == *component)?;
-            Some(Parameter {
-                component: *component,
-                axis: axis.letter.char(),
-                kind: ParameterKind::Degree(1),
-            })
-        }));
-        Ok(parameters)
     }
 
     /// A list that was published for a machine, with the letters of one that is laid out in the same way: with
@@ -221,4 +206,58 @@ impl Model {
 /// The direction of an axis by its letter: 0, 1, 2.
 pub(super) fn direction(letter: char) -> usize {
     "XYZABCUVW".find(letter).unwrap_or(0) % 3
+}
+
+/// Two rotary axes in the workpiece branch, three linear ones.
+struct Layout {
+    /// From the workpiece on.
+    rotary: [char; 2],
+    linear: [char; 3],
+}
+
+impl Layout {
+    fn of(machine: &Machine) -> Option<Self> {
+        let of = |branch| machine.axes.iter().filter(move |a| a.branch == branch);
+        let mut workpiece: Vec<char> = of(Branch::Workpiece).map(|a| a.letter.char()).collect();
+        workpiece.reverse();
+        let rotary: [char; 2] = workpiece.get(..2)?.try_into().ok()?;
+        let tool = of(Branch::Tool).map(|a| a.letter.char());
+        let linear: [char; 3] = workpiece[2..]
+            .iter()
+            .copied()
+            .chain(tool)
+            .collect::<Vec<_>>()
+            .try_into()
+            .ok()?;
+        let is_rotary = |c: &char| "ABC".contains(*c);
+        let apart = direction(rotary[0]) != direction(rotary[1]);
+        (rotary.iter().all(is_rotary) && !linear.iter().any(is_rotary) && apart)
+            .then_some(Self { rotary, linear })
+    }
+
+    /// Eight locations, and the scales of some linear directions (0, 1, 2).
+    fn located(&self, scales: &[usize]) -> Vec<Parameter> {
+        let inter = |component, axis| Parameter {
+            component,
+            axis,
+            kind: ParameterKind::Inter,
+        };
+        let [outer, inner] = self.rotary;
+        let others = |letter: char| (0..3).filter(move |k| *k != direction(letter));
+        // Both tilts of the inner rotary axis; where the outer one lies across both, and its tilts.
+        let mut parameters: Vec<Parameter> = others(inner).map(|k| inter(3 + k, inner)).collect();
+        let across = 3 - direction(outer) - direction(inner);
+        parameters.push(inter(across, outer));
+        parameters.extend(others(outer).map(|k| inter(3 + k, outer)));
+        // The second linear axis to the first, the third to both.
+        let [first, second, third] = self.linear;
+        parameters.push(inter(6 - direction(first) - direction(second), second));
+        parameters.extend(others(third).map(|k| inter(3 + k, third)));
+        parameters.extend(scales.iter().map(|component| Parameter {
+            component: *component,
+            axis: b"XYZ"[*component] as char,
+            kind: ParameterKind::Degree(1),
+        }));
+        parameters
+    }
 }
