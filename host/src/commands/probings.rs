@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::formats::probings;
-use trueaxis_host::spheres::{Found, Touched, read_log, to_probings};
+use trueaxis_host::spheres::{Found, read_log, to_probings};
 
 /// Turn the log of a probing program into probings
 ///
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let found = to_probings(&machine, &strategy, &log, radius, &errors);
     let found = found.map_err(|e| text.bad(e))?;
     let csv = probings::write(&found.probings, &machine);
-    let said = said(&found, &log, radius.is_some());
+    let said = said(&found, radius.is_some());
     match &arguments.output {
         None => {
             files::print(&csv)?;
@@ -81,14 +81,26 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 }
 
 /// What was found.
-fn said(found: &Found, log: &[Touched], is_known: bool) -> String {
-    let Found { probings, fitted } = found;
+fn said(found: &Found, is_known: bool) -> String {
+    let Found {
+        probings,
+        touches: log,
+        missing,
+        fitted,
+    } = found;
     let mut text = format!(
         "{} probings of {} balls from {} touches\n",
         probings.rows.len(),
         probings.balls.len(),
         log.len()
     );
+    if !missing.is_empty() {
+        let _ = writeln!(
+            text,
+            "left out, for touches are missing: {}; probe these rows, and append the log",
+            missing.join(", ")
+        );
+    }
     if !is_known {
         for (ball, radius) in probings.balls.iter().zip(&fitted.radii) {
             let _ = writeln!(
