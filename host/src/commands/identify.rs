@@ -12,14 +12,14 @@ use super::verdict;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_host::compile::belongs;
-use trueaxis_host::errors::ErrorModel;
+use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::covariance;
 use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
     Problem, Published, automatic, compensability, error_file, held_out, honesty, identify,
-    published,
+    published, without,
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{Remedy, would_show};
@@ -159,6 +159,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         honesty: honesty(&machine, &measured, &artefact, &base, &identified),
         held_out: held_out(&machine, &measured, &artefact, looked_for, &base, options),
         remedies: would_show(&machine, &measured, &artefact, &base, &identified),
+        missing: problem
+            .missing()
+            .map_err(|e| arguments.not_identified(&e))?,
     };
     let name = covariances
         .as_deref()
@@ -204,12 +207,18 @@ struct Found<'a> {
     held_out: Result<HeldOut, IdentifyError>,
     /// What would show what is not seen.
     remedies: Vec<Remedy>,
+    /// Location errors that the model cannot make up for.
+    missing: Vec<Parameter>,
 }
 
 impl Found<'_> {
     /// What to look at before the parameters are believed.
     fn warnings(&self, artefact: &Artefact) -> Vec<String> {
         let mut warnings = Vec::new();
+        if !self.missing.is_empty() {
+            let looked_for = &self.identified.looked_for;
+            warnings.push(without(self.machine, looked_for, &self.missing));
+        }
         let rows = &self.measured.rows;
         for (ball, name) in self.measured.balls.iter().enumerate() {
             let mut lines = rows
