@@ -98,7 +98,7 @@ fn on_balls(
     off: &[PerAxis],
 ) -> Result<Probings, SimulateError> {
     let machine = kinematics.machine;
-    let tip = artefact.stylus.tip.unwrap_or(Vector3::from(machine.tip));
+    let tip = artefact.stylus.place(machine);
     let mut commanded = strategy.clone();
     let last = (strategy.rows.len().max(2) - 1) as f64;
     for ((number, row), off) in commanded.rows.iter_mut().enumerate().zip(off) {

@@ -3,6 +3,7 @@
 mod fit;
 mod found;
 mod log;
+mod resumed;
 
 pub use fit::{Centre, FitError, Fitted, fit};
 pub use found::{Found, to_probings};

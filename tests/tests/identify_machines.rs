@@ -3,8 +3,7 @@
 use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_host::formats::covariance;
 use trueaxis_host::identify::{
-    Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, lacking,
-    monte_carlo,
+    Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::simulate::Disturbances;
@@ -269,11 +268,11 @@ fn one_factorisation_serves_as_well_as_one_for_each() {
     }
 }
 
-/// Three linear axes in any order and on either branch, and one or two rotary ones anywhere among them; `None` if that
+/// Three linear axes in any order and on either branch, and two rotary ones anywhere among them; `None` if that
 /// is no machine that can be corrected.
 fn chain(random: &mut Fixed) -> Option<Machine> {
     let mut letters: Vec<&str> = vec!["X", "Y", "Z"];
-    let rotary = [&["A", "C"][..], &["B", "C"], &["A", "B"], &["C"], &["B"]][random.below(5)];
+    let rotary = [["A", "C"], ["B", "C"], ["A", "B"]][random.below(3)];
     for letter in rotary {
         letters.insert(random.below(letters.len() + 1), letter);
     }
@@ -303,16 +302,10 @@ fn what_a_model_leaves_of_all_location_errors_is_noise() {
     for machine in examples.into_iter().chain(chains) {
         for model in [Model::Ten, Model::Twelve, Model::Thirteen] {
             let Ok(parameters) = model.parameters(&machine, 0, &[]) else {
-                let rotary = machine.axes.iter().filter(|axis| axis.letter.is_rotary());
-                assert_eq!(rotary.count(), 0, "{} {model}", machine.topology());
+                // It is for machines of five axes.
+                assert_ne!(machine.axes.len(), 5, "{} {model}", machine.topology());
                 continue;
             };
-            assert_eq!(
-                lacking(&machine, &parameters),
-                [],
-                "{} {model}",
-                machine.topology()
-            );
             // Every location error, whether the model looks for it or not, and the scales that it looks for.
             let all = Model::Auto.parameters(&machine, 0, &[]).unwrap();
             let mut all: Vec<Parameter> = (all.into_iter())
@@ -329,6 +322,12 @@ fn what_a_model_leaves_of_all_location_errors_is_noise() {
             let perfect = ErrorModel::perfect(&machine);
             let measured = case.noisy(tried);
             let problem = Problem::new(&machine, &measured, &case.artefact, &parameters, &perfect);
+            assert_eq!(
+                problem.missing(),
+                Ok(vec![]),
+                "{} {model}",
+                machine.topology()
+            );
             let found = identify(&problem, Options::default());
             let found = found.unwrap_or_else(|e| panic!("{} {model}: {e}", machine.topology()));
             // Known from some 300 degrees of freedom to 4 %: five times that.

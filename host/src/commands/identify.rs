@@ -12,14 +12,14 @@ use super::verdict;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_host::compile::belongs;
-use trueaxis_host::errors::ErrorModel;
+use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::covariance;
 use trueaxis_host::formats::probings::{self, Probings};
 use trueaxis_host::identify::{
     Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
     Problem, Published, Stated, Suspicion, automatic, compensability, error_file, held_out,
-    honesty, identify, misplaced, published, snoop, stated, without,
+    honesty, identify, lacks, misplaced, published, snoop, stated, without,
 };
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{Remedy, would_show};
@@ -195,6 +195,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         remedies: would_show(&machine, &measured, &artefact, &base, &identified),
         places,
         suspicions,
+        missing: problem
+            .missing()
+            .map_err(|e| arguments.not_identified(&e))?,
     };
     let name = covariances
         .as_deref()
@@ -247,6 +250,8 @@ struct Found<'a> {
     places: Vec<Stated>,
     /// What does not go with the others, with a sentence about each.
     suspicions: Vec<(Suspicion, String)>,
+    /// Location errors that the model cannot make up for.
+    missing: Vec<Parameter>,
 }
 
 /// Of the rows, this part may be suspected before a result is none.
@@ -275,6 +280,11 @@ impl Found<'_> {
         let mut warnings: Vec<String> = (self.suspicions.iter())
             .map(|(_, sentence)| sentence.clone())
             .collect();
+        let mut warnings = Vec::new();
+        if !self.missing.is_empty() {
+            let looked_for = &self.identified.looked_for;
+            warnings.push(lacks(self.machine, looked_for, &self.missing));
+        }
         let rows = &self.measured.rows;
         let untrusted: Vec<String> = (rows.iter().zip(&self.identified.rows).enumerate())
             .filter(|(number, (_, found))| !found.is_trusted && !self.is_suspected(*number))

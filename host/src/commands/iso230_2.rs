@@ -97,7 +97,7 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
     for t in &found.targets {
         let _ = writeln!(
             text,
-            "{:>12}{:>8}{:>8}{:>9}{:>9}{:>9}{:>9}",
+            "{:>12} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8}",
             t.target,
             show(t.mean[0]),
             show(t.mean[1]),
@@ -110,7 +110,7 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
     text += "\n                                        ↑        ↓     both\n";
     let mut row = |what: &str, one: [Option<f64>; 2], both: Option<f64>| {
         let [up, down] = one.map(show);
-        let _ = writeln!(text, "{what:<32}{up:>9}{down:>9}{:>9}", show(both));
+        let _ = writeln!(text, "{what:<32} {up:>8} {down:>8} {:>8}", show(both));
     };
     row("accuracy A", found.accuracy, found.accuracy_both);
     row(

@@ -210,7 +210,7 @@ fn screen(imported: &Imported) -> String {
         };
         let _ = writeln!(
             text,
-            "  {:<4}{:>9.2}{:>9.2}{:>11}{:>14} {unit:<5} {}",
+            "  {:<4} {:>8.2} {:>8.2} {:>10} {:>13} {unit:<5} {}",
             motion.name(machine),
             low * factor,
             high * factor,
@@ -226,7 +226,7 @@ fn screen(imported: &Imported) -> String {
         let show = |v: f64| format!("{:.2}", v * 1e6);
         let _ = writeln!(
             text,
-            "  {:<4}{:>9}{:>14} µrad  {}",
+            "  {:<4} {:>8} {:>13} µrad  {}",
             location.parameter.to_string(),
             show(location.value),
             location.uncertainty.map_or_else(|| "–".to_owned(), show),

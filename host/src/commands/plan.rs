@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings::{self, Probings};
-use trueaxis_host::identify::{Assumed, Model};
+use trueaxis_host::identify::{Assumed, Model, Problem, effect_over_travel, lacks};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
     Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Positions, Set,
@@ -245,10 +245,37 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         }
     };
     arguments.write(&setup, &judgement)?;
+    if judgement.strategy.rows.iter().any(|row| row.spindle != 0.0) {
+        eprintln!(
+            "note: the strategy turns the spindle (M19){}",
+            match machine.can_orient {
+                true => "",
+                false =>
+                    ", which the machine file does not say that it can: write can_be_oriented = true under [spindle] if it can",
+            }
+        );
+    }
+    let perfect = ErrorModel::perfect(&machine);
+    let problem = Problem::new(
+        &machine,
+        &judgement.strategy,
+        &artefact,
+        &parameters,
+        &perfect,
+    );
+    let missing = problem.missing().map_err(|error| {
+        BadInput::new(
+            error.to_string(),
+            "correct the strategy, or where the balls are in the artefact",
+        )
+    })?;
+    if !missing.is_empty() {
+        eprintln!("warning: {}", lacks(&machine, &parameters, &missing));
+    }
     let minutes = judgement.strategy.rows.len() as f64 * arguments.seconds / 60.0;
     if arguments.json {
         let left_out = positions.map(|positions| positions.left_out);
-        let answer = Answer::new(&machine, &judgement, other.as_ref(), minutes);
+        let answer = Answer::new(&machine, &judgement, other.as_ref(), minutes).lacking(&missing);
         files::print_json(&answer.leaving_out(&left_out.unwrap_or_default()))?;
     } else {
         files::print(&screen(&machine, &judgement, other.as_ref(), minutes))?;
@@ -390,10 +417,14 @@ impl Arguments {
                 .map_err(|e| BadInput::new(format!("--indexings: {e}"), e.remedy))?;
         }
         let is_said = |text: &String| text.split(',').any(|part| part.trim().starts_with("S="));
-        if !self.indexings.as_ref().is_some_and(is_said)
-            && needs_spindle(setup, &allowed, parameters, assumed).map_err(not_designed)?
-        {
-            allowed.index_spindle();
+        if !self.indexings.as_ref().is_some_and(is_said) {
+            let needs =
+                needs_spindle(setup, &allowed, parameters, assumed).map_err(not_designed)?;
+            if machine.can_orient && !needs.is_empty() {
+                allowed.index_spindle();
+            } else if !needs.is_empty() {
+                eprintln!("{}", not_oriented(machine, &needs));
+            }
         }
         if let Some(other) = other {
             let criterion = self.best_for.into();
@@ -454,6 +485,30 @@ impl Arguments {
         }
         Ok(())
     }
+}
+
+/// What the spindle would have shown.
+fn not_oriented(machine: &Machine, needs: &[Parameter]) -> String {
+    let each = needs.iter().map(|p| {
+        if p.kind != ParameterKind::Inter {
+            return p.to_string();
+        }
+        let effect = effect_over_travel(machine, *p);
+        match p.is_angular() {
+            true => format!(
+                "{p} (10 µrad move the tip by up to {:.1} µm over the travel)",
+                effect * 1e-2
+            ),
+            false => format!(
+                "{p} (10 µm move the tip by up to {:.1} µm over the travel)",
+                effect * 10.0
+            ),
+        }
+    });
+    format!(
+        "note: the spindle is not turned, for the machine file does not say that it can be oriented; that would show {}. If it can (M19), write can_be_oriented = true under [spindle]; if not, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact",
+        each.collect::<Vec<_>>().join(", ")
+    )
 }
 
 fn not_designed(error: DesignError) -> BadInput {

@@ -28,6 +28,8 @@ pub struct Answer<'a> {
     /// What of a position set with a name cannot be probed.
     left_out: Vec<LeftOut>,
     compared: Option<Compared>,
+    /// Location errors that the model cannot make up for.
+    missing: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -84,6 +86,12 @@ impl Over {
 }
 
 impl Answer<'_> {
+    /// The same, with location errors that the model cannot make up for.
+    pub fn lacking(mut self, missing: &[Parameter]) -> Self {
+        self.missing = missing.iter().map(Parameter::to_string).collect();
+        self
+    }
+
     /// The same, with what of a position set is left out.
     pub fn leaving_out(mut self, rows: &[(String, Probing, Unreachable)]) -> Self {
         let one = |(ball, _, reason): &(String, Probing, Unreachable)| LeftOut {
@@ -138,6 +146,7 @@ impl<'a> Answer<'a> {
                 })
                 .collect(),
             left_out: Vec::new(),
+            missing: Vec::new(),
             compared: other.map(|other| Compared {
                 probings: other.strategy.rows.len(),
                 tip_um: Over::new(&other.tip, 1e3),

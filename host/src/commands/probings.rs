@@ -12,7 +12,7 @@ use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::formats::probings::{self, Probing};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::simulate::{SimulateError, applied, corrections};
-use trueaxis_host::spheres::{Found, Touched, read_log, to_probings};
+use trueaxis_host::spheres::{Found, read_log, to_probings};
 use trueaxis_host::validate::Runtime;
 
 /// Turn the log of a probing program into probings
@@ -102,7 +102,7 @@ impl Arguments {
         let found = to_probings(machine, &strategy, &log, radius, &errors);
         let found = found.map_err(|e| text.bad(e))?;
         let csv = probings::write(&found.probings, machine);
-        Ok((csv, said(&found, &log, radius.is_some())))
+        Ok((csv, said(&found, radius.is_some())))
     }
 
     /// Probings with a compensation on as CSV, and a summary.
@@ -130,14 +130,26 @@ impl Arguments {
 }
 
 /// What was found.
-fn said(found: &Found, log: &[Touched], is_known: bool) -> String {
-    let Found { probings, fitted } = found;
+fn said(found: &Found, is_known: bool) -> String {
+    let Found {
+        probings,
+        touches: log,
+        missing,
+        fitted,
+    } = found;
     let mut text = format!(
         "{} probings of {} balls from {} touches\n",
         probings.rows.len(),
         probings.balls.len(),
         log.len()
     );
+    if !missing.is_empty() {
+        let _ = writeln!(
+            text,
+            "left out, for touches are missing: {}; probe these rows, and append the log",
+            missing.join(", ")
+        );
+    }
     if !is_known {
         for (ball, radius) in probings.balls.iter().zip(&fitted.radii) {
             let _ = writeln!(

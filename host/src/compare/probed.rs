@@ -99,7 +99,7 @@ impl Strategy {
                 bars: balls.windows(2).filter_map(bar).collect(),
                 balls,
                 stylus: Stylus {
-                    tip: Some(tip),
+                    tip: <[f64; 3]>::from(tip).map(Some),
                     uncertainty: [Some(EXACT); 3],
                 },
             },

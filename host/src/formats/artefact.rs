@@ -1,5 +1,6 @@
 //! `artefact.toml`: what is known of balls, bars and stylus before the probing.
 
+use crate::machine::Machine;
 use crate::source::{Exactly, FileError};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -41,11 +42,19 @@ pub struct Bar {
 /// The stylus tip in the spindle frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stylus {
-    /// Where it is (mm), to start from; the machine's own tool tip otherwise.
-    pub tip: Option<Vector3<f64>>,
+    /// Where it is (mm), to start from; that coordinate of the machine's own tool tip otherwise.
+    pub tip: [Option<f64>; 3],
     /// Standard uncertainty of each coordinate (mm) where it is known: of the length of a stylus that was
-    /// measured outside the machine.
+    /// measured outside the machine, across it of one that was zeroed for run-out.
     pub uncertainty: [Option<f64>; 3],
+}
+
+impl Stylus {
+    /// Where it is in the spindle of a machine (mm).
+    #[must_use]
+    pub fn place(&self, machine: &Machine) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| self.tip[k].unwrap_or(machine.tip[k]))
+    }
 }
 
 #[derive(Deserialize)]
@@ -79,6 +88,67 @@ struct BarEntry {
 struct StylusEntry {
     tip_mm: Option<Spanned<Exactly<3>>>,
     length_standard_uncertainty_mm: Option<Spanned<f64>>,
+    x_mm: Option<Spanned<f64>>,
+    y_mm: Option<Spanned<f64>>,
+    z_mm: Option<Spanned<f64>>,
+    x_standard_uncertainty_mm: Option<Spanned<f64>>,
+    y_standard_uncertainty_mm: Option<Spanned<f64>>,
+    z_standard_uncertainty_mm: Option<Spanned<f64>>,
+}
+
+impl StylusEntry {
+    fn read(&self, tool_axis: usize) -> Result<Stylus, FileError> {
+        let mut stylus = Stylus::default();
+        if let Some(tip) = &self.tip_mm {
+            stylus.tip = <[f64; 3]>::from(point(tip)?).map(Some);
+        }
+        if let Some(known) = &self.length_standard_uncertainty_mm {
+            stylus.uncertainty[tool_axis] = Some(positive(known)?);
+        }
+        let each = [
+            (&self.x_mm, &self.x_standard_uncertainty_mm),
+            (&self.y_mm, &self.y_standard_uncertainty_mm),
+            (&self.z_mm, &self.z_standard_uncertainty_mm),
+        ];
+        for (k, (place, known)) in each.into_iter().enumerate() {
+            let name = ["x", "y", "z"][k];
+            if let Some(place) = place {
+                let span = place.span();
+                let value = *place.get_ref();
+                if value.is_nan() || value.abs() >= LARGEST {
+                    return Err(FileError::at(
+                        span,
+                        "this is no place on a machine",
+                        "here",
+                        "write mm in the spindle frame",
+                    ));
+                }
+                if self.tip_mm.is_some() {
+                    return Err(FileError::at(
+                        span,
+                        format!("tip_mm already says where the stylus is in {name}"),
+                        "stated twice",
+                        format!("keep tip_mm or {name}_mm"),
+                    ));
+                }
+                stylus.tip[k] = Some(value);
+            }
+            if let Some(known) = known {
+                if stylus.tip[k].is_none() {
+                    return Err(FileError::at(
+                        known.span(),
+                        format!("an uncertainty in {name} without the coordinate itself"),
+                        "here",
+                        format!(
+                            "add {name}_mm, where the stylus tip is in the spindle frame: 0.0 if it was zeroed for run-out"
+                        ),
+                    ));
+                }
+                stylus.uncertainty[k] = Some(positive(known)?);
+            }
+        }
+        Ok(stylus)
+    }
 }
 
 /// Longest distance that anything on a machine has from anything else (mm).
@@ -113,9 +183,7 @@ impl Artefact {
             artefact.bars.push(read_bar(&bar, &artefact.balls)?);
         }
         if let Some(stylus) = file.stylus {
-            artefact.stylus.tip = stylus.tip_mm.map(|p| point(&p)).transpose()?;
-            let known = stylus.length_standard_uncertainty_mm;
-            artefact.stylus.uncertainty[tool_axis] = known.map(|u| positive(&u)).transpose()?;
+            artefact.stylus = stylus.read(tool_axis)?;
         }
         Ok(artefact)
     }

@@ -32,7 +32,7 @@ pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
     match heading.square {
         None => {
             let setup = heading.line()?;
-            let (targets, columns) = table::read(text, start, machine, &setup, heading.factor)?;
+            let (targets, columns) = table::read(text, start, machine, &setup, heading.readings)?;
             Ok(Measured::Line(Line {
                 setup,
                 targets,
@@ -40,7 +40,8 @@ pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
             }))
         }
         Some(over) => {
-            let lines = table::read_square(text, start, machine, &heading.setups, heading.factor)?;
+            let lines =
+                table::read_square(text, start, machine, &heading.setups, heading.readings)?;
             Ok(Measured::Square(Square { lines, over }))
         }
     }

@@ -14,6 +14,14 @@ use trueaxis_kinematics::Sensitivity;
 /// Larger errors no machine has (rad).
 const LARGEST_ANGLE: f64 = 0.01;
 
+/// An error that is larger than in any machine (mm or rad).
+pub(super) fn largest(parameter: Parameter) -> f64 {
+    match parameter.is_angular() {
+        true => LARGEST_ANGLE,
+        false => LARGEST_LENGTH,
+    }
+}
+
 /// How the tip moves in a probing, in its standard uncertainty.
 struct Effects {
     /// With each component of the location of each axis and of the spindle, then with each component of the error
@@ -151,11 +159,7 @@ impl Problem<'_> {
             let Unknown::Parameter(parameter) = self.unknowns[**i] else {
                 return false;
             };
-            let largest = if parameter.is_angular() {
-                LARGEST_ANGLE
-            } else {
-                LARGEST_LENGTH
-            };
+            let largest = largest(parameter);
             // Of an error motion all of it, not its coefficient.
             let whole = match wholes.get(&(parameter.axis, parameter.kind)) {
                 Some(whole) => *whole,

@@ -1,16 +1,17 @@
 //! Which parameters are looked for.
 
 use super::candidates::{Form, candidates};
+use super::locations::{chain, minimal};
 use crate::errors::{ErrorModel, Parameter, ParameterKind};
-use crate::machine::{Branch, Machine};
+use crate::machine::Machine;
 use std::fmt;
 use std::str::FromStr;
 
 /// A list of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Model {
-    /// Locations of two rotary axes in the workpiece branch and of three linear ones, and two relative scales:
-    /// ten parameters that probings without a length reference see (source document, Chapter 6).
+    /// The eight locations of two rotary axes and three linear ones, by which axis carries which, and two relative
+    /// scales: ten parameters that probings without a length reference see (source document, Chapter 6).
     Ten,
     /// The same with the backlash of both rotary axes (Chapter 5).
     Twelve,
@@ -97,22 +98,28 @@ impl Model {
         degree: u8,
         directions: &[bool],
     ) -> Result<Vec<Parameter>, ModelError> {
-        let layout = || Layout::of(machine).ok_or_else(|| self.other_layout(machine));
         Ok(match self {
-            Self::Ten => layout()?.located(&[1, 2]),
+            Self::Ten => {
+                let mut parameters = self.located(machine)?;
+                parameters.extend(scales(&[1, 2]));
+                parameters
+            }
             Self::Twelve => {
-                let layout = layout()?;
                 let backlash = |letter| Parameter {
                     component: direction(letter) + 3,
                     axis: letter,
                     kind: ParameterKind::Backlash,
                 };
-                let mut parameters = layout.located(&[1, 2]);
-                parameters.extend([layout.rotary[1], layout.rotary[0]].map(backlash));
+                let mut parameters = self.located(machine)?;
+                parameters.extend(scales(&[1, 2]));
+                let towards_workpiece = chain(machine).into_iter().rev();
+                let rotary = towards_workpiece.filter(|l| "ABC".contains(*l));
+                parameters.extend(rotary.map(backlash));
                 parameters
             }
             Self::Thirteen => {
-                let mut parameters = layout()?.located(&[0, 1, 2]);
+                let mut parameters = self.located(machine)?;
+                parameters.extend(scales(&[0, 1, 2]));
                 let across = (0..3).filter(|k| *k != machine.tool_axis);
                 parameters.extend(across.map(|component| Parameter {
                     component,
@@ -144,14 +151,21 @@ impl Model {
         })
     }
 
-    fn other_layout(&self, machine: &Machine) -> ModelError {
-        ModelError {
-            reason: format!(
-                "model {self} is of machines with two rotary axes behind each other in the workpiece branch, and three linear axes; {} is {}",
-                machine.name,
-                machine.topology()
-            ),
-            remedy: "give --model auto, or the names of parameters".to_owned(),
+    /// The eight location errors of machines with three linear axes and two rotary ones.
+    fn located(&self, machine: &Machine) -> Result<Vec<Parameter>, ModelError> {
+        let mut letters = chain(machine);
+        letters.sort_unstable();
+        let is_of_five = matches!(letters[..], ['A' | 'B', 'B' | 'C', 'X', 'Y', 'Z']);
+        match is_of_five {
+            true => Ok(minimal(machine)),
+            false => Err(ModelError {
+                reason: format!(
+                    "model {self} is of machines with two rotary axes that are not parallel and the linear axes X, Y and Z; {} is {}",
+                    machine.name,
+                    machine.topology()
+                ),
+                remedy: "give --model auto, or the names of parameters".to_owned(),
+            }),
         }
     }
 
@@ -208,56 +222,11 @@ pub(super) fn direction(letter: char) -> usize {
     "XYZABCUVW".find(letter).unwrap_or(0) % 3
 }
 
-/// Two rotary axes in the workpiece branch, three linear ones.
-struct Layout {
-    /// From the workpiece on.
-    rotary: [char; 2],
-    linear: [char; 3],
-}
-
-impl Layout {
-    fn of(machine: &Machine) -> Option<Self> {
-        let of = |branch| machine.axes.iter().filter(move |a| a.branch == branch);
-        let mut workpiece: Vec<char> = of(Branch::Workpiece).map(|a| a.letter.char()).collect();
-        workpiece.reverse();
-        let rotary: [char; 2] = workpiece.get(..2)?.try_into().ok()?;
-        let tool = of(Branch::Tool).map(|a| a.letter.char());
-        let linear: [char; 3] = workpiece[2..]
-            .iter()
-            .copied()
-            .chain(tool)
-            .collect::<Vec<_>>()
-            .try_into()
-            .ok()?;
-        let is_rotary = |c: &char| "ABC".contains(*c);
-        let apart = direction(rotary[0]) != direction(rotary[1]);
-        (rotary.iter().all(is_rotary) && !linear.iter().any(is_rotary) && apart)
-            .then_some(Self { rotary, linear })
-    }
-
-    /// Eight locations, and the scales of some linear directions (0, 1, 2).
-    fn located(&self, scales: &[usize]) -> Vec<Parameter> {
-        let inter = |component, axis| Parameter {
-            component,
-            axis,
-            kind: ParameterKind::Inter,
-        };
-        let [outer, inner] = self.rotary;
-        let others = |letter: char| (0..3).filter(move |k| *k != direction(letter));
-        // Both tilts of the inner rotary axis; where the outer one lies across both, and its tilts.
-        let mut parameters: Vec<Parameter> = others(inner).map(|k| inter(3 + k, inner)).collect();
-        let across = 3 - direction(outer) - direction(inner);
-        parameters.push(inter(across, outer));
-        parameters.extend(others(outer).map(|k| inter(3 + k, outer)));
-        // The second linear axis to the first, the third to both.
-        let [first, second, third] = self.linear;
-        parameters.push(inter(6 - direction(first) - direction(second), second));
-        parameters.extend(others(third).map(|k| inter(3 + k, third)));
-        parameters.extend(scales.iter().map(|component| Parameter {
-            component: *component,
-            axis: b"XYZ"[*component] as char,
-            kind: ParameterKind::Degree(1),
-        }));
-        parameters
-    }
+/// Scales of linear directions (0, 1, 2).
+fn scales(directions: &[usize]) -> impl Iterator<Item = Parameter> {
+    directions.iter().map(|component| Parameter {
+        component: *component,
+        axis: b"XYZ"[*component] as char,
+        kind: ParameterKind::Degree(1),
+    })
 }

@@ -135,7 +135,7 @@ impl<'a> Problem<'a> {
                 })
                 .collect(),
             stylus: Stylus {
-                tip: artefact.stylus.tip.unwrap_or(Vector3::from(machine.tip)),
+                tip: artefact.stylus.place(machine),
                 sigma: artefact.stylus.uncertainty,
             },
             nominal: probings.balls.iter().map(nominal).collect(),

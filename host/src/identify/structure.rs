@@ -19,10 +19,10 @@ const SEEN: f64 = 1e-4;
 const PROBED: f64 = 1e-3;
 
 /// The nominal machine on the balls.
-struct Ideal<'a> {
-    problem: Problem<'a>,
-    estimate: Estimate,
-    weights: Weights,
+pub(super) struct Ideal<'a> {
+    pub problem: Problem<'a>,
+    pub estimate: Estimate,
+    pub weights: Weights,
 }
 
 /// What can be told, and what cannot.
@@ -58,7 +58,7 @@ impl Structure {
 }
 
 impl<'a> Ideal<'a> {
-    fn new(problem: &Problem<'a>) -> Result<Self, IdentifyError> {
+    pub fn new(problem: &Problem<'a>) -> Result<Self, IdentifyError> {
         let mut ideal = problem.clone();
         ideal.base = ErrorModel::perfect(problem.machine);
         let weights = |least| Weights {

@@ -138,7 +138,9 @@ impl Unseen {
             (true, _) => {
                 "give the length of the stylus with its uncertainty (length_standard_uncertainty_mm in the artefact)"
             }
-            (false, false) => "index the spindle",
+            (false, false) => {
+                "index the spindle; if it cannot be oriented, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact"
+            }
             (false, true) => "index the spindle by half a turn, at more rotary positions",
         }
     }

@@ -50,6 +50,8 @@ struct SpindleEntry {
     origin_mm: Option<Spanned<Exactly<3>>>,
     orientation_deg: Option<Spanned<Exactly<3>>>,
     axis: Option<Spanned<String>>,
+    #[serde(default)]
+    can_be_oriented: bool,
 }
 
 #[derive(Deserialize)]
@@ -162,6 +164,7 @@ impl Machine {
         let machine = Machine {
             name: file.name.get_ref().clone(),
             length_range,
+            can_orient: spindle.can_be_oriented,
             machine: trueaxis_kinematics::Machine {
                 axes: axes.into_iter().collect(),
                 spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,

@@ -15,6 +15,8 @@ pub struct Machine {
     pub name: String,
     /// Range of the tool length (mm, along the tool axis), if the length is an input.
     pub length_range: Option<[f64; 2]>,
+    /// True if the control can orient the spindle (M19).
+    pub can_orient: bool,
     machine: trueaxis_kinematics::Machine,
 }
 

@@ -184,7 +184,7 @@ pub(super) fn root(square: &DMatrix<f64>) -> DMatrix<f64> {
     root
 }
 
-/// True if parameters cannot be told from the stylus at all allowed positions together: then the spindle must be indexed.
+/// The parameters that cannot be told from the stylus at all allowed positions together, without indexing the spindle.
 ///
 /// # Errors
 /// [`DesignError`]: nothing that can be reached, too few positions.
@@ -193,12 +193,14 @@ pub fn needs_spindle(
     allowed: &Allowed,
     parameters: &[Parameter],
     assumed: Assumed<'_>,
-) -> Result<bool, DesignError> {
+) -> Result<Vec<Parameter>, DesignError> {
     let all = Choice::new(setup, allowed, parameters, assumed)?.foreseen;
     let is_stylus = |(unknown, _): &(Unknown, f64)| matches!(unknown, Unknown::Stylus(_));
-    Ok((all.unseen.iter()).any(|unseen| {
-        matches!(unseen.unknown, Unknown::Parameter(_)) && unseen.with.iter().any(is_stylus)
-    }))
+    let needs = all.unseen.iter().filter_map(|unseen| match unseen.unknown {
+        Unknown::Parameter(parameter) if unseen.with.iter().any(is_stylus) => Some(parameter),
+        _ => None,
+    });
+    Ok(needs.collect())
 }
 
 /// Proposes a strategy of allowed positions: the choice by exchange that leaves least, in an order that moves

@@ -52,7 +52,7 @@ pub fn would_show(
     found.balls = (probings.balls.iter().zip(&identified.balls))
         .map(ball)
         .collect();
-    found.stylus.tip = Some(identified.stylus);
+    found.stylus.tip = <[f64; 3]>::from(identified.stylus).map(Some);
     let mut strategy = probings.clone();
     if strategy.rows.iter().any(|row| row.sigma.is_none()) {
         for row in &mut strategy.rows {

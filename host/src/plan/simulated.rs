@@ -31,7 +31,7 @@ pub fn simulated_touches(
 ) -> Result<Vec<PerAxis>, SimulateError> {
     let machine = kinematics.machine;
     let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
-    let tip = artefact.stylus.tip.unwrap_or(Vector3::from(machine.tip));
+    let tip = artefact.stylus.place(machine);
     let last = (strategy.rows.len().max(2) - 1) as f64;
     let mut touched = Vec::new();
     for (number, row) in strategy.rows.iter().enumerate() {

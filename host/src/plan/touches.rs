@@ -86,7 +86,7 @@ pub fn touching(
     let centre = ball.nominal.ok_or(Unreachable::NoPlace)?;
     let perfect = ErrorModel::perfect(machine);
     let kinematics = Kinematics::new(machine, &perfect);
-    let tip = artefact.stylus.tip.unwrap_or(Vector3::from(machine.tip));
+    let tip = artefact.stylus.place(machine);
     let tip = turned(machine.tool_axis, probing.spindle) * tip;
     let linear = three_linear(machine).ok_or(Unreachable::NoWay)?;
     let q = reach(&kinematics, probing, &tip, &centre).ok_or(Unreachable::NoWay)?;

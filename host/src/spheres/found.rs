@@ -2,6 +2,7 @@
 
 use super::fit::{Centre, Fitted, fit};
 use super::log::Touched;
+use super::resumed::whole_rows;
 use crate::errors::{ErrorModel, Situation};
 use crate::formats::probings::{Probing, Probings};
 use crate::kinematics::Kinematics;
@@ -16,6 +17,8 @@ use nalgebra::Vector3;
 const NEAR: f64 = 0.01;
 /// Touches of one ball are no farther apart than this many times those of another: balls are of different sizes.
 const APART: f64 = 3.0;
+/// A ball stays within this (mm) where it is, whatever the errors of the machine are.
+const ELSEWHERE: f64 = 5.0;
 /// No touch is farther from its sphere (mm).
 const OFF: f64 = 1.0;
 const TURN: f64 = 360.0;
@@ -23,8 +26,12 @@ const TURN: f64 = 360.0;
 /// What a log holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// The probings, in the order of the strategy.
+    /// The probings of rows whose touches are all there, in the order of the strategy.
     pub probings: Probings,
+    /// Their touches, five for each.
+    pub touches: Vec<Touched>,
+    /// The other rows, in words.
+    pub missing: Vec<String>,
     /// The spheres.
     pub fitted: Fitted,
 }
@@ -42,7 +49,11 @@ pub fn to_probings(
     radius: Option<f64>,
     errors: &ErrorModel,
 ) -> Result<Found, FileError> {
-    belongs(machine, strategy, log)?;
+    let (strategy, touches, missing) = match belongs(machine, strategy, log) {
+        Ok(()) => (strategy.clone(), log.to_vec(), Vec::new()),
+        Err(error) => whole_rows(machine, strategy, log).ok_or(error)?,
+    };
+    let (strategy, log) = (&strategy, &touches[..]);
     let kinematics = Kinematics::new(machine, errors);
     let mut spheres = Vec::new();
     for (row, touches) in strategy.rows.iter().zip(log.chunks(PER_BALL)) {
@@ -78,6 +89,25 @@ pub fn to_probings(
     if let Some(probing) = fitted.left.iter().position(off) {
         return Err(no_sphere(probing));
     }
+    for (number, row) in strategy.rows.iter().enumerate() {
+        let same = strategy.rows.iter().position(|r| r.ball == row.ball);
+        let first = same.unwrap_or(number);
+        if !missing.is_empty()
+            && (fitted.centres[number] - fitted.centres[first]).norm() > ELSEWHERE
+        {
+            return Err(FileError::at(
+                log[PER_BALL * number].span.clone(),
+                format!(
+                    "{} is elsewhere than in line {} of the strategy, and touches are missing: {}",
+                    named(machine, strategy, row),
+                    strategy.rows[first].line,
+                    missing.join(", ")
+                ),
+                "here",
+                "give the strategy from which the program was written",
+            ));
+        }
+    }
     let mut probings = strategy.clone();
     for (number, row) in probings.rows.iter_mut().enumerate() {
         let touches = &log[PER_BALL * number..][..PER_BALL];
@@ -88,11 +118,16 @@ pub fn to_probings(
         let q = reach(&kinematics, row, &tip, &fitted.centres[number]);
         row.position = machine.to_command(&q.ok_or_else(|| no_sphere(number))?);
     }
-    Ok(Found { probings, fitted })
+    Ok(Found {
+        probings,
+        touches,
+        missing,
+        fitted,
+    })
 }
 
 /// A row of a strategy, for people.
-fn named(machine: &Machine, strategy: &Probings, row: &Probing) -> String {
+pub(super) fn named(machine: &Machine, strategy: &Probings, row: &Probing) -> String {
     let axes = machine.axes.iter().zip(row.position);
     let rotary = axes.filter(|(axis, _)| axis.letter.is_rotary());
     let at: Vec<String> = rotary
@@ -180,7 +215,7 @@ fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<()
 }
 
 /// A rotary axis that does not stand where a row has it.
-fn elsewhere(machine: &Machine, row: &Probing, touched: &Touched) -> Option<usize> {
+pub(super) fn elsewhere(machine: &Machine, row: &Probing, touched: &Touched) -> Option<usize> {
     (0..machine.axes.len()).find(|i| {
         let axis = &machine.axes[*i];
         let off = touched.position[*i] - row.position[*i];

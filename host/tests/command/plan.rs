@@ -294,10 +294,6 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
             parts,
         );
     };
-    let without = |gone: usize| {
-        let kept = lines.iter().enumerate().filter(|(i, _)| *i != gone);
-        kept.map(|(_, l)| format!("{l}\n")).collect::<String>()
-    };
     refused("", &["the log is empty"]);
     refused("X,Y,Z,A,C\n", &["no touches below the header"]);
     refused("X,Y,Z,A\n1,2,3,4\n", &["the column `C` is missing"]);
@@ -316,20 +312,10 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
         "1.0 2.0 500 0 0 0 0 0 0\n",
         &["column 3: Z = 500 is outside the travel"],
     );
-    let cut = lines[..63].join("\n");
-    refused(
-        &cut,
-        &[
-            "line 63: the log ends here, with 3 of 5 touches",
-            "12 of 30 rows are whole",
-        ],
-    );
     refused(
         &(whole.clone() + lines[149] + "\n"),
         &["there are 151 touches", "30 rows of 5"],
     );
-    refused(&without(3), &["line 5: only 4 of 5 touches are there"]);
-    refused(&without(77), &["touches are there of ball"]);
     let other = whole.replace(" 0.000000 0.000000 0.000000\n", " 0.000000 0.000000\n");
     refused(&other, &["the line has 8 numbers"]);
     // Of another strategy: rows in another order, of which the first and the last are the same.
@@ -350,6 +336,47 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
         &far.join("\n"),
         &["no part of a sphere", "line 6 of the strategy"],
     );
+}
+
+#[test]
+fn logs_that_end_early_or_were_begun_again_are_read_and_missing_touches_named() {
+    let folder = Folder::new();
+    planned(&folder, &["--probings", "30"]);
+    let whole = std::fs::read_to_string(touched(&folder)).unwrap();
+    let lines: Vec<&str> = whole.lines().collect();
+    let (machine, strategy) = (example("kolibri/machine.toml"), folder.at("strategy.csv"));
+    let out = folder.at("probings.csv");
+    let read = |lines: &[&str]| {
+        let log = folder.file("part.log", lines.join("\n"));
+        let arguments = [
+            "probings",
+            &machine,
+            &log,
+            "--strategy",
+            &strategy,
+            "-o",
+            &out,
+        ];
+        let said = answer(0, &arguments);
+        (said, std::fs::read_to_string(&out).unwrap())
+    };
+    let (said, all) = read(&lines);
+    assert!(!said.contains("left out"), "{said}");
+    // Ended in the middle of row 13.
+    let (said, part) = read(&lines[..63]);
+    assert!(said.contains("12 probings"), "{said}");
+    assert!(said.contains("3 of 5 touches of ball"), "{said}");
+    assert!(said.contains("(line 14 of the strategy), 0 of 5"), "{said}");
+    assert_eq!(part.lines().count(), 1 + 12);
+    // Begun again with this row: all is there, to the last digit.
+    let (said, again) = read(&[&lines[..63], &lines[60..]].concat());
+    assert!(!said.contains("left out"), "{said}");
+    assert_eq!(again, all);
+    // One touch is gone.
+    let (said, _) = read(&[&lines[..3], &lines[4..]].concat());
+    assert!(said.contains("29 probings"), "{said}");
+    assert!(said.contains("missing: 4 of 5 touches of ball"), "{said}");
+    assert!(said.contains("(line 2 of the strategy); probe"), "{said}");
 }
 
 #[test]

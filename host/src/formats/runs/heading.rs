@@ -21,10 +21,20 @@ struct Entries {
     reads: Option<Spanned<String>>,
     reads_along: Option<Spanned<BTreeMap<Spanned<String>, Spanned<String>>>>,
     unit: Option<Spanned<String>>,
+    reads_position: Option<Spanned<bool>>,
     at: Option<Spanned<BTreeMap<Spanned<String>, Spanned<f64>>>>,
     offset_mm: Option<Spanned<Exactly<3>>>,
     slope: Option<Spanned<String>>,
     square_urad: Option<Spanned<f64>>,
+}
+
+/// What readings are.
+#[derive(Clone, Copy, Debug)]
+pub struct Readings {
+    /// The mm or rad in a unit of them.
+    pub factor: f64,
+    /// True if they are positions, from which targets have to be taken off.
+    pub are_positions: bool,
 }
 
 /// What a heading says.
@@ -33,8 +43,8 @@ pub struct Heading {
     pub setups: Vec<Setup>,
     /// Of a square, what its angle is more than 90° (rad).
     pub square: Option<f64>,
-    /// The mm or rad in a unit of the readings.
-    pub factor: f64,
+    /// What readings are.
+    pub readings: Readings,
 }
 
 /// Farthest (mm) that a measured point can be from the tip, and error (µrad) of a square.
@@ -147,10 +157,23 @@ impl Entries {
         let angular = setups[0].is_angular();
         let factor = units::factor(unit.get_ref(), angular)
             .map_err(|(message, remedy)| at(unit.span(), message, remedy))?;
+        let are_positions = match &self.reads_position {
+            Some(positions) if *positions.get_ref() && !setups[0].is_positioning() => {
+                return Err(at(
+                    positions.span(),
+                    "this reading does not follow the axis that moves".to_owned(),
+                    "leave out reads_position: it is for readings in the direction of the axis itself",
+                ));
+            }
+            positions => positions.as_ref().is_some_and(|p| *p.get_ref()),
+        };
         Ok(Heading {
             setups,
             square,
-            factor,
+            readings: Readings {
+                factor,
+                are_positions,
+            },
         })
     }
 

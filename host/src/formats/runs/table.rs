@@ -1,5 +1,6 @@
 //! The readings: a line for each target, a column for each run.
 
+use super::heading::Readings;
 use crate::direct::{Column, Line, Setup};
 use crate::formats::cells::{Cell, cells, lines, separated};
 use crate::machine::Machine;
@@ -22,7 +23,7 @@ pub fn read(
     start: usize,
     machine: &Machine,
     setup: &Setup,
-    factor: f64,
+    readings: Readings,
 ) -> Result<(Vec<f64>, Vec<Column>), FileError> {
     let mut table = Table::open(text, start, &["target"])?;
     let mut targets = Vec::new();
@@ -34,12 +35,22 @@ pub fn read(
             0,
             machine,
             setup,
-            factor,
+            readings,
             &mut targets,
             &mut columns,
         )?;
     }
     enough(&targets, start..text.len(), "the axis")?;
+    if setup.is_positioning() && !readings.are_positions {
+        are_deviations(
+            &targets,
+            &columns,
+            machine,
+            setup,
+            readings,
+            start..text.len(),
+        )?;
+    }
     Ok((targets, columns))
 }
 
@@ -49,7 +60,7 @@ pub fn read_square(
     start: usize,
     machine: &Machine,
     setups: &[Setup],
-    factor: f64,
+    readings: Readings,
 ) -> Result<[Line; 2], FileError> {
     let mut table = Table::open(text, start, &["line", "target"])?;
     let mut found: Vec<Line> = (setups.iter())
@@ -75,7 +86,7 @@ pub fn read_square(
             targets,
             columns,
         } = line;
-        table.row(&row, &whole, 1, machine, setup, factor, targets, columns)?;
+        table.row(&row, &whole, 1, machine, setup, readings, targets, columns)?;
     }
     for line in &found {
         let letter = machine.axes[line.setup.moved].letter;
@@ -102,6 +113,75 @@ fn enough(targets: &[f64], all: Range<usize>, what: &str) -> Result<(), FileErro
         )),
         _ => Ok(()),
     }
+}
+
+/// A target in mm or rad.
+fn size(target: f64, setup: &Setup) -> f64 {
+    match setup.is_angular() {
+        true => target.to_radians(),
+        false => target,
+    }
+}
+
+/// Readings that follow their targets by this much and 1 are positions: no axis is off by a tenth of its way, and
+/// none by as many units as its targets are apart.
+const FOLLOWS: f64 = 0.02;
+
+/// Refuses positions that were written as deviations.
+fn are_deviations(
+    targets: &[f64],
+    columns: &[Column],
+    machine: &Machine,
+    setup: &Setup,
+    readings: Readings,
+    all: Range<usize>,
+) -> Result<(), FileError> {
+    let count = targets.len() as f64;
+    let middle = targets.iter().sum::<f64>() / count;
+    let square: f64 = targets.iter().map(|t| (t - middle).powi(2)).sum();
+    let step = targets.windows(2).map(|w| size(w[1] - w[0], setup));
+    let step = step.fold(f64::INFINITY, f64::min);
+    let unit = machine.axes[setup.moved].unit();
+    for column in columns {
+        let rise: f64 = (targets.iter().zip(&column.readings))
+            .map(|(target, reading)| (target - middle) * reading)
+            .sum();
+        // As it is, and as if the numbers were in the unit of the targets.
+        let slope = rise / square / size(1.0, setup);
+        let of_numbers = rise / square / readings.factor;
+        if [slope, of_numbers]
+            .iter()
+            .any(|s| (s.abs() - 1.0).abs() < FOLLOWS)
+        {
+            return Err(FileError::at(
+                all,
+                "the readings follow their targets: they are positions, not deviations",
+                "these",
+                format!(
+                    "readings are positions: say # reads_position = true, with # unit = \"{unit}\" if that is what they are in"
+                ),
+            ));
+        }
+        let most = column
+            .readings
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
+        let least = column
+            .readings
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
+        if most - least > step {
+            return Err(FileError::at(
+                all,
+                "deviations differ by more than a step between targets",
+                "these",
+                "if the readings are positions, say # reads_position = true; else correct unit",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// A table that is read row by row.
@@ -216,7 +296,7 @@ impl Table {
         first: usize,
         machine: &Machine,
         setup: &Setup,
-        factor: f64,
+        readings: Readings,
         targets: &mut Vec<f64>,
         columns: &mut [Column],
     ) -> Result<(), FileError> {
@@ -260,13 +340,17 @@ impl Table {
         }
         let largest = LARGEST[usize::from(setup.is_angular())];
         for (column, cell) in columns.iter_mut().zip(&row[first + 1..]) {
-            let reading = number(cell)? * factor * setup.counts;
+            let wanted = match readings.are_positions {
+                true => size(target, setup),
+                false => 0.0,
+            };
+            let reading = number(cell)? * readings.factor * setup.counts - wanted;
             if reading.abs() > largest {
                 return Err(FileError::at(
                     cell.1.clone(),
                     format!("a reading of {} is no error of a machine", cell.0),
                     "here",
-                    "write what is read less the target, and check unit",
+                    "write what is read less the target, or say reads_position = true if readings are positions, and check unit",
                 ));
             }
             column.readings.push(reading);
