@@ -178,7 +178,7 @@ impl Made {
         let mut best = least(candidates, coarsest);
         if options.scheme.keeps_tolerance() {
             best.built.is_full = is_full;
-            best.built.meets = fits_um.map(|um| um * 1e-3);
+            best.built.meets = fits_um.map(|um| um * 1e-3).or(best.built.meets);
             best.fits_um = fits_um;
         }
         Ok(Self::Proven(Box::new(best.judged(coarsest, options))))
