@@ -436,3 +436,56 @@ fn what_one_reading_mixes_is_refused() {
         ],
     );
 }
+
+#[test]
+fn positions_are_no_deviations_but_can_be_read_as_positions() {
+    let folder = Folder::new();
+    let machine = example("mill-21/machine.toml");
+    let file = |more: &str, scale: f64| {
+        let mut text = format!(
+            "# axis = \"X\"\n# reads = \"tool +X\"\n{more}\n# at = {{ Y = 150.0, Z = -100.0 }}\ntarget,+1,-1\n"
+        );
+        for target in 0..4 {
+            let read = f64::from(30 * target) * (1.0 + 0.021 / 90.0);
+            text += &format!(
+                "{},{:.7},{:.7}\n",
+                30 * target,
+                read * scale,
+                (read + 0.001) * scale
+            );
+        }
+        folder.file("x.csv", text)
+    };
+    let out = folder.at("errors.toml");
+    for (unit, scale) in [("mm", 1.0), ("um", 1.0), ("in", 1.0 / 25.4)] {
+        let raw = file(&format!("# unit = \"{unit}\""), scale);
+        let parts = [
+            "they are positions, not deviations",
+            "say # reads_position = true",
+        ];
+        refused(&["measured", &machine, &raw, "-o", &out], &parts);
+    }
+    // Deviations of 9 mm between targets of 30 mm are some other unit.
+    let wide = file("# unit = \"mm\"", 0.4);
+    refused(
+        &["measured", &machine, &wide, "-o", &out],
+        &["differ by more than a step between targets", "correct unit"],
+    );
+    for (unit, scale) in [("mm", 1.0), ("in", 1.0 / 25.4)] {
+        let read = file(
+            &format!("# unit = \"{unit}\"\n# reads_position = true"),
+            scale,
+        );
+        answer(0, &["measured", &machine, &read, "-o", &out]);
+        let errors = std::fs::read_to_string(&out).unwrap();
+        // 21 µm at 90 mm, and 1 µm of reversal.
+        assert!(
+            errors.contains("positive = [\n    0.0, 7.0, 14.0, 21.0,"),
+            "{errors}"
+        );
+        assert!(
+            errors.contains("negative = [\n    1.0, 8.0, 15.0, 22.0,"),
+            "{errors}"
+        );
+    }
+}

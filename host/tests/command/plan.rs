@@ -1,6 +1,6 @@
 //! A strategy, its program, the log of its touches, and what is none of these.
 
-use crate::program::{Folder, answer, example, refused};
+use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
 fn planned(folder: &Folder, more: &[&str]) -> serde_json::Value {
     let [machine, artefact] =
@@ -412,4 +412,99 @@ fn a_touch_that_disagrees_is_named() {
     let named = said.lines().find(|l| l.contains("disagree")).unwrap();
     assert!(named.contains("line 12 of the strategy"), "{said}");
     assert!(named.contains("line 51 of the log"), "{said}");
+}
+
+#[test]
+fn location_errors_that_a_model_lacks_are_named_before_and_after_probing() {
+    let folder = Folder::new();
+    let files = ["machine", "errors-12", "artefact"];
+    let [machine, errors, artefact] = files.map(|f| example(&format!("kolibri/{f}.toml")));
+    let (strategy, probed) = (folder.at("strategy.csv"), folder.at("probings.csv"));
+    let lacks = |arguments: &[&str]| {
+        let output = trueaxis(arguments);
+        let said = plain(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        said
+    };
+    let plan = |model: &str, indexings: &str| {
+        let with = [
+            "--artefact",
+            &artefact,
+            "--model",
+            model,
+            "--indexings",
+            indexings,
+        ];
+        lacks(
+            &[
+                &["plan", &machine],
+                &with[..],
+                &["--probings", "40", "-o", &strategy],
+            ]
+            .concat(),
+        )
+    };
+    assert_eq!(plan("10", "A=-50:50:10,C=0:330:30"), "");
+    // A stylus that turns shows where the spindle is.
+    let said = plan("10", "A=-50:50:10,C=0:330:30,S=0:270:90");
+    assert!(
+        said.contains("the strategy turns the spindle (M19)"),
+        "{said}"
+    );
+    assert!(said.contains("the model lacks EX0S,EY0S"), "{said}");
+    assert!(said.contains("Give --model 13"), "{said}");
+    let with = [
+        "--artefact",
+        &artefact,
+        "--strategy",
+        &strategy,
+        "-o",
+        &probed,
+    ];
+    answer(
+        0,
+        &[&["simulate", "probings", &machine, &errors], &with[..]].concat(),
+    );
+    let identified = |model: &str| lacks(&["identify", &machine, &probed, "--model", model]);
+    assert!(identified("10").contains("the model lacks EX0S,EY0S"));
+    assert!(!identified("13").contains("lacks"));
+}
+
+#[test]
+fn a_spindle_that_cannot_be_oriented_is_not_turned_and_its_stylus_can_be_stated() {
+    let folder = Folder::new();
+    let machine = example("kolibri/machine.toml");
+    let known = std::fs::read_to_string(example("kolibri/artefact.toml")).unwrap();
+    let (artefact, strategy) = (folder.at("artefact.toml"), folder.at("strategy.csv"));
+    let plan = |machine: &str, stylus: &str| {
+        std::fs::write(&artefact, format!("{known}\n{stylus}")).unwrap();
+        let with = ["--artefact", &artefact, "--model", "13", "--probings", "40"];
+        let output = trueaxis(&[&["plan", machine], &with[..], &["-o", &strategy]].concat());
+        let said = plain(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        (said, plain(&output.stdout))
+    };
+    let (said, shown) = plan(&machine, "");
+    assert!(said.contains("the spindle is not turned"), "{said}");
+    // Turned about C by half a turn, the workpiece sees it on the other side.
+    assert!(
+        said.contains("EX0S (10 µm move the tip by up to 20.0 µm over the travel)"),
+        "{said}"
+    );
+    assert!(
+        shown.contains("EX0S cannot be told from the stylus' x"),
+        "{shown}"
+    );
+    let oriented = std::fs::read_to_string(&machine).unwrap();
+    let oriented = oriented.replace("[spindle]", "[spindle]\ncan_be_oriented = true");
+    let (said, shown) = plan(&folder.file("machine.toml", oriented), "");
+    assert!(
+        said.contains("the strategy turns the spindle (M19)"),
+        "{said}"
+    );
+    assert!(!shown.contains("EX0S cannot be told"), "{shown}");
+    let zeroed = "[stylus]\nx_mm = 0.0\nx_standard_uncertainty_mm = 0.002\ny_mm = 0.0\ny_standard_uncertainty_mm = 0.002\n";
+    let (said, shown) = plan(&machine, zeroed);
+    assert!(!said.contains("spindle"), "{said}");
+    assert!(!shown.contains("EX0S cannot be told"), "{shown}");
 }
