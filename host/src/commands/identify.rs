@@ -280,7 +280,6 @@ impl Found<'_> {
         let mut warnings: Vec<String> = (self.suspicions.iter())
             .map(|(_, sentence)| sentence.clone())
             .collect();
-        let mut warnings = Vec::new();
         if !self.missing.is_empty() {
             let looked_for = &self.identified.looked_for;
             warnings.push(lacks(self.machine, looked_for, &self.missing));

@@ -122,7 +122,7 @@ fn of(options: &Options, tolerance: f64) -> Options {
 
 impl Made {
     /// Makes it and proves it, for the tolerance asked for (µm), or else for the finest of 0.05, 0.1, 0.2, 0.5
-    /// and 1 µm that is met. Where none is met, all that are coarser are tried too, and what deviates least is
+    /// and 1 µm that is met. Where none is met, coarser ones are tried until one is, and what deviates least is
     /// taken: so a finer tolerance never leaves more than a coarser one of these.
     pub fn new(
         machine: &Machine,
@@ -170,9 +170,9 @@ impl Made {
             }
             // Only what its own run meets is met again when it is asked for.
             let last = candidates.last();
-            let is_own = last.is_some_and(|c| c.proof.refusals(tolerance).is_empty());
-            if is_own && fits_um.is_none() {
+            if last.is_some_and(|c| c.proof.refusals(tolerance).is_empty()) {
                 fits_um = Some(tolerance);
+                break;
             }
         }
         let mut best = least(candidates, coarsest);
