@@ -301,9 +301,9 @@ mod tests {
                 "0.1 mm is no length of a ball-bar",
             ),
             (
-                "# radius_mm = 100\n# unit = \"inch\"\nangle,ccw\n".to_owned(),
+                "# radius_mm = 100\n# unit = \"furlong\"\nangle,ccw\n".to_owned(),
                 Some(2),
-                "`inch` is no unit of a length",
+                "`furlong` is no unit of a length",
             ),
             (head.to_owned(), None, "the file has no readings"),
             (

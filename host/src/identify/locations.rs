@@ -139,9 +139,10 @@ pub fn effect_over_travel(machine: &Machine, parameter: Parameter) -> f64 {
     let effect = |number: usize| -> Vector3<f64> {
         let mut command = [0.0; MAX_AXES];
         for (i, axis) in machine.axes.iter().enumerate() {
-            let [low, high] = match axis.modulo {
-                true => [0.0, 180.0],
-                false => axis.travel,
+            let [low, high] = match axis.travel {
+                // Half a turn shows as much as any other.
+                [low, high] if axis.letter.is_rotary() && high - low > 180.0 => [low, low + 180.0],
+                travel => travel,
             };
             let place = number / 3_usize.pow(i as u32) % 3;
             command[i] = low + (high - low) * place as f64 / 2.0;

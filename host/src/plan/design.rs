@@ -195,7 +195,8 @@ pub fn needs_spindle(
     assumed: Assumed<'_>,
 ) -> Result<Vec<Parameter>, DesignError> {
     let all = Choice::new(setup, allowed, parameters, assumed)?.foreseen;
-    let is_stylus = |(unknown, _): &(Unknown, f64)| matches!(unknown, Unknown::Stylus(_));
+    // Along the tool the spindle moves nothing.
+    let is_stylus = |(unknown, _): &(Unknown, f64)| matches!(unknown, Unknown::Stylus(k) if *k != setup.machine.tool_axis);
     let needs = all.unseen.iter().filter_map(|unseen| match unseen.unknown {
         Unknown::Parameter(parameter) if unseen.with.iter().any(is_stylus) => Some(parameter),
         _ => None,

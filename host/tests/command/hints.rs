@@ -280,7 +280,7 @@ fn a_bad_file_of_measured_values_is_refused_at_its_line() {
             "unit = \"arcsec\"",
             "errors.toml, line 4:",
             "`arcsec` is no unit of a length",
-            "write mm or um",
+            "write mm, um or in",
         ),
         (
             "0,1\n800,2500\n",

@@ -286,7 +286,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             with("\"um\"", "\"urad\""),
-            ["line 3: `urad` is no unit of a length", "mm or um"],
+            ["line 3: `urad` is no unit of a length", "mm, um or in"],
         ),
         (with("Y = 0, Z = 0", "Y = 0"), ["where Z stood", "add Z"]),
         (
@@ -478,13 +478,13 @@ fn positions_are_no_deviations_but_can_be_read_as_positions() {
         );
         answer(0, &["measured", &machine, &read, "-o", &out]);
         let errors = std::fs::read_to_string(&out).unwrap();
-        // 21 µm at 90 mm, and 1 µm of reversal.
+        // 21 µm at 90 mm, and 1 µm of reversal around zero; X carries the workpiece and is reversed.
         assert!(
-            errors.contains("positive = [\n    0.0, 7.0, 14.0, 21.0,"),
+            errors.contains("positive = [\n    0.5, -6.5, -13.5, -20.5,"),
             "{errors}"
         );
         assert!(
-            errors.contains("negative = [\n    1.0, 8.0, 15.0, 22.0,"),
+            errors.contains("negative = [\n    -0.5, -7.5, -14.5, -21.5,"),
             "{errors}"
         );
     }

@@ -314,7 +314,7 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
     );
     refused(
         &(whole.clone() + lines[149] + "\n"),
-        &["there are 151 touches", "30 rows of 5"],
+        &["line 147: the five touches of ball", "no part of a sphere"],
     );
     let other = whole.replace(" 0.000000 0.000000 0.000000\n", " 0.000000 0.000000\n");
     refused(&other, &["the line has 8 numbers"]);

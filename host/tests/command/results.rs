@@ -167,6 +167,8 @@ fn verify_sees_a_missed_tolerance_as_compile_did() {
         "3",
         "--random",
         "300",
+        "--tolerance",
+        "0.05",
         "--best-effort",
     ];
     let output = crate::program::trueaxis(&arguments);

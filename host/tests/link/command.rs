@@ -187,7 +187,17 @@ fn a_dry_run_uploads_nothing_and_prints_the_target_that_compile_reads() {
     std::fs::write(files.at("board.toml"), text.replace("24192", "2000")).unwrap();
     let (board, out) = (files.at("board.toml"), files.at("k.trax"));
     let compile = [
-        "compile", &machine, &errors, "-o", &out, "--target", &board, "--random", "200",
+        "compile",
+        &machine,
+        &errors,
+        "-o",
+        &out,
+        "--target",
+        &board,
+        "--random",
+        "200",
+        "--tolerance",
+        "0.05",
     ];
     let text = says(1, &compile);
     assert!(
