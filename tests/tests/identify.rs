@@ -258,6 +258,7 @@ fn a_row_of_another_ball_is_named() {
     let case = Case::new("kolibri", "errors-10.toml");
     let mut measured = case.noisy(0);
     let clean = case.found("10", &measured, Options::default());
+    let own = measured.balls[measured.rows[130].ball].clone();
     measured.rows[130].ball = 1;
     let identified = case.found(
         "10",
@@ -279,7 +280,9 @@ fn a_row_of_another_ball_is_named() {
     let error = case.tried("10", &measured, Options::default()).unwrap_err();
     let line = measured.rows[130].line;
     assert!(
-        error.to_string().contains(&format!("that of line {line}")),
+        error
+            .to_string()
+            .contains(&format!("line {line} looks like a probing of ball {own}")),
         "{error}"
     );
 }

@@ -448,7 +448,7 @@ fn positions_are_no_deviations_but_can_be_read_as_positions() {
         for target in 0..4 {
             let read = f64::from(30 * target) * (1.0 + 0.021 / 90.0);
             text += &format!(
-                "{},{:.7},{:.7}\n",
+                "{},{:.12},{:.12}\n",
                 30 * target,
                 read * scale,
                 (read + 0.001) * scale
