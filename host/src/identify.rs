@@ -43,7 +43,7 @@ pub use candidates::Form;
 pub use compensability::{Compensability, Compensated, compensability};
 pub use error::IdentifyError;
 pub use error_file::error_file;
-pub use foresee::{Assumed, Foreseen};
+pub use foresee::Foreseen;
 pub use held_out::{HeldOut, held_out};
 pub use honesty::{Along, Checked, Honesty, honesty};
 pub use identified::{Estimated, Identified, Row};

@@ -4,9 +4,7 @@ use nalgebra::Vector3;
 use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings::{self, Probing, Probings};
-use trueaxis_host::identify::{
-    Assumed, Identified, Model, Options, Problem, Unknown, Unseen, identify,
-};
+use trueaxis_host::identify::{Identified, Model, Options, Problem, Unknown, Unseen, identify};
 use trueaxis_host::kinematics::Kinematics;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
@@ -64,11 +62,8 @@ impl Case {
         }
     }
 
-    fn assumed(&self) -> Assumed<'_> {
-        Assumed {
-            errors: &self.errors,
-            size: 0.0,
-        }
+    fn assumed(&self) -> &ErrorModel {
+        &self.errors
     }
 
     /// The probings with noise.
@@ -260,10 +255,7 @@ fn from_a_plan_by_touches_to_the_errors_of_the_machine() {
         let mut allowed = Allowed::of(&case.machine, &directions);
         allowed.restrict(&case.machine, indexings).unwrap();
         let perfect = ErrorModel::perfect(&case.machine);
-        let assumed = Assumed {
-            errors: &perfect,
-            size: 0.05,
-        };
+        let assumed = &perfect;
         let wanted = |_| Wanted {
             probings: 50,
             criterion: Criterion::Volume,

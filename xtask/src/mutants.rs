@@ -52,6 +52,8 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
 /// The changes of one package, first under short tests built with an optimisation of `level`.
 fn part(package: &str, list: &str, level: &str, names: &[&str]) -> Result<(), String> {
     let output = target("mutants").join(package);
+    let made = std::fs::create_dir_all(&output);
+    made.map_err(|error| format!("{}: {error}", output.display()))?;
     let mutants = |names: &[&str]| {
         let mut command = cargo();
         command.args(["mutants", "--package", package, "--no-shuffle"]);

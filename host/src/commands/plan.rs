@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_host::formats::artefact::Artefact;
 use trueaxis_host::formats::probings::{self, Probings};
-use trueaxis_host::identify::{Assumed, Model, Problem, effect_over_travel, lacks};
+use trueaxis_host::identify::{Model, Problem, effect_over_travel, lacks};
 use trueaxis_host::machine::Machine;
 use trueaxis_host::plan::{
     Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Positions, Set,
@@ -86,10 +86,6 @@ pub struct Arguments {
     /// The errors that the machine is assumed to have (errors.toml)
     #[arg(long, value_name = "ERRORS.toml")]
     errors: Option<PathBuf>,
-    /// How far errors move the tip at least: combinations of parameters that may do more than five times this
-    /// without being noticed count as unseen
-    #[arg(long, value_name = "µm", default_value_t = 50.0, value_parser = positive)]
-    expected: f64,
     #[command(flatten)]
     touching: Touching,
     /// Feed of touches
@@ -183,10 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         Some(path) => files::read_errors(path, &machine)?,
         None => ErrorModel::perfect(&machine),
     };
-    let assumed = Assumed {
-        errors: &errors,
-        size: arguments.expected * 1e-3,
-    };
+    let assumed = &errors;
     let setup = arguments.setup(&machine, &artefact)?;
     let read = |path: &PathBuf| -> Result<Probings, BadInput> {
         let text = Text::read(path)?;
@@ -406,7 +399,7 @@ impl Arguments {
         setup: &Setup<'_>,
         parameters: &[Parameter],
         directions: &[bool],
-        assumed: Assumed<'_>,
+        assumed: &ErrorModel,
         other: Option<&Judgement>,
     ) -> Result<Probings, BadInput> {
         let machine = setup.machine;

@@ -11,16 +11,6 @@ use super::{IdentifyError, root_mean_square};
 use crate::errors::{ErrorModel, Parameter};
 use nalgebra::{DMatrix, DVector, Vector3};
 
-/// What is taken for granted of a machine before it is measured.
-#[derive(Clone, Copy, Debug)]
-pub struct Assumed<'a> {
-    /// Its errors.
-    pub errors: &'a ErrorModel,
-    /// How far errors move the tip at the probings at least (mm, root of the mean square): what is not told
-    /// better than a few times this counts as unseen.
-    pub size: f64,
-}
-
 /// What probings will tell.
 #[derive(Clone, Debug)]
 pub struct Foreseen {
@@ -60,7 +50,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// [`IdentifyError::TooFew`] and [`IdentifyError::NoSuchParameter`] as `identify` will say it.
-    pub fn foresee(&self, assumed: Assumed<'_>) -> Result<Foreseen, IdentifyError> {
+    pub fn foresee(&self, assumed: &ErrorModel) -> Result<Foreseen, IdentifyError> {
         self.can_be_solved()?;
         let (count, equations) = (self.unknowns.len(), self.equations());
         let stated: Vec<f64> = self.stated();
@@ -71,7 +61,7 @@ impl Problem<'_> {
             least,
         };
         let weights = weights(STIFF * left);
-        let jacobian = self.jacobian(&self.assumed(assumed.errors), &weights);
+        let jacobian = self.jacobian(&self.assumed(assumed), &weights);
         let Structure { kept, given_up } = Structure::of(self, 0.0)?;
         let factor = Factor::new(&jacobian, kept.clone(), &self.alone());
         let factor = factor.ok_or(IdentifyError::NotFinite)?;

@@ -4,9 +4,9 @@ use super::candidates::{Allowed, Setup};
 use super::design::{Choice, Criterion, DesignError, repeats, root};
 use super::exchange::{Exchange, Measure};
 use super::judge::{Judgement, judge_alone};
+use crate::errors::ErrorModel;
 use crate::errors::Parameter;
 use crate::formats::probings::Probings;
-use crate::identify::Assumed;
 use nalgebra::DMatrix;
 
 /// How much less is known by one strategy than by another: uncertainties by uncertainties, 1 or less where it is
@@ -74,7 +74,7 @@ pub fn as_good_as(
     setup: &Setup<'_>,
     allowed: &Allowed,
     parameters: &[Parameter],
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
     other: &Judgement,
     criterion: Criterion,
 ) -> Result<AsGood, DesignError> {

@@ -7,7 +7,7 @@ use super::judge::band;
 use super::order::{ordered, repeated};
 use crate::errors::{ErrorModel, Parameter};
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Assumed, Foreseen, IdentifyError, Problem, Unknown};
+use crate::identify::{Foreseen, IdentifyError, Problem, Unknown};
 use nalgebra::DMatrix;
 
 /// What a strategy is made best for.
@@ -92,7 +92,7 @@ impl Choice {
         setup: &Setup<'_>,
         allowed: &Allowed,
         parameters: &[Parameter],
-        assumed: Assumed<'_>,
+        assumed: &ErrorModel,
     ) -> Result<Self, DesignError> {
         let (candidates, first) = setup.candidates(allowed);
         if candidates.rows.is_empty() {
@@ -118,7 +118,7 @@ impl Choice {
                 probings: candidates.rows.len(),
                 error,
             })?;
-        let (rows, fixed) = problem.equations_at(assumed.errors);
+        let (rows, fixed) = problem.equations_at(assumed);
         let kept = |matrix: &DMatrix<f64>| matrix.select_columns(&foreseen.kept);
         Ok(Self {
             rows: rows.iter().map(kept).collect(),
@@ -192,7 +192,7 @@ pub fn needs_spindle(
     setup: &Setup<'_>,
     allowed: &Allowed,
     parameters: &[Parameter],
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
 ) -> Result<Vec<Parameter>, DesignError> {
     let all = Choice::new(setup, allowed, parameters, assumed)?.foreseen;
     // Along the tool the spindle moves nothing.
@@ -213,7 +213,7 @@ pub fn design(
     setup: &Setup<'_>,
     allowed: &Allowed,
     parameters: &[Parameter],
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
     wanted: impl Fn(usize) -> Wanted,
 ) -> Result<Probings, DesignError> {
     let choice = Choice::new(setup, allowed, parameters, assumed)?;

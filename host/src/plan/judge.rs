@@ -5,7 +5,7 @@ use super::candidates::{Setup, Unreachable};
 use super::remedy::{Remedy, foreseen, remedies};
 use crate::errors::{ErrorModel, Parameter};
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Assumed, Foreseen, IdentifyError};
+use crate::identify::{Foreseen, IdentifyError};
 use crate::kinematics::Kinematics;
 use crate::simulate::{Disturbances, SimulateError, probings};
 
@@ -48,9 +48,9 @@ const POSITIONS: usize = 1000;
 pub fn placed(
     setup: &Setup<'_>,
     strategy: &Probings,
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
 ) -> Result<Probings, SimulateError> {
-    let kinematics = Kinematics::new(setup.machine, assumed.errors);
+    let kinematics = Kinematics::new(setup.machine, assumed);
     let nothing = Disturbances::default();
     let mut placed = probings(&kinematics, setup.artefact, strategy, &nothing)?;
     for (row, wanted) in placed.rows.iter_mut().zip(&strategy.rows) {
@@ -77,7 +77,7 @@ pub fn judge(
     setup: &Setup<'_>,
     parameters: &[Parameter],
     strategy: &Probings,
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
 ) -> Result<Judgement, JudgeError> {
     let mut judgement = judge_alone(setup, parameters, strategy, assumed)?;
     let setup = Setup {
@@ -95,7 +95,7 @@ pub(super) fn judge_alone(
     setup: &Setup<'_>,
     parameters: &[Parameter],
     strategy: &Probings,
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
 ) -> Result<Judgement, JudgeError> {
     let strategy = placed(setup, strategy, assumed)?;
     let perfect = ErrorModel::perfect(setup.machine);
@@ -125,7 +125,7 @@ pub(super) fn band(
     setup: &Setup<'_>,
     parameters: &[Parameter],
     probings: &Probings,
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
 ) -> Band {
     let axes = 0..setup.machine.axes.len();
     let probed = axes.map(|i| {
@@ -134,11 +134,5 @@ pub(super) fn band(
         [low, positions.fold(f64::NEG_INFINITY, f64::max)]
     });
     let probed: Vec<[f64; 2]> = probed.collect();
-    Band::new(
-        setup.machine,
-        assumed.errors,
-        parameters,
-        &probed,
-        POSITIONS,
-    )
+    Band::new(setup.machine, assumed, parameters, &probed, POSITIONS)
 }

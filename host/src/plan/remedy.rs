@@ -5,7 +5,7 @@ use super::touches::Probe;
 use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::formats::artefact::{Artefact, Ball};
 use crate::formats::probings::{Probing, Probings};
-use crate::identify::{Assumed, Foreseen, Identified, IdentifyError, Problem, Unknown};
+use crate::identify::{Foreseen, Identified, IdentifyError, Problem, Unknown};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use nalgebra::{DVector, Vector3};
@@ -70,10 +70,7 @@ pub fn would_show(
         },
         sigma: identified.noise,
     };
-    let assumed = Assumed {
-        errors: &identified.errors,
-        size: 0.0,
-    };
+    let assumed = &identified.errors;
     let parameters = &identified.looked_for;
     let foreseen = foreseen(&setup, parameters, base, &strategy, assumed);
     let Ok(foreseen) = foreseen else {
@@ -106,7 +103,7 @@ pub(super) fn foreseen(
     parameters: &[Parameter],
     base: &ErrorModel,
     strategy: &Probings,
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
 ) -> Result<Foreseen, IdentifyError> {
     let problem = Problem::new(setup.machine, strategy, setup.artefact, parameters, base);
     problem.foresee(assumed)
@@ -118,7 +115,7 @@ pub(super) fn remedies(
     parameters: &[Parameter],
     base: &ErrorModel,
     strategy: &Probings,
-    assumed: Assumed<'_>,
+    assumed: &ErrorModel,
     foreseen: &Foreseen,
 ) -> Vec<Remedy> {
     let is_parameter = |u: &Unknown| matches!(u, Unknown::Parameter(_));
@@ -144,7 +141,7 @@ pub(super) fn remedies(
         return Vec::new();
     }
     let problem = Problem::new(machine, &candidates, setup.artefact, parameters, base);
-    let (equations, _) = problem.equations_at(assumed.errors);
+    let (equations, _) = problem.equations_at(assumed);
     let shown = |i: usize, hidden: &DVector<f64>| (&equations[i] * hidden).norm();
     let remedy = |unknown: Unknown, hidden: &DVector<f64>, indexed: bool| {
         let rows = (0..equations.len()).filter(|i| indexed || candidates.rows[*i].spindle == 0.0);
