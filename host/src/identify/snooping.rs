@@ -155,9 +155,8 @@ impl Adjusted {
         let estimate = &identified.place.estimate;
         let unknowns = identified.place.factor.unknowns();
         let unknowns: Vec<Unknown> = unknowns.iter().map(|i| problem.unknowns[*i]).collect();
-        let jacobian = problem.derivatives(&unknowns, estimate, &weights);
+        let mut jacobian = problem.derivatives(&unknowns, estimate, &weights);
         // Columns of very different lengths would be taken for dependent.
-        let mut jacobian = jacobian;
         for mut column in jacobian.column_iter_mut() {
             let length = column.norm();
             if length > 0.0 {
