@@ -78,8 +78,7 @@ pub fn case(seed: u64) -> Option<Case> {
 
 impl Fixed {
     /// One of `0..n`.
-    #[must_use]
-    pub fn below(&mut self, n: usize) -> usize {
+    fn below(&mut self, n: usize) -> usize {
         ((u64::from(self.bits()) * n as u64) >> 32) as usize
     }
 

@@ -5,7 +5,7 @@ use trueaxis_host::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
 use trueaxis_host::formats::artefact::Bar;
 use trueaxis_host::formats::probings::Probings;
 use trueaxis_host::identify::{
-    Along, Checked, IdentifyError, Model, Options, Problem, held_out, honesty, identify,
+    Along, Checked, IdentifyError, Model, Options, Problem, held_out, honesty, identify, snoop,
 };
 use trueaxis_host::simulate::Disturbances;
 use trueaxis_tests::probed::Case;
@@ -347,4 +347,33 @@ fn what_was_known_before_makes_what_is_found_with_it_uncertain() {
             moved.parameter
         );
     }
+}
+
+#[test]
+fn good_probings_are_hardly_ever_suspected() {
+    let perfect = |case: &Case| ErrorModel::perfect(&case.machine);
+    let mut alarms = 0;
+    for (folder, errors, model, seeds) in [
+        ("kolibri", "errors-10.toml", "10", 200),
+        ("hu40", "errors-13.toml", "13", 100),
+        ("kolibri", "errors-81.toml", "81", 50),
+    ] {
+        let case = Case::new(folder, errors);
+        let (parameters, perfect) = (case.parameters(model), perfect(&case));
+        for seed in 0..seeds {
+            let measured = case.noisy(seed);
+            let problem = Problem::new(
+                &case.machine,
+                &measured,
+                &case.artefact,
+                &parameters,
+                &perfect,
+            );
+            let found = identify(&problem, Options::default()).unwrap();
+            alarms += usize::from(!snoop(&problem, &found).is_empty());
+        }
+    }
+    // One in a thousand files: more than three of 350 has a chance of 1 in 2000.
+    assert!(alarms <= 3, "{alarms}");
+    println!("{alarms} alarms");
 }

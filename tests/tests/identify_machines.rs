@@ -1,6 +1,6 @@
 //! Identification on every machine, and again and again.
 
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_host::errors::{ErrorModel, Parameter};
 use trueaxis_host::formats::covariance;
 use trueaxis_host::identify::{
     Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
@@ -82,7 +82,7 @@ fn without_noise_every_model_comes_back_on_every_example() {
                     let seen = identified.parameters.len();
                     tried.push(format!("{folder} {model}: {seen} of {}", parameters.len()));
                 }
-                Some(Err(IdentifyError::NothingSeen { .. })) => blind.push(folder),
+                Some(Err(IdentifyError::NothingSeen)) => blind.push(folder),
                 other => panic!("{folder} {model}: {other:?}"),
             }
         }
@@ -265,105 +265,5 @@ fn one_factorisation_serves_as_well_as_one_for_each() {
             "{}: {own} {square}",
             p.parameter
         );
-    }
-}
-
-/// Three linear axes in any order and on either branch, and two rotary ones anywhere among them; `None` if that
-/// is no machine that can be corrected.
-fn chain(random: &mut Fixed) -> Option<Machine> {
-    let mut letters: Vec<&str> = vec!["X", "Y", "Z"];
-    let rotary = [["A", "C"], ["B", "C"], ["A", "B"]][random.below(3)];
-    for letter in rotary {
-        letters.insert(random.below(letters.len() + 1), letter);
-    }
-    for i in (1..letters.len()).rev() {
-        letters.swap(i, random.below(i + 1));
-    }
-    let mut text = String::from("name = \"chain\"\n");
-    for letter in letters {
-        let branch = ["tool", "workpiece"][random.below(2)];
-        let origin = [(); 3].map(|()| random.within(-150.0, 150.0));
-        let range = if "ABC".contains(letter) { 100.0 } else { 900.0 };
-        text += &format!(
-            "[[axis]]\nname = \"{letter}\"\nbranch = \"{branch}\"\norigin_mm = {origin:?}\nrange = [-{range}, {range}]\n"
-        );
-    }
-    text += "[spindle]\naxis = \"z\"\n[tool]\ntip_mm = [0.0, 0.0, -120.0]\n";
-    Machine::from_toml(&text).ok()
-}
-
-#[test]
-fn what_a_model_leaves_of_all_location_errors_is_noise() {
-    let mut random = Fixed::new(11);
-    let examples = EXAMPLES.map(|(folder, _)| machine(&format!("examples/{folder}/machine.toml")));
-    let chains = std::iter::from_fn(|| Some(chain(&mut random)));
-    let chains: Vec<Machine> = chains.flatten().take(30).collect();
-    let mut tried = 0;
-    for machine in examples.into_iter().chain(chains) {
-        for model in [Model::Ten, Model::Twelve, Model::Thirteen] {
-            let Ok(parameters) = model.parameters(&machine, 0, &[]) else {
-                // It is for machines of five axes.
-                assert_ne!(machine.axes.len(), 5, "{} {model}", machine.topology());
-                continue;
-            };
-            // Every location error, whether the model looks for it or not, and the scales that it looks for.
-            let all = Model::Auto.parameters(&machine, 0, &[]).unwrap();
-            let mut all: Vec<Parameter> = (all.into_iter())
-                .filter(|p| p.kind == ParameterKind::Inter)
-                .collect();
-            all.extend(
-                parameters
-                    .iter()
-                    .filter(|p| p.kind == ParameterKind::Degree(1)),
-            );
-            let Some(case) = Case::drawn(&machine, &all, ROWS, &mut random) else {
-                continue;
-            };
-            let perfect = ErrorModel::perfect(&machine);
-            let measured = case.noisy(tried);
-            let problem = Problem::new(&machine, &measured, &case.artefact, &parameters, &perfect);
-            assert_eq!(
-                problem.missing(),
-                Ok(vec![]),
-                "{} {model}",
-                machine.topology()
-            );
-            let found = identify(&problem, Options::default());
-            let found = found.unwrap_or_else(|e| panic!("{} {model}: {e}", machine.topology()));
-            // Known from some 300 degrees of freedom to 4 %: five times that.
-            assert!(
-                (0.8..1.2).contains(&(found.noise * 1e3)),
-                "{} {model}: {} µm",
-                machine.topology(),
-                found.noise * 1e3
-            );
-            tried += 1;
-        }
-    }
-    assert!(tried >= 90, "{tried}");
-}
-
-#[test]
-fn the_published_locations_are_those_of_the_published_machines() {
-    for (folder, names) in [
-        (
-            "kolibri",
-            "EB0A EC0A EY0C EA0C EB0C EC0X EA0Z EB0Z EYY1 EZZ1",
-        ),
-        (
-            "huron-k2x8",
-            "EB0A EC0A EY0C EA0C EB0C EC0X EA0Z EB0Z EYY1 EZZ1",
-        ),
-        ("hu40", "EA0B EC0B EX0C EA0C EB0C EB0Z EA0Y EC0Y EYY1 EZZ1"),
-        // X stands on Y, which with all that it carries can be turned about z at will.
-        (
-            "linuxcnc-xyzac-trt",
-            "EB0A EC0A EY0C EA0C EB0C EC0X EA0Z EB0Z EYY1 EZZ1",
-        ),
-    ] {
-        let machine = machine(&format!("examples/{folder}/machine.toml"));
-        let found = Model::Ten.parameters(&machine, 0, &[]).unwrap();
-        let found: Vec<String> = found.iter().map(Parameter::to_string).collect();
-        assert_eq!(found.join(" "), names, "{folder}");
     }
 }

@@ -38,7 +38,7 @@ trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n\n\
 Probings: a header, then one probing per line, mm and degrees. Beside ball and axes there may be S (spindle\n\
 angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
 direction from which an axis came):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
-Models: 10, 12 and 13 (locations, scales, backlash, spindle; two rotary axes in the workpiece branch), 81 and\n\
+Models: 10, 12 and 13 (locations, scales, backlash, spindle; X, Y, Z and two rotary axes), 81 and\n\
 84 (the coefficients published for two machines), auto (what the probings see), or names: EA0Z,EXX1,ECCb"
 )]
 pub struct Arguments {

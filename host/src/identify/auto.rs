@@ -2,6 +2,7 @@
 
 use super::candidates::{Form, candidates};
 use super::published::listed;
+use super::structure::SEEN;
 use super::{
     HeldOut, Identified, IdentifyError, Model, Options, Problem, held_out, identify,
     root_mean_square,
@@ -52,8 +53,8 @@ const PLAUSIBLE: f64 = 5.0;
 /// The part of what its parts do that a combination must do at the probings to be worth looking for.
 fn told(problem: &Problem<'_>, identified: &Identified) -> f64 {
     let size = root_mean_square(identified.rows.iter().map(|row| row.before.norm()));
-    // The standard uncertainty of a combination with the singular value s is that of a coordinate by s, if it is told
-    // by what it does at the probings (root of the mean square).
+    // A combination whose singular value is s is known, by what it does at the probings (root of the mean square), to
+    // the standard uncertainty of a coordinate divided by s.
     identified.noise / (PLAUSIBLE * size * (problem.equations() as f64).sqrt())
 }
 
@@ -73,7 +74,7 @@ impl Fit {
             least: told(&problem, &identified),
             ..options
         };
-        if options.least > 0.0 {
+        if options.least > SEEN {
             identified = identify(&problem, options)?;
         }
         let fit = Self {

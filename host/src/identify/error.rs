@@ -44,18 +44,11 @@ pub enum IdentifyError {
         /// Line of the row that misses most.
         line: usize,
     },
-    /// No parameter stands out of what the rows miss.
+    /// The positions show no parameter, whatever was read there.
     #[error(
-        "no parameter can be told from these probings: they miss by {rms:.3} mm on average, that of line {line} by {worst:.3} mm"
+        "no parameter of this model shows at these positions: each can be made up for by where balls and stylus are"
     )]
-    NothingSeen {
-        /// Root of the mean square of the distance from tip to ball (mm).
-        rms: f64,
-        /// Line of the row that misses most.
-        line: usize,
-        /// By how much (mm).
-        worst: f64,
-    },
+    NothingSeen,
     /// Uncertainties or positions are so large or small that nothing can be computed with them.
     #[error("the equations are no finite numbers")]
     NotFinite,
@@ -118,7 +111,10 @@ impl IdentifyError {
             Self::NoSuchParameter { .. } => {
                 "leave it out: parameters are of axes of the machine, harmonics of rotary ones, up to the eighth"
             }
-            Self::NotConverged { .. } | Self::NothingSeen { .. } => {
+            Self::NothingSeen => {
+                "probe at other rotary positions, or give another model; balls tell nothing of a machine whose rotary axes stand"
+            }
+            Self::NotConverged { .. } => {
                 "look whether the machine file describes this machine (trueaxis pose), whether positions are machine coordinates in mm and degrees without tool length, and whether balls have the right names"
             }
             Self::Unsettled { .. } => {

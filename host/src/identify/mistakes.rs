@@ -1,7 +1,8 @@
 //! What is commonly wrong with a file of probings as a whole, found by trying it.
 
-use super::rows::{LARGEST_LENGTH, Place, Problem, Weights};
+use super::rows::{Place, Problem, Weights};
 use super::solve::setup_alone;
+use super::units::UNITS;
 use super::{IdentifyError, root_mean_square};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
@@ -22,6 +23,10 @@ const GROSS: f64 = 0.3;
 const EXPLAINS: f64 = 0.2;
 /// Readings that leave up to this many times what the best does explain as much.
 const ALIKE: f64 = 2.0;
+/// A stated coordinate is wrong if it is off by so many times its standard uncertainty, and by more (mm) than a stylus that
+/// is found with the errors of a machine may be.
+const WRONG: f64 = 10.0;
+const FOUND: f64 = 0.05;
 /// Linear axes that stay so near (mm) while rotary ones turn by this (rad) are not those of the machine.
 const STAYS: f64 = 1.0;
 const TURNS: f64 = 0.3;
@@ -123,7 +128,7 @@ fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
             }
         }
     }
-    for (unit, mm) in [("inches", 25.4), ("metres", 1000.0)] {
+    for (unit, mm) in UNITS {
         reading(
             format!("the rows fit if linear positions are in {unit}"),
             "write them in mm".to_owned(),
@@ -243,7 +248,7 @@ pub(super) fn stylus(problem: &Problem<'_>, found: &Vector3<f64>) -> Option<Iden
     let stated = problem.stated_stylus();
     let wrong = problem.known_coordinates().find(|(i, sigma)| {
         let off = (found[*i] - stated[*i]).abs();
-        off > (10.0 * sigma).max(0.05 * LARGEST_LENGTH)
+        off > (WRONG * sigma).max(FOUND)
     })?;
     let (i, sigma) = wrong;
     Some(IdentifyError::Mistake(Mistake {

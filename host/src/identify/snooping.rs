@@ -67,7 +67,7 @@ pub fn snoop(problem: &Problem<'_>, identified: &Identified) -> Vec<Suspicion> {
         let Some(best) = adjusted.best(problem, &groups) else {
             break;
         };
-        adjusted.take(&best);
+        adjusted.take(&best, &groups);
         found.push(best.suspicion(problem, identified));
     }
     found
@@ -88,8 +88,6 @@ struct Group {
 struct Best {
     suspect: Suspect,
     places: Vec<usize>,
-    /// Its columns, in standard uncertainties.
-    columns: DMatrix<f64>,
     change: DVector<f64>,
     uncertainty: f64,
     gain: f64,
@@ -191,7 +189,6 @@ impl Adjusted {
                 best = Some(Best {
                     suspect: suspect.clone(),
                     places: places.to_vec(),
-                    columns: DMatrix::zeros(0, 0),
                     change: tested.change,
                     uncertainty: tested.uncertainty,
                     gain: tested.gain,
@@ -217,9 +214,7 @@ impl Adjusted {
                 }
             }
         }
-        let mut best = best?;
-        best.columns = self.columns(&best, groups);
-        Some(best)
+        best
     }
 
     /// The columns of a hypothesis, in standard uncertainties.
@@ -238,8 +233,9 @@ impl Adjusted {
     }
 
     /// Takes a hypothesis for true.
-    fn take(&mut self, best: &Best) {
-        let mut columns = &best.columns - &self.basis * self.basis.tr_mul(&best.columns);
+    fn take(&mut self, best: &Best, groups: &[Group]) {
+        let mut columns = self.columns(best, groups);
+        columns -= &self.basis * self.basis.tr_mul(&columns);
         // Twice is enough: what the first time leaves is rounding.
         columns -= &self.basis * self.basis.tr_mul(&columns);
         let new = columns.qr().q();

@@ -105,12 +105,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
     let before = problem.misses(&estimate);
     let at_start = root_mean_square(before.iter().map(Vector3::norm));
     if has_parameters && !kept.iter().any(is_parameter) {
-        let (line, worst) = problem.worst(&before);
-        return Err(IdentifyError::NothingSeen {
-            rms: at_start,
-            line,
-            worst,
-        });
+        return Err(IdentifyError::NothingSeen);
     }
     let freedom = problem.equations() - kept.len();
     let trusted = |misses: &[Vector3<f64>], noise: &Noise| {

@@ -13,7 +13,7 @@ use crate::simulate::on_ball;
 /// each of its parts does by itself. Derivatives are those of the nominal machine: the angles of a real one, some
 /// 0.1 mrad, change them by as much, so that what is smaller would rest on errors that are not known. What does
 /// nothing is seen by no more than rounding, 1e-15.
-const SEEN: f64 = 1e-4;
+pub(super) const SEEN: f64 = 1e-4;
 /// The uncertainty of a coordinate against which parameters count that show in no row (mm), and with which bars and a
 /// stylus of known length do.
 const PROBED: f64 = 1e-3;
@@ -35,7 +35,7 @@ pub(super) struct Structure {
 
 impl Structure {
     /// What the positions of a problem can tell: the rank of the equations of the nominal machine, its linear axes
-    /// where the stylus is on the balls. It does not depend on what was read, but by where balls and stylus are.
+    /// where the stylus is on the balls. What was read matters only through the places of balls and stylus that follow.
     /// `least`: see [`Options::least`](super::Options::least).
     pub fn of(problem: &Problem<'_>, least: f64) -> Result<Self, IdentifyError> {
         let Ideal {

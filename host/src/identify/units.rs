@@ -4,7 +4,7 @@ use super::rows::{Estimate, Problem};
 use super::{IdentifyError, bars};
 
 /// mm in each.
-const UNITS: [(&str, f64); 2] = [("metres", 1000.0), ("inches", 25.4)];
+pub(super) const UNITS: [(&str, f64); 2] = [("metres", 1000.0), ("inches", 25.4)];
 /// So much may nominal lengths be wrong.
 const NEARLY: f64 = 0.1;
 

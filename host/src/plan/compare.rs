@@ -4,8 +4,7 @@ use super::candidates::{Allowed, Setup};
 use super::design::{Choice, Criterion, DesignError, repeats, root};
 use super::exchange::{Exchange, Measure};
 use super::judge::{Judgement, judge_alone};
-use crate::errors::ErrorModel;
-use crate::errors::Parameter;
+use crate::errors::{ErrorModel, Parameter};
 use crate::formats::probings::Probings;
 use nalgebra::DMatrix;
 

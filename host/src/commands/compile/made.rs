@@ -1,7 +1,9 @@
 //! A compensation that is made and proven, before anything is written.
 
 use std::path::PathBuf;
-use trueaxis_host::compile::{self, Built, CompileError, Full, Options, Progress, Proof, Refusal};
+use trueaxis_host::compile::{
+    self, Built, CompileError, Compiled, Full, Options, Progress, Proof, Refusal,
+};
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::policy::tolerance_urad;
@@ -46,7 +48,13 @@ const COARSEST_DEFAULT: f64 = 1.0;
 /// The finest: what is tried first without being asked for.
 pub const FINEST: f64 = TOLERANCES[0];
 
-impl Whole {
+/// A compensation for some tolerance.
+struct Candidate {
+    built: Built,
+    proof: Proof,
+}
+
+impl Candidate {
     /// Makes it for the tolerance of `options` and proves it.
     fn new(
         machine: &Machine,
@@ -54,32 +62,13 @@ impl Whole {
         options: &Options,
         bar: &dyn Progress,
     ) -> Result<Self, CompileError> {
-        let built = compile::build(machine, errors, options, bar)?;
-        let zero = options.tables.zero(machine, errors)?;
         // The bytes are proven before they are written; writing reads them back and compares.
-        let runtime = Runtime::load(&built.blob)?;
-        let proof = compile::prove_held(
-            machine,
-            errors,
-            &runtime,
-            &zero,
-            &options.scheme.held(machine),
-            options.random,
-            options.seed,
-            bar,
-        )?;
-        let uncertainty = over_travel(&runtime.kinematics(machine, errors), options.seed)?;
-        drop(runtime);
-        Ok(Self {
-            built,
-            proof,
-            uncertainty,
-            refusals: Vec::new(),
-            missed: Vec::new(),
-            full: None,
-            tolerance: FINEST,
-            fits_um: None,
-        })
+        let Compiled { built, proof } = compile::compile(machine, errors, options, bar)?;
+        Ok(Self { built, proof })
+    }
+
+    fn meets(&self, tolerance: f64) -> bool {
+        self.proof.refusals(tolerance).is_empty()
     }
 
     /// The finest tolerance that it meets (µm), by its largest deviations: what candidates for any tolerance
@@ -99,18 +88,6 @@ impl Whole {
             .iter()
             .any(|refusal| !refusal.yields_to_best_effort())
     }
-
-    /// Judges it by a tolerance (µm).
-    fn judged(mut self, tolerance: f64, options: &Options) -> Self {
-        let refusals = self.proof.refusals(tolerance);
-        (self.refusals, self.missed) = match options.scheme.keeps_tolerance() {
-            true => (refusals, Vec::new()),
-            false => (Vec::new(), refusals),
-        };
-        self.full = Full::of(&self.built, &self.proof, &of(options, tolerance));
-        self.tolerance = tolerance;
-        self
-    }
 }
 
 /// The same options for another tolerance (µm).
@@ -118,6 +95,36 @@ fn of(options: &Options, tolerance: f64) -> Options {
     let mut options = options.clone();
     options.tables.tolerance = tolerance * 1e-3;
     options
+}
+
+impl Whole {
+    /// A candidate judged by a tolerance (µm).
+    fn judged(
+        Candidate { built, proof }: Candidate,
+        machine: &Machine,
+        errors: &ErrorModel,
+        options: &Options,
+        tolerance: f64,
+    ) -> Result<Self, CompileError> {
+        let runtime = Runtime::load(&built.blob)?;
+        let uncertainty = over_travel(&runtime.kinematics(machine, errors), options.seed)?;
+        drop(runtime);
+        let refusals = proof.refusals(tolerance);
+        let (refusals, missed) = match options.scheme.keeps_tolerance() {
+            true => (refusals, Vec::new()),
+            false => (Vec::new(), refusals),
+        };
+        Ok(Self {
+            full: Full::of(&built, &proof, &of(options, tolerance)),
+            built,
+            proof,
+            uncertainty,
+            refusals,
+            missed,
+            tolerance,
+            fits_um: None,
+        })
+    }
 }
 
 impl Made {
@@ -131,57 +138,49 @@ impl Made {
         asked: Option<f64>,
         bar: &dyn Progress,
     ) -> Result<Self, CompileError> {
+        let keeps = options.scheme.keeps_tolerance();
         let first = asked.unwrap_or(FINEST);
-        let steps: Vec<f64> = match options.scheme.keeps_tolerance() {
-            true => {
-                let coarser = TOLERANCES.into_iter().filter(|t| *t > first);
-                [first].into_iter().chain(coarser).collect()
-            }
-            false => vec![first],
-        };
+        let coarser = TOLERANCES.into_iter().filter(|t| keeps && *t > first);
         // What is taken if it is met; if nothing is, what is missed.
-        let coarsest = match (asked, options.scheme.keeps_tolerance()) {
-            (None, true) => COARSEST_DEFAULT,
+        let coarsest = match asked {
+            None if keeps => COARSEST_DEFAULT,
             _ => first,
         };
-        let mut candidates: Vec<Whole> = Vec::new();
+        let judged =
+            |candidate, tolerance| Whole::judged(candidate, machine, errors, options, tolerance);
+        let mut candidates: Vec<Candidate> = Vec::new();
         let mut fits_um = None;
         let mut is_full = false;
-        for tolerance in steps {
-            match Whole::new(machine, errors, &of(options, tolerance), bar) {
-                Ok(whole) => candidates.push(whole),
-                // Even a coarse one does not fit, or a coarser one is no better: what there is stays.
-                Err(_) if !candidates.is_empty() => continue,
+        for tolerance in [first].into_iter().chain(coarser) {
+            let candidate = match Candidate::new(machine, errors, &of(options, tolerance), bar) {
+                Ok(candidate) => candidate,
+                Err(CompileError::NoRoom { .. }) if !candidates.is_empty() => continue,
                 Err(CompileError::NoRoom { shortages, .. }) => {
                     return Ok(Self::NoRoom(shortages));
                 }
                 Err(error) => return Err(error),
-            }
-            if tolerance <= coarsest {
-                is_full |= candidates.last().is_some_and(|c| c.built.is_full);
-            }
-            let met = candidates
-                .iter()
-                .any(|c| c.proof.refusals(tolerance).is_empty());
-            if met && tolerance <= coarsest {
-                return Ok(Self::Proven(Box::new(
-                    least(candidates, tolerance).judged(tolerance, options),
-                )));
-            }
+            };
+            is_full |= tolerance <= coarsest && candidate.built.is_full;
             // Only what its own run meets is met again when it is asked for.
-            let last = candidates.last();
-            if last.is_some_and(|c| c.proof.refusals(tolerance).is_empty()) {
+            let is_own = candidate.meets(tolerance);
+            candidates.push(candidate);
+            if tolerance <= coarsest && candidates.iter().any(|c| c.meets(tolerance)) {
+                let whole = judged(least(candidates, tolerance), tolerance)?;
+                return Ok(Self::Proven(Box::new(whole)));
+            }
+            if is_own {
                 fits_um = Some(tolerance);
                 break;
             }
         }
         let mut best = least(candidates, coarsest);
-        if options.scheme.keeps_tolerance() {
+        if keeps {
             best.built.is_full = is_full;
             best.built.meets = fits_um.map(|um| um * 1e-3).or(best.built.meets);
-            best.fits_um = fits_um;
         }
-        Ok(Self::Proven(Box::new(best.judged(coarsest, options))))
+        let mut whole = judged(best, coarsest)?;
+        whole.fits_um = fits_um.filter(|_| keeps);
+        Ok(Self::Proven(Box::new(whole)))
     }
 
     /// The tolerance it is judged by (µm), if there is something to judge.
@@ -212,9 +211,9 @@ impl Made {
 }
 
 /// What deviates least, of at least one candidate, and does no harm by a tolerance (µm) if there is such.
-fn least(candidates: Vec<Whole>, tolerance: f64) -> Whole {
-    let key = |c: &Whole| (c.does_harm(tolerance), c.finest());
-    let better = |a: Whole, b: Whole| match key(&b) < key(&a) {
+fn least(candidates: Vec<Candidate>, tolerance: f64) -> Candidate {
+    let key = |c: &Candidate| (c.does_harm(tolerance), c.finest());
+    let better = |a: Candidate, b: Candidate| match key(&b) < key(&a) {
         true => b,
         false => a,
     };

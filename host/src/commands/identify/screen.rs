@@ -63,7 +63,6 @@ pub fn screen(found: &Found<'_>) -> String {
     );
     levels(&mut text, found.levels);
     published(&mut text, found.published.as_ref());
-    suspected(&mut text, found);
     text
 }
 
@@ -284,17 +283,6 @@ fn levels(text: &mut String, levels: &[Level]) {
             Err(error) => writeln!(text, "{:>6}   {error}{form}", level.degree),
         };
     }
-}
-
-fn suspected(text: &mut String, found: &Found<'_>) {
-    if found.suspicions.is_empty() {
-        return;
-    }
-    *text += "\nwhat does not go with the other rows\n";
-    for (_, sentence) in found.suspicions.iter().take(NAMED) {
-        let _ = writeln!(text, "  {sentence}");
-    }
-    more(text, found.suspicions.len());
 }
 
 fn more(text: &mut String, count: usize) {
