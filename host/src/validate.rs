@@ -9,6 +9,7 @@ use crate::policy::of_blob;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
 pub use verification::{
     AxisDeviation, Measured, Quality, Statistics, Verification, direction, verify,
@@ -154,6 +155,36 @@ pub fn holds(
 ) -> bool {
     let corrected = std::array::from_fn(|i| position[i] + correction[i]);
     !(is_calibrated(machine, errors, position) && is_calibrated(machine, errors, &corrected))
+}
+
+/// True if an axis with measured motions is no farther from a measured point than its own correction (mm, rad).
+///
+/// A motion bends where the *corrected* position passes the point, a table where the command does; and where the
+/// former is depends on all axes. So between the two no table that reads commands can be exact. At its ends a
+/// motion [`holds`] instead.
+#[must_use]
+pub fn is_near_point(
+    machine: &Machine,
+    errors: &ErrorModel,
+    position: &PerAxis,
+    correction: &PerAxis,
+) -> bool {
+    machine.axes.iter().enumerate().any(|(i, axis)| {
+        let is_near = |point: &f64| {
+            let mut apart = (position[i] - point).abs();
+            if axis.modulo {
+                apart %= TAU;
+                apart = apart.min(TAU - apart);
+            }
+            apart <= correction[i].abs()
+        };
+        let tables = errors.motions[i].iter().filter_map(|m| m.table.as_ref());
+        let mut bends = tables.map(|table| match &table.at[..] {
+            [_, inner @ .., _] if !axis.modulo => inner,
+            all => all,
+        });
+        bends.any(|points| points.iter().any(is_near))
+    })
 }
 
 /// True if an error motion holds its end value anywhere in the travel, be it so near an end that
@@ -341,5 +372,25 @@ mod tests {
         let kinematics = Kinematics::new(&machine, &errors);
         let drawn = random_commands(&kinematics, Region::Inside, 1000, 1).unwrap();
         assert_eq!(drawn.len(), 1000);
+    }
+
+    #[test]
+    fn a_position_is_near_an_inner_measured_point_within_its_own_correction() {
+        let machine = include_str!("../../examples/kolibri/machine.toml");
+        let machine = Machine::from_toml(machine).unwrap();
+        let errors = "machine = \"Kolibri\"\n[tabulated.EXX]\nat = [-65.0, 0.0, 65.0]\nvalue = [0.0, 0.003, 0.001]\n";
+        let errors = ErrorModel::from_toml(errors, &machine).unwrap();
+        let x = machine.index('X').unwrap();
+        let is_near = |position: f64, correction: f64| {
+            let (mut q, mut dq) = (PerAxis::default(), PerAxis::default());
+            (q[x], dq[x]) = (position, correction);
+            is_near_point(&machine, &errors, &q, &dq)
+        };
+        for position in [-0.0029, 0.0, 0.0029] {
+            assert!(is_near(position, -0.003) && is_near(position, 0.003));
+        }
+        assert!(!is_near(0.0031, -0.003) && !is_near(-0.0031, 0.003));
+        // At its ends the motion holds; between points it is straight.
+        assert!(!is_near(65.0, -0.003) && !is_near(-65.0, 0.003) && !is_near(30.0, 0.003));
     }
 }

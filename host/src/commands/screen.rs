@@ -33,6 +33,7 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
                 region(&mut text, name, found);
             }
         }
+        near_points(&mut text, proof);
         return text;
     }
     region(&mut text, "whole travel", &proof.travel);
@@ -42,7 +43,21 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
     {
         let _ = writeln!(text, "  {INSIDE}, {}", difference(inside));
     }
+    near_points(&mut text, proof);
     text
+}
+
+/// What does not count for the tolerance, for no table that reads commands is exact there.
+fn near_points(text: &mut String, proof: &Proof) {
+    if let Some(near) = &proof.near_points {
+        let all = near.positions + proof.inside.as_ref().map_or(0, |found| found.positions);
+        let _ = writeln!(
+            text,
+            "  within one correction of a measured point, {} of {all} positions, {}",
+            near.positions,
+            difference(near)
+        );
+    }
 }
 
 fn heads() -> String {

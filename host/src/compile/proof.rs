@@ -28,9 +28,13 @@ pub struct Proof {
     /// where corrections lead past an end of it.
     pub partly_calibrated: bool,
     /// Where no error motion holds its end value, neither at the command nor at the corrected
-    /// position; if there are motions that do.
+    /// position, farther than one correction from measured points; if there are motions that do.
     pub inside: Option<Verification>,
-    /// The rest of the travel, if a position is in it. Where a motion begins to hold its end value,
+    /// Within one correction of a measured point, if a position is: a motion bends where the corrected position
+    /// passes the point, which depends on all axes, so that no table that reads commands is exact there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub near_points: Option<Verification>,
+    /// Where an error motion holds its end value, if a position is there. Where a motion begins to hold its end value,
     /// the exact correction has a bend that depends on all axes: tables cannot follow it.
     pub outside: Option<Verification>,
     /// At the positions of the rotary axes for which alone the tables are made, if they are.
@@ -42,8 +46,8 @@ pub struct Proof {
 }
 
 impl Proof {
-    /// Where the tolerance must hold: where no error motion holds its end value, and the rotary axes are where the
-    /// tables are made for.
+    /// Where the tolerance must hold: where no error motion holds its end value, farther than one correction from
+    /// measured points, and where the rotary axes are for which the tables are made.
     #[must_use]
     pub fn inside(&self) -> &Verification {
         match &self.held {
@@ -165,14 +169,18 @@ pub fn prove(
         Ok::<_, CompileError>(measured)
     };
     let travel = measure(Region::Travel, seed ^ FRESH)?;
-    let (mut inside, mut outside) = (None, None);
+    let (mut inside, mut near_points, mut outside) = (None, None, None);
     let partly_calibrated = is_partly_calibrated(machine, errors);
     if holds_anywhere(machine, errors) {
         // Nearly all of the travel, or else as many again as there are in it.
-        inside = travel.inside().filter(|_| !partly_calibrated);
-        if inside.is_none() {
-            inside = measure(Region::Inside, seed ^ FRESH ^ 1)?.inside();
-        }
+        let in_travel = travel.inside().filter(|_| !partly_calibrated);
+        (inside, near_points) = match in_travel {
+            Some(inside) => (Some(inside), travel.near_points()),
+            None => {
+                let measured = measure(Region::Inside, seed ^ FRESH ^ 1)?;
+                (measured.inside(), measured.near_points())
+            }
+        };
         outside = travel.outside();
     }
     let um_per_mm_of_tool_length = match machine.length_range {
@@ -183,6 +191,7 @@ pub fn prove(
         travel: travel.everywhere(),
         partly_calibrated,
         inside,
+        near_points,
         outside,
         held: None,
         um_per_mm_of_tool_length,

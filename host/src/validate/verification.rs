@@ -1,6 +1,6 @@
 //! Tables beside the exact correction, at many positions.
 
-use super::{Command, Runtime, holds};
+use super::{Command, Runtime, holds, is_near_point};
 use crate::errors::{ErrorModel, Switches};
 use crate::kinematics::{NotConverged, Policy, Twist};
 use crate::machine::{MAX_AXES, Machine, PerAxis};
@@ -141,6 +141,8 @@ struct Sample {
     corrections: [f32; MAX_AXES],
     /// True if an error motion holds its end value.
     holds: bool,
+    /// True within one correction of a measured point.
+    near: bool,
 }
 
 /// What was measured at given commands, to be looked at as a whole or in parts.
@@ -198,6 +200,7 @@ impl<'a> Measured<'a> {
                     kinematic: std::array::from_fn(|i| (exact[i] - zero[i]).abs()),
                     corrections,
                     holds: holds(machine, errors, &q, &exact),
+                    near: is_near_point(machine, errors, &q, &exact),
                 })
             })
             .collect();
@@ -215,13 +218,21 @@ impl<'a> Measured<'a> {
         self.over(|_| true)
     }
 
-    /// Those where no error motion holds its end value; `None` if there are none.
+    /// Those where no error motion holds its end value, farther than one correction from measured points;
+    /// `None` if there are none.
     #[must_use]
     pub fn inside(&self) -> Option<Verification> {
-        Some(self.over(|sample| !sample.holds)).filter(|found| found.positions > 0)
+        Some(self.over(|sample| !sample.holds && !sample.near)).filter(|found| found.positions > 0)
     }
 
-    /// The others; `None` if there are none.
+    /// Those within one correction of a measured point, where no error motion holds its end value; `None` if
+    /// there are none.
+    #[must_use]
+    pub fn near_points(&self) -> Option<Verification> {
+        Some(self.over(|sample| !sample.holds && sample.near)).filter(|found| found.positions > 0)
+    }
+
+    /// Those where an error motion holds its end value; `None` if there are none.
     #[must_use]
     pub fn outside(&self) -> Option<Verification> {
         Some(self.over(|sample| sample.holds)).filter(|found| found.positions > 0)

@@ -121,6 +121,8 @@ pub struct Judged {
     /// The tolerance asked for, on the reference board; unless that was left out.
     pub board: Option<Outcome>,
     line: String,
+    /// Positions within one correction of a measured point, and those where the tolerance counts.
+    places: [usize; 2],
 }
 
 impl Judged {
@@ -135,6 +137,7 @@ impl Judged {
                 .then_some(p)
                 .ok_or_else(|| format!("only {inside} positions are inside"))
         });
+        let counted = places.as_ref().map_or([0; 2], |p| [p.near(), p.inside()]);
         let outcome = |tolerance, target| Outcome::new(case, &places, tolerance, target);
         let times = &TIMES[usize::from(!effort.finest)..];
         Self {
@@ -152,6 +155,7 @@ impl Judged {
                 case.machine.topology(),
                 case.errors.parameters.len()
             ),
+            places: counted,
         }
     }
 
@@ -223,7 +227,16 @@ impl fmt::Display for Judged {
                 Err(error) => write!(f, " {error}")?,
             }
         }
-        write!(f, "  {}  {}", self.line, self.kinds.names())
+        write!(f, "  {}  {}", self.line, self.kinds.names())?;
+        match (&self.asked().measured, self.places) {
+            (Ok(measured), [near, counted]) if near > 0 => write!(
+                f,
+                "; {:.4} at {near} of {} positions near measured points",
+                measured.near,
+                near + counted
+            ),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use trueaxis::{Draft, Travel};
 use trueaxis_host::errors::{Situation, Switches};
 use trueaxis_host::kinematics::{Kinematics, NotConverged, Policy};
 use trueaxis_host::machine::PerAxis;
-use trueaxis_host::validate::{Command, Runtime, calibrated, holds};
+use trueaxis_host::validate::{Command, Runtime, calibrated, holds, is_near_point};
 
 /// Positions of each way to choose them.
 const EACH: usize = 900;
@@ -39,15 +39,20 @@ struct Place {
     command: Command,
     /// Exact correction (mm, rad).
     correction: PerAxis,
-    /// No motion holds its end value: the tolerance counts here.
+    /// No motion holds its end value.
     is_inside: bool,
+    /// An axis is within its correction of a measured point: the tolerance does not count here.
+    is_near: bool,
 }
 
 /// What was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// Largest deviation (µm, µrad) from the exact correction where no motion holds.
+    /// Largest deviation (µm, µrad) from the exact correction where no motion holds, farther than one correction
+    /// from measured points.
     pub reached: f64,
+    /// The same within one correction of a measured point; 0 if no position is there.
+    pub near: f64,
     /// Largest deviation of each axis anywhere in the travel (µm, µrad).
     pub anywhere: PerAxis,
     /// Largest exact correction of each axis (µm, µrad).
@@ -91,10 +96,18 @@ impl<'a> Places<'a> {
         })
     }
 
-    /// How many positions there are where no motion holds.
+    /// How many positions there are where the tolerance counts.
     #[must_use]
     pub fn inside(&self) -> usize {
-        self.places.iter().filter(|p| p.is_inside).count()
+        let counts = |p: &&Place| p.is_inside && !p.is_near;
+        self.places.iter().filter(counts).count()
+    }
+
+    /// How many of those where no motion holds are within one correction of a measured point.
+    #[must_use]
+    pub fn near(&self) -> usize {
+        let near = |p: &&Place| p.is_inside && p.is_near;
+        self.places.iter().filter(near).count()
     }
 
     /// Encodes a draft, decodes it, and evaluates it at every position.
@@ -114,7 +127,7 @@ impl<'a> Places<'a> {
             Some(axis) if axis.letter.is_rotary() => 1e6,
             _ => 1e3,
         });
-        let (mut reached, mut anywhere) = (0.0_f64, PerAxis::default());
+        let (mut reached, mut near, mut anywhere) = (0.0_f64, 0.0_f64, PerAxis::default());
         for place in &self.places {
             let table = runtime.evaluate(&place.command).map(f64::from);
             let table = machine.to_kinematic(&table);
@@ -127,13 +140,16 @@ impl<'a> Places<'a> {
                     deviation
                 };
                 anywhere[i] = anywhere[i].max(deviation);
-                if place.is_inside {
-                    reached = reached.max(deviation);
+                match (place.is_inside, place.is_near) {
+                    (true, false) => reached = reached.max(deviation),
+                    (true, true) => near = near.max(deviation),
+                    (false, _) => {}
                 }
             }
         }
         Ok(Measured {
             reached,
+            near,
             anywhere,
             largest: std::array::from_fn(|i| self.largest[i] * units[i]),
         })
@@ -160,6 +176,7 @@ impl Place {
             command,
             correction,
             is_inside: !holds(machine, errors, &q, &correction),
+            is_near: is_near_point(machine, errors, &q, &correction),
         })
     }
 }
