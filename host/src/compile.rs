@@ -4,6 +4,7 @@
 //! [`build`] makes the blob, [`prove`] evaluates a blob with the runtime and compares it with the
 //! exact model. [`compile`] does both.
 
+mod best;
 mod bounds;
 mod proof;
 mod room;
@@ -17,6 +18,7 @@ use crate::schemes::{self, Scheme, SchemeError};
 pub use crate::size::Size;
 use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
+pub use best::{Best, FINEST, TOLERANCES, best};
 pub use bounds::AxisBounds;
 pub use proof::{Held, Mismatch, Proof, belongs, prove, prove_held};
 pub use room::Full;

@@ -57,13 +57,10 @@ impl Reversal {
         }
     }
 
-    /// Known to have moved in direction `travel`, to the position that comes next: until then there is
-    /// no extreme.
+    /// Known to have moved in direction `travel`, to the position that comes next.
     pub(crate) fn moved(travel: Travel) -> Self {
         Self {
             travel,
-            high: f32::INFINITY,
-            low: f32::NEG_INFINITY,
             ..Self::new()
         }
     }

@@ -160,7 +160,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let (mut answers, mut verdicts) = (Vec::new(), Vec::new());
     for (wanted, made) in wanted.iter().zip(&made) {
         if let (true, Made::Proven(made)) = (written, made) {
-            files::write(&wanted.output, &made.built.blob)?;
+            files::write(&wanted.output, &made.best.built.blob)?;
         }
         answers.push(arguments.answer(&machine, wanted, made, written));
         if let (true, Made::Proven(made)) = (written, made) {
@@ -203,8 +203,8 @@ impl Arguments {
         let (false, Made::Proven(made)) = (self.json, made) else {
             return Ok(String::new());
         };
-        let runtime =
-            Runtime::load(&made.built.blob).map_err(|e| BadInput::in_blob(e, &wanted.output))?;
+        let runtime = Runtime::load(&made.best.built.blob)
+            .map_err(|e| BadInput::in_blob(e, &wanted.output))?;
         let compensation = self.compensation(&runtime, wanted, made);
         let found = report::verdict(machine, errors, Some(compensation), self.random.seed);
         Ok(verdict::lines(
@@ -221,10 +221,10 @@ impl Arguments {
     ) -> Compensation<'a> {
         Compensation {
             runtime,
-            proof: &made.proof,
+            proof: &made.best.proof,
             uncertainty: made.uncertainty.as_ref(),
             zero_at: wanted.options.tables.zero_at.as_deref(),
-            tolerance_um: made.tolerance,
+            tolerance_um: made.best.tolerance,
         }
     }
 
@@ -239,15 +239,15 @@ impl Arguments {
         let Some(page) = &self.report else {
             return Ok(());
         };
-        let runtime =
-            Runtime::load(&made.built.blob).map_err(|e| BadInput::in_blob(e, &wanted.output))?;
+        let runtime = Runtime::load(&made.best.built.blob)
+            .map_err(|e| BadInput::in_blob(e, &wanted.output))?;
         let tables = &wanted.options.tables;
         let mut document = Document {
             date: self.date.clone(),
             reference_position: self.zero_at.clone(),
             policy: stored(tables.policy).to_string(),
-            tolerance_um: made.tolerance,
-            tolerance_urad: tolerance_urad(tables.policy, made.tolerance),
+            tolerance_um: made.best.tolerance,
+            tolerance_urad: tolerance_urad(tables.policy, made.best.tolerance),
             seed: self.random.seed,
             ..Document::of(machine)
         };
@@ -306,17 +306,17 @@ impl Arguments {
                 ..answer
             },
             Made::Proven(made) => Answer {
-                meets_tolerance: made.proof.meets(tolerance),
+                meets_tolerance: made.best.proof.meets(tolerance),
                 proven: Some(Proven::new(
-                    &made.built,
-                    &made.proof,
+                    &made.best.built,
+                    &made.best.proof,
                     made.uncertainty.as_ref(),
                     tolerance,
                 )),
                 missed: &made.missed,
                 refusals: &made.refusals,
-                full: made.full.as_ref(),
-                fits_um: made.fits_um,
+                full: made.best.full.as_ref(),
+                fits_um: made.best.fits_um,
                 ..answer
             },
         }
@@ -344,7 +344,7 @@ impl Arguments {
             scheme,
             tables: schemes::Options {
                 policy: self.policy.kinematic()?,
-                tolerance: self.tolerance.unwrap_or(made::FINEST) * 1e-3,
+                tolerance: self.tolerance.unwrap_or(compile::FINEST) * 1e-3,
                 points: self.points.map(|n| n as usize),
                 format: match self.samples {
                     None => target.samples,

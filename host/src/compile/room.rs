@@ -4,15 +4,15 @@ use super::verdict::wanted;
 use super::{Built, Options, Proof};
 use crate::kinematics::Policy;
 use crate::policy::tolerance_urad;
+use crate::size::Size;
 use crate::target::Usage;
 use serde::Serialize;
 
-/// A target that is full, before the tolerance is met. How much more would do, nobody knows: a scheme
-/// that keeps to its target makes no tables that do not fit.
+/// A target that is full, before the tolerance is met.
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
-    "the target {target} holds too little for {}; the best that fits takes {}{}",
-    wanted(*.policy, *.tolerance_um), list(.used), or(.fits_um)
+    "the target {target} holds too little for {}; the best that fits takes {}{}{}",
+    wanted(*.policy, *.tolerance_um), list(.used), or(.fits_um), or_target(.would_do)
 )]
 pub struct Full {
     /// Name of the target.
@@ -29,6 +29,9 @@ pub struct Full {
     /// A coarser tolerance (µm) with which it fits, if the scheme has found one. That less was
     /// reached does not mean that the scheme would reach it again from there.
     pub fits_um: Option<f64>,
+    /// What a compensation takes that meets the tolerance where the target holds all that a blob can; if that was
+    /// tried and does.
+    pub would_do: Option<Size>,
 }
 
 impl Full {
@@ -51,6 +54,7 @@ impl Full {
                 .meets
                 .map(|mm| short(1e3 * mm))
                 .filter(|um| proof.meets(*um)),
+            would_do: None,
         })
     }
 }
@@ -62,6 +66,15 @@ fn list(used: &[Usage]) -> String {
 
 fn or(fits_um: &Option<f64>) -> String {
     fits_um.map_or_else(String::new, |um| format!("; with --tolerance {um} it fits"))
+}
+
+fn or_target(would_do: &Option<Size>) -> String {
+    would_do.map_or_else(String::new, |size| {
+        format!(
+            "; a target with {} banks, {} tables, {} terms and {} bytes would do",
+            size.banks, size.tables, size.terms, size.bytes
+        )
+    })
 }
 
 /// Rounded to four digits: what was met is what is printed, and what a user will type.
@@ -92,6 +105,7 @@ mod tests {
             policy: Policy::Orientation,
             used: vec![usage("tables", 9, 9), usage("terms", 11, 12)],
             fits_um: Some(0.5),
+            would_do: None,
         };
         let text = "the target small holds too little for 0.05 µm and µrad; the best that fits takes 9 of 9 tables, 11 of 12 terms";
         let fits = "; with --tolerance 0.5 it fits";

@@ -66,10 +66,8 @@ pub(super) fn divide<C: Room>(
             let [a, b, ..] = term.factors.map(|table| 4 * u32::from(table));
             match term.count {
                 1 if !begun => sum.first = a as u16,
-                count => {
-                    let a = if count > 0 { a } else { one };
-                    let b = if count > 1 { b } else { one };
-                    // There is room for as many as terms.
+                _ => {
+                    // Factors that it has not are the 1 already. There is room for as many as terms.
                     products.append(a | b << 16);
                     sum.products += 1;
                 }

@@ -282,12 +282,9 @@ impl Lane {
         };
     }
 
-    /// Prepares what the next command and the next correction are compared with.
+    /// Prepares what the next command and the next correction are compared with, at a position that counts.
     fn prepare(&mut self) {
         self.prepare_correction();
-        if !self.referenced || self.returned {
-            return;
-        }
         let q = self.position;
         let extreme = self.reversal.extreme(self.hysteresis, self.period);
         (self.sense, self.front, self.end) = match extreme {

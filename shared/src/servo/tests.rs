@@ -12,6 +12,7 @@ use crate::*;
 mod fades;
 mod faults;
 mod inputs;
+mod lanes;
 mod reload;
 mod steps;
 

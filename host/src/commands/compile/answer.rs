@@ -1,13 +1,12 @@
 //! What `trueaxis compile` says.
 
-use super::made::FINEST;
 use crate::commands::bad_input::BadInput;
 use crate::commands::{files, screen};
 use serde::Serialize;
 use std::path::Path;
 use trueaxis::Policy;
 use trueaxis_host::compile::{
-    AxisBounds, Built, Full, Proof, Refusal, Size, Warning, over_bounds, worse,
+    AxisBounds, Built, FINEST, Full, Proof, Refusal, Size, Warning, over_bounds, worse,
 };
 use trueaxis_host::policy::Told;
 use trueaxis_host::target::{Shortage, Target};

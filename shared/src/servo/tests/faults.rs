@@ -1,6 +1,7 @@
 //! What goes wrong around a servo, and what it does then.
 
 use super::*;
+use crate::servo::state::Fading;
 
 #[test]
 fn a_command_that_cannot_be_meant_is_a_fault_and_moves_no_rail() {
@@ -115,8 +116,14 @@ fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_
         }
         let held = servo.correction.dq[0];
         let most = 0.5 * f64::from(RISE) * 2.0 * f64::from(share);
-        let mut farthest = 0.0_f64;
-        for _ in 0..9 {
+        // It slows down from the first period on, with the acceleration to the rate bound and not to the ramp rate.
+        let held_first = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT).dq[0];
+        let first = (f64::from(held_first) - f64::from(held)) / f64::from(DT);
+        // Half of that, for means of periods are compared; 1e-4 of it is the rounding of both corrections.
+        let slows = 0.5 * 2.0 / f64::from(RISE) * f64::from(DT);
+        assert!(first <= 2.0 * f64::from(share) - slows + 1e-4, "{first}");
+        let mut farthest = f64::from(held_first) - f64::from(held);
+        for _ in 0..8 {
             let correction = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT);
             farthest = farthest.max(f64::from(correction.dq[0]) - f64::from(held));
         }
@@ -214,4 +221,46 @@ fn after_a_hold_the_correction_accelerates_like_a_ramp_again() {
             x = -100.0;
         }
     }
+}
+
+#[test]
+fn while_inputs_are_held_no_auxiliary_is_let_in_and_no_fade_begins() {
+    let mut servo = S::new(lengths());
+    servo.enable();
+    let mut inputs = at(1.0, 2.0, 3.0);
+    inputs.auxiliaries = [80.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let before = settle(&mut servo, &inputs);
+    inputs.axes[0] = f32::NAN;
+    for _ in 0..9 {
+        // So slow that it would be followed at once.
+        inputs.auxiliaries[1] += 0.0005;
+        let correction = servo.update(&inputs, ALL, DT);
+        assert!(correction.status.is(Conditions::HELD));
+        assert_eq!(correction.dq, before.dq);
+    }
+    // Only to A is C of any interest, and it is beyond what counts.
+    let mut servo = settled(&at(20.0, 10.0, 45.0));
+    let mut constant = draft(1.0);
+    constant.banks.clear();
+    constant.terms = vec![term(0, 0.05, &[])];
+    servo.swap(leak(&constant)).unwrap();
+    for _ in 0..9 {
+        let correction = servo.update(&at(20.0, 10.0, 1e7), ALL, DT);
+        assert!(correction.status.is(Conditions::HELD));
+        assert!(servo.fading == Fading::Nothing);
+    }
+    servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
+    servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
+    assert!(servo.fading == Fading::Compensation);
+}
+
+#[test]
+fn a_ramp_begins_however_short_the_periods_are() {
+    let mut servo = settled(&at(20.0, 10.0, 45.0));
+    servo.disable();
+    // What a microsecond takes from the common factor at first is less than half of its last bit.
+    for _ in 0..5000 {
+        servo.update(&at(20.0, 10.0, 45.0), ALL, SHORTEST_PERIOD);
+    }
+    assert!(servo.factor() < 1.0);
 }

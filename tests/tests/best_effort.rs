@@ -1,0 +1,63 @@
+//! Whatever the tolerance asked for: what is made leaves no more than what is made for a coarser one.
+
+use trueaxis_host::compile::{Best, CompileError, Options, TOLERANCES, best};
+use trueaxis_host::errors::ErrorModel;
+use trueaxis_host::machine::Machine;
+use trueaxis_host::target::Target;
+use trueaxis_tests::{errors, machine};
+
+/// What is left (µm, µrad alike) for a tolerance, and whether that is met; nothing if not even the axes fit.
+fn left(
+    machine: &Machine,
+    errors: &ErrorModel,
+    target: &Target,
+    tolerance: f64,
+) -> Option<(f64, bool)> {
+    let mut options = Options {
+        random: 1000,
+        allow_large: true,
+        ..Options::default()
+    };
+    options.tables.target = target.clone();
+    match best(machine, errors, &options, Some(tolerance), &()) {
+        Ok(Best { proof, .. }) => Some((proof.finest(), proof.meets(tolerance))),
+        Err(CompileError::NoRoom { .. }) => None,
+        Err(error) => panic!("{}: {error}", machine.name),
+    }
+}
+
+/// Finer tolerances first. What a finer one leaves that is missed is at most what a coarser one leaves that is
+/// missed, and meets a coarser one that is met: how much less than that is left then is chance. Returns whether
+/// the finer one is missed.
+fn holds(name: &str, machine: &Machine, errors: &ErrorModel, target: &Target) -> bool {
+    let tried = [TOLERANCES[0], TOLERANCES[4]];
+    let [finer, coarser] = tried.map(|tolerance| left(machine, errors, target, tolerance));
+    let (Some((finer, is_finer_met)), Some((coarser, is_coarser_met))) = (finer, coarser) else {
+        return false;
+    };
+    let most = if is_coarser_met { tried[1] } else { coarser };
+    assert!(is_finer_met || finer <= most, "{name}: {finer} > {most}");
+    !is_finer_met
+}
+
+#[test]
+fn a_finer_tolerance_leaves_no_more_than_a_coarser_one() {
+    let target = Target {
+        tables: 8,
+        terms: 12,
+        ..Target::stm32f405()
+    };
+    let mut missed = 0;
+    for (folder, errors_file) in [
+        ("router", "errors-10"),
+        ("mill-21", "errors-21"),
+        ("kolibri", "errors-10"),
+        ("fork-head", "errors-13"),
+        ("table-head", "errors-13"),
+    ] {
+        let machine = machine(&format!("examples/{folder}/machine.toml"));
+        let errors = errors(&format!("examples/{folder}/{errors_file}.toml"), &machine);
+        missed += u32::from(holds(folder, &machine, &errors, &target));
+    }
+    assert!(missed >= 3, "{missed}");
+}
