@@ -2,7 +2,7 @@
 
 use super::function::{Function, Origin};
 use super::spacing::Spacing;
-use super::{FactorTables, PlanError, Table, Travel};
+use super::{FactorTables, Table, Travel};
 use std::collections::BTreeMap;
 
 /// A term in a form that the controller can have.
@@ -29,6 +29,25 @@ struct Column {
 struct Group {
     named: Function,
     by: Vec<Column>,
+}
+
+impl Group {
+    /// Largest magnitude of what the factor is multiplied by.
+    fn peak(&self) -> f64 {
+        self.by.iter().map(Column::peak).fold(0.0, f64::max)
+    }
+
+    /// The least limit that both can keep to, whatever is moved from one to the other; 0 if the product is always 0.
+    ///
+    /// With p the product of both peaks: L² = p, and L·(L − 1) = p where the other one has 1 taken off.
+    fn least_limit(&self, tables: FactorTables) -> f64 {
+        let product = self.named.peak() * self.peak();
+        match tables {
+            _ if product == 0.0 => 0.0,
+            FactorTables::NotAdded => product.sqrt(),
+            FactorTables::Added => 0.5 + (0.25 + product).sqrt(),
+        }
+    }
 }
 
 /// What corrects one axis.
@@ -106,17 +125,25 @@ impl Output {
         }
     }
 
-    /// The tables of the axis, added to those there are; `travel` is its own (mm, deg).
+    /// The least limit that all factors of the axis can keep to (mm, deg).
+    pub fn least_limit(&self, tables: FactorTables) -> f64 {
+        let groups = self.groups(tables);
+        let limits = groups.iter().map(|group| group.least_limit(tables));
+        limits.fold(0.0, f64::max)
+    }
+
+    /// The tables of the axis, added to those there are; `travel` is its own (mm, deg). The limit of factors is no
+    /// less than [`least_limit`](Self::least_limit).
     pub fn tables(
         mut self,
         output: usize,
-        (letter, travel): (char, [f64; 2]),
+        travel: [f64; 2],
         factors: Factors,
         tables: &mut Vec<Table>,
-    ) -> Result<(), PlanError> {
+    ) {
         let mut products = Vec::new();
-        for group in self.groups(factors) {
-            products.extend(self.scaled(group, letter, factors)?);
+        for group in self.groups(factors.tables) {
+            products.extend(self.scaled(group, factors));
         }
         self.settle_constant(output, travel);
         let is_zero = |c: &Column| c.peak() == 0.0;
@@ -127,36 +154,34 @@ impl Output {
             tables.push(named.table(output, None));
             tables.extend(by.iter().map(|column| column.table(output, Some(place))));
         }
-        Ok(())
     }
 
     /// Products by the factor that they share.
-    fn groups(&mut self, factors: Factors) -> Vec<Group> {
-        let products = std::mem::take(&mut self.products);
+    fn groups(&self, tables: FactorTables) -> Vec<Group> {
         let mut uses: BTreeMap<Origin, usize> = BTreeMap::new();
-        for (one, other, _) in &products {
+        for (one, other, _) in &self.products {
             for function in [one, other] {
                 *uses.entry(function.origin.clone()).or_default() += 1;
             }
         }
         let mut groups: Vec<Group> = Vec::new();
-        for (one, other, weight) in products {
+        for (one, other, weight) in &self.products {
             let of = |f: &Function| (uses[&f.origin], std::cmp::Reverse(f.spacing.points));
             // Only a factor that is always there may be added, and be taken off again by the other one.
             let is_one_way = |f: &Function| f.travel != Travel::Both;
-            let turned = match factors.tables {
-                FactorTables::Added if is_one_way(&one) != is_one_way(&other) => is_one_way(&other),
-                _ => of(&other) > of(&one),
+            let turned = match tables {
+                FactorTables::Added if is_one_way(one) != is_one_way(other) => is_one_way(other),
+                _ => of(other) > of(one),
             };
             let (named, by) = if turned { (other, one) } else { (one, other) };
-            let column = Column::new(&by, weight);
+            let column = Column::new(by, *weight);
             match groups
                 .iter_mut()
                 .find(|g| g.named.origin == named.origin && g.named.spacing == named.spacing)
             {
                 Some(group) => add(&mut group.by, column),
                 None => groups.push(Group {
-                    named,
+                    named: named.clone(),
                     by: vec![column],
                 }),
             }
@@ -169,32 +194,23 @@ impl Output {
     fn scaled(
         &mut self,
         mut group: Group,
-        letter: char,
         Factors { tables, limit }: Factors,
-    ) -> Result<Option<(Column, Vec<Column>)>, PlanError> {
+    ) -> Option<(Column, Vec<Column>)> {
         group.by.retain(|column| column.peak() > 0.0);
-        let peak = group.by.iter().map(Column::peak).fold(0.0, f64::max);
-        if peak == 0.0 || group.named.peak() == 0.0 {
-            return Ok(None);
+        let (own, peak) = (group.named.peak(), group.peak());
+        if peak == 0.0 || own == 0.0 {
+            return None;
         }
         let most = match tables {
             FactorTables::Added => limit - 1.0,
             FactorTables::NotAdded => limit,
         };
-        if most <= 0.0 {
-            return Err(PlanError::Limit(limit));
-        }
         // A power of two changes no digit; if that makes the factor too large, as little as can be.
         let usual = (peak / most.min(1.0)).log2().ceil().exp2();
-        let own = group.named.peak();
-        let fits = |scale: &f64| own * scale <= limit;
-        let least = peak / most;
-        let Some(scale) = [usual, least].into_iter().find(fits) else {
-            return Err(PlanError::Factor {
-                axis: letter,
-                peak: own * least,
-                limit,
-            });
+        let scale = if own * usual <= limit {
+            usual
+        } else {
+            peak / most
         };
         let named = Column::new(&group.named, scale);
         for column in &mut group.by {
@@ -211,7 +227,7 @@ impl Output {
                 }
             }
         }
-        Ok(Some((named, group.by)))
+        Some((named, group.by))
     }
 
     /// Adds the constant to a table that always holds, or makes one.

@@ -32,19 +32,18 @@ pub enum PlanError {
         /// Number of the first.
         first: usize,
     },
-    /// A factor that is too large.
-    #[error("a factor table of axis {axis} would reach {peak:.4}, more than {limit}")]
+    /// Products too large for the limit of factors.
+    #[error(
+        "the products of axis {axis} cannot be written with factor tables of at most {limit}: that takes {least:.4}"
+    )]
     Factor {
-        /// Letter of the axis that it corrects.
+        /// Letter of the axis that they correct.
         axis: char,
-        /// Its largest value.
-        peak: f64,
         /// What was allowed.
         limit: f64,
+        /// What would do for all axes, rounded up to four decimals.
+        least: f64,
     },
-    /// Where factor tables are added, one of each product is near −1.
-    #[error("where factor tables are added, they cannot stay within {0}")]
-    Limit(f64),
     /// A modulo table times one that does not repeat with it, on an axis without end.
     #[error(
         "tables of the axis {0} with different periods are multiplied, or one without a period"
@@ -77,8 +76,8 @@ fn list(long: &[Long]) -> String {
 impl PlanError {
     /// What would work.
     #[must_use]
-    pub fn remedy(&self) -> &'static str {
-        match self {
+    pub fn remedy(&self) -> String {
+        let remedy = match self {
             Self::Grid => "compile it with --scheme exact, which makes products of tables",
             Self::Nothing => "look at it with `trueaxis inspect`",
             Self::Axes(_) => "give a compensation that trueaxis has compiled",
@@ -92,11 +91,13 @@ impl PlanError {
             Self::Tables { .. } => {
                 "compile with --minimize tables or a larger --tolerance, or raise --tables if the controller has more"
             }
-            Self::Factor { .. } => "raise --factor-limit, or look why corrections are so large",
-            Self::Limit(_) => {
-                "give a --factor-limit above 1: 2 is enough. It bounds what a wrong reading could do"
+            Self::Factor { least, .. } => {
+                return format!(
+                    "give --factor-limit {least:.4} or more: it bounds what a wrong --factor-tables could do"
+                );
             }
             Self::Periods(_) => "compile it again with a larger --tolerance",
-        }
+        };
+        remedy.to_owned()
     }
 }

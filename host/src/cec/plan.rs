@@ -205,16 +205,11 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
         length,
         sensors,
     } = Source::new(compensation, options.length)?;
-    let fits = |t: &Table| options.limits.points.is_none_or(|most| t.stored() <= most);
-    let ready =
-        literal(compensation, options.factor_tables).filter(|tables| tables.iter().all(fits));
+    let ready = literal(compensation, options.factor_tables).filter(|t| keeps(t, options));
     let is_literal = ready.is_some();
     let mut notes = Vec::new();
     let tables = match ready {
-        Some(tables) => {
-            check_factors(&tables, axes, options.factor_limit)?;
-            tables
-        }
+        Some(tables) => tables,
         None => {
             let form = Form {
                 axes,
@@ -244,10 +239,10 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
                 tables: options.factor_tables,
                 limit: options.factor_limit,
             };
+            check_factors(&outputs, axes, factors)?;
             let mut tables = Vec::new();
             for (index, output) in outputs.into_iter().enumerate() {
-                let own = (axes.letter(index), axes.travel(index));
-                output.tables(index, own, factors, &mut tables)?;
+                output.tables(index, axes.travel(index), factors, &mut tables);
             }
             tables
         }
@@ -275,18 +270,29 @@ pub fn plan(compensation: &Largest<'_>, axes: &Axes, options: &Options) -> Resul
     })
 }
 
-/// Factors of tables that are written as they are.
-fn check_factors(tables: &[Table], axes: &Axes, limit: f64) -> Result<(), PlanError> {
+/// Whether tables that keep the rules keep to the limits, too, of values and of factors.
+fn keeps(tables: &[Table], options: &Options) -> bool {
     let is_named = named(tables);
-    for (table, is_named) in tables.iter().zip(is_named) {
-        let peak = f64::from(table.peak());
-        if (is_named || table.times.is_some()) && peak > limit {
-            return Err(PlanError::Factor {
-                axis: axes.letter(table.output),
-                peak,
-                limit,
-            });
-        }
+    tables.iter().zip(is_named).all(|(table, is_named)| {
+        let is_factor = is_named || table.times.is_some();
+        let points = options.limits.points;
+        points.is_none_or(|most| table.stored() <= most)
+            && (!is_factor || f64::from(table.peak()) <= options.factor_limit)
+    })
+}
+
+/// Whether all factors can keep to their limit.
+fn check_factors(outputs: &[Output], axes: &Axes, factors: Factors) -> Result<(), PlanError> {
+    let least = outputs.iter().map(|o| o.least_limit(factors.tables));
+    let Some((index, least)) = least.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Ok(());
+    };
+    match least <= factors.limit {
+        true => Ok(()),
+        false => Err(PlanError::Factor {
+            axis: axes.letter(index),
+            limit: factors.limit,
+            least: (least * 1e4).ceil() / 1e4,
+        }),
     }
-    Ok(())
 }

@@ -156,18 +156,24 @@ fn what_the_controller_does_not_hold_is_refused() {
             first: 60
         }
     );
-    assert_eq!(
-        with(&|o| o.factor_limit = 1.0).unwrap_err(),
-        PlanError::Limit(1.0)
-    );
-    let small = with(&|o| {
-        o.factor_limit = 0.001;
-        o.factor_tables = FactorTables::NotAdded;
-    });
-    assert!(matches!(
-        small.unwrap_err(),
-        PlanError::Factor { axis: 'X', .. }
-    ));
+    // Peaks of 12 µm and 1: √0.012, and L·(L − 1) = 0.012.
+    for (tables, limit, least) in [
+        (FactorTables::NotAdded, 0.001, 0.1096),
+        (FactorTables::Added, 1.0, 1.0119),
+    ] {
+        let at = |limit: f64| {
+            with(&|o| {
+                o.factor_limit = limit;
+                o.factor_tables = tables;
+            })
+        };
+        let error = at(limit).unwrap_err();
+        let axis = 'X';
+        assert_eq!(error, PlanError::Factor { axis, limit, least });
+        let named = format!("--factor-limit {least:.4} or more");
+        assert!(error.remedy().contains(&named), "{}", error.remedy());
+        assert!(at(least).is_ok() && at(least - 1e-4).is_err());
+    }
     // 41 values of A do not fit into 20.
     let (plan, _) = with(&|o| o.limits.points = Some(20)).unwrap();
     assert!(plan.tables.iter().all(|t| t.stored() <= 20));

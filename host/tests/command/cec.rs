@@ -105,6 +105,32 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
 }
 
 #[test]
+fn the_trigonometric_scheme_is_exported_at_the_default_limits() {
+    let folder = Folder::new();
+    let [machine, errors] =
+        ["machine", "errors-13"].map(|n| example(&format!("huron-k2x8/{n}.toml")));
+    let (trax, cec) = (folder.at("trigo.trax"), folder.at("cec.mpf"));
+    for scheme in ["trigo23", "trigo23:free"] {
+        let compile = [
+            "compile", &machine, &errors, "--scheme", scheme, "-o", &trax,
+        ];
+        answer(0, &compile);
+        for factor_tables in ["added", "not-added"] {
+            let mut arguments = export(&trax, factor_tables, &cec);
+            arguments.push("--json");
+            let told = json(&answer(0, &arguments));
+            assert_eq!(told["tables"], 23);
+            // The default of --factor-limit.
+            assert!(told["largest_factor"].as_f64().unwrap() <= 2.0);
+            for axis in told["proof"]["axes"].as_array().unwrap() {
+                // Products in another order: the rounding of f32 of a tenth of a millimetre.
+                assert!(axis["difference"].as_f64().unwrap() < 1e-3, "{axis}");
+            }
+        }
+    }
+}
+
+#[test]
 fn reading_it_the_wrong_way_is_what_the_export_has_foretold() {
     let folder = Folder::new();
     let cec = folder.at("cec.mpf");
@@ -180,7 +206,11 @@ fn what_the_controller_cannot_hold_is_refused_and_nothing_written() {
     refuses(&["--first", "50"], &["there are 12 from number 50"]);
     refuses(
         &["--factor-limit", "1"],
-        &["cannot stay within 1", "above 1"],
+        &[
+            "factor tables of at most 1",
+            "give --factor-limit 1.",
+            "or more",
+        ],
     );
     refuses(&["--tool-length", "100"], &["no input", "length_range_mm"]);
     let mut arguments = export(&huron, "added", &cec);
