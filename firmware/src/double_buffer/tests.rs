@@ -1,5 +1,6 @@
 use std::boxed::Box;
 use std::format;
+use std::string::ToString;
 use std::vec;
 
 use trueaxis::{
@@ -101,9 +102,24 @@ fn what_is_loaded_is_swapped_in_while_the_servo_runs() {
     let loaded = loader.load(blob("n", 3.0)).unwrap();
     assert_eq!(loaded.compensation().machine(), "n");
     assert_eq!(update(&mut servo), -5.0);
-    assert!(loader.vacate().is_ok());
+    let lease = loader.vacate().unwrap().unwrap();
+    assert_eq!(lease.bytes(), blob("n", 3.0));
+    assert!(loader.vacate().unwrap().is_none());
     assert_eq!(loader.current().machine(), "m");
     assert_eq!(update(&mut servo), -5.0);
+}
+
+#[test]
+fn what_was_tried_on_or_vacated_is_not_kept() {
+    let (mut loader, _servo) = buffers().split().unwrap();
+    let vacant = |loader: &Loader<Two>| loader.vacant().unwrap().read().machine().to_string();
+    let machine = loader.try_on(blob("m", 1.0), |_, new| new.machine().to_string());
+    assert_eq!(machine.unwrap(), "m");
+    assert_eq!(vacant(&loader), "");
+    loader.load(blob("n", 1.0)).unwrap();
+    assert_eq!(vacant(&loader), "n");
+    loader.vacate().unwrap();
+    assert_eq!(vacant(&loader), "");
 }
 
 #[test]

@@ -109,8 +109,13 @@ impl SchemeArguments {
             .into_iter()
             .find(|(_, owners)| !owners.contains(&chosen));
         if let Some((option, owners)) = stranger {
+            let why = match option {
+                // Not only `poly25`: whatever folds several errors into one table.
+                "--adjust" => ": its tables are those of all errors together, and no weight is that of one error",
+                _ => "",
+            };
             return Err(BadInput::new(
-                format!("{option} is given, but --scheme {name} knows nothing of it"),
+                format!("{option} is given, but --scheme {name} knows nothing of it{why}"),
                 format!(
                     "leave out {option}, or use --scheme {}",
                     owners.join(" or ")

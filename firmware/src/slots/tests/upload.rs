@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::mock_flash::{Defect, MockFlash};
-use crate::slots::{Damage, SlotState};
+use crate::slots::{Damage, Health, SlotState};
 
 type Small = Slots<MockFlash<8, 128>>;
 
@@ -279,6 +279,8 @@ fn what_differs_from_what_an_upload_left_is_erased() {
     let mut slots = Slots::open(flash);
     let refused = Err(SlotError::NotBlank { offset: 48 });
     assert_eq!(attempt(&mut slots, &blob, 64), refused);
+    // That is nothing the flash can help.
+    assert!(matches!(slots.health[Slot::A.index()], Health::Sound));
     assert_eq!(slots.write(0, &blob), Err(SlotError::Spoiled));
     assert_eq!(attempt(&mut slots, &blob, 64), Ok(Slot::A));
     assert_eq!(slots.flash().refused(), 0);

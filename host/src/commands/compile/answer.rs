@@ -170,23 +170,24 @@ impl Answer<'_> {
         let Some(proven) = self.proven.as_ref().filter(|_| self.meets_tolerance) else {
             return;
         };
-        if !self.is_default || self.tolerance_um <= FINEST {
-            return;
+        let leaves = proven
+            .uncertainty
+            .map(|band| band.travel.translation_um.max);
+        let far = leaves.filter(|leaves| *leaves > NOTHING_BOUGHT * self.tolerance_um);
+        let tolerance = self.tolerance_um;
+        if self.is_default && tolerance > FINEST {
+            let beside = leaves.map_or_else(String::new, |leaves| {
+                let bought = far.map_or("", |_| ", so a finer one buys nothing");
+                format!("; the parameters' own uncertainty leaves up to {leaves:.2} µm{bought}")
+            });
+            eprintln!(
+                "note: the tolerance is {tolerance} µm, the finest of 0.05, 0.1, 0.2, 0.5 and 1 that is met{beside}"
+            );
+        } else if let (false, Some(leaves)) = (self.is_default, far) {
+            eprintln!(
+                "note: the parameters' own uncertainty leaves up to {leaves:.2} µm: a tolerance of {tolerance} µm buys nothing that a tenth of that does not"
+            );
         }
-        let beside = proven.uncertainty.map_or_else(String::new, |band| {
-            let leaves = band.travel.translation_um.max;
-            let far = leaves > NOTHING_BOUGHT * self.tolerance_um;
-            let bought = if far {
-                ", so a finer one buys nothing"
-            } else {
-                ""
-            };
-            format!("; the parameters' own uncertainty leaves up to {leaves:.2} µm{bought}")
-        });
-        eprintln!(
-            "note: the tolerance is {} µm, the finest of 0.05, 0.1, 0.2, 0.5 and 1 that is met{beside}",
-            self.tolerance_um
-        );
     }
 
     fn print_fate(&self) {
