@@ -56,7 +56,7 @@ pub use plan::{Long, LongProducts, Note, Options, Plan, Tolerance, plan};
 pub use print::print;
 pub use probe::probe;
 pub use prove::{Difference, Proof, ProveError, prove};
-pub use read::{EncoderValues, Read, Reading, Units, read};
+pub use read::{EncoderValues, Limit, Limited, Read, Reading, Units, read};
 
 pub use spacing::Spacing;
 

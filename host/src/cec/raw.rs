@@ -25,7 +25,7 @@ pub struct Raw<'t> {
 }
 
 /// A number as the controller's language has it: `0.005`, `-450`, `5EX-3`.
-fn number(text: &str) -> Option<f64> {
+pub(super) fn number(text: &str) -> Option<f64> {
     let upper = text.to_ascii_uppercase();
     let (mantissa, exponent) = upper.split_once("EX").unwrap_or((&upper, "0"));
     let digits = mantissa.trim_start_matches(['+', '-']);

@@ -3,7 +3,7 @@
 use super::axes::Axes;
 use super::multiplied::check_products;
 use super::plausible;
-use super::raw::{MISSING, Raw};
+use super::raw::{MISSING, Raw, number};
 use super::statement::{Statement, statements};
 use super::variable::{Key, Kind, Known};
 use super::{FactorTables, Table};
@@ -59,6 +59,40 @@ pub struct Read {
     pub tables: Vec<Table>,
     /// What is hardly meant, or was taken for granted.
     pub doubts: Vec<FileError>,
+    /// Limits of the corrections, where their machine data stand in the file.
+    pub limits: Vec<Limit>,
+}
+
+/// What the controller lets the correction of an axis be at most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// Number of the axis.
+    pub axis: usize,
+    /// What is limited.
+    pub limited: Limited,
+    /// The limit, in its unit.
+    pub value: f64,
+    /// Where it stands.
+    pub span: Range<usize>,
+}
+
+/// What a [`Limit`] limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limited {
+    /// The sum of all tables (MD32720), mm or degrees.
+    Sum,
+    /// How fast that changes (MD32730), per cent of the largest speed of the axis.
+    Velocity,
+}
+
+impl Limited {
+    fn of(name: &str) -> Option<Self> {
+        match name {
+            "MA_CEC_MAX_SUM" => Some(Self::Sum),
+            "MA_CEC_MAX_VELO" => Some(Self::Velocity),
+            _ => None,
+        }
+    }
 }
 
 /// Highest number of a table, a value or an encoder: far above what a controller has.
@@ -76,6 +110,7 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Read, FileError> {
         reading,
         units: None,
         raw: BTreeMap::new(),
+        limits: Vec::new(),
         gap: None,
         end: None,
     };
@@ -89,6 +124,7 @@ struct Reader<'t, 'r> {
     reading: &'r Reading<'r>,
     units: Option<(Units, Range<usize>)>,
     raw: BTreeMap<Key, Raw<'t>>,
+    limits: Vec<Limit>,
     /// Where the first values are left out.
     gap: Option<Range<usize>>,
     /// Where the file says that it ends.
@@ -151,12 +187,15 @@ impl<'t> Reader<'t, '_> {
         value: &'t str,
         span: Range<usize>,
     ) -> Result<(), FileError> {
+        if let Some(limited) = Limited::of(name) {
+            return self.limit(limited, name, indices, value, span);
+        }
         let Some((kind, what)) = Known::of(name) else {
             return Err(FileError::at(
                 span,
                 format!("the variable ${name} is not one of the compensation"),
                 "not understood",
-                "leave nothing in the file but $AN_CEC…, $SN_CEC_TABLE_WEIGHT and $AA_ENC_COMP…",
+                "leave nothing in the file but $AN_CEC…, $SN_CEC_TABLE_WEIGHT, $AA_ENC_COMP…, $MA_CEC_MAX_SUM and $MA_CEC_MAX_VELO",
             ));
         };
         let is_value = what == Known::Value;
@@ -207,7 +246,43 @@ impl<'t> Reader<'t, '_> {
         }
     }
 
-    fn finish(self) -> Result<Read, FileError> {
+    /// Keeps a limit.
+    fn limit(
+        &mut self,
+        limited: Limited,
+        name: &str,
+        indices: &[&str],
+        value: &str,
+        span: Range<usize>,
+    ) -> Result<(), FileError> {
+        let [axis] = indices else {
+            return Err(FileError::at(
+                span,
+                format!("these are not the indices of ${name}"),
+                "here",
+                format!("write ${name}[AX1], with one axis"),
+            ));
+        };
+        let axis = (self.reading.axes.find(axis)).ok_or_else(|| unknown_axis(axis, &span))?;
+        let value = number(value).filter(|value| *value >= 0.0);
+        let value = value.ok_or_else(|| {
+            FileError::at(
+                span.clone(),
+                format!("this is no limit: ${name} is a number from 0"),
+                "here",
+                "write a decimal number with a point, like 0.5",
+            )
+        })?;
+        self.limits.push(Limit {
+            axis,
+            limited,
+            value,
+            span,
+        });
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Read, FileError> {
         if self.raw.is_empty() {
             return Err(FileError::whole(
                 "there is no table in the file",
@@ -248,7 +323,17 @@ impl<'t> Reader<'t, '_> {
         let raw: Vec<&Raw<'_>> = self.raw.values().collect();
         check_products(&tables, &raw, self.reading, units)?;
         plausible::doubts(&tables, &raw, self.reading.axes, &mut doubts);
-        Ok(Read { tables, doubts })
+        // Like all lengths of the file.
+        for limit in &mut self.limits {
+            if limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis) {
+                limit.value *= units.map_or(1.0, Units::mm);
+            }
+        }
+        Ok(Read {
+            tables,
+            doubts,
+            limits: self.limits,
+        })
     }
 }
 

@@ -111,7 +111,9 @@ impl SchemeArguments {
         if let Some((option, owners)) = stranger {
             let why = match option {
                 // Not only `poly25`: whatever folds several errors into one table.
-                "--adjust" => ": its tables are those of all errors together, and no weight is that of one error",
+                "--adjust" => {
+                    ": its tables are those of all errors together, and no weight is that of one error"
+                }
                 _ => "",
             };
             return Err(BadInput::new(

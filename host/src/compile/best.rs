@@ -131,7 +131,7 @@ pub fn best(
     let mut best = judged(chosen, coarsest, options);
     best.fits_um = fits_um.filter(|_| keeps);
     if let Some(full) = &mut best.full {
-        full.would_do = would_do(machine, errors, &of(options, coarsest), progress)?;
+        full.unlimited = unlimited(machine, errors, &of(options, coarsest), progress)?;
     }
     Ok(best)
 }
@@ -160,7 +160,7 @@ fn least(candidates: Vec<Candidate>, tolerance: f64) -> Candidate {
 
 /// What a compensation that meets the tolerance of `options` takes, where the target may hold all that a blob can;
 /// `None` if that does not meet it either.
-fn would_do(
+fn unlimited(
     machine: &Machine,
     errors: &ErrorModel,
     options: &Options,

@@ -12,7 +12,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[error(
     "the target {target} holds too little for {}; the best that fits takes {}{}{}",
-    wanted(*.policy, *.tolerance_um), list(.used), or(.fits_um), or_target(.would_do)
+    wanted(*.policy, *.tolerance_um), list(.used), or(.fits_um), or_unlimited(.unlimited)
 )]
 pub struct Full {
     /// Name of the target.
@@ -31,7 +31,7 @@ pub struct Full {
     pub fits_um: Option<f64>,
     /// What a compensation takes that meets the tolerance where the target holds all that a blob can; if that was
     /// tried and does.
-    pub would_do: Option<Size>,
+    pub unlimited: Option<Size>,
 }
 
 impl Full {
@@ -54,7 +54,7 @@ impl Full {
                 .meets
                 .map(|mm| short(1e3 * mm))
                 .filter(|um| proof.meets(*um)),
-            would_do: None,
+            unlimited: None,
         })
     }
 }
@@ -68,10 +68,10 @@ fn or(fits_um: &Option<f64>) -> String {
     fits_um.map_or_else(String::new, |um| format!("; with --tolerance {um} it fits"))
 }
 
-fn or_target(would_do: &Option<Size>) -> String {
-    would_do.map_or_else(String::new, |size| {
+fn or_unlimited(unlimited: &Option<Size>) -> String {
+    unlimited.map_or_else(String::new, |size| {
         format!(
-            "; a target with {} banks, {} tables, {} terms and {} bytes would do",
+            "; with room for all of it, {} banks, {} tables, {} terms and {} bytes meet it",
             size.banks, size.tables, size.terms, size.bytes
         )
     })
@@ -105,7 +105,7 @@ mod tests {
             policy: Policy::Orientation,
             used: vec![usage("tables", 9, 9), usage("terms", 11, 12)],
             fits_um: Some(0.5),
-            would_do: None,
+            unlimited: None,
         };
         let text = "the target small holds too little for 0.05 µm and µrad; the best that fits takes 9 of 9 tables, 11 of 12 terms";
         let fits = "; with --tolerance 0.5 it fits";

@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         None => None,
     };
     let length = made.length.or(machine.map(|m| m.tool_length()));
-    let comments = comments(compensation.machine(), factor_tables, length, &made, &axes);
+    let comments = comments(compensation, factor_tables, length, &made, &axes);
     let first = options.limits.first;
     let text = print(&made.tables, &axes, first, &comments);
     let bar = Bar::new();
@@ -275,8 +275,8 @@ fn for_tool(length: Option<f64>) -> String {
 }
 
 /// What stands at the begin of the file.
-fn comments(
-    machine: &str,
+fn comments<C: trueaxis::Room>(
+    compensation: &trueaxis::Compensation<'_, C>,
     factor_tables: cec::FactorTables,
     length: Option<f64>,
     plan: &Plan,
@@ -284,7 +284,7 @@ fn comments(
 ) -> Vec<String> {
     let most = plan.tables.iter().map(cec::Table::stored).max();
     let mut comments = vec![
-        format!("trueaxis: {machine}"),
+        format!("trueaxis: {}", compensation.machine()),
         format!(
             "for a controller with factor tables {}",
             said(factor_tables)
@@ -304,6 +304,10 @@ fn comments(
         );
         comments.push(format!(
             "{name}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least {sum:.6} {unit}"
+        ));
+        let rate = compensation.axes()[axis].rate_bound;
+        comments.push(format!(
+            "{name}: MD32730 $MA_CEC_MAX_VELO at least 100 * {rate:.3} {unit}/s / MD32000 of {name} (%)"
         ));
     }
     if plan.tables.iter().any(|table| table.times.is_some()) {

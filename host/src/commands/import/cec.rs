@@ -9,15 +9,16 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::{Auxiliary, AuxiliaryKind};
-use trueaxis_host::cec::{self, Axes, Reading, draft, read};
+use trueaxis_host::cec::{self, Axes, Limit, Limited, Reading, draft, read};
 use trueaxis_host::compile::{AxisBounds, CompileError, Size, bounds_of};
 use trueaxis_host::machine::Machine;
+use trueaxis_host::source::FileError;
 use trueaxis_host::validate::Runtime;
 
 /// Read the tables of a Sinumerik 840D or 828D (CEC, and those of encoders) as a compensation
 ///
 /// What is not understood is refused, with its line. What is hardly meant is warned of: slopes over 5 µm/mm, a
-/// value that stands out, a rounded STEP.
+/// value that stands out, a rounded STEP, a limit ($MA_CEC_MAX_SUM, $MA_CEC_MAX_VELO) that the tables exceed.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  trueaxis import cec cec.mpf --machine machine.toml --axes X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5 --factor-tables not-added -o machine.trax"
@@ -142,8 +143,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         axis.ramp_rate = bound.ramp_rate;
     }
     files::write(output, &encoded(&draft)?)?;
-    let warnings: Vec<String> = found
-        .doubts
+    let beyond = (found.limits.iter()).filter_map(|limit| beyond(limit, &machine, &bounds));
+    let doubts: Vec<FileError> = found.doubts.iter().cloned().chain(beyond).collect();
+    let warnings: Vec<String> = doubts
         .iter()
         .map(|doubt| {
             format!(
@@ -171,6 +173,32 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::print(&(title + &screen::size(&size) + "\n" + &screen::bounds(&bounds, &largest)))?;
     }
     Ok(Outcome::Done)
+}
+
+/// A correction that the controller would not let go as far, or as fast, as its tables say.
+fn beyond(limit: &Limit, machine: &Machine, bounds: &[AxisBounds]) -> Option<FileError> {
+    let (axis, bound) = (&machine.axes[limit.axis], &bounds[limit.axis]);
+    let unit = bound.unit;
+    let (name, most, needed, unit) = match limit.limited {
+        Limited::Sum => ("MD32720", limit.value, bound.largest, unit.to_owned()),
+        Limited::Velocity => (
+            "MD32730",
+            1e-2 * limit.value * axis.max_speed,
+            bound.largest_rate,
+            format!("{unit}/s"),
+        ),
+    };
+    (needed > most).then(|| {
+        FileError::at(
+            limit.span.clone(),
+            format!(
+                "{name} stops the correction of {} at {most:.4} {unit}, and its tables reach {needed:.4} {unit}",
+                bound.axis
+            ),
+            "limited here",
+            "the controller compensates less than what was imported, or later: raise the limit, or look at the tables",
+        )
+    })
 }
 
 /// The tool length, where it is an input of the machine: no table depends on it.
