@@ -18,6 +18,7 @@ pub use crate::size::Size;
 use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
 pub use bounds::AxisBounds;
+pub(crate) use proof::seed_over_travel;
 pub use proof::{Held, Mismatch, Proof, belongs, prove, prove_held};
 pub use room::Full;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};
