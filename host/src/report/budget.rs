@@ -2,7 +2,7 @@
 
 use super::volumetric::quality;
 use super::words::{in_words, name};
-use super::worst::Search;
+use super::worst::{FEW, Of, Search};
 use super::{ReportError, Subject};
 use crate::errors::{MAX_SENSORS, Situation, Switches};
 use crate::explain::{Alone, Said};
@@ -166,15 +166,17 @@ fn does(
     let (model, _) = alone.model(1.0);
     let kinematics = Kinematics::new(machine, &model);
     let zero = subject.subtracted.zero(machine, &model)?;
-    let left = |command: &Command| {
+    let errors_at = |command: &Command| {
         let (q, at) = command.kinematic(machine);
         let error = kinematics.volumetric_error(&q, &zero, &situation(subject, alone, &at));
         [error.t.norm(), direction(machine, &error)]
     };
-    let found: Vec<[f64; 2]> = commands.iter().map(left).collect();
+    let found: Vec<[f64; 2]> = commands.iter().map(errors_at).collect();
     let mut found = quality(found.into_iter());
+    let left = |command: &Command, of: Of| errors_at(command)[of as usize];
     if depth == Depth::Everything {
-        Search { machine, errors }.raise(&mut found, commands, &left);
+        let few = &commands[..FEW.min(commands.len())];
+        Search { machine, errors }.raise(&mut found, few, &left);
     }
     Ok(found)
 }

@@ -159,3 +159,31 @@ fn motion(subject: &Subject<'_>, index: usize, axis: &Axis, component: usize) ->
         at,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_measured_is_outside_of_what_was_calibrated_and_probed() {
+        let axis = |calibrated, probed| AxisMotions {
+            axis: 'X',
+            unit: "mm".to_owned(),
+            travel: [-100.0, 100.0],
+            is_endless: false,
+            calibrated,
+            probed,
+            motions: Vec::new(),
+        };
+        assert!(axis(None, None).unmeasured().is_empty());
+        assert!(axis(None, Some([-110.0, 100.0])).unmeasured().is_empty());
+        assert_eq!(
+            axis(Some([-80.0, 90.0]), Some([-100.0, 50.0])).unmeasured(),
+            [[-100.0, -80.0], [50.0, 100.0]]
+        );
+        assert_eq!(
+            axis(Some([-80.0, 0.0]), Some([10.0, 50.0])).unmeasured(),
+            [[-100.0, 100.0]]
+        );
+    }
+}

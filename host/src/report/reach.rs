@@ -70,7 +70,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
         && let Some(outside) = &compensation.proof.outside
     {
         sentences.push(format!(
-            "Where the errors are not known (outside of the calibrated ranges) their end values are taken: what is true there, nobody has measured. By these the tables leave {} µm at most.",
+            "Where the errors are not known (outside of the calibrated ranges) their end values are taken: what is true there, nobody has measured. By these the tables leave up to {} µm at random positions there.",
             figure(outside.after.translation_um.max)
         ));
     }

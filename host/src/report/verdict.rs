@@ -111,15 +111,16 @@ fn left(volumetric: &Volumetric) -> String {
         (None, Some(best)) => format!("The best tables would leave {} on average", means(best)),
         (None, None) => "What tables would leave cannot be said".to_owned(),
     };
-    let known = match &volumetric.known {
+    match &volumetric.known {
         Some(known) => format!(
-            "the parameters are known to ±{} µm and ±{} µrad (95 %).",
+            "{left}; the parameters are known to ±{} µm and ±{} µrad (95 %).",
             figure(known.band.translation_um.mean),
             figure(known.band.direction_urad.mean)
         ),
-        None => "how well the parameters are known is not said.".to_owned(),
-    };
-    format!("{left}; {known}")
+        // It has been said first.
+        None if volumetric.after.is_some() => format!("{left}."),
+        None => format!("{left}; how well the parameters are known is not said."),
+    }
 }
 
 #[cfg(test)]
