@@ -279,7 +279,8 @@ fn an_identification_is_shown_and_that_of_another_machine_is_not() {
             "10 parameters from",
             "By ball",
             "(k = 2)",
-            "Never probed: X outside of",
+            "Never probed: Y outside of",
+            "A outside of −55.0 to 55.0 deg",
             "not measured",
         ] {
             assert!(text(page).contains(part), "{part}");
