@@ -39,7 +39,7 @@ function mark() {
   const isShown = (element) => element.getClientRects().length > 0;
   const name = (element) => element.textContent.trim().slice(0, 40);
   const figures = [...document.querySelectorAll("figure")].filter(isShown);
-  const parts = [...document.querySelectorAll("h2, h3, p, figcaption, caption, th, td, li")].filter(isShown);
+  const parts = [...document.querySelectorAll("h2, h3, p, figure, caption, th, td, li")].filter(isShown);
   const isHeading = (element) => /^H[23]$/.test(element.tagName);
   const headings = parts.flatMap((element, k) => {
     const after = parts.slice(k + 1).find((other) => !isHeading(other));
