@@ -20,6 +20,7 @@ use crate::target::Shortage;
 use crate::validate::{DrawError, Runtime};
 pub use best::{Best, FINEST, TOLERANCES, best};
 pub use bounds::AxisBounds;
+pub(crate) use proof::seed_over_travel;
 pub use proof::{Held, Mismatch, Proof, belongs, prove, prove_held};
 pub use room::Full;
 use trueaxis::{AlignedBlob, EncodeError, LoadError};

@@ -31,7 +31,7 @@ pub enum Ink {
     Accent,
     /// The other of two that are alike, as the negative direction of travel.
     Other,
-    /// An area behind others, as the calibrated range.
+    /// An area behind others, where nothing was measured.
     Shade,
 }
 
@@ -164,7 +164,7 @@ mod tests {
             title: title.to_owned(),
             x: Scale::exact("X (mm)", [0.0, 20.0]),
             y: Scale::around("EXX (µm)", values),
-            shaded: Some(("calibrated".to_owned(), [2.0, 8.0])),
+            shaded: vec![[2.0, 8.0]],
             series: vec![Series {
                 name: name.to_owned(),
                 ink: Ink::Accent,
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn axes_have_their_names_units_and_numbers_and_a_legend() {
         let picture = chart("t", "a curve").inline();
-        for text in ["X (mm)", "EXX (µm)", "a curve", "calibrated", ">\n10\n<"] {
+        for text in ["X (mm)", "EXX (µm)", "a curve", "not measured", ">\n10\n<"] {
             assert!(picture.contains(text), "{text}: {picture}");
         }
     }

@@ -18,6 +18,7 @@ mod tested;
 mod verdict;
 mod volumetric;
 mod words;
+mod worst;
 
 use crate::compile::{CompileError, Proof};
 use crate::errors::ErrorModel;
@@ -31,7 +32,7 @@ use budget::Depth;
 pub use budget::{Budget, Share};
 pub use compare::{Change, Changes, Figure, changes};
 pub use document::{Document, File};
-pub use identification::Identification;
+pub use identification::{Identification, Probed};
 pub use model::Model;
 pub use motions::{AxisMotions, Motion};
 pub use page::{page, pictures};
@@ -40,6 +41,7 @@ pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
 pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
 pub use volumetric::{Known, Volumetric};
 pub use words::{figure, unit};
+pub use worst::{Place, Worst};
 
 /// The version of what is written: it grows when a name changes its meaning.
 pub const FORMAT: u32 = 1;
@@ -72,6 +74,8 @@ pub struct Report {
     pub remarks: Vec<String>,
     /// The volumetric error before and after.
     pub volumetric: Volumetric,
+    /// Where the tip is farthest off.
+    pub worst: Worst,
     /// What each parameter does by itself.
     pub budget: Budget,
     /// What no table corrects, and why, a sentence each.
@@ -134,7 +138,8 @@ pub fn report(
 ) -> Result<Report, ReportError> {
     let subject = Subject::new(machine, errors, compensation, document.seed);
     let mut remarks = Vec::new();
-    let volumetric = volumetric::volumetric(&subject, &mut remarks)?;
+    let mut volumetric = volumetric::volumetric(&subject, &mut remarks)?;
+    let worst = worst::worst(&subject, &mut volumetric)?;
     let budget = budget::budget(&subject, Depth::Everything)?;
     let tables = compensation.map(|c| tables::tables(&subject, c.runtime));
     let tests = tested::tests(&subject, &mut remarks);
@@ -148,17 +153,22 @@ pub fn report(
         }
         is_this
     });
+    let probed = identification.as_ref().map(|found| &found.probed[..]);
+    let axes = motions::motions(&subject, probed.unwrap_or_default());
+    let mut beyond = reach::beyond(&subject, &volumetric, &budget);
+    beyond.extend(reach::never_probed(&axes));
     let mut report = Report {
         format: FORMAT,
         verdict: Vec::new(),
         document,
         remarks,
-        beyond: reach::beyond(&subject, &volumetric, &budget),
+        beyond,
         volumetric,
+        worst,
         budget,
         tables: tables.transpose()?,
         tests,
-        axes: motions::motions(&subject),
+        axes,
         identification,
         changes: None,
     };

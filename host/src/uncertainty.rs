@@ -45,8 +45,38 @@ impl Leaves {
     }
 }
 
-/// What the covariance of parameters leaves at each position (mm, rad) with its situation, and what the errors' own
-/// tabulated motions do, which are known independently of them.
+/// What uncertain parameters leave, to be asked position by position.
+pub struct Uncertain<'a> {
+    kinematics: Kinematics<'a>,
+    parameters: &'a [Parameter],
+    root: DMatrix<f64>,
+}
+
+impl<'a> Uncertain<'a> {
+    /// Of parameters with a covariance, and of the errors' own tabulated motions, which are known independently of
+    /// them.
+    #[must_use]
+    pub fn new(machine: &'a Machine, errors: &'a ErrorModel, covariance: &'a Covariance) -> Self {
+        Self {
+            kinematics: Kinematics::new(machine, errors),
+            parameters: &covariance.parameters,
+            root: covariance.root(),
+        }
+    }
+
+    /// What they leave at a position (mm, rad) with its situation.
+    #[must_use]
+    pub fn leaves(&self, q: &PerAxis, situation: &Situation) -> Leaves {
+        let changes = Changes::new(&self.kinematics, q, situation);
+        let parameters = changes.by(self.parameters);
+        let tables = changes.of_tables();
+        let [tip, direction] = [0, 1]
+            .map(|k| of_root(&parameters[k], &self.root) + &tables[k] * tables[k].transpose());
+        Leaves { tip, direction }
+    }
+}
+
+/// What the covariance of parameters leaves at each position ([`Uncertain::leaves`]).
 #[must_use]
 pub fn leaves(
     machine: &Machine,
@@ -54,16 +84,8 @@ pub fn leaves(
     covariance: &Covariance,
     positions: &[(PerAxis, Situation)],
 ) -> Vec<Leaves> {
-    let kinematics = Kinematics::new(machine, errors);
-    let root = covariance.root();
-    let at = |(q, situation): &(PerAxis, Situation)| {
-        let changes = Changes::new(&kinematics, q, situation);
-        let parameters = changes.by(&covariance.parameters);
-        let tables = changes.of_tables();
-        let [tip, direction] =
-            [0, 1].map(|k| of_root(&parameters[k], &root) + &tables[k] * tables[k].transpose());
-        Leaves { tip, direction }
-    };
+    let uncertain = Uncertain::new(machine, errors, covariance);
+    let at = |(q, situation): &(PerAxis, Situation)| uncertain.leaves(q, situation);
     positions.par_iter().map(at).collect()
 }
 

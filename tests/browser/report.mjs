@@ -93,7 +93,7 @@ async function look(browser, report) {
       await checks.keyboard(page, fault);
       await checks.sliders(page, fault);
       await checks.field(page, fault);
-      await prints(page, report, pictures, fault);
+      Object.assign(figures, await prints(page, report, pictures, fault));
     }
     await context.close();
   }
@@ -131,7 +131,7 @@ const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: FLAGS,
 });
-console.log("in the browser: least contrast, opens (ms), 1000 positions: mm, rad, corrections that differ");
+console.log("in the browser: least contrast, opens (ms), 1000 positions: mm, rad, corrections that differ; printed pages");
 try {
   // Two at a time: a page waits for pictures most of the time.
   const rest = [...reports];

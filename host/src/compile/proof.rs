@@ -146,6 +146,11 @@ pub fn belongs(
     )
 }
 
+/// The seed with which [`prove`] draws positions of the whole travel.
+pub(crate) fn seed_over_travel(seed: u64) -> u64 {
+    seed ^ FRESH
+}
+
 /// Compares a blob with the exact model at `random` positions of each region; `zero` (mm, rad) is
 /// what was subtracted from its tables ([`Options::zero`](crate::schemes::Options::zero)).
 ///
@@ -168,7 +173,7 @@ pub fn prove(
         let measured = Measured::new(machine, errors, runtime, zero, commands, step)?;
         Ok::<_, CompileError>(measured)
     };
-    let travel = measure(Region::Travel, seed ^ FRESH)?;
+    let travel = measure(Region::Travel, seed_over_travel(seed))?;
     let (mut inside, mut near_points, mut outside) = (None, None, None);
     let partly_calibrated = is_partly_calibrated(machine, errors);
     if holds_anywhere(machine, errors) {

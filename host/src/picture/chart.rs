@@ -83,8 +83,8 @@ pub struct Chart {
     pub x: Scale,
     /// The vertical axis.
     pub y: Scale,
-    /// A part of the horizontal axis that is shaded, and its name in the legend.
-    pub shaded: Option<(String, [f64; 2])>,
+    /// Parts of the horizontal axis that are shaded: in which nothing was measured.
+    pub shaded: Vec<[f64; 2]>,
     /// What is drawn, the first at the back.
     pub series: Vec<Series>,
 }
@@ -93,8 +93,8 @@ impl Chart {
     /// Draws it.
     #[must_use]
     pub fn draw(&self) -> Picture {
-        let shaded = self.shaded.iter().map(|(name, _)| Entry {
-            name,
+        let shaded = self.shaded.first().map(|_| Entry {
+            name: "not measured",
             ink: Ink::Shade,
             swatch: Swatch::Area,
         });
@@ -109,7 +109,7 @@ impl Chart {
                 Mark::Area => Swatch::Area,
             },
         });
-        let entries: Vec<Entry<'_>> = shaded.chain(named).collect();
+        let entries: Vec<Entry<'_>> = shaded.into_iter().chain(named).collect();
         let [wide, high] = SIZE;
         let legend = canvas::legend_height(&entries, wide);
         canvas::picture(&self.title, [wide, high + legend], |area| {
@@ -127,7 +127,7 @@ impl Chart {
             .x_label_area_size((2 * LETTERS + 14) * SCALE)
             .y_label_area_size((3 * LETTERS + 24) * SCALE)
             .build_cartesian_2d(x0..x1, y0..y1)?;
-        if let Some((_, [from, to])) = &self.shaded {
+        for [from, to] in &self.shaded {
             let corners = [(from.max(x0), y0), (to.min(x1), y1)];
             let area = Rectangle::new(corners, canvas::fill(Ink::Shade));
             chart.draw_series([area])?;

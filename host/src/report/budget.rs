@@ -2,12 +2,12 @@
 
 use super::volumetric::quality;
 use super::words::{in_words, name};
+use super::worst::{FEW, Of, Search};
 use super::{ReportError, Subject};
 use crate::errors::{MAX_SENSORS, Situation, Switches};
 use crate::explain::{Alone, Said};
 use crate::kinematics::Kinematics;
-use crate::machine::PerAxis;
-use crate::validate::{Quality, Region, direction, random_commands};
+use crate::validate::{Command, Quality, Region, direction, random_commands};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +40,8 @@ pub struct Share {
     pub value: Option<f64>,
     /// Its standard uncertainty in the same unit, if it is known.
     pub standard_uncertainty: Option<f64>,
-    /// The volumetric error of a machine on which it alone is wrong.
+    /// The volumetric error of a machine on which it alone is wrong: means at random positions, and the largest that a
+    /// search finds.
     pub alone: Quality,
     /// The mean volumetric error that its expanded uncertainty (k = 2) can make.
     pub expanded_uncertainty_mean_um: Option<f64>,
@@ -62,19 +63,15 @@ pub enum Depth {
     Everything,
 }
 
-/// A position, and the temperatures there.
-type Place = (PerAxis, Situation);
-
 /// Looks at each parameter by itself.
 pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError> {
     let (machine, errors) = (subject.machine, subject.errors);
     let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
-    let places: Vec<Place> = commands.iter().map(|c| c.kinematic(machine)).collect();
     let all = Alone::all(machine, errors);
     let shares = all
         .par_iter()
-        .map(|alone| share(subject, alone, &places, depth));
+        .map(|alone| share(subject, alone, &commands, depth));
     let mut shares = shares.collect::<Result<Vec<Share>, ReportError>>()?;
     let size = |share: &Share| {
         let Quality {
@@ -96,10 +93,10 @@ pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError
 fn share(
     subject: &Subject<'_>,
     alone: &Alone<'_>,
-    places: &[Place],
+    commands: &[Command],
     depth: Depth,
 ) -> Result<Share, ReportError> {
-    let quality = does(subject, alone, places)?;
+    let quality = does(subject, alone, commands, depth)?;
     let (value, standard_uncertainty) = match &alone.said {
         Said::Parameter(value) => (
             Some(*value),
@@ -112,14 +109,14 @@ fn share(
     let spread = match standard_uncertainty {
         Some(u) if is_whole => {
             let unsure = alone.instead(alone.parameter, EXPANDED * u);
-            Some(does(subject, &unsure, places)?)
+            Some(does(subject, &unsure, commands, depth)?)
         }
         _ => None,
     };
     let turns = quality.direction_urad.mean > TURNS;
     let uncorrected_urad = match turns {
         _ if !is_whole => None,
-        true => left(subject, alone, &places[..CORRECTED.min(places.len())]),
+        true => left(subject, alone, &commands[..CORRECTED.min(commands.len())]),
         false => Some(0.0),
     };
     Ok(Share {
@@ -158,32 +155,41 @@ fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) ->
     }
 }
 
-/// The volumetric error that it makes by itself.
+/// The volumetric error that it makes by itself; of the verdict alone maxima are those at the commands.
 fn does(
     subject: &Subject<'_>,
     alone: &Alone<'_>,
-    places: &[Place],
+    commands: &[Command],
+    depth: Depth,
 ) -> Result<Quality, ReportError> {
+    let (machine, errors) = (subject.machine, subject.errors);
     let (model, _) = alone.model(1.0);
-    let kinematics = Kinematics::new(subject.machine, &model);
-    let zero = subject.subtracted.zero(subject.machine, &model)?;
-    let errors = places.iter().map(|(q, at)| {
-        let at = situation(subject, alone, at);
-        let error = kinematics.volumetric_error(q, &zero, &at);
-        [error.t.norm(), direction(subject.machine, &error)]
-    });
-    let errors: Vec<[f64; 2]> = errors.collect();
-    Ok(quality(errors.into_iter()))
+    let kinematics = Kinematics::new(machine, &model);
+    let zero = subject.subtracted.zero(machine, &model)?;
+    let errors_at = |command: &Command| {
+        let (q, at) = command.kinematic(machine);
+        let error = kinematics.volumetric_error(&q, &zero, &situation(subject, alone, &at));
+        [error.t.norm(), direction(machine, &error)]
+    };
+    let found: Vec<[f64; 2]> = commands.iter().map(errors_at).collect();
+    let mut found = quality(found.into_iter());
+    let left = |command: &Command, of: Of| errors_at(command)[of as usize];
+    if depth == Depth::Everything {
+        let few = &commands[..FEW.min(commands.len())];
+        Search { machine, errors }.raise(&mut found, few, &left);
+    }
+    Ok(found)
 }
 
 /// What the kinematic correction leaves of the tool's direction (µrad) on average.
-fn left(subject: &Subject<'_>, alone: &Alone<'_>, places: &[Place]) -> Option<f64> {
+fn left(subject: &Subject<'_>, alone: &Alone<'_>, commands: &[Command]) -> Option<f64> {
     let (model, _) = alone.model(1.0);
     let kinematics = Kinematics::new(subject.machine, &model).with_policy(subject.policy);
-    let left = places.iter().map(|(q, at)| {
-        let at = situation(subject, alone, at);
-        let dq = kinematics.correction(q, &at, &Switches::ALL).ok()?.dq;
-        let error = kinematics.volumetric_error(q, &dq, &at);
+    let left = commands.iter().map(|command| {
+        let (q, at) = command.kinematic(subject.machine);
+        let at = situation(subject, alone, &at);
+        let dq = kinematics.correction(&q, &at, &Switches::ALL).ok()?.dq;
+        let error = kinematics.volumetric_error(&q, &dq, &at);
         Some(direction(subject.machine, &error) * 1e6)
     });
     let left: Option<Vec<f64>> = left.collect();

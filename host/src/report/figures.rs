@@ -69,13 +69,7 @@ fn series(name: &str, ink: Ink, mark: Mark, points: Vec<[f64; 2]>) -> Series {
     }
 }
 
-fn chart(
-    title: String,
-    x: Scale,
-    y: &str,
-    shaded: Option<(String, [f64; 2])>,
-    series: Vec<Series>,
-) -> String {
+fn chart(title: String, x: Scale, y: &str, shaded: Vec<[f64; 2]>, series: Vec<Series>) -> String {
     let values = series.iter().flat_map(|s| &s.points).map(|p| p[1]);
     Chart {
         title,
@@ -86,6 +80,12 @@ fn chart(
     }
     .draw()
     .inline()
+}
+
+/// What was not measured of an axis with this name.
+fn unmeasured(axes: &[AxisMotions], name: &str) -> Vec<[f64; 2]> {
+    let mut letters = axes.iter().filter(|axis| name == axis.axis.to_string());
+    letters.next().map_or(Vec::new(), AxisMotions::unmeasured)
 }
 
 /// An error motion over the travel of its axis.
@@ -123,16 +123,13 @@ pub fn motion(axis: &AxisMotions, motion: &Motion) -> String {
             last.name = "measured".to_owned();
         }
     }
-    let shaded = axis
-        .calibrated
-        .map(|range| ("calibrated".to_owned(), range));
     let x = Scale::exact(format!("{} ({})", axis.axis, axis.unit), axis.travel);
     let y = format!("{} ({})", motion.name, motion.unit);
     chart(
         format!("{}, {}, over {}", motion.name, motion.words, axis.axis),
         x,
         &y,
-        shaded,
+        axis.unmeasured(),
         all,
     )
 }
@@ -196,11 +193,11 @@ pub fn diagonal(diagonal: &Diagonal) -> String {
     );
     let x = Scale::exact("along the diagonal (mm)", [0.0, diagonal.length_mm]);
     let title = format!("Deviation along the diagonal {}", diagonal.name);
-    chart(title, x, "deviation (µm)", None, all)
+    chart(title, x, "deviation (µm)", Vec::new(), all)
 }
 
 /// Positioning of a linear axis.
-pub fn positioning(found: &Positioning) -> String {
+pub fn positioning(found: &Positioning, axes: &[AxisMotions]) -> String {
     let after = found.after.as_ref().map(|after| &after.deviations_um);
     let all = both_ways(&found.at_mm, &found.before.deviations_um, after);
     let ends = [found.at_mm.first(), found.at_mm.last()].map(|q| q.copied().unwrap_or(0.0));
@@ -209,7 +206,8 @@ pub fn positioning(found: &Positioning) -> String {
         "Positioning of {} after positive and negative travel",
         found.axis
     );
-    chart(title, x, "deviation (µm)", None, all)
+    let shaded = unmeasured(axes, &found.axis.to_string());
+    chart(title, x, "deviation (µm)", shaded, all)
 }
 
 /// Points of a line, at most so many that a figure can show them apart, the last among them.
@@ -227,7 +225,7 @@ fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// A table.
-pub fn curve(curve: &Curve) -> String {
+pub fn curve(curve: &Curve, axes: &[AxisMotions]) -> String {
     let ends = [curve.at.first(), curve.at.last()].map(|q| q.copied().unwrap_or(0.0));
     let line = thinned(points(&curve.at, &curve.values, 1.0));
     let mut all = vec![series(&curve.name, Ink::Accent, Mark::Line, line.clone())];
@@ -240,13 +238,13 @@ pub fn curve(curve: &Curve) -> String {
         format!("Table {} over {}", curve.name, curve.input),
         x,
         &y,
-        None,
+        unmeasured(axes, &curve.input),
         all,
     )
 }
 
 /// The correction of an axis along another, between its bounds; none if it varies along none.
-pub fn along(used: &AxisUse) -> Option<String> {
+pub fn along(used: &AxisUse, axes: &[AxisMotions]) -> Option<String> {
     let along = used.along.as_ref()?;
     let ends = [along.at.first(), along.at.last()].map(|q| q.copied().unwrap_or(0.0));
     let (factor, unit) = match used.unit.as_str() {
@@ -278,7 +276,7 @@ pub fn along(used: &AxisUse) -> Option<String> {
         title,
         x,
         &format!("Δ{} ({unit})", used.axis),
-        None,
+        unmeasured(axes, &along.axis.to_string()),
         all,
     ))
 }
@@ -341,5 +339,5 @@ pub fn residuals(identification: &Identification) -> Option<String> {
         false => Scale::exact("probing", [low, high]),
     };
     let title = "What is left of each probing, in the workpiece frame, in µm".to_owned();
-    (!rows.is_empty()).then(|| chart(title, x, "left (µm)", None, all))
+    (!rows.is_empty()).then(|| chart(title, x, "left (µm)", Vec::new(), all))
 }

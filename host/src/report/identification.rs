@@ -9,6 +9,8 @@ pub struct Identification {
     pub machine: String,
     /// How many probings.
     pub probings: usize,
+    /// From where to where each axis went.
+    pub probed: Vec<Probed>,
     /// The balls.
     pub balls: Vec<Ball>,
     /// The parameters that were found.
@@ -40,6 +42,15 @@ pub struct Identification {
 pub struct Suspected {
     /// What they are, and what to do.
     pub sentence: String,
+}
+
+/// What probings have seen of an axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Probed {
+    /// Its letter.
+    pub axis: char,
+    /// Its least and its largest position (mm, deg).
+    pub range: [f64; 2],
 }
 
 /// A ball.

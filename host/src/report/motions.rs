@@ -1,6 +1,7 @@
 //! Error motions of each axis along its travel, six of each as in ISO 230-1.
 
 use super::Subject;
+use super::identification::Probed;
 use super::words::motion_in_words;
 use crate::errors::{MAX_SENSORS, Situation, Switches};
 use crate::machine::Axis;
@@ -9,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 /// Positions of a curve that has no measured points.
 const STEPS: u32 = 72;
+/// A part of an axis (mm, deg) that is shorter is none.
+const NO_LENGTH: f64 = 1e-9;
 const COMPONENTS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
 /// The error motions of an axis.
@@ -24,6 +27,9 @@ pub struct AxisMotions {
     pub is_endless: bool,
     /// The part of the travel in which the errors are known; none if it is all of it.
     pub calibrated: Option<[f64; 2]>,
+    /// Where the axis stood at the first and at the last probed position, if the errors come from probings and it has
+    /// ends.
+    pub probed: Option<[f64; 2]>,
     /// Those that are not zero everywhere.
     pub motions: Vec<Motion>,
 }
@@ -47,22 +53,44 @@ pub struct Motion {
     pub measured_at: Vec<f64>,
 }
 
+impl AxisMotions {
+    /// The parts of the travel in which nothing was measured.
+    #[must_use]
+    pub fn unmeasured(&self) -> Vec<[f64; 2]> {
+        let [low, high] = self.travel;
+        let known = [self.calibrated, self.probed].into_iter().flatten();
+        let [from, to] = known.fold(self.travel, |[a, b], [from, to]| [a.max(from), b.min(to)]);
+        let parts = match from < to {
+            true => vec![[low, from], [to, high]],
+            false => vec![self.travel],
+        };
+        parts
+            .into_iter()
+            .filter(|[a, b]| b - a > NO_LENGTH)
+            .collect()
+    }
+}
+
 /// Those of all axes, at the reference temperatures.
-pub fn motions(subject: &Subject<'_>) -> Vec<AxisMotions> {
+pub fn motions(subject: &Subject<'_>, probed: &[Probed]) -> Vec<AxisMotions> {
     let (machine, errors) = (subject.machine, subject.errors);
     let of = |(index, axis): (usize, &Axis)| {
         let travel = axis.travel;
         let known = calibrated(machine, errors, index);
         let known = [known[0].max(travel[0]), known[1].min(travel[1])];
         let holds = errors.motions[index].iter().any(|motion| motion.holds());
-        let is_part = holds && (known[0] > travel[0] + 1e-9 || known[1] < travel[1] - 1e-9);
+        let is_part =
+            holds && (known[0] > travel[0] + NO_LENGTH || known[1] < travel[1] - NO_LENGTH);
+        let letter = axis.letter.char();
+        let probed = probed.iter().find(|p| p.axis == letter && !axis.modulo);
         let one = |component: usize| motion(subject, index, axis, component);
         AxisMotions {
-            axis: axis.letter.char(),
+            axis: letter,
             unit: axis.unit().to_owned(),
             travel,
             is_endless: axis.modulo,
             calibrated: is_part.then_some(known),
+            probed: probed.map(|probed| probed.range),
             motions: (0..6).filter_map(one).collect(),
         }
     };
@@ -130,4 +158,32 @@ fn motion(subject: &Subject<'_>, index: usize, axis: &Axis, component: usize) ->
         measured_at: measured,
         at,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_measured_is_outside_of_what_was_calibrated_and_probed() {
+        let axis = |calibrated, probed| AxisMotions {
+            axis: 'X',
+            unit: "mm".to_owned(),
+            travel: [-100.0, 100.0],
+            is_endless: false,
+            calibrated,
+            probed,
+            motions: Vec::new(),
+        };
+        assert!(axis(None, None).unmeasured().is_empty());
+        assert!(axis(None, Some([-110.0, 100.0])).unmeasured().is_empty());
+        assert_eq!(
+            axis(Some([-80.0, 90.0]), Some([-100.0, 50.0])).unmeasured(),
+            [[-100.0, -80.0], [50.0, 100.0]]
+        );
+        assert_eq!(
+            axis(Some([-80.0, 0.0]), Some([10.0, 50.0])).unmeasured(),
+            [[-100.0, 100.0]]
+        );
+    }
 }

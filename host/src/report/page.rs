@@ -79,9 +79,11 @@ pub fn page(report: &Report, model: &Model) -> Result<String, Error> {
             motions => Value::from(Serde(motions(report))),
             circles => svgs(report.tests.circles.iter().map(|test| figures::circle(test).inline())),
             diagonals => svgs(report.tests.diagonals.iter().map(figures::diagonal)),
-            positioning => svgs(report.tests.positioning.iter().map(figures::positioning)),
-            curves => svgs(report.tables.iter().flat_map(|t| &t.curves).map(figures::curve)),
-            uses => report.tables.iter().flat_map(|t| &t.axes).map(|a| svg(figures::along(a)))
+            positioning => svgs(report.tests.positioning.iter().map(|p| figures::positioning(p, &report.axes))),
+            curves => svgs(report.tables.iter().flat_map(|t| &t.curves)
+                .map(|c| figures::curve(c, &report.axes))),
+            uses => report.tables.iter().flat_map(|t| &t.axes)
+                .map(|a| svg(figures::along(a, &report.axes)))
                 .collect::<Vec<_>>(),
             checks => identification.map(|i| i.checks.iter().map(super::identification::Check::words)
                 .collect::<Vec<_>>()),

@@ -1,7 +1,7 @@
 //! What tables cannot correct, and why.
 
 use super::words::figure;
-use super::{Budget, Subject, Volumetric};
+use super::{AxisMotions, Budget, Subject, Volumetric};
 use crate::kinematics::Policy;
 
 /// A mean error of direction (µrad) that is worth a sentence.
@@ -70,9 +70,27 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
         && let Some(outside) = &compensation.proof.outside
     {
         sentences.push(format!(
-            "Where the errors are not known (outside of the calibrated ranges) their end values are taken: what is true there, nobody has measured. By these the tables leave {} µm at most.",
+            "Where the errors are not known (outside of the calibrated ranges) their end values are taken: what is true there, nobody has measured. By these the tables leave up to {} µm at random positions there.",
             figure(outside.after.translation_um.max)
         ));
     }
     sentences
+}
+
+/// What probings have not seen, if the errors come from probings.
+pub fn never_probed(axes: &[AxisMotions]) -> Option<String> {
+    let parts: Vec<String> = (axes.iter())
+        .filter_map(|axis| {
+            let [from, to] = axis.probed?;
+            let is_part = from > axis.travel[0] || to < axis.travel[1];
+            let [from, to] = [from, to].map(|q| format!("{q:.1}").replace('-', "−"));
+            is_part.then(|| format!("{} outside of {from} to {to} {}", axis.axis, axis.unit))
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "Never probed: {}. What was found is carried on there.",
+            parts.join(", ")
+        )
+    })
 }

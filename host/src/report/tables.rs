@@ -3,7 +3,7 @@
 use super::words::is_rotary;
 use super::{ReportError, Subject};
 use crate::compile::bounds_of;
-use crate::contents::{Contents, contents};
+use crate::contents::{Contents, TermEntry, contents};
 use crate::cost::{CYCLES_PER_INSTRUCTION, instructions};
 use crate::machine::Machine;
 use crate::size::Size;
@@ -76,7 +76,7 @@ pub struct Curve {
 pub struct Formula {
     /// The axis that it corrects.
     pub output: char,
-    /// `ΔX += 1.0 · T3(A) · T7(Y)`.
+    /// `ΔX += 0.5 · T3(A) · T7(Y)`, its weight to four digits.
     pub formula: String,
     /// True if its weight can be changed while it runs.
     pub is_adjustable: bool,
@@ -180,12 +180,24 @@ fn formulas(contents: &Contents<'_>) -> Vec<Formula> {
     let inputs = contents.inputs();
     let terms = contents.term_list.iter();
     terms
-        .map(|term| Formula {
-            output: term.output,
-            formula: format!("Δ{} += {}", term.output, term.product(&inputs)),
-            is_adjustable: term.limits.is_some(),
+        .map(|term| {
+            let shown = TermEntry {
+                weight: four_digits(term.weight),
+                ..term.clone()
+            };
+            let product = shown.product(&inputs).replace('-', "−");
+            Formula {
+                output: term.output,
+                formula: format!("Δ{} += {product}", term.output),
+                is_adjustable: term.limits.is_some(),
+            }
         })
         .collect()
+}
+
+/// A weight as it is shown, to four digits.
+fn four_digits(weight: f32) -> f32 {
+    format!("{weight:.3e}").parse().unwrap_or(weight)
 }
 
 /// The values of every table at its points.
@@ -413,6 +425,17 @@ mod tests {
             found.add(*output, reads, *is_straight);
         }
         found.class().names
+    }
+
+    #[test]
+    fn weights_are_shown_to_four_digits() {
+        for (weight, shown) in [
+            (-0.749_943_44, "-0.7499"),
+            (2.0, "2"),
+            (0.001_418_677_6, "0.001419"),
+        ] {
+            assert_eq!(four_digits(weight).to_string(), shown);
+        }
     }
 
     #[test]

@@ -7,15 +7,60 @@ use crate::validate::Quality;
 /// Errors below this on average (µm, µrad) are none.
 const NOTHING: f64 = 5e-5;
 
-/// The verdict, a sentence each: what causes most, what the tables leave, how well it is known.
+/// The verdict, a sentence each: what the machine will do, what causes most of its error, what tables leave of it. Of
+/// all figures the mean over the travel.
 pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
     let before = &volumetric.before;
     if is_nothing(before) && shares.is_empty() {
         return vec!["No error of this machine is known: there is nothing to correct.".to_owned()];
     }
-    let mut sentences = vec![cause(before, shares)];
-    sentences.push(left(volumetric));
-    sentences
+    if is_nothing(before) {
+        return vec!["The errors that are known change nothing at the tool.".to_owned()];
+    }
+    vec![
+        expected(volumetric),
+        cause(before, shares),
+        left(volumetric),
+    ]
+}
+
+/// What the machine will do: with tables, where they leave it and how well its parameters are known.
+fn expected(volumetric: &Volumetric) -> String {
+    match (&volumetric.after, &volumetric.known) {
+        (None, _) => format!(
+            "Without tables the machine is off by {} on average over the travel.",
+            means(&volumetric.before)
+        ),
+        (Some(_), None) => {
+            "How far off the machine will be with these tables cannot be said: the errors have no uncertainties."
+                .to_owned()
+        }
+        (Some(after), Some(known)) => {
+            let exact = match known.exact {
+                0 => String::new(),
+                exact => format!(
+                    ", and {exact} of {} counted as exact",
+                    exact + known.uncertain
+                ),
+            };
+            // The length of a sum is no more than the sum of the lengths.
+            let within = |left: f64, band: f64| figure(left + band);
+            format!(
+                "With these tables the machine will be off by less than {} µm at the tip and {} µrad in direction (95 %, on average over the travel): so well its parameters are known{exact}.",
+                within(after.translation_um.mean, known.band.translation_um.mean),
+                within(after.direction_urad.mean, known.band.direction_urad.mean)
+            )
+        }
+    }
+}
+
+/// The means of tip and direction.
+fn means(quality: &Quality) -> String {
+    format!(
+        "{} µm and {} µrad",
+        figure(quality.translation_um.mean),
+        figure(quality.direction_urad.mean)
+    )
 }
 
 fn is_nothing(quality: &Quality) -> bool {
@@ -40,9 +85,6 @@ fn cause(before: &Quality, shares: &[Share]) -> String {
     let all = mean(before);
     match most {
         None => format!("The error is {} {unit} on average.", figure(all)),
-        Some(_) if is_nothing(before) => {
-            "The errors that are known change nothing at the tool.".to_owned()
-        }
         Some(most) => {
             let (words, name) = (capital(&most.words), &most.name);
             let alone = mean(&most.alone);
@@ -62,34 +104,23 @@ fn cause(before: &Quality, shares: &[Share]) -> String {
     }
 }
 
-/// What a correction leaves, and how well that is known.
+/// What a correction leaves by itself, and how well the parameters are known.
 fn left(volumetric: &Volumetric) -> String {
-    let figures = |quality: &Quality| {
-        format!(
-            "{} µm and {} µrad on average ({} µm and {} µrad at most)",
-            figure(quality.translation_um.mean),
-            figure(quality.direction_urad.mean),
-            figure(quality.translation_um.max),
-            figure(quality.direction_urad.max)
-        )
-    };
     let left = match (&volumetric.after, &volumetric.kinematic) {
-        (Some(after), _) => format!("These tables leave {}", figures(after)),
-        (None, Some(best)) => format!(
-            "Without tables all of it stays; the best correction would leave {}",
-            figures(best)
-        ),
-        (None, None) => "Without tables all of it stays".to_owned(),
+        (Some(after), _) => format!("The tables themselves leave {} on average", means(after)),
+        (None, Some(best)) => format!("The best tables would leave {} on average", means(best)),
+        (None, None) => "What tables would leave cannot be said".to_owned(),
     };
-    let known = match &volumetric.known {
+    match &volumetric.known {
         Some(known) => format!(
-            "the parameters themselves are known to ±{} µm and ±{} µrad (95 %).",
+            "{left}; the parameters are known to ±{} µm and ±{} µrad (95 %).",
             figure(known.band.translation_um.mean),
             figure(known.band.direction_urad.mean)
         ),
-        None => "how well the parameters themselves are known is not said.".to_owned(),
-    };
-    format!("{left}; {known}")
+        // It has been said first.
+        None if volumetric.after.is_some() => format!("{left}."),
+        None => format!("{left}; how well the parameters are known is not said."),
+    }
 }
 
 #[cfg(test)]
@@ -152,10 +183,41 @@ mod tests {
         assert_eq!(
             sentences(&found, &shares),
             [
+                "With these tables the machine will be off by less than 2.1 µm at the tip and 5.7 µrad in direction \
+                 (95 %, on average over the travel): so well its parameters are known.",
                 "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
-                "These tables leave 0.050 µm and 1.7 µrad on average (0.10 µm and 3.4 µrad at most); \
-                 the parameters themselves are known to ±2.1 µm and ±4.0 µrad (95 %).",
+                "The tables themselves leave 0.050 µm and 1.7 µrad on average; \
+                 the parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",
             ]
+        );
+    }
+
+    #[test]
+    fn what_is_not_known_is_said_first() {
+        let mut found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        if let Some(known) = &mut found.known {
+            known.exact = 2;
+        }
+        let said = sentences(&found, &[]);
+        assert!(
+            said[0].ends_with("are known, and 2 of 3 counted as exact."),
+            "{said:?}"
+        );
+        found.known = None;
+        let said = sentences(&found, &[]);
+        assert!(
+            said[0].contains("cannot be said: the errors have no uncertainties"),
+            "{said:?}"
+        );
+        assert!(
+            said[2].starts_with("The tables themselves leave 0.050 µm"),
+            "{said:?}"
+        );
+        found.after = None;
+        let said = sentences(&found, &[]);
+        assert_eq!(
+            said[0],
+            "Without tables the machine is off by 66 µm and 89 µrad on average over the travel."
         );
     }
 
@@ -164,7 +226,7 @@ mod tests {
         let shares = [share("EX0S", "the spindle's X position", 100.0, 0.0)];
         let found = sentences(&volumetric(quality(82.0, 0.0), None), &shares);
         assert_eq!(
-            found[0],
+            found[1],
             "The spindle's X position (EX0S) by itself would cause 100 µm on average; together with the others it is 82 µm."
         );
         let shares = [share(
@@ -175,7 +237,7 @@ mod tests {
         )];
         let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares);
         assert_eq!(
-            found[0],
+            found[1],
             "The spindle's inclination about X (EA0S) causes 30 of 30 µrad of the tool's direction on average."
         );
     }
@@ -190,8 +252,8 @@ mod tests {
         let shares = [share("EX0X", "the X position of axis X", 0.0, 0.0)];
         let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares);
         assert_eq!(
-            found[0],
-            "The errors that are known change nothing at the tool."
+            found,
+            ["The errors that are known change nothing at the tool."]
         );
     }
 }

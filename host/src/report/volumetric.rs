@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 /// Random positions where no compensation was compared at its own.
 pub const POSITIONS: usize = 5000;
 
-/// The volumetric error at random positions of the whole travel.
+/// The volumetric error over the whole travel: mean, root mean square and 95 % at random positions. A report's maxima
+/// are the largest that a search finds from the worst of these on; a verdict's those at these positions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Volumetric {
     /// How many.

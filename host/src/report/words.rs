@@ -26,13 +26,45 @@ pub fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
     }
 }
 
-/// The value of a parameter with its unit: `−0.87 µm/m`; as in files if it has no such unit or is not a parameter.
+/// The value of a parameter with its unit: `−0.87 µm/m`; of a coefficient of a motion `12.00 µrad/m²`, per kelvin
+/// `1.50 µm/K`. As in files if it is not a parameter.
 pub fn quantity(name: &str, value: f64) -> String {
-    let text = match Parameter::parse(name).map(unit) {
-        Some((Some(factor), unit)) => format!("{:.2} {unit}", value * factor),
-        _ => number(value),
+    let (name, per_kelvin) = match name.split_once(" (per K") {
+        Some((name, _)) => (name, "/K"),
+        None => (name, ""),
+    };
+    let text = match Parameter::parse(name).map(shown) {
+        Some((factor, unit)) => format!("{:.2} {unit}{per_kelvin}", value * factor),
+        None => number(value),
     };
     text.replace('-', "−")
+}
+
+/// As [`unit`], and of coefficients of motions in µm or µrad per metre or radian to their degree.
+fn shown(parameter: Parameter) -> (f64, String) {
+    let coefficient = match (unit(parameter), parameter.kind) {
+        ((Some(factor), unit), _) => return (factor, unit.to_owned()),
+        (_, ParameterKind::Degree(k)) => k,
+        ((None, unit), _) => return (1.0, unit.to_owned()),
+    };
+    let (small, unit) = match parameter.is_angular() {
+        true => (1e6, "µrad"),
+        false => (1e3, "µm"),
+    };
+    let (metres, per) = match is_rotary(parameter.axis) {
+        true => (1.0, "rad"),
+        false => (1e3_f64, "m"),
+    };
+    let degree = match coefficient {
+        1 => String::new(),
+        2 => "²".to_owned(),
+        3 => "³".to_owned(),
+        k => format!("^{k}"),
+    };
+    (
+        small * metres.powi(i32::from(coefficient)),
+        format!("{unit}/{per}{degree}"),
+    )
 }
 
 /// The name of one thing that an error file says: `EZ0S`, `EXX (table)`.
@@ -162,7 +194,12 @@ mod tests {
         assert_eq!(quantity("EC0A", -868.045_322_881e-6), "−868.05 µrad");
         assert_eq!(quantity("EZ0S", 0.0556), "55.60 µm");
         assert_eq!(quantity("EYY1", -609.86e-6), "−609.86 µm/m");
-        assert_eq!(quantity("EXX2", 2e-9), "2e−9");
+        assert_eq!(quantity("EXX2", 2e-9), "2.00 µm/m²");
+        assert_eq!(quantity("EBX3", -1.234_567_8e-15), "−1.23 µrad/m³");
+        assert_eq!(quantity("ECA1", -17.3e-3), "−17300.00 µrad/rad");
+        assert_eq!(quantity("EXC4", 0.5e-3), "0.50 µm/rad^4");
+        assert_eq!(quantity("EZ0S (per K of head)", 1.5e-3), "1.50 µm/K");
+        assert_eq!(quantity("EXX1 (per K of X)", 11e-6), "11.00 µm/m/K");
     }
 
     #[test]

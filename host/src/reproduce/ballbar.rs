@@ -209,7 +209,7 @@ fn picture(found: &[(Told, Vec<f64>)]) -> Picture {
             title: title.clone(),
             x: Scale::exact("reading (thousands)", [0.0, 19.8]),
             y: Scale::around("radial error (µm)", values),
-            shaded: None,
+            shaded: Vec::new(),
             series,
         }),
         title,

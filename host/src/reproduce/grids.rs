@@ -328,7 +328,7 @@ fn picture([few, many]: &[Vec<(usize, f64)>; 2]) -> Picture {
             title: title.clone(),
             x: Scale::exact("nodes along each axis", [2.0, 25.0]),
             y: Scale::around("norm of the RMS (µm)", values),
-            shaded: None,
+            shaded: Vec::new(),
             series,
         }),
         title,

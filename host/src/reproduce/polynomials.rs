@@ -380,7 +380,7 @@ fn picture(few: &[Told], all: &[Told]) -> Picture {
             title: title.clone(),
             x: Scale::exact("volumetric error (µm)", [0.0, 1.02 * most]),
             y: Scale::exact("probings with no more (%)", [0.0, 102.0]),
-            shaded: None,
+            shaded: Vec::new(),
             series,
         }),
         title,

@@ -350,7 +350,7 @@ fn picture(moved: &Validated) -> Picture {
             title: title.clone(),
             x: Scale::exact("parameter, in the order of Table 6-4", [0.5, 10.5]),
             y: Scale::exact("compensability (%)", [-22.0, 102.0]),
-            shaded: None,
+            shaded: Vec::new(),
             series,
         }),
         title,

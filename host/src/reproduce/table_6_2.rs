@@ -383,7 +383,7 @@ fn picture(cases: &[OfCase]) -> Picture {
         title: title.clone(),
         x: Scale::exact("case study of Table 6-2", [0.5, 10.5]),
         y: Scale::around("mean at the probings (µm)", values),
-        shaded: None,
+        shaded: Vec::new(),
         series,
     });
     Picture {

@@ -8,13 +8,17 @@ use super::listed::Listed;
 use super::screen::correlated;
 use nalgebra::Vector3;
 use serde::Serialize;
+use trueaxis_host::formats::probings::Probings;
 use trueaxis_host::identify::{Along, BarCheck, Checked, Estimated, Form, Level, Unseen};
+use trueaxis_host::machine::Machine;
+use trueaxis_host::report::Probed;
 
 /// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     machine: &'a str,
     probings: usize,
+    probed: Vec<Probed>,
     balls: Vec<Ball<'a>>,
     stylus_mm: [f64; 3],
     parameters: Vec<One>,
@@ -173,6 +177,7 @@ impl<'a> Answer<'a> {
         Self {
             machine: &machine.name,
             probings: measured.rows.len(),
+            probed: probed(machine, measured),
             balls: (honesty.balls.iter().zip(&identified.balls))
                 .map(|(ball, place)| Ball {
                     name: &ball.name,
@@ -245,6 +250,21 @@ impl<'a> Answer<'a> {
                 .collect(),
         }
     }
+}
+
+/// From where to where each axis went.
+fn probed(machine: &Machine, measured: &Probings) -> Vec<Probed> {
+    let axes = machine.axes.iter().enumerate();
+    axes.map(|(i, axis)| {
+        let at = measured.rows.iter().map(|row| row.position[i]);
+        Probed {
+            axis: axis.letter.char(),
+            range: at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
+                [low.min(q), high.max(q)]
+            }),
+        }
+    })
+    .collect()
 }
 
 fn um(mm: Vector3<f64>) -> [f64; 3] {

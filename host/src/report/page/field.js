@@ -1,4 +1,4 @@
-/* The error field: how far the tip is off all over the linear travel, and where it is worst. */
+/* The error field: how far the tip is off all over the linear travel. */
 const Field = (() => {
   "use strict";
   const { add, sub, length } = Scene;
@@ -7,9 +7,6 @@ const Field = (() => {
   const COLOURS = 6;
   /** Positions along each linear axis. */
   const LATTICE = 5;
-  /** Random positions among which the worst are looked for, how many of them go on to worse ones, and how many
-   * are listed. */
-  const [SEARCHED, CLIMBING, LISTED] = [1000, 12, 6];
 
   /** What an arrow shows: a way of the tip (mm), seen from the workpiece. */
   const SHOWN = {
@@ -26,21 +23,9 @@ const Field = (() => {
   /** A number in few digits, for people. */
   function figure(v) {
     const size = Math.abs(v);
-    if (size === 0) return "0";
-    if (size < 5e-4) return "0.000";
-    const digits = size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3;
+    if (size < 5e-5) return "0";
+    const digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : size >= 0.9995 ? 2 : size >= 0.0995 ? 3 : 4;
     return v.toFixed(digits).replace("-", "−");
-  }
-
-  /** Numbers between 0 and 1 that are the same each time. */
-  function seeded(seed) {
-    let a = seed;
-    return () => {
-      a = (a + 0x6d2b79f5) | 0;
-      let t = Math.imul(a ^ (a >>> 15), 1 | a);
-      t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-      return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
-    };
   }
 
   class Field {
@@ -159,60 +144,6 @@ const Field = (() => {
         if (upright) picture.write([top[0], top[1] - 14], title, "letter", "middle");
         else words(m, title, "letter", 26);
       });
-    }
-
-    /** The worst that a seeded search of the whole travel finds, none near another. */
-    worst(auxiliaries, shown) {
-      const { model } = this.machine;
-      const random = seeded(16);
-      const reverses = model.axes.map((a) =>
-        a.motions.some((m) => m && (m.backlash !== 0 || (m.tabulated && m.tabulated.negative))),
-      );
-      // A tip is mostly worst at ends of the linear travel.
-      const draw = ({ travel: [low, high], rotary }) => {
-        const at = random();
-        return !rotary && random() < 0.6 ? (at < 0.5 ? low : high) : low + (high - low) * at;
-      };
-      const look = (state) => ({
-        state,
-        left: shown === "before" ? this.machine.before(state) : this.machine.both(state).after,
-      });
-      const found = Array.from({ length: SEARCHED }, () =>
-        look({
-          position: model.axes.map(draw),
-          // Whence it came matters where there is backlash.
-          direction: reverses.map((does) => (does ? (random() < 0.5 ? -1 : 1) : 0)),
-          auxiliaries,
-        }),
-      ).sort((a, b) => b.left.tip - a.left.tip);
-      // The first of them go on, one axis after the other, to where it is worse.
-      const better = (one) => {
-        for (let round = 0; round < 2; round++) {
-          model.axes.forEach(({ travel: [low, high] }, i) => {
-            for (let k = 0; k <= 8; k++) {
-              const position = [...one.state.position];
-              position[i] = low + ((high - low) * k) / 8;
-              const other = look({ ...one.state, position });
-              if (other.left.tip > one.left.tip) one = other;
-            }
-          });
-        }
-        return one;
-      };
-      const climbed = found.slice(0, CLIMBING).map(better);
-      found.unshift(...climbed);
-      found.sort((a, b) => b.left.tip - a.left.tip);
-      const chosen = [];
-      const near = (a, b) =>
-        Math.max(
-          ...model.axes.map(
-            ({ travel: [low, high] }, i) => Math.abs(a.position[i] - b.position[i]) / (high - low),
-          ),
-        ) < 0.25;
-      for (const one of found) {
-        if (chosen.length < LISTED && !chosen.some((c) => near(c.state, one.state))) chosen.push(one);
-      }
-      return chosen;
     }
   }
 

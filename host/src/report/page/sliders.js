@@ -81,6 +81,13 @@ const Sliders = (() => {
       return made;
     }
 
+    /** A tool length and temperatures in words, as far as the machine has them. */
+    auxiliaries(values) {
+      const { length_range: length, sensors } = this.machine.model;
+      const all = [...(length ? [["tool length", "mm"]] : []), ...sensors.map(({ name }) => [name, "K"])];
+      return all.map(([name, unit], k) => minus(`${name} ${values[k].toFixed(1)} ${unit}`));
+    }
+
     axis(axis, index) {
       const { state } = this;
       const id = `axis-${axis.letter}`;

@@ -7,6 +7,8 @@
   const KINDS = ["before", "after", "difference"];
   const $ = (id) => document.getElementById(id);
   const machine = new Engine.Machine(JSON.parse($("model-data").textContent));
+  /** Where the program has found the tip farthest off. */
+  const { worst: places } = JSON.parse($("report-data").textContent);
   const { model } = machine;
   const drawing = new Drawing(machine);
   const field = new Field(machine);
@@ -229,17 +231,17 @@
       return;
     }
     list.replaceChildren(
-      ...field.worst(drawing.home.auxiliaries, which).map(({ state: there, left }) => {
-        const came = (i) => ["from above", "", "from below"][there.direction[i] + 1];
-        const at = (axis, i) => `${axis.letter} ${inUnit(axis, there.position[i])} ${came(i)}`.trim();
-        const place = model.axes.map(at).join(", ");
+      ...places[which].map(({ position, direction, auxiliaries, tip_um: um, direction_urad: urad }) => {
+        const came = (i) => ["from above", "", "from below"][direction[i] + 1];
+        const at = (axis, i) => `${axis.letter} ${inUnit(axis, position[i])} ${came(i)}`.trim();
+        const place = [...model.axes.map(at), ...sliders.auxiliaries(auxiliaries)].join(", ");
         const button = element(
           "button",
           { type: "button", class: "place" },
-          element("b", { class: which }, `${figure(1e3 * left.tip)} µm, ${figure(1e6 * left.direction)} µrad`),
+          element("b", { class: which }, `${figure(um)} µm, ${figure(urad)} µrad`),
           ` at ${place}`,
         );
-        button.addEventListener("click", () => sliders.goTo(there));
+        button.addEventListener("click", () => sliders.goTo({ position, direction, auxiliaries }));
         return element("li", {}, button);
       }),
     );
@@ -295,8 +297,7 @@
   window.addEventListener("afterprint", resize);
   resize();
   draw();
-  // After the first picture: it takes longest.
-  setTimeout(worst, 0);
+  worst();
 
   /** For tests: what the page computes and shows. */
   window.trueaxis = { machine, drawing, state, redraw: draw, showSliders: () => sliders.show() };
