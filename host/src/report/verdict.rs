@@ -38,15 +38,12 @@ fn expected(volumetric: &Volumetric) -> String {
         (Some(after), Some(known)) => {
             let exact = match known.exact {
                 0 => String::new(),
-                exact => format!(
-                    ", and {exact} of {} counted as exact",
-                    exact + known.uncertain
-                ),
+                exact => format!(" ({exact} of {} count as exact)", exact + known.uncertain),
             };
             // The length of a sum is no more than the sum of the lengths.
             let within = |left: f64, band: f64| figure(left + band);
             format!(
-                "With these tables the machine will be off by less than {} µm at the tip and {} µrad in direction (95 %, on average over the travel): so well its parameters are known{exact}.",
+                "With these tables the machine will be off by less than {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
                 within(after.translation_um.mean, known.band.translation_um.mean),
                 within(after.direction_urad.mean, known.band.direction_urad.mean)
             )
@@ -184,7 +181,7 @@ mod tests {
             sentences(&found, &shares),
             [
                 "With these tables the machine will be off by less than 2.1 µm at the tip and 5.7 µrad in direction \
-                 (95 %, on average over the travel): so well its parameters are known.",
+                 (95 %, on average over the travel), by what is not known of its parameters and what the tables leave.",
                 "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
                 "The tables themselves leave 0.050 µm and 1.7 µrad on average; \
                  the parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",
@@ -200,7 +197,7 @@ mod tests {
         }
         let said = sentences(&found, &[]);
         assert!(
-            said[0].ends_with("are known, and 2 of 3 counted as exact."),
+            said[0].contains("its parameters (2 of 3 count as exact) and"),
             "{said:?}"
         );
         found.known = None;

@@ -173,7 +173,10 @@ fn a_compensation_for_another_machine_is_left_out_and_the_report_says_so() {
     let folder = Folder::new();
     let [machine, errors] = huron();
     let (page, said) = page(&folder, 1, &[&machine, &errors, &blob("kolibri")]);
-    assert!(said.contains("Without tables the machine is off by"), "{said}");
+    assert!(
+        said.contains("Without tables the machine is off by"),
+        "{said}"
+    );
     let remark = "The compensation is left out: the blob was made for the machine";
     assert!(text(&page).contains(remark) && !text(&page).contains("<h2>The tables"));
 }
