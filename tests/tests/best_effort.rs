@@ -1,29 +1,21 @@
 //! Whatever the tolerance asked for: what is made leaves no more than what is made for a coarser one.
 
-use trueaxis_host::compile::{Best, CompileError, Options, TOLERANCES, best};
+use trueaxis_host::compile::{Best, Options, TOLERANCES, best};
 use trueaxis_host::errors::ErrorModel;
 use trueaxis_host::machine::Machine;
 use trueaxis_host::target::Target;
 use trueaxis_tests::{errors, machine};
 
-/// What is left (µm, µrad alike) for a tolerance, and whether that is met; nothing if not even the axes fit.
-fn left(
-    machine: &Machine,
-    errors: &ErrorModel,
-    target: &Target,
-    tolerance: f64,
-) -> Option<(f64, bool)> {
+/// What is left (µm, µrad alike) for a tolerance, and whether that is met.
+fn left(machine: &Machine, errors: &ErrorModel, target: &Target, tolerance: f64) -> (f64, bool) {
     let mut options = Options {
         random: 1000,
-        allow_large: true,
         ..Options::default()
     };
     options.tables.target = target.clone();
-    match best(machine, errors, &options, Some(tolerance), &()) {
-        Ok(Best { proof, .. }) => Some((proof.finest(), proof.meets(tolerance))),
-        Err(CompileError::NoRoom { .. }) => None,
-        Err(error) => panic!("{}: {error}", machine.name),
-    }
+    let found = best(machine, errors, &options, Some(tolerance), &());
+    let Best { proof, .. } = found.unwrap_or_else(|error| panic!("{}: {error}", machine.name));
+    (proof.finest(), proof.meets(tolerance))
 }
 
 /// Finer tolerances first. What a finer one leaves that is missed is at most what a coarser one leaves that is
@@ -31,10 +23,8 @@ fn left(
 /// the finer one is missed.
 fn holds(name: &str, machine: &Machine, errors: &ErrorModel, target: &Target) -> bool {
     let tried = [TOLERANCES[0], TOLERANCES[4]];
-    let [finer, coarser] = tried.map(|tolerance| left(machine, errors, target, tolerance));
-    let (Some((finer, is_finer_met)), Some((coarser, is_coarser_met))) = (finer, coarser) else {
-        return false;
-    };
+    let [(finer, is_finer_met), (coarser, is_coarser_met)] =
+        tried.map(|tolerance| left(machine, errors, target, tolerance));
     let most = if is_coarser_met { tried[1] } else { coarser };
     assert!(is_finer_met || finer <= most, "{name}: {finer} > {most}");
     !is_finer_met

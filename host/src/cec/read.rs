@@ -237,12 +237,7 @@ impl<'t> Reader<'t, '_> {
         };
         match before {
             None => Ok(()),
-            Some(_) => Err(FileError::at(
-                span,
-                "this is assigned a second time",
-                "here",
-                "leave one of both; two tables have two numbers",
-            )),
+            Some(_) => Err(twice(span)),
         }
     }
 
@@ -273,6 +268,9 @@ impl<'t> Reader<'t, '_> {
                 "write a decimal number with a point, like 0.5",
             )
         })?;
+        if (self.limits.iter()).any(|known| known.axis == axis && known.limited == limited) {
+            return Err(twice(span));
+        }
         self.limits.push(Limit {
             axis,
             limited,
@@ -335,6 +333,16 @@ impl<'t> Reader<'t, '_> {
             limits: self.limits,
         })
     }
+}
+
+/// Something that has been assigned before.
+fn twice(span: Range<usize>) -> FileError {
+    FileError::at(
+        span,
+        "this is assigned a second time",
+        "here",
+        "leave one of both; two tables have two numbers",
+    )
 }
 
 /// An axis that is not in the map.

@@ -29,24 +29,7 @@ pub struct Best {
     pub full: Option<Full>,
 }
 
-/// A compensation for some tolerance.
-struct Candidate {
-    built: Built,
-    proof: Proof,
-}
-
-impl Candidate {
-    /// Makes it for the tolerance of `options` and proves it.
-    fn new(
-        machine: &Machine,
-        errors: &ErrorModel,
-        options: &Options,
-        progress: &dyn Progress,
-    ) -> Result<Self, CompileError> {
-        let Compiled { built, proof } = compile(machine, errors, options, progress)?;
-        Ok(Self { built, proof })
-    }
-
+impl Compiled {
     fn meets(&self, tolerance: f64) -> bool {
         self.proof.refusals(tolerance).is_empty()
     }
@@ -102,11 +85,11 @@ pub fn best(
         None if keeps => COARSEST_DEFAULT,
         _ => first,
     };
-    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut candidates: Vec<Compiled> = Vec::new();
     let mut fits_um = None;
     let mut is_full = false;
     for tolerance in [first].into_iter().chain(coarser) {
-        let candidate = match Candidate::new(machine, errors, &of(options, tolerance), progress) {
+        let candidate = match compile(machine, errors, &of(options, tolerance), progress) {
             Ok(candidate) => candidate,
             Err(CompileError::NoRoom { .. }) if !candidates.is_empty() => continue,
             Err(error) => return Err(error),
@@ -137,7 +120,7 @@ pub fn best(
 }
 
 /// A candidate judged by a tolerance (µm).
-fn judged(Candidate { built, proof }: Candidate, tolerance: f64, options: &Options) -> Best {
+fn judged(Compiled { built, proof }: Compiled, tolerance: f64, options: &Options) -> Best {
     Best {
         full: Full::of(&built, &proof, &of(options, tolerance)),
         built,
@@ -148,9 +131,9 @@ fn judged(Candidate { built, proof }: Candidate, tolerance: f64, options: &Optio
 }
 
 /// What deviates least, of at least one candidate, and does no harm by a tolerance (µm) if there is such.
-fn least(candidates: Vec<Candidate>, tolerance: f64) -> Candidate {
-    let key = |c: &Candidate| (c.does_harm(tolerance), c.proof.finest());
-    let better = |a: Candidate, b: Candidate| match key(&b) < key(&a) {
+fn least(candidates: Vec<Compiled>, tolerance: f64) -> Compiled {
+    let key = |c: &Compiled| (c.does_harm(tolerance), c.proof.finest());
+    let better = |a: Compiled, b: Compiled| match key(&b) < key(&a) {
         true => b,
         false => a,
     };
@@ -171,7 +154,7 @@ fn unlimited(
         samples: options.tables.target.samples,
         ..Target::desktop()
     };
-    match Candidate::new(machine, errors, &options, progress) {
+    match compile(machine, errors, &options, progress) {
         Ok(found) if found.meets(1e3 * options.tables.tolerance) => Ok(Some(found.built.size)),
         Ok(_) | Err(CompileError::NoRoom { .. }) => Ok(None),
         Err(error) => Err(error),

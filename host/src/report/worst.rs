@@ -122,7 +122,7 @@ pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, Rep
     Ok(worst)
 }
 
-/// A search over all that a machine is told: positions, directions, tool length, temperatures.
+/// A search over all inputs of a command: positions, directions of travel, tool length, temperatures.
 pub struct Search<'a> {
     /// The machine.
     pub machine: &'a Machine,
@@ -137,14 +137,19 @@ impl Search<'_> {
     /// Raises the maxima to those that a search from the worst of `commands` finds.
     pub fn raise(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
         for of in [Of::Tip, Of::Direction] {
-            let all = self.climbed(&sized(commands, left, of), STARTS, left, of);
-            raise(found, of, all.first());
+            self.raise_of(of, found, commands, left);
         }
+    }
+
+    /// Raises the maximum of one of both.
+    fn raise_of(&self, of: Of, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
+        let all = self.climbed(&sized(commands, left, of), STARTS, left, of);
+        raise(found, of, all.first());
     }
 
     /// Raises the maxima, and lists the worst places of the tip, none near another.
     fn places(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) -> Vec<Place> {
-        self.raise(found, commands, left);
+        self.raise_of(Of::Direction, found, commands, left);
         let all = sized(commands, left, Of::Tip);
         let climbed = self.climbed(&all, LISTED, left, Of::Tip);
         raise(found, Of::Tip, climbed.first());

@@ -1,6 +1,6 @@
 //! `export cec` and `import cec`: what is written, and what is refused.
 
-use crate::program::{Folder, answer, blob, example, refused, trueaxis};
+use crate::program::{Folder, answer, blob, example, plain, refused, trueaxis};
 
 const AXES: &str = "X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5";
 
@@ -82,6 +82,12 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
                 let largest = largest - off;
                 assert!(limit * factor >= largest, "{axis}: {limit}");
             }
+            // Every axis that has tables.
+            let count = |what: &str| text.matches(what).count();
+            assert_eq!(
+                count("; MD32720 $MA_CEC_MAX_SUM at least "),
+                count(": MD32730 $MA_CEC_MAX_VELO at least ")
+            );
             assert!(text.contains("; leave SD41310 $SN_CEC_TABLE_WEIGHT of all tables"));
             assert!(told["largest_factor"].as_f64().unwrap() <= 2.0);
             let [again, twice] = ["again.trax", "twice.mpf"].map(|name| folder.at(name));
@@ -101,6 +107,72 @@ fn thirteen_errors_of_the_huron_take_at_most_23_tables_under_both_readings() {
                 &["verify", &machine, &errors, &again, "--random", "2000"],
             );
         }
+    }
+}
+
+#[test]
+fn limits_in_the_file_are_read_and_tables_beyond_them_warned_of() {
+    let folder = Folder::new();
+    let [machine, errors] =
+        ["machine", "errors-13"].map(|n| example(&format!("huron-k2x8/{n}.toml")));
+    let [huron, cec, with, again] =
+        ["huron.trax", "cec.mpf", "limited.mpf", "again.trax"].map(|n| folder.at(n));
+    let compiled = json(&answer(
+        0,
+        &["compile", &machine, &errors, "-o", &huron, "--json"],
+    ));
+    answer(0, &export(&huron, "added", &cec));
+    let text = std::fs::read_to_string(&cec).unwrap();
+    // X reaches 0.0639 mm, and its correction changes by up to `rate` mm/min.
+    let axis = |axes: &serde_json::Value| {
+        let axes = axes.as_array().unwrap();
+        axes.iter().find(|a| a["axis"] == "X").unwrap().clone()
+    };
+    let x = axis(&compiled["axes"]);
+    let rate = 60.0 * x["rate_bound"].as_f64().unwrap();
+    let said = text
+        .split_once("; AX1: MD32730 $MA_CEC_MAX_VELO at least ")
+        .unwrap()
+        .1;
+    let (said, rest) = said.split_once(' ').unwrap();
+    let said: f64 = said.parse().unwrap();
+    // Rounded up to a tenth.
+    assert!(said >= rate - 1e-9 && said < rate + 0.1, "{said} {rate}");
+    assert!(rest.starts_with("mm/min, as a percentage of MD32000"));
+    let read = |limits: &str, code| {
+        let body = text.replace("M17", &format!("{limits}M17"));
+        assert_ne!(body, text);
+        std::fs::write(&with, body).unwrap();
+        let output = trueaxis(&import(&with, &machine, "added", &again));
+        assert_eq!(output.status.code(), Some(code));
+        plain(&output.stderr)
+    };
+    let enough = "$MA_CEC_MAX_SUM[AX1]=0.1\n$MA_CEC_MAX_VELO[AX1]=1\n";
+    assert!(!read(enough, 0).contains("MD327"));
+    let sum = read("$MA_CEC_MAX_SUM[AX1]=0.05\n", 0);
+    assert!(
+        sum.contains(
+            "MD32720 stops the correction of X at 0.0500 mm, and its tables reach 0.0639 mm"
+        ),
+        "{sum}"
+    );
+    // A hundredth of a per cent of the largest speed.
+    let velocity = read("$MA_CEC_MAX_VELO[AX1]=0.01\n", 0);
+    assert!(
+        velocity.contains("MD32730 stops the correction of X at 0.0500 mm/s"),
+        "{velocity}"
+    );
+    for (limits, refused) in [
+        (
+            "$MA_CEC_MAX_SUM[AX1]=1\n$MA_CEC_MAX_SUM[AX1]=1\n",
+            "a second time",
+        ),
+        ("$MA_CEC_MAX_SUM[AX1]=-1\n", "is a number from 0"),
+        ("$MA_CEC_MAX_SUM[AX99]=1\n", "not in the map"),
+        ("$MA_CEC_MAX_SUM[0,AX1]=1\n", "are not the indices"),
+    ] {
+        let said = read(limits, 2);
+        assert!(said.contains(refused), "{said}");
     }
 }
 

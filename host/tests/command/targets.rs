@@ -181,6 +181,29 @@ fn what_it_says_would_meet_the_tolerance_does() {
 }
 
 #[test]
+fn a_tolerance_far_below_what_uncertain_parameters_leave_is_said_to_buy_nothing() {
+    let folder = Folder::new();
+    let [machine, errors] =
+        ["machine", "errors-13"].map(|n| example(&format!("huron-k2x8/{n}.toml")));
+    let out = folder.at("k.trax");
+    let said = |more: &[&str]| {
+        let first = ["compile", &machine, &errors, "-o", &out];
+        let output = trueaxis(&[&first[..], more].concat());
+        assert_eq!(output.status.code(), Some(0));
+        plain(&output.stderr)
+    };
+    // The parameters leave up to 15 µm.
+    let far = said(&["--tolerance", "0.05"]);
+    // A tenth of the 14.95 µm that stand in the README.
+    assert!(
+        far.contains("a tolerance below 1.50 µm buys nothing"),
+        "{far}"
+    );
+    assert!(!said(&["--tolerance", "2"]).contains("buys nothing"));
+    assert!(!said(&[]).contains("buys nothing"));
+}
+
+#[test]
 fn a_target_without_room_for_the_axes_gets_nothing() {
     let folder = Folder::new();
     folder.file("k.trax", "old");

@@ -185,7 +185,8 @@ impl Answer<'_> {
             );
         } else if let (false, Some(leaves)) = (self.is_default, far) {
             eprintln!(
-                "note: the parameters' own uncertainty leaves up to {leaves:.2} µm: a tolerance of {tolerance} µm buys nothing that a tenth of that does not"
+                "note: the parameters' own uncertainty leaves up to {leaves:.2} µm: a tolerance below {:.2} µm buys nothing",
+                leaves / NOTHING_BOUGHT
             );
         }
     }

@@ -305,9 +305,15 @@ fn comments<C: trueaxis::Room>(
         comments.push(format!(
             "{name}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least {sum:.6} {unit}"
         ));
-        let rate = compensation.axes()[axis].rate_bound;
+        // In the unit of MD32000, rounded up.
+        let rate = f64::from(compensation.axes()[axis].rate_bound);
+        let up = |value: f64, step: f64| (value / step).ceil() * step;
+        let rate = match axes.is_rotary(axis) {
+            true => format!("{:.4} rev/min", up(rate * 60.0 / 360.0, 1e-4)),
+            false => format!("{:.1} mm/min", up(rate * 60.0, 0.1)),
+        };
         comments.push(format!(
-            "{name}: MD32730 $MA_CEC_MAX_VELO at least 100 * {rate:.3} {unit}/s / MD32000 of {name} (%)"
+            "{name}: MD32730 $MA_CEC_MAX_VELO at least {rate}, as a percentage of MD32000"
         ));
     }
     if plan.tables.iter().any(|table| table.times.is_some()) {
