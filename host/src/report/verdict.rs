@@ -43,7 +43,7 @@ fn expected(volumetric: &Volumetric) -> String {
             // The length of a sum is no more than the sum of the lengths.
             let within = |left: f64, band: f64| figure(left + band);
             format!(
-                "With these tables the machine will be off by less than {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
+                "With these tables the machine will be off by no more than about {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
                 within(after.translation_um.mean, known.band.translation_um.mean),
                 within(after.direction_urad.mean, known.band.direction_urad.mean)
             )
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(
             sentences(&found, &shares),
             [
-                "With these tables the machine will be off by less than 2.1 µm at the tip and 5.7 µrad in direction \
+                "With these tables the machine will be off by no more than about 2.1 µm at the tip and 5.7 µrad in direction \
                  (95 %, on average over the travel), by what is not known of its parameters and what the tables leave.",
                 "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
                 "The tables themselves leave 0.050 µm and 1.7 µrad on average; \
