@@ -43,6 +43,24 @@ fn a_word_that_reads_blank_and_refuses_programming_is_mended_by_an_erase() {
     }
 }
 
+#[test]
+fn a_block_is_unusable_once_it_fails_again_and_stays_so() {
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(8));
+    let mut fails = |block: u32| {
+        let offset = block * 128 + 8;
+        slots.failed(Slot::A, offset, SlotError::Readback { offset })
+    };
+    let unusable = |block| SlotError::Unusable {
+        slot: Slot::A,
+        block,
+    };
+    assert_eq!(fails(2), SlotError::Readback { offset: 264 });
+    // Another one: the erase between them may have mended the first.
+    assert_eq!(fails(5), SlotError::Readback { offset: 648 });
+    assert_eq!(fails(5), unusable(5));
+    assert_eq!(fails(3), unusable(5));
+}
+
 /// Two uploads, then a defect in the slot of the next one, which is returned.
 fn with_defect<const W: usize, const E: usize>(
     blocks: usize,

@@ -449,3 +449,52 @@ fn two_places_that_fail_are_named_and_what_was_stored_holds() {
     assert_eq!(commit(&mut slots, &blob(3, 40)), slot);
     assert_eq!(slots.flash().erases(slot), [2; 12]);
 }
+
+/// `places` left beside a choice, the next of which has a defect in both halves; enabling then.
+fn enabled_beside_a_bad_place(places: usize) -> (Result<(), SlotError>, Small) {
+    let mut slots = open();
+    let slot = upload(&mut slots, &blob(1, 40), 64);
+    slots.set_active(Some(slot));
+    let room = slots.places_left(slot);
+    let mut on = false;
+    while slots.places_left(slot) > places {
+        on = !on;
+        enable(&mut slots, on).expect("room");
+    }
+    let at = 12 * 128 - 128 - 64 * (2 + room - places);
+    for half in [0, 32] {
+        slots.flash.set_defect(slot, at + half, Defect::Misreads);
+    }
+    (enable(&mut slots, !on), slots)
+}
+
+#[test]
+fn the_last_place_is_kept_where_the_one_before_it_fails() {
+    for places in 2..5 {
+        let (result, slots) = enabled_beside_a_bad_place(places);
+        let left = slots.places_left(Slot::A);
+        if places == 2 {
+            assert!(
+                matches!(result, Err(SlotError::Unusable { .. })),
+                "{result:?}"
+            );
+            assert_eq!(left, 1);
+        } else {
+            assert_eq!((result, left), (Ok(()), places - 2));
+        }
+    }
+}
+
+#[test]
+fn one_half_of_a_choice_is_enough_where_no_place_takes_both() {
+    let mut slots = open();
+    let slot = upload(&mut slots, &blob(1, 40), 64);
+    slots.set_active(Some(slot));
+    for place in 2..4 {
+        let at = 12 * 128 - 128 - 64 * place;
+        slots.flash.set_defect(slot, at, Defect::Refuses);
+    }
+    assert_eq!(enable(&mut slots, true), Ok(()));
+    assert!(slots.choice().enable);
+    assert!(slots.is_choice_halved());
+}

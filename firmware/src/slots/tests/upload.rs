@@ -442,8 +442,46 @@ fn no_upload_begins_where_a_blob_is_leased() {
     assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
     slots.take_back(third);
     assert_eq!(attempt(&mut slots, &blobs[2], 64), Ok(Slot::B));
+    // None of them has ended the lease of A that was dropped.
+    slots.set_active(Some(Slot::B));
+    assert_eq!(attempt(&mut slots, &blobs[1], 64), leased);
+    slots.set_active(Some(Slot::A));
     // Nothing is leased that is not valid.
     let Header { length, crc } = Header::read(&blobs[0]).expect("a blob");
     slots.begin(length, crc).expect("room");
     assert!(slots.lease(Slot::B).is_none());
+}
+
+#[test]
+fn a_lease_from_before_a_restart_ends_none() {
+    let mut slots = Slots::open(MockFlash::<8, 128>::new(6));
+    let slot = upload(&mut slots, &blob(1, 40), 64);
+    let lease = slots.lease(slot).expect("a valid slot");
+    let mut slots = Slots::open(slots.close());
+    let place = slots.blob(slot).map(<[u8]>::as_ptr);
+    assert_eq!(place, Some(lease.bytes().as_ptr()));
+    slots.take_back(lease);
+    assert!(!slots.is_leased(slot));
+}
+
+/// An upload that a restart interrupts, begun again.
+fn begun_again<const W: usize, const E: usize>(blocks: usize) -> Progress {
+    let blob = blob(1, 40);
+    let Header { length, crc } = Header::read(&blob).expect("a blob");
+    let mut slots = Slots::open(MockFlash::<W, E>::new(blocks));
+    let mut progress = slots.begin(length, crc).expect("room");
+    while matches!(progress, Progress::Erasing { .. }) {
+        progress = slots.erase_step().expect("power");
+    }
+    slots.write(0, &blob[..64]).expect("power");
+    let mut slots = Slots::open(slots.close());
+    slots.begin(length, crc).expect("room")
+}
+
+#[test]
+fn an_upload_resumes_after_a_restart_where_the_slot_has_more_than_one_block() {
+    assert_eq!(begun_again::<8, 128>(6), Progress::Receiving { next: 0 });
+    // With one block, an erase that was cut may look the same.
+    let erasing = Progress::Erasing { done: 0, blocks: 1 };
+    assert_eq!(begun_again::<16, 768>(1), erasing);
 }
