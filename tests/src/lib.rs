@@ -2,6 +2,8 @@
 //! `benches/`. Here is what they share.
 
 #[cfg(feature = "desktop")]
+pub mod best_effort;
+#[cfg(feature = "desktop")]
 mod examples;
 mod fixed;
 pub mod golden;

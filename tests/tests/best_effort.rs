@@ -1,42 +1,9 @@
-//! Whatever the tolerance asked for: what is made leaves no more than what is made for a coarser one.
+//! Best effort, on examples. On random machines: `cargo xtask random-machines --best-effort 30`.
 
-use trueaxis_host::compile::{Best, Options, TOLERANCES, best};
-use trueaxis_host::errors::ErrorModel;
-use trueaxis_host::machine::Machine;
-use trueaxis_host::target::Target;
-use trueaxis_tests::{errors, machine};
-
-/// What is left (µm, µrad alike) for a tolerance, and whether that is met.
-fn left(machine: &Machine, errors: &ErrorModel, target: &Target, tolerance: f64) -> (f64, bool) {
-    let mut options = Options {
-        random: 1000,
-        ..Options::default()
-    };
-    options.tables.target = target.clone();
-    let found = best(machine, errors, &options, Some(tolerance), &());
-    let Best { proof, .. } = found.unwrap_or_else(|error| panic!("{}: {error}", machine.name));
-    (proof.finest(), proof.meets(tolerance))
-}
-
-/// Finer tolerances first. What a finer one leaves that is missed is at most what a coarser one leaves that is
-/// missed, and meets a coarser one that is met: how much less than that is left then is chance. Returns whether
-/// the finer one is missed.
-fn holds(name: &str, machine: &Machine, errors: &ErrorModel, target: &Target) -> bool {
-    let tried = [TOLERANCES[0], TOLERANCES[4]];
-    let [(finer, is_finer_met), (coarser, is_coarser_met)] =
-        tried.map(|tolerance| left(machine, errors, target, tolerance));
-    let most = if is_coarser_met { tried[1] } else { coarser };
-    assert!(is_finer_met || finer <= most, "{name}: {finer} > {most}");
-    !is_finer_met
-}
+use trueaxis_tests::{best_effort, errors, machine};
 
 #[test]
 fn a_finer_tolerance_leaves_no_more_than_a_coarser_one() {
-    let target = Target {
-        tables: 8,
-        terms: 12,
-        ..Target::stm32f405()
-    };
     let mut missed = 0;
     for (folder, errors_file) in [
         ("router", "errors-10"),
@@ -47,7 +14,7 @@ fn a_finer_tolerance_leaves_no_more_than_a_coarser_one() {
     ] {
         let machine = machine(&format!("examples/{folder}/machine.toml"));
         let errors = errors(&format!("examples/{folder}/{errors_file}.toml"), &machine);
-        missed += u32::from(holds(folder, &machine, &errors, &target));
+        missed += u32::from(best_effort::is_finer_missed(folder, &machine, &errors));
     }
     assert!(missed >= 3, "{missed}");
 }
