@@ -6,11 +6,11 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use trueaxis::{AlignedBlob, Axis, EncodeError, LoadError, Policy};
-use trueaxis_host::cec::{
+use trueaxis_controllers::cec::{
     Axes, EncoderValues, FactorTables, Limits, LongProducts, Options, Reading, Table, Tolerance,
     Units, draft, plan, print, read,
 };
-use trueaxis_host::validate::Runtime;
+use trueaxis_tables::validate::Runtime;
 
 /// A linear, a rotary and an endless axis.
 static AXES: LazyLock<Axes> = LazyLock::new(|| {

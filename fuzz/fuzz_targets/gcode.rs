@@ -7,14 +7,14 @@ use libfuzzer_sys::fuzz_target;
 use trueaxis::{
     AlignedBlob, Axis, Direction, Draft, DraftBank, Interpolation, Policy, SampleFormat, Term,
 };
-use trueaxis_host::gcode::check::check;
-use trueaxis_host::gcode::modal::{Retract, Units};
-use trueaxis_host::gcode::offsets::System;
-use trueaxis_host::gcode::{
+use trueaxis_controllers::gcode::check::check;
+use trueaxis_controllers::gcode::modal::{Retract, Units};
+use trueaxis_controllers::gcode::offsets::System;
+use trueaxis_controllers::gcode::{
     Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream,
 };
-use trueaxis_host::machine::Machine;
-use trueaxis_host::validate::Runtime;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::validate::Runtime;
 
 /// What a mode byte chooses between: dialects, and their switches.
 const DIALECTS: [Dialect; 3] = [Dialect::LinuxCnc, Dialect::Grbl, Dialect::Fanuc];

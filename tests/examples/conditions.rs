@@ -2,10 +2,10 @@
 //! meant: `cargo run --release -p trueaxis-tests --example conditions`.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind, Situation};
-use trueaxis_host::formats::probings::Probings;
-use trueaxis_host::identify::Options;
-use trueaxis_host::kinematics::Kinematics;
+use trueaxis_measure::formats::probings::Probings;
+use trueaxis_measure::identify::Options;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation};
+use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tests::probed::Case;
 
 fn main() {

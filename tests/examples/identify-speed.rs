@@ -7,11 +7,11 @@ use serde_json::json;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_host::formats::artefact::Artefact;
-use trueaxis_host::formats::probings::{Probing, Probings};
-use trueaxis_host::identify::{Identified, Model, Options, Problem, identify};
-use trueaxis_host::machine::{MAX_AXES, Machine};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{Probing, Probings};
+use trueaxis_measure::identify::{Identified, Model, Options, Problem, identify};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::machine::{MAX_AXES, Machine};
 use trueaxis_tests::probed::Case;
 use trueaxis_tests::{Fixed, machine};
 

@@ -8,7 +8,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use trueaxis_host::link::{Client, Controller, Tcp};
+use trueaxis_controllers::link::{Client, Controller, Tcp};
 
 /// Where the programs are, and where files may be made.
 pub struct Setup<'c> {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 use trueaxis::link::{Activation, Refusal, Request, Slot};
 use trueaxis::{Compensation, Conditions, Correction};
-use trueaxis_host::link::{Client, LinkError, Tcp};
+use trueaxis_controllers::link::{Client, LinkError, Tcp};
 
 /// Servo periods between two questions.
 const STRETCH: usize = 500;

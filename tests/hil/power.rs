@@ -8,7 +8,7 @@ use std::fs;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueaxis::link::{Fault, Slot, SlotState};
-use trueaxis_host::link::Controller;
+use trueaxis_controllers::link::Controller;
 use trueaxis_tests::Fixed;
 
 /// Power cuts of an upload.

@@ -12,15 +12,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use trueaxis::link::EvaluateRow;
 use trueaxis::{Inputs, Travel, Travelling};
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind, Switches};
-use trueaxis_host::formats::artefact::Artefact;
-use trueaxis_host::formats::probings::{self, Probing};
-use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::link::{Client, Tcp};
-use trueaxis_host::machine::{MAX_AXES, Machine, PerAxis};
-use trueaxis_host::simulate::{Disturbances, compensated};
-use trueaxis_host::uncertainty;
-use trueaxis_host::validate::Command;
+use trueaxis_controllers::link::{Client, Tcp};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{self, Probing};
+use trueaxis_measure::simulate::{Disturbances, compensated};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Switches};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_tables::uncertainty;
+use trueaxis_tables::validate::Command;
 use trueaxis_tests::{Fixed, errors, machine, read};
 
 /// A machine, its true errors, what is planned, and the strategy by which the compensation is validated.

@@ -1,10 +1,10 @@
 //! Whatever the tolerance asked for: what is made leaves no more than what is made for a coarser one. Shown
 //! with a target that is too small for most machines.
 
-use trueaxis_host::compile::{Best, Options, TOLERANCES, best};
-use trueaxis_host::errors::ErrorModel;
-use trueaxis_host::machine::Machine;
-use trueaxis_host::target::Target;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::{Best, Options, TOLERANCES, best};
+use trueaxis_tables::target::Target;
 
 /// What is left (µm, µrad alike) for a tolerance, and whether that is met.
 fn left(machine: &Machine, errors: &ErrorModel, target: &Target, tolerance: f64) -> (f64, bool) {

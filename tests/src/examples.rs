@@ -1,8 +1,8 @@
 //! Machines and errors from the files of this workspace.
 
 use crate::Fixed;
-use trueaxis_host::errors::ErrorModel;
-use trueaxis_host::machine::{Machine, PerAxis};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::{Machine, PerAxis};
 
 impl Fixed {
     /// A position (mm, rad) within the travel of every axis.

@@ -13,6 +13,7 @@ pub mod moves;
 pub mod probed;
 #[cfg(feature = "desktop")]
 pub mod random_machines;
+pub mod shown;
 
 #[cfg(feature = "desktop")]
 pub use examples::{errors, machine, read};

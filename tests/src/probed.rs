@@ -2,13 +2,13 @@
 
 use crate::{Fixed, read};
 use nalgebra::Vector3;
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_host::formats::artefact::{Artefact, Ball};
-use trueaxis_host::formats::probings::{self, Probing, Probings};
-use trueaxis_host::identify::{Identified, IdentifyError, Model, Options, Problem, identify};
-use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::machine::{MAX_AXES, Machine};
-use trueaxis_host::simulate::{self, Disturbances};
+use trueaxis_measure::formats::artefact::{Artefact, Ball};
+use trueaxis_measure::formats::probings::{self, Probing, Probings};
+use trueaxis_measure::identify::{Identified, IdentifyError, Model, Options, Problem, identify};
+use trueaxis_measure::simulate::{self, Disturbances};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{MAX_AXES, Machine};
 
 /// A machine, its errors, and how it is probed.
 #[derive(Clone, Debug)]

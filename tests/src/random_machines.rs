@@ -18,8 +18,8 @@ pub use kinds::Kinds;
 pub use measured::{Measured, Places};
 
 use crate::Fixed;
-use trueaxis_host::errors::ErrorModel;
-use trueaxis_host::machine::Machine;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
 
 /// How many drawings there are claims about.
 pub const ALL: usize = 300;

@@ -2,9 +2,9 @@
 //! wCAYFXZt (Eq. 42), its pseudo-inverse (Eq. 43) and the corrections of the 45° machine (Eq. 59),
 //! as printed where they are right, and corrected where they are misprinted.
 
-use trueaxis_host::errors::{ErrorModel, Parameter, Situation};
-use trueaxis_host::kinematics::{Kinematics, Linearised, Policy, Twist};
-use trueaxis_host::machine::{Machine, PerAxis};
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
+use trueaxis_model::kinematics::{Kinematics, Linearised, Policy, Twist};
+use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tests::{Fixed, machine, read};
 
 /// Rounding of a dozen operations in f64, relative to the largest entry.

@@ -1,8 +1,8 @@
 //! The conventions of the kinematics against cases computed by another program.
 
-use trueaxis_host::errors::{ErrorModel, Situation, Switches};
-use trueaxis_host::kinematics::{Kinematics, Policy};
-use trueaxis_host::machine::{Machine, PerAxis};
+use trueaxis_model::errors::{ErrorModel, Situation, Switches};
+use trueaxis_model::kinematics::{Kinematics, Policy};
+use trueaxis_model::machine::{Machine, PerAxis};
 
 fn case(name: &str) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/");

@@ -1,10 +1,10 @@
 //! Identification against machines whose errors are known.
 
-use trueaxis_host::errors::{ErrorModel, Parameter};
-use trueaxis_host::formats::artefact::Bar;
-use trueaxis_host::formats::probings;
-use trueaxis_host::identify::{Chosen, Fit, Identified, Level, Options, automatic};
-use trueaxis_host::simulate::Disturbances;
+use trueaxis_measure::formats::artefact::Bar;
+use trueaxis_measure::formats::probings;
+use trueaxis_measure::identify::{Chosen, Fit, Identified, Level, Options, automatic};
+use trueaxis_measure::simulate::Disturbances;
+use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_tests::probed::{Case, worst};
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the automatic choice keeps, beside the coefficients that were published for machines of the same layout.
 
-use trueaxis_host::errors::{ErrorModel, ParameterKind};
-use trueaxis_host::identify::{Chosen, Form, Level, Missing, Options, automatic, published};
+use trueaxis_measure::identify::{Chosen, Form, Level, Missing, Options, automatic, published};
+use trueaxis_model::errors::{ErrorModel, ParameterKind};
 use trueaxis_tests::probed::Case;
 
 fn chosen(case: &Case) -> Chosen {

@@ -1,13 +1,13 @@
 //! What an identification says of probings that are not as they should be.
 
 use nalgebra::Vector3;
-use trueaxis_host::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
-use trueaxis_host::formats::artefact::Bar;
-use trueaxis_host::formats::probings::Probings;
-use trueaxis_host::identify::{
+use trueaxis_measure::formats::artefact::Bar;
+use trueaxis_measure::formats::probings::Probings;
+use trueaxis_measure::identify::{
     Along, Checked, IdentifyError, Model, Options, Problem, held_out, honesty, identify, snoop,
 };
-use trueaxis_host::simulate::Disturbances;
+use trueaxis_measure::simulate::Disturbances;
+use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind};
 use trueaxis_tests::probed::Case;
 
 fn bar(case: &Case, [a, b]: [usize; 2], longer: f64) -> Bar {

@@ -1,12 +1,12 @@
 //! Identification on every machine, and again and again.
 
-use trueaxis_host::errors::{ErrorModel, Parameter};
-use trueaxis_host::formats::covariance;
-use trueaxis_host::identify::{
+use trueaxis_measure::identify::{
     Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
 };
-use trueaxis_host::machine::Machine;
-use trueaxis_host::simulate::Disturbances;
+use trueaxis_measure::simulate::Disturbances;
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::formats::covariance;
+use trueaxis_model::machine::Machine;
 use trueaxis_tests::probed::{Case, worst};
 use trueaxis_tests::{Fixed, errors, machine, random_machines};
 

@@ -1,9 +1,9 @@
 //! The linearised model against central differences of the exact one: every parameter of every
 //! axis, on the golden machines and on a tilted machine with three rotary axes.
 
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind, Situation};
-use trueaxis_host::kinematics::{Kinematics, Linearised};
-use trueaxis_host::machine::{Machine, PerAxis};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation};
+use trueaxis_model::kinematics::{Kinematics, Linearised};
+use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tests::{Fixed, machine};
 
 /// Six axes, no two frames aligned, rotary axes in both branches.

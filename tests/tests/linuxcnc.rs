@@ -7,9 +7,9 @@
 //! relative to it, the other way; `conventional-directions = 1` does that, and `reversed` is our word for
 //! it.
 
-use trueaxis_host::errors::ErrorModel;
-use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::machine::Machine;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::Machine;
 use trueaxis_tests::{Fixed, read};
 
 struct Geometry {

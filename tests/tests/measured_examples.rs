@@ -1,7 +1,7 @@
 //! The examples with measured error motions are those that the generator makes, and what they say.
 
-use trueaxis_host::compile::{self, Options};
-use trueaxis_host::kinematics::Policy;
+use trueaxis_model::kinematics::Policy;
+use trueaxis_tables::compile::{self, Options};
 use trueaxis_tests::measured::{five_axis_30, mill_21};
 use trueaxis_tests::{errors, machine, read};
 

@@ -2,10 +2,10 @@
 //! the exact model with the instruments written down here once more.
 
 use nalgebra::Vector3;
-use trueaxis_host::errors::{ErrorModel, Parameter, Situation, Switches};
-use trueaxis_host::explain::{Instrument, Nature, REACH, Reading, Sense, State, explain};
-use trueaxis_host::kinematics::{Htm, Kinematics};
-use trueaxis_host::machine::Machine;
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
+use trueaxis_model::explain::{Instrument, Nature, REACH, Reading, Sense, State, explain};
+use trueaxis_model::kinematics::{Htm, Kinematics};
+use trueaxis_model::machine::Machine;
 use trueaxis_tests::{machine, read};
 
 /// A row: what is done, with … for the figure; the figure; what to write on each machine.

@@ -1,18 +1,18 @@
 //! Plans against what is identified in the end.
 
 use nalgebra::Vector3;
-use trueaxis_host::errors::{ErrorModel, Parameter};
-use trueaxis_host::formats::artefact::Artefact;
-use trueaxis_host::formats::probings::{self, Probing, Probings};
-use trueaxis_host::identify::{Identified, Model, Options, Problem, Unknown, Unseen, identify};
-use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::machine::Machine;
-use trueaxis_host::plan::{
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{self, Probing, Probings};
+use trueaxis_measure::identify::{Identified, Model, Options, Problem, Unknown, Unseen, identify};
+use trueaxis_measure::plan::{
     Allowed, Criterion, Probe, Ratios, Setup, Wanted, as_good_as, design, judge, simulated_touches,
     touch_log, would_show,
 };
-use trueaxis_host::simulate::{self, Disturbances};
-use trueaxis_host::spheres::{read_log, to_probings};
+use trueaxis_measure::simulate::{self, Disturbances};
+use trueaxis_measure::spheres::{read_log, to_probings};
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::Machine;
 use trueaxis_tests::read;
 
 /// A machine, its errors, and how it is probed.

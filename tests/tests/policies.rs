@@ -1,10 +1,10 @@
 //! What rotary axes are corrected for: the policies of the kinematic correction, against cases computed
 //! by another program, against the condition of their optimum, and for what they promise.
 
-use trueaxis_host::errors::{ErrorModel, Situation, Switches};
-use trueaxis_host::kinematics::{Kinematics, Policy, Twist};
-use trueaxis_host::machine::{Machine, PerAxis};
-use trueaxis_host::validate::holds;
+use trueaxis_model::errors::{ErrorModel, Situation, Switches};
+use trueaxis_model::kinematics::{Kinematics, Policy, Twist};
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_tables::validate::holds;
 use trueaxis_tests::random_machines::cases;
 use trueaxis_tests::{Fixed, errors, machine, read};
 

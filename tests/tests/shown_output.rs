@@ -1,12 +1,12 @@
 //! The figures of the manual that no command prints as they stand there. What commands print is
-//! compared in `host/tests/command/shown.rs`.
+//! compared in `host/cli/tests/command/shown.rs`.
 
-use trueaxis_host::compile::{self, Options};
-use trueaxis_host::errors::{Situation, Switches};
-use trueaxis_host::kinematics::{Kinematics, Policy};
-use trueaxis_host::schemes::exact::Minimize;
-use trueaxis_host::schemes::{self, Scheme};
-use trueaxis_host::validate::{Region, Runtime, random_commands, verify};
+use trueaxis_model::errors::{Situation, Switches};
+use trueaxis_model::kinematics::{Kinematics, Policy};
+use trueaxis_tables::compile::{self, Options};
+use trueaxis_tables::schemes::exact::Minimize;
+use trueaxis_tables::schemes::{self, Scheme};
+use trueaxis_tables::validate::{Region, Runtime, random_commands, verify};
 use trueaxis_tests::{errors, machine, read};
 
 #[track_caller]

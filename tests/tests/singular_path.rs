@@ -2,10 +2,10 @@
 //! rotary corrections are largest there and change fastest, and no guard rail may act.
 
 use trueaxis::{Inputs, Largest, Servo};
-use trueaxis_host::compile::{self, Options};
-use trueaxis_host::kinematics::Policy;
-use trueaxis_host::machine::Machine;
-use trueaxis_host::schemes;
+use trueaxis_model::kinematics::Policy;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::{self, Options};
+use trueaxis_tables::schemes;
 use trueaxis_tests::{errors, golden::load, machine};
 
 /// Servo period (s).

@@ -1,7 +1,7 @@
 //! The built-in targets hold what the controllers hold.
 
 use trueaxis::{Compensation, Largest, Room};
-use trueaxis_host::target::Target;
+use trueaxis_tables::target::Target;
 use trueaxis_tests::read;
 
 /// What stands behind `before` in a file.

@@ -2,12 +2,12 @@
 //! rotary position.
 
 use nalgebra::Vector3;
-use trueaxis_host::compile::prove;
-use trueaxis_host::errors::{ErrorModel, Situation, Switches};
-use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::machine::{Machine, PerAxis};
-use trueaxis_host::schemes::{self, Options, Scheme};
-use trueaxis_host::validate::Runtime;
+use trueaxis_model::errors::{ErrorModel, Situation, Switches};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_tables::compile::prove;
+use trueaxis_tables::schemes::{self, Options, Scheme};
+use trueaxis_tables::validate::Runtime;
 use trueaxis_tests::{errors, machine, read};
 
 fn kolibri() -> (Machine, ErrorModel) {

@@ -62,7 +62,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
                 "build",
                 "-q",
                 "-p",
-                "trueaxis-host",
+                "trueaxis-cli",
                 "--bin",
                 "trueaxis",
                 "--example",

@@ -21,6 +21,7 @@ mod process;
 mod qemu;
 mod random_machines;
 mod report;
+mod reproduce;
 mod test;
 
 use std::process::ExitCode;
@@ -50,6 +51,7 @@ usage: cargo xtask COMMAND
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
                                  how fast, and how much memory
   report                         the report of every example in a browser: what it computes, shows, prints
+  reproduce                      the source document's figures recomputed: pages and pictures of the manual
   fuzz [TARGET…] [--seconds N] [--runs N]
                                  every fuzz target, or those named, N seconds (60) or N executions each
   mutants [NAME…]                small changes of servo, loader and firmware, each of which a test must notice
@@ -73,6 +75,7 @@ fn main() -> ExitCode {
         ["portable"] => portable::execute(),
         ["linuxcnc", ref parts @ ..] => linuxcnc::execute(parts),
         ["random-machines", ref options @ ..] => random_machines::execute(options),
+        ["reproduce"] => reproduce::execute(),
         ["report"] => report::execute(),
         ["gcode", ref options @ ..] => gcode::execute(options),
         ["fuzz", ref options @ ..] => fuzz::run(options),

@@ -2,9 +2,9 @@
 //! call, as one would write it down with `nalgebra`. One step, without iteration.
 
 use nalgebra::{Matrix4, RealField, SMatrix, SVector, Vector3, convert};
-use trueaxis_host::errors::{ErrorModel, Situation};
-use trueaxis_host::kinematics::Htm;
-use trueaxis_host::machine::{Branch, Machine};
+use trueaxis_model::errors::{ErrorModel, Situation};
+use trueaxis_model::kinematics::Htm;
+use trueaxis_model::machine::{Branch, Machine};
 
 /// One axis: what is constant is multiplied out beforehand.
 struct Joint<T> {

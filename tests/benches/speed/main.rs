@@ -19,8 +19,8 @@ use trueaxis::{
     AlignedBlob, Axis, Compensation, Draft, DraftGrid, GridAxis, Inputs, SampleFormat, Servo,
     Travelling,
 };
-use trueaxis_host::compile::{self, Options};
-use trueaxis_host::kinematics::Policy;
+use trueaxis_model::kinematics::Policy;
+use trueaxis_tables::compile::{self, Options};
 use trueaxis_tests::{Fixed, errors, golden, machine};
 
 const HURON: [&str; 2] = [

@@ -3,8 +3,8 @@
 use crate::Fixed;
 use std::f64::consts::TAU;
 use std::fmt::Write;
-use trueaxis_host::errors::{Parameter, ParameterKind};
-use trueaxis_host::machine::{Axis, Machine};
+use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::machine::{Axis, Machine};
 
 /// Size of an error in mm, and in rad.
 const SIZE: [f64; 2] = [0.03, 8e-5];

@@ -3,9 +3,9 @@
 use super::{Case, Kinds, Measured, Places};
 use std::fmt;
 use std::time::{Duration, Instant};
-use trueaxis_host::kinematics::Policy;
-use trueaxis_host::schemes::{Options, Scheme, find};
-use trueaxis_host::target::Target;
+use trueaxis_model::kinematics::Policy;
+use trueaxis_tables::schemes::{Options, Scheme, find};
+use trueaxis_tables::target::Target;
 
 /// The tolerances that a drawing is tried with, as multiples of the one asked for: a finer one
 /// which is often missed, and a coarser one. None of them may do worse than a coarser one.

@@ -3,8 +3,8 @@
 use super::Case;
 use std::fmt;
 use std::ops::AddAssign;
-use trueaxis_host::errors::ParameterKind;
-use trueaxis_host::validate::is_partly_calibrated;
+use trueaxis_model::errors::ParameterKind;
+use trueaxis_tables::validate::is_partly_calibrated;
 
 /// How many drawings are of each kind; of one drawing, 0 or 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,7 +38,7 @@ impl Kinds {
         let (machine, errors) = (&case.machine, &case.errors);
         let rotary = machine.axes.iter().filter(|a| a.letter.is_rotary());
         let has = |component: usize, axis: char, wanted: fn(ParameterKind) -> bool| {
-            let of = |p: &&trueaxis_host::errors::Parameter| {
+            let of = |p: &&trueaxis_model::errors::Parameter| {
                 (p.component, p.axis) == (component, axis) && wanted(p.kind)
             };
             errors.parameters.keys().any(|p| of(&p))

@@ -3,10 +3,10 @@
 use super::Case;
 use crate::Fixed;
 use trueaxis::{Draft, Travel};
-use trueaxis_host::errors::{Situation, Switches};
-use trueaxis_host::kinematics::{Kinematics, NotConverged, Policy};
-use trueaxis_host::machine::PerAxis;
-use trueaxis_host::validate::{Command, Runtime, calibrated, holds, is_near_point};
+use trueaxis_model::errors::{Situation, Switches};
+use trueaxis_model::kinematics::{Kinematics, NotConverged, Policy};
+use trueaxis_model::machine::PerAxis;
+use trueaxis_tables::validate::{Command, Runtime, calibrated, holds, is_near_point};
 
 /// Positions of each way to choose them.
 const EACH: usize = 900;

@@ -1,11 +1,11 @@
 //! Every instrument there is, and what it shows.
 
 use nalgebra::Vector3;
-use trueaxis_host::direct::{Column, Line, Measured, Measurement, Setup, Square};
-use trueaxis_host::errors::ErrorModel;
-use trueaxis_host::explain::{Bench, Sense};
-use trueaxis_host::machine::{Axis, Machine, PerAxis};
-use trueaxis_host::simulate::runs::{self as simulated, OfReadings};
+use trueaxis_measure::direct::{Column, Line, Measured, Measurement, Setup, Square};
+use trueaxis_measure::simulate::runs::{self as simulated, OfReadings};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::explain::{Bench, Sense};
+use trueaxis_model::machine::{Axis, Machine, PerAxis};
 
 /// Indices of X, Y and Z.
 fn linear(machine: &Machine) -> [usize; 3] {

@@ -5,14 +5,14 @@ mod instruments;
 
 use instruments::{everything, simulate};
 use nalgebra::{DMatrix, DVector, Vector3};
-use trueaxis_host::compile::{Options as CompileOptions, build};
-use trueaxis_host::direct::{Found, Line, Measured, Measurement, Options, error_file, solve};
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches, Table};
-use trueaxis_host::explain::Bench;
-use trueaxis_host::formats::runs;
-use trueaxis_host::kinematics::Kinematics;
-use trueaxis_host::machine::{Branch, Machine};
-use trueaxis_host::validate::{Command, Runtime};
+use trueaxis_measure::direct::{Found, Line, Measured, Measurement, Options, error_file, solve};
+use trueaxis_measure::formats::runs;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches, Table};
+use trueaxis_model::explain::Bench;
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Branch, Machine};
+use trueaxis_tables::compile::{Options as CompileOptions, build};
+use trueaxis_tables::validate::{Command, Runtime};
 use trueaxis_tests::random_machines::cases;
 use trueaxis_tests::{Fixed, errors, machine};
 

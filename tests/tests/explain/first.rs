@@ -2,10 +2,10 @@
 //! Jacobian of the linearised model, which have their own signs of branches and reversed axes.
 
 use nalgebra::Vector3;
-use trueaxis_host::errors::{ErrorModel, Situation};
-use trueaxis_host::explain::{Explained, Instrument, REACH, Reading, Said, Sense, State};
-use trueaxis_host::kinematics::{Kinematics, Linearised};
-use trueaxis_host::machine::Machine;
+use trueaxis_model::errors::{ErrorModel, Situation};
+use trueaxis_model::explain::{Explained, Instrument, REACH, Reading, Said, Sense, State};
+use trueaxis_model::kinematics::{Kinematics, Linearised};
+use trueaxis_model::machine::Machine;
 
 /// The first order of one parameter on a machine without others.
 pub struct First<'a> {

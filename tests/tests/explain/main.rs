@@ -3,9 +3,9 @@
 mod first;
 
 use first::{First, left};
-use trueaxis_host::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_host::explain::{Instrument, Nature, Place, Sense, State, explain};
-use trueaxis_host::machine::Machine;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::explain::{Instrument, Nature, Place, Sense, State, explain};
+use trueaxis_model::machine::Machine;
 use trueaxis_tests::random_machines::{ALL, cases};
 use trueaxis_tests::{Fixed, errors, machine};
 

@@ -31,7 +31,7 @@ struct Costs {
 /// # Errors
 /// A build or a compilation that fails, or valgrind that does not count.
 pub fn run() -> Result<(), String> {
-    process::run(cargo().args(["build", "-q", "--release", "-p", "trueaxis-host"]))?;
+    process::run(cargo().args(["build", "-q", "--release", "-p", "trueaxis-cli"]))?;
     let program = target("release/trueaxis");
     println!(
         "`direction` / `orientation` (compile in millions of instructions, callgrind, one thread):"

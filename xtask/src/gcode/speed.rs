@@ -88,7 +88,7 @@ impl<'w> Bench<'w> {
             "-q",
             "--release",
             "-p",
-            "trueaxis-host",
+            "trueaxis-cli",
             "--bin",
             "trueaxis",
         ]))?;

@@ -1,0 +1,76 @@
+//! A position on the command line: `X=0,A=30`.
+
+use super::bad_input::BadInput;
+use trueaxis_model::machine::Machine;
+
+/// What is wrong with the position that an option was given, with an example of this machine.
+fn bad(option: &str, cause: String, machine: &Machine) -> BadInput {
+    let axes = machine.axes.iter();
+    let example: Vec<String> = axes.map(|a| format!("{}=0", a.letter)).collect();
+    BadInput::new(
+        format!("{option}: {cause}"),
+        format!(
+            "write a position within the travel in mm and degrees, like {}",
+            example.join(",")
+        ),
+    )
+}
+
+/// Reads the position (mm, deg) that an option was given, wherever it is; axes left out are at 0.
+pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
+    let bad = |cause: String| bad(option, cause, machine);
+    let mut position: Vec<Option<f64>> = vec![None; machine.axes.len()];
+    for part in text.split(',') {
+        let Some((name, value)) = part.split_once('=') else {
+            if part.trim().parse::<f64>().is_ok() {
+                return Err(bad(format!(
+                    "`{part}` has no axis: write a decimal point, not a comma"
+                )));
+            }
+            return Err(bad(format!(
+                "`{part}` is not an axis, an equals sign and a number"
+            )));
+        };
+        let mut letters = name.trim().chars();
+        let index = match (letters.next(), letters.next()) {
+            (Some(letter), None) => machine.index(letter.to_ascii_uppercase()),
+            _ => None,
+        };
+        let Some(index) = index else {
+            return Err(bad(format!("the machine has no axis `{}`", name.trim())));
+        };
+        if position[index].is_some() {
+            return Err(bad(format!("axis {} is given twice", name.trim())));
+        }
+        match value.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => position[index] = Some(value),
+            _ => return Err(bad(format!("`{}` is no finite number", value.trim()))),
+        }
+    }
+    Ok(position
+        .into_iter()
+        .map(Option::unwrap_or_default)
+        .collect())
+}
+
+/// Reads the position of `--zero-at`, which must be within the travel.
+pub fn zero_position(text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
+    within_travel("--zero-at", text, machine)
+}
+
+/// The same of any option.
+pub fn within_travel(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
+    let position = position(option, text, machine)?;
+    for (axis, q) in machine.axes.iter().zip(&position) {
+        let [low, high] = axis.travel;
+        if *q < low || *q > high {
+            let cause = format!(
+                "{} = {q} is outside its travel {low} to {high} {}",
+                axis.letter,
+                axis.unit()
+            );
+            return Err(bad(option, cause, machine));
+        }
+    }
+    Ok(position)
+}

@@ -1,0 +1,107 @@
+//! `trueaxis ballbar`
+
+mod analyse;
+mod answer;
+mod path;
+mod simulate;
+
+use super::Outcome;
+use super::at;
+use super::bad_input::BadInput;
+use super::compile::positive;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+use trueaxis_measure::ballbar::{Bar, Hemisphere, Place};
+use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::Machine;
+
+/// Test a machine with a ball-bar: write the path, foresee the readings, say what readings tell
+///
+/// On a hemisphere (five half meridians there and back, and the equator between them, as in the source document) and
+/// on circles (ISO 230-4).
+#[derive(Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    Path(path::Path),
+    Simulate(simulate::Simulate),
+    Analyse(analyse::Analyse),
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    match &arguments.what {
+        What::Path(path) => path.run(),
+        What::Simulate(simulate) => simulate.run(),
+        What::Analyse(analyse) => analyse.run(),
+    }
+}
+
+/// The path, and where it is.
+#[derive(Args)]
+struct Test {
+    /// Where the axes are in the centre: machine positions; axes left out are at 0
+    #[arg(long, value_name = "X=0,Y=0,Z=-200", allow_hyphen_values = true)]
+    at: String,
+    /// Length of the bar
+    #[arg(long, value_name = "mm", default_value_t = 150.0, value_parser = positive)]
+    radius: f64,
+    /// Half meridians, evenly over half a turn
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=180))]
+    meridians: u32,
+    /// Steps of half a meridian: 1800 are steps of 0.1 degrees
+    #[arg(long, default_value_t = 1800, value_parser = clap::value_parser!(u32).range(2..=36_000))]
+    steps: u32,
+}
+
+impl Test {
+    fn path(&self) -> Result<Vec<Place>, BadInput> {
+        let hemisphere = Hemisphere {
+            radius: self.radius,
+            meridians: self.meridians,
+            steps: self.steps,
+        };
+        hemisphere.path().map_err(|error| {
+            BadInput::new(
+                error.to_string(),
+                "make --steps an even multiple of --meridians: 1800 for 5, 1800 for 6, 1400 for 7",
+            )
+        })
+    }
+
+    /// Sets the bar up, and sees that the axes reach everything.
+    fn bar<'b>(&self, bench: &'b Bench<'b>, path: &[Place]) -> Result<Bar<'b>, BadInput> {
+        let machine: &Machine = bench.machine;
+        let centre = at::position("--at", &self.at, machine)?;
+        let axes = Bar::axes(machine).ok_or_else(|| {
+            BadInput::new(
+                format!("{} has no three axes X, Y and Z", machine.name),
+                "the path of a hemisphere is written for axes of these names",
+            )
+        })?;
+        let bar = Bar::new(bench, axes, centre);
+        bar.reaches(path).map_err(|error| {
+            BadInput::new(
+                error.to_string(),
+                "give another centre (--at) or a shorter bar (--radius)",
+            )
+        })?;
+        Ok(bar)
+    }
+}
+
+/// Writes text to a file, or to standard output; then tells what a person wants to know.
+fn write(output: Option<&PathBuf>, text: &str, said: &str) -> Result<Outcome, BadInput> {
+    match output {
+        None => super::files::print(text)?,
+        Some(path) => {
+            super::files::write(path, text.as_bytes())?;
+            super::files::print(&format!("{}: {said}\n", path.display()))?;
+        }
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,44 @@
+//! `trueaxis ballbar analyse`
+
+use super::super::Outcome;
+use super::super::bad_input::BadInput;
+use super::super::files::Text;
+use super::answer::{Answer, OnCircle, OnSphere};
+use clap::Args;
+use std::path::PathBuf;
+use trueaxis_measure::formats::radii::{self, Readings};
+
+/// Say what readings tell: size and form of a sphere, G, F and H of circles (ISO 230-4)
+#[derive(Args)]
+#[command(after_help = "Example:\n  trueaxis ballbar analyse readings.csv\n\n\
+A file begins with the length of the bar and the unit of the readings; then come the columns, on a circle the\n\
+angle (degrees, from the first axis towards the second) and a reading for each direction of turning:\n  \
+# radius_mm = 100.0\n  # plane = \"XY\"\n  # unit = \"um\"\n  angle,ccw,cw\n  0,1.2,-0.4\n  1,1.3,-0.3\n\n\
+on a sphere the position from its centre in mm:\n  X,Y,Z,radial\n  150,0,0,1.2")]
+pub struct Analyse {
+    /// Readings (CSV), as `ballbar simulate` and `simulate ballbar` write them
+    #[arg(value_name = "READINGS.csv")]
+    readings: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Analyse {
+    /// Runs the command.
+    pub fn run(&self) -> Result<Outcome, BadInput> {
+        let text = Text::read(&self.readings)?;
+        let found = radii::read(&text.text).map_err(|e| text.bad(e))?;
+        let mut answer = Answer::default();
+        match &found.readings {
+            Readings::Sphere(readings) => {
+                answer.measured = Some(OnSphere::of(found.radius, readings)?);
+            }
+            Readings::Circle(turns) => {
+                answer.circle = Some(OnCircle::of(found.radius, found.plane.as_deref(), turns)?);
+            }
+        }
+        answer.print(self.json)?;
+        Ok(Outcome::Done)
+    }
+}

@@ -1,0 +1,180 @@
+//! What `trueaxis ballbar` says.
+
+use super::super::bad_input::BadInput;
+use super::super::files;
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::fmt::Write;
+use trueaxis_measure::ballbar::{Circle, Sphere, Turns};
+
+/// The answer for programs; what people read is made of it.
+#[derive(Default, Serialize)]
+pub struct Answer<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub machine: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before: Option<OnSphere>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after: Option<OnSphere>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<OnSphere>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub circle: Option<OnCircle>,
+}
+
+/// Of a sphere (µm).
+#[derive(Serialize)]
+pub struct OnSphere {
+    readings: usize,
+    /// Eq. 16, in X, Y and Z.
+    setup_um: [f64; 3],
+    /// Largest less smallest reading, without the setup (Eq. 17).
+    range_um: f64,
+    /// Root of the mean square of the same.
+    rms_um: f64,
+    /// Table 4-4.
+    size_um: f64,
+    form_um: f64,
+    form_deviation_um: f64,
+}
+
+impl OnSphere {
+    /// Of readings (mm) with a bar of a length (mm).
+    pub fn of(radius: f64, readings: &[(Vector3<f64>, f64)]) -> Result<Self, BadInput> {
+        let found = Sphere::of(radius, readings).map_err(|error| {
+            BadInput::new(
+                error.to_string(),
+                "read the bar in directions all over a hemisphere: the path of `trueaxis ballbar path` does",
+            )
+        })?;
+        let left = &found.without_setup;
+        let fold = |start: f64, f: fn(f64, f64) -> f64| left.iter().copied().fold(start, f);
+        let squares: f64 = left.iter().map(|r| r * r).sum();
+        Ok(Self {
+            readings: readings.len(),
+            setup_um: found.setup.map(um),
+            range_um: um(fold(f64::NEG_INFINITY, f64::max) - fold(f64::INFINITY, f64::min)),
+            rms_um: um((squares / left.len() as f64).sqrt()),
+            size_um: um(found.size),
+            form_um: um(found.fitted.range()),
+            form_deviation_um: um(found.fitted.deviation()),
+        })
+    }
+}
+
+/// Of circles (µm), ISO 230-4.
+#[derive(Serialize)]
+pub struct OnCircle {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plane: Option<String>,
+    readings: usize,
+    centre_um: [f64; 2],
+    size_um: f64,
+    /// G counter-clockwise and clockwise: smallest band, and about the circle of least squares.
+    g_um: [Option<f64>; 2],
+    g_least_squares_um: [Option<f64>; 2],
+    /// G of both.
+    g_bidirectional_um: Option<f64>,
+    f_max_um: f64,
+    f_min_um: f64,
+    h_um: Option<f64>,
+}
+
+impl OnCircle {
+    /// Of turns with a bar of a length (mm).
+    pub fn of(radius: f64, plane: Option<&str>, turns: &Turns) -> Result<Self, BadInput> {
+        let found = Circle::of(radius, turns).map_err(|error| {
+            BadInput::new(
+                error.to_string(),
+                "read the bar all around, in each direction that is in the file",
+            )
+        })?;
+        let [f_max_um, f_min_um] = found.radial.map(um);
+        Ok(Self {
+            plane: plane.map(str::to_owned),
+            readings: turns.counter_clockwise.len() + turns.clockwise.len(),
+            centre_um: found.centre.map(um),
+            size_um: um(found.size),
+            g_um: found.deviation.map(|g| g.map(um)),
+            g_least_squares_um: found.least_squares.map(|g| g.map(um)),
+            g_bidirectional_um: found.bidirectional.map(um),
+            f_max_um,
+            f_min_um,
+            h_um: found.hysteresis.map(um),
+        })
+    }
+}
+
+/// Micrometres to a tenth of a nanometre, without a negative zero.
+fn um(mm: f64) -> f64 {
+    (mm * 1e7).round() / 1e4 + 0.0
+}
+
+impl Answer<'_> {
+    /// Prints it.
+    pub fn print(&self, json: bool) -> Result<(), BadInput> {
+        if json {
+            return files::print_json(self);
+        }
+        let mut text = String::new();
+        let spheres = [
+            ("before", &self.before),
+            ("after", &self.after),
+            ("measured", &self.measured),
+        ];
+        let spheres: Vec<(&str, &OnSphere)> = spheres
+            .into_iter()
+            .filter_map(|(name, found)| Some((name, found.as_ref()?)))
+            .collect();
+        if let Some((_, first)) = spheres.first() {
+            let _ = writeln!(text, "hemisphere, {} readings (µm)", first.readings);
+            let _ = writeln!(
+                text,
+                "{:9} {:>9} {:>9} {:>9} {:>9} {:>9}   setup",
+                "", "size", "form", "form std", "range", "rms"
+            );
+        }
+        for (name, found) in spheres {
+            let [x, y, z] = found.setup_um;
+            let _ = writeln!(
+                text,
+                "{name:9} {:>9.3} {:>9.3} {:>9.3} {:>9.3} {:>9.3}   X {x:.3}, Y {y:.3}, Z {z:.3}",
+                found.size_um, found.form_um, found.form_deviation_um, found.range_um, found.rms_um
+            );
+        }
+        if let Some(circle) = &self.circle {
+            circle.print(&mut text);
+        }
+        files::print(&text)
+    }
+}
+
+impl OnCircle {
+    fn print(&self, text: &mut String) {
+        let plane = self.plane.as_deref();
+        let of = plane.map_or(String::new(), |plane| format!("({plane})"));
+        let _ = writeln!(text, "circle {of}, {} readings (µm)", self.readings);
+        let turns = self.g_um.iter().zip(self.g_least_squares_um);
+        for ((g, squares), name) in turns.zip(["counter-clockwise", "clockwise"]) {
+            if let (Some(g), Some(squares)) = (g, squares) {
+                let _ = writeln!(
+                    text,
+                    "  G{of} {name:18} {g:>9.3}   about the circle of least squares {squares:.3}"
+                );
+            }
+        }
+        if let Some(both) = self.g_bidirectional_um {
+            let _ = writeln!(text, "  G{of} {:18} {both:>9.3}", "both together");
+        }
+        let _ = writeln!(
+            text,
+            "  F{of} {:18} {:>9.3} to {:.3}, mean {:.3}",
+            "", self.f_min_um, self.f_max_um, self.size_um
+        );
+        if let Some(h) = self.h_um {
+            let _ = writeln!(text, "  H{of} {:18} {h:>9.3}", "");
+        }
+        let [a, b] = self.centre_um;
+        let _ = writeln!(text, "  centre at {a:.3}, {b:.3} from the nominal one");
+    }
+}

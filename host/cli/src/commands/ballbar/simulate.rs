@@ -1,0 +1,95 @@
+//! `trueaxis ballbar simulate`
+
+use super::super::Outcome;
+use super::super::bad_input::BadInput;
+use super::super::files::{self, MachineFiles};
+use super::Test;
+use super::answer::{Answer, OnSphere};
+use clap::Args;
+use nalgebra::Vector3;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::ballbar::{Place, Read};
+use trueaxis_model::explain::Bench;
+use trueaxis_tables::compile::belongs;
+use trueaxis_tables::validate::Runtime;
+
+/// Foresee what the bar reads on a machine with known errors, before and after compensation
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis ballbar simulate machine.toml errors.toml --compensation machine.trax --at X=0,Y=0,Z=-300\n\n\
+The workpiece ball is where the tool's is when the axes are in the centre. -o writes the readings (those after\n\
+compensation, if one is given), which `trueaxis ballbar analyse` reads."
+)]
+pub struct Simulate {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// Compensation that is on
+    #[arg(long, value_name = "FILE.trax")]
+    compensation: Option<PathBuf>,
+    #[command(flatten)]
+    test: Test,
+    /// Where to write the readings (CSV)
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Simulate {
+    /// Runs the command.
+    pub fn run(&self) -> Result<Outcome, BadInput> {
+        let mut inputs: Vec<&Path> = vec![&self.files.machine, &self.files.errors];
+        inputs.extend(self.compensation.as_deref());
+        if let Some(output) = &self.output {
+            files::prepare(output, &inputs)?;
+        }
+        let (machine, errors) = self.files.read()?;
+        let path = self.test.path()?;
+        let bench = Bench::new(&machine, &errors, Default::default());
+        let bar = self.test.bar(&bench, &path)?;
+        let radius = self.test.radius;
+        // As the file has them: along axes as commands count them.
+        let found = |read: &[Read]| {
+            let places = path.iter().filter(|place| place.is_read);
+            let readings: Vec<_> = (places.zip(read))
+                .map(|(place, read)| (Vector3::from(place.at).normalize(), read.deviation))
+                .collect();
+            OnSphere::of(radius, &readings)
+        };
+        let mut last = bar.read(&path, None);
+        let mut answer = Answer {
+            machine: Some(&machine.name),
+            before: Some(found(&last)?),
+            ..Answer::default()
+        };
+        if let Some(file) = &self.compensation {
+            let blob = files::read_blob(file)?;
+            let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, file))?;
+            belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, file))?;
+            last = bar.read(&path, Some(&runtime));
+            answer.after = Some(found(&last)?);
+        }
+        if let Some(output) = &self.output {
+            files::write(output, csv(&machine.name, radius, &path, &last).as_bytes())?;
+        }
+        answer.print(self.json)?;
+        Ok(Outcome::Done)
+    }
+}
+
+/// The readings as a file.
+fn csv(machine: &str, radius: f64, path: &[Place], read: &[Read]) -> String {
+    let mut text = format!(
+        "# machine = {}\n# radius_mm = {radius:?}\n# unit = \"um\"\nX,Y,Z,radial\n",
+        toml::Value::from(machine)
+    );
+    let places = path.iter().filter(|place| place.is_read);
+    for (Place { at: [x, y, z], .. }, read) in places.zip(read) {
+        let [x, y, z] = [x, y, z].map(|c| (c * 1e4).round() / 1e4 + 0.0);
+        let um = (read.deviation * 1e7).round() / 1e4 + 0.0;
+        let _ = writeln!(text, "{x:.4},{y:.4},{z:.4},{um:.4}");
+    }
+    text
+}

@@ -1,0 +1,370 @@
+//! `trueaxis compile`
+
+mod answer;
+mod made;
+
+use super::Outcome;
+use super::at;
+use super::bad_input::BadInput;
+use super::blame;
+use super::files::{self, MachineFiles};
+use super::policy::PolicyArguments;
+use super::progress::Bar;
+use super::scheme::SchemeArguments;
+use super::target;
+use super::verdict;
+use answer::{Answer, Proven};
+use clap::{Args, ValueEnum};
+use made::{Made, Wanted, Whole};
+use std::path::{Path, PathBuf};
+use trueaxis::SampleFormat;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+use trueaxis_report::{self as report, Compensation, Document, Model};
+use trueaxis_tables::compile::{self, CompileError};
+use trueaxis_tables::policy::{stored, tolerance_urad};
+use trueaxis_tables::schemes::{self, Scheme};
+use trueaxis_tables::target::Target;
+use trueaxis_tables::validate::Runtime;
+
+/// Turn a machine and its errors into a compensation, and prove what it does
+///
+/// Evaluates the bytes of FILE.trax with the runtime at random positions over the whole travel,
+/// with random directions of travel, and compares with the exact kinematic model; then writes them
+/// and reads them back.
+///
+/// Exits with 1 and writes nothing if the tolerance is not met where no error motion holds its end
+/// value, unless --best-effort is given. If that is because the target holds too little, it says
+/// so. It says which coarser tolerance is met, if one of 0.1, 0.2, 0.5, 1, 2, 5 and 10 µm is, and
+/// --best-effort writes what deviates least of all that was made. Tables that deviate from the kinematic
+/// correction by more than it is large are never written. An older file of the same name stays as
+/// it was. The schemes of the source document have as many tables as they have: they are written in
+/// any case, and what they miss is a warning.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis compile examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml -o huron.trax\n\nA scheme of the source document, where the rotary axes are at 0:\n  trueaxis compile machine.toml errors.toml -o grid.trax --scheme grid3d --policy position\n\nFor the controller at hand:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// The compensation to write
+    #[arg(short, long, value_name = "FILE.trax")]
+    output: PathBuf,
+    #[command(flatten)]
+    policy: PolicyArguments,
+    #[command(flatten)]
+    scheme: SchemeArguments,
+    /// Largest difference to the kinematic correction, in µm: at the tip, with the same number of µrad
+    /// for the tool's direction, but at least 1; under the other policies of every axis, in µm and µrad
+    /// (default: the finest of 0.05, 0.1, 0.2, 0.5 and 1 that the target has room for)
+    #[arg(long, value_name = "µm", value_parser = positive)]
+    tolerance: Option<f64>,
+    /// Points of every table that is not a straight line (default: as the tolerance needs)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65536))]
+    points: Option<u32>,
+    /// Subtract the correction at this position everywhere, so that the machine's datum stays;
+    /// axes left out are at 0
+    #[arg(long, value_name = "X=0,Y=0,…")]
+    zero_at: Option<String>,
+    /// The controller it is for: stm32f405 (the reference board), desktop (as much as a blob can
+    /// hold), or a file as `trueaxis flash --dry-run` prints it
+    #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
+    target: String,
+    /// How samples are stored (default: as the target prefers)
+    #[arg(long, value_enum)]
+    samples: Option<Samples>,
+    /// Write it even if the tolerance is not met, unless it does harm
+    #[arg(long)]
+    best_effort: bool,
+    /// Accept corrections whose bound exceeds 2 mm or 1°
+    #[arg(long)]
+    allow_large: bool,
+    /// Write a page that shows the errors and what the tables do, as `trueaxis report` does
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// The date that the page shows, as it is to stand there (default: none)
+    #[arg(long, value_name = "TEXT", requires = "report")]
+    date: Option<String>,
+    #[command(flatten)]
+    random: Random,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Random positions.
+#[derive(Args, Clone, Copy)]
+pub struct Random {
+    /// Random positions in each region of the verification
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub random: u32,
+    /// Seed of the random positions
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Samples {
+    /// 4 bytes each
+    F32,
+    /// 2 bytes each
+    I16,
+}
+
+/// A finite number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("write a number above 0".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let files = &arguments.files;
+    let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
+    let target_file = Path::new(&arguments.target);
+    if target_file.exists() {
+        inputs.push(target_file);
+    }
+    files::prepare(&arguments.output, &inputs)?;
+    let target = target::read(&arguments.target)?;
+    let (machine, errors) = files.read()?;
+    let wanted = arguments.wanted(&machine, target)?;
+    for one in &wanted {
+        files::prepare(&one.output, &inputs)?;
+    }
+    if let Some(page) = &arguments.report {
+        files::prepare(page, &inputs)?;
+        if wanted.len() > 1 || *page == arguments.output {
+            return Err(BadInput::new(
+                "--report is for one compensation, and a file of its own",
+                "compile one position of the rotary axes at a time, or run `trueaxis report` for each file",
+            ));
+        }
+    }
+    let bar = Bar::new();
+    let made: Result<Vec<Made>, BadInput> = wanted
+        .iter()
+        .map(|one| {
+            let made = Made::new(&machine, &errors, &one.options, arguments.tolerance, &bar);
+            made.map_err(|error| blame::compile(error, files, &machine, &errors))
+        })
+        .collect();
+    let made = made?;
+    drop(bar);
+    // All of them, or none.
+    let written = made
+        .iter()
+        .all(|one| one.may_be_written(arguments.best_effort));
+    let (mut answers, mut verdicts) = (Vec::new(), Vec::new());
+    for (wanted, made) in wanted.iter().zip(&made) {
+        if let (true, Made::Proven(made)) = (written, made) {
+            files::write(&wanted.output, &made.best.built.blob)?;
+        }
+        answers.push(arguments.answer(&machine, wanted, made, written));
+        if let (true, Made::Proven(made)) = (written, made) {
+            arguments.report(&machine, &errors, wanted, made)?;
+        }
+        verdicts.push(arguments.verdict(&machine, &errors, wanted, made)?);
+    }
+    answer::print(&answers, &verdicts, arguments.json)?;
+    Ok(match made.iter().all(Made::is_right) {
+        true => Outcome::Done,
+        false => Outcome::CheckFailed,
+    })
+}
+
+impl Arguments {
+    /// What is to be made: one file, or one for each position of the rotary axes.
+    fn wanted(&self, machine: &Machine, target: Target) -> Result<Vec<Wanted>, BadInput> {
+        let schemes = self.scheme.schemes(machine)?;
+        let is_one = schemes.len() == 1;
+        let wanted = schemes.into_iter().map(|(scheme, place)| {
+            Ok(Wanted {
+                output: match is_one {
+                    true => self.output.clone(),
+                    false => beside(&self.output, &place),
+                },
+                options: self.options(machine, target.clone(), scheme)?,
+            })
+        });
+        wanted.collect()
+    }
+
+    /// What the verdict of a report says of it, for people; nothing if there is no compensation.
+    fn verdict(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        wanted: &Wanted,
+        made: &Made,
+    ) -> Result<String, BadInput> {
+        let (false, Made::Proven(made)) = (self.json, made) else {
+            return Ok(String::new());
+        };
+        let runtime = Runtime::load(&made.best.built.blob)
+            .map_err(|e| BadInput::in_blob(e, &wanted.output))?;
+        let compensation = self.compensation(&runtime, wanted, made);
+        let found = report::verdict(machine, errors, Some(compensation), self.random.seed);
+        Ok(verdict::lines(
+            &found.map_err(|error| super::report::bad(&error))?,
+        ))
+    }
+
+    /// A compensation for a report.
+    fn compensation<'a>(
+        &self,
+        runtime: &'a Runtime<'a>,
+        wanted: &'a Wanted,
+        made: &'a Whole,
+    ) -> Compensation<'a> {
+        Compensation {
+            runtime,
+            proof: &made.best.proof,
+            uncertainty: made.uncertainty.as_ref(),
+            zero_at: wanted.options.tables.zero_at.as_deref(),
+            tolerance_um: made.best.tolerance,
+        }
+    }
+
+    /// Writes the page, if it is asked for.
+    fn report(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        wanted: &Wanted,
+        made: &Whole,
+    ) -> Result<(), BadInput> {
+        let Some(page) = &self.report else {
+            return Ok(());
+        };
+        let runtime = Runtime::load(&made.best.built.blob)
+            .map_err(|e| BadInput::in_blob(e, &wanted.output))?;
+        let tables = &wanted.options.tables;
+        let mut document = Document {
+            date: self.date.clone(),
+            reference_position: self.zero_at.clone(),
+            policy: stored(tables.policy).to_string(),
+            tolerance_um: made.best.tolerance,
+            tolerance_urad: tolerance_urad(tables.policy, made.best.tolerance),
+            seed: self.random.seed,
+            ..Document::of(machine)
+        };
+        for (role, path) in [
+            ("machine", &self.files.machine),
+            ("errors", &self.files.errors),
+            ("compensation", &wanted.output),
+        ] {
+            document.files.push(files::described(role, path)?);
+        }
+        let compensation = self.compensation(&runtime, wanted, made);
+        let found = report::report(machine, errors, Some(compensation), None, document);
+        let found = found.map_err(|error| super::report::bad(&error))?;
+        let blame = |error: CompileError| blame::compile(error, &self.files, machine, errors);
+        let zero = tables.zero(machine, errors);
+        let zero = zero.map_err(|error| blame(error.into()))?;
+        let model = Model::relative_to(machine, errors, Some(&runtime), &zero);
+        super::report::write_page(page, &found, &model)
+    }
+
+    /// What there is to say of it.
+    fn answer<'a>(
+        &'a self,
+        machine: &'a Machine,
+        wanted: &'a Wanted,
+        made: &'a Made,
+        written: bool,
+    ) -> Answer<'a> {
+        let tables = &wanted.options.tables;
+        let tolerance = made.tolerance().unwrap_or(1e3 * tables.tolerance);
+        let policy = stored(tables.policy);
+        let answer = Answer {
+            file: &wanted.output,
+            machine: &machine.name,
+            scheme: wanted.options.scheme.name(),
+            zero_at: self.zero_at.as_deref(),
+            policy: policy.into(),
+            stored: policy,
+            target: &tables.target,
+            tolerance_um: tolerance,
+            tolerance_urad: tolerance_urad(tables.policy, tolerance),
+            meets_tolerance: false,
+            written,
+            proven: None,
+            missed: &[],
+            refusals: &[],
+            shortages: &[],
+            smaller: wanted.options.scheme.smaller(),
+            full: None,
+            fits_um: None,
+            is_default: self.tolerance.is_none(),
+        };
+        match made {
+            Made::NoRoom(shortages) => Answer {
+                shortages,
+                ..answer
+            },
+            Made::Proven(made) => Answer {
+                meets_tolerance: made.best.proof.meets(tolerance),
+                proven: Some(Proven::new(
+                    &made.best.built,
+                    &made.best.proof,
+                    made.uncertainty.as_ref(),
+                    tolerance,
+                )),
+                missed: &made.missed,
+                refusals: &made.refusals,
+                full: made.best.full.as_ref(),
+                fits_um: made.best.fits_um,
+                ..answer
+            },
+        }
+    }
+
+    /// What the library is asked.
+    fn options(
+        &self,
+        machine: &Machine,
+        target: Target,
+        scheme: Scheme,
+    ) -> Result<compile::Options, BadInput> {
+        if let (Scheme::Grid3d(_), Some(_)) = (&scheme, self.points) {
+            return Err(BadInput::new(
+                "--points is given, but --scheme grid3d has no tables",
+                "leave out --points, or say how many nodes there may be with --max-nodes",
+            ));
+        }
+        let zero_at = self
+            .zero_at
+            .as_deref()
+            .map(|text| at::zero_position(text, machine))
+            .transpose()?;
+        Ok(compile::Options {
+            scheme,
+            tables: schemes::Options {
+                policy: self.policy.kinematic()?,
+                tolerance: self.tolerance.unwrap_or(compile::FINEST) * 1e-3,
+                points: self.points.map(|n| n as usize),
+                format: match self.samples {
+                    None => target.samples,
+                    Some(Samples::F32) => SampleFormat::F32,
+                    Some(Samples::I16) => SampleFormat::I16,
+                },
+                zero_at,
+                target,
+            },
+            allow_large: self.allow_large,
+            random: self.random.random as usize,
+            seed: self.random.seed,
+        })
+    }
+}
+
+/// The name of one file of several: FILE-A0-C90.trax.
+fn beside(output: &Path, place: &str) -> PathBuf {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = output.extension().unwrap_or_default().to_string_lossy();
+    let dot = if extension.is_empty() { "" } else { "." };
+    output.with_file_name(format!("{stem}-{place}{dot}{extension}"))
+}

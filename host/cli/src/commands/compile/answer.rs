@@ -1,0 +1,221 @@
+//! What `trueaxis compile` says.
+
+use crate::commands::bad_input::BadInput;
+use crate::commands::{files, screen};
+use serde::Serialize;
+use std::path::Path;
+use trueaxis::Policy;
+use trueaxis_tables::compile::{
+    AxisBounds, Built, FINEST, Full, Proof, Refusal, Size, Warning, over_bounds, worse,
+};
+use trueaxis_tables::policy::Told;
+use trueaxis_tables::target::{Shortage, Target};
+use trueaxis_tables::uncertainty::OverTravel;
+
+/// Tables that leave a tenth of what uncertain parameters do add half a percent to it, as the root of the sum
+/// of squares.
+const NOTHING_BOUGHT: f64 = 10.0;
+
+/// All that there is to say.
+#[derive(Serialize)]
+pub struct Answer<'a> {
+    pub file: &'a Path,
+    pub machine: &'a str,
+    pub scheme: String,
+    /// The position whose correction the tables leave out.
+    pub zero_at: Option<&'a str>,
+    #[serde(flatten)]
+    pub policy: Told,
+    #[serde(skip)]
+    pub stored: Policy,
+    pub target: &'a Target,
+    pub tolerance_um: f64,
+    pub tolerance_urad: f64,
+    pub meets_tolerance: bool,
+    /// Whether the file is there now.
+    pub written: bool,
+    /// What was proven, if it fits into the target.
+    #[serde(flatten)]
+    pub proven: Option<Proven<'a>>,
+    /// What a scheme that promises nothing has missed.
+    pub missed: &'a [Refusal],
+    /// Why it is not written, or not as it should be.
+    pub refusals: &'a [Refusal],
+    /// What the target lacks, if it does not fit.
+    pub shortages: &'a [Shortage],
+    /// What to do about that.
+    #[serde(skip)]
+    pub smaller: &'static str,
+    /// Why the tolerance is not met, if the target is full.
+    pub full: Option<&'a Full>,
+    /// A coarser tolerance that is met (µm), if this one is missed.
+    pub fits_um: Option<f64>,
+    /// Whether the tolerance was chosen, and not asked for.
+    #[serde(skip)]
+    pub is_default: bool,
+}
+
+/// A compensation and what it does.
+#[derive(Serialize)]
+pub struct Proven<'a> {
+    #[serde(flatten)]
+    size: Size,
+    axes: &'a [AxisBounds],
+    #[serde(flatten)]
+    proof: &'a Proof,
+    /// 95 % band of what uncertain parameters leave.
+    uncertainty: Option<&'a OverTravel>,
+    notes: &'a [String],
+    warnings: Vec<Message>,
+}
+
+#[derive(Serialize)]
+struct Message {
+    message: String,
+    #[serde(flatten)]
+    warning: Warning,
+}
+
+impl<'a> Proven<'a> {
+    pub fn new(
+        built: &'a Built,
+        proof: &'a Proof,
+        uncertainty: Option<&'a OverTravel>,
+        tolerance_um: f64,
+    ) -> Self {
+        let mut warnings = built.warnings.clone();
+        warnings.extend(over_bounds(&built.bounds, &proof.travel.largest));
+        warnings.extend(worse(proof, tolerance_um));
+        let told = |warning: Warning| Message {
+            message: warning.to_string(),
+            warning,
+        };
+        Self {
+            size: built.size,
+            axes: &built.bounds,
+            proof,
+            uncertainty,
+            notes: &built.notes,
+            warnings: warnings.into_iter().map(told).collect(),
+        }
+    }
+}
+
+/// Prints answers: results on standard output, what is wrong on standard error. JSON is one object, or a list
+/// of several. Each ends with its verdict.
+pub fn print(answers: &[Answer<'_>], verdicts: &[String], json: bool) -> Result<(), BadInput> {
+    match answers {
+        [one] if json => files::print_json(one)?,
+        _ if json => files::print_json(&answers)?,
+        _ => {}
+    }
+    let all = answers.iter().zip(verdicts);
+    all.into_iter()
+        .try_for_each(|(answer, verdict)| answer.print(verdict, json))
+}
+
+impl Answer<'_> {
+    fn print(&self, verdict: &str, json: bool) -> Result<(), BadInput> {
+        if !json && let Some(proven) = &self.proven {
+            let mut text = format!("{}: {}\n", self.file.display(), self.machine);
+            text += &screen::size(&proven.size);
+            text += &screen::zero(self.zero_at);
+            text += &screen::policy(self.stored);
+            text.push('\n');
+            text += &screen::quality(proven.proof, self.tolerance_um);
+            text += &screen::uncertainty(proven.uncertainty);
+            text.push('\n');
+            text += &screen::bounds(proven.axes, &proven.proof.travel.largest);
+            text += &screen::largest(self.stored, proven.axes);
+            text += &screen::tool_length(proven.proof);
+            text += verdict;
+            files::print(&text)?;
+        }
+        if let Some(proven) = &self.proven {
+            for note in proven.notes {
+                eprintln!("note: {note}");
+            }
+            for warning in &proven.warnings {
+                eprintln!("warning: {}", warning.message);
+            }
+        }
+        for missed in self.missed {
+            eprintln!("warning: {missed}");
+        }
+        for refusal in self.refusals {
+            eprintln!("{refusal}");
+        }
+        for shortage in self.shortages {
+            eprintln!(
+                "the target {} holds too little: {shortage}",
+                self.target.name
+            );
+        }
+        if !self.shortages.is_empty() {
+            eprintln!("  {}", self.smaller);
+        }
+        if let Some(full) = self.full {
+            eprintln!("{full}");
+        }
+        self.print_tolerance();
+        self.print_fate();
+        Ok(())
+    }
+
+    /// What there is to say of the tolerance: which one was chosen, or which one would do.
+    fn print_tolerance(&self) {
+        if let (None, Some(um)) = (self.full, self.fits_um) {
+            eprintln!("--tolerance {um} is met");
+        }
+        let Some(proven) = self.proven.as_ref().filter(|_| self.meets_tolerance) else {
+            return;
+        };
+        let leaves = proven
+            .uncertainty
+            .map(|band| band.travel.translation_um.max);
+        let far = leaves.filter(|leaves| *leaves > NOTHING_BOUGHT * self.tolerance_um);
+        let tolerance = self.tolerance_um;
+        if self.is_default && tolerance > FINEST {
+            let beside = leaves.map_or_else(String::new, |leaves| {
+                let bought = far.map_or("", |_| ", so a finer one buys nothing");
+                format!("; the parameters' own uncertainty leaves up to {leaves:.2} µm{bought}")
+            });
+            eprintln!(
+                "note: the tolerance is {tolerance} µm, the finest of 0.05, 0.1, 0.2, 0.5 and 1 that is met{beside}"
+            );
+        } else if let (false, Some(leaves)) = (self.is_default, far) {
+            eprintln!(
+                "note: the parameters' own uncertainty leaves up to {leaves:.2} µm: a tolerance below {:.2} µm buys nothing",
+                leaves / NOTHING_BOUGHT
+            );
+        }
+    }
+
+    fn print_fate(&self) {
+        let file = self.file.display();
+        let is_right = self.refusals.is_empty() && self.shortages.is_empty();
+        if is_right && self.written {
+            return;
+        }
+        if self.written {
+            eprintln!("{file} is written all the same, as --best-effort asks for");
+            return;
+        }
+        let fate = if self.file.exists() {
+            "stays as it was"
+        } else {
+            "is not written"
+        };
+        let yields = self.refusals.iter().all(Refusal::yields_to_best_effort);
+        if is_right {
+            eprintln!("{file} {fate}, for another of the files cannot be");
+            return;
+        }
+        let remedy = if self.proven.is_some() && yields {
+            "; --best-effort would write it"
+        } else {
+            ""
+        };
+        eprintln!("{file} {fate}{remedy}");
+    }
+}

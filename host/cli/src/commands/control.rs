@@ -1,0 +1,333 @@
+//! `trueaxis control`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files;
+use super::monitor::{activation, conditions};
+use super::port::PortArguments;
+use clap::{Args, Subcommand, ValueEnum};
+use serde_json::{Value, json};
+use trueaxis::link::{Slot, Storing};
+use trueaxis_controllers::link::{self, Action, ControlError, Done, State};
+
+/// Let corrections in or take them out, and say which compensation is in use
+///
+/// Shows how things were before and are after it. Settings last until the next start, but for
+/// `enable-at-start`, `activate` and `rollback`, which are stored. Where the flash stalls the
+/// controller, they are stored at standstill with drives off: until then they are pending, which is
+/// said.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 reference XYZ\n  trueaxis control --port /dev/ttyUSB0 enable"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    port: PortArguments,
+    /// Print JSON
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Change nothing: show how things are
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 show")]
+    Show,
+    /// Let the corrections in, until the next start
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 enable")]
+    Enable,
+    /// Take the corrections out
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 disable")]
+    Disable,
+    /// Let the corrections in at every start, or not, as it is at first; stored
+    ///
+    /// It survives uploads and rollbacks. A start that does not find the compensation it should use,
+    /// and a compensation of another machine, let nothing in.
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 enable-at-start on")]
+    EnableAtStart {
+        /// on or off
+        switch: Switch,
+    },
+    /// Compute the corrections without applying them
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 dry-run on")]
+    DryRun {
+        /// on or off
+        switch: Switch,
+    },
+    /// Set the tool length, mm, along the tool axis from the spindle frame
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 tool-length 120.5")]
+    ToolLength {
+        /// mm
+        #[arg(value_name = "MM", allow_negative_numbers = true)]
+        length: f32,
+    },
+    /// Set the weight of an adjustable term; `show` lists them
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 weight 7 0.5")]
+    Weight {
+        /// Its number in the compensation, as `show` and `inspect` print it
+        term: u16,
+        /// The weight, within the limits of the term
+        #[arg(allow_negative_numbers = true)]
+        value: f32,
+    },
+    /// Change over to the compensation of a slot, for good
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 activate B")]
+    Activate {
+        /// A or B
+        slot: SlotName,
+        /// Also if it is for another machine (name or axes)
+        #[arg(long)]
+        force: bool,
+    },
+    /// Change over to the compensation that was in use before, for good
+    #[command(after_help = "Example:\n  trueaxis control --port /dev/ttyUSB0 rollback")]
+    Rollback {
+        /// Also if it is for another machine (name or axes)
+        #[arg(long)]
+        force: bool,
+    },
+    /// Say which axes are referenced; a motion side that says it itself comes first
+    #[command(
+        after_help = "Examples:\n  trueaxis control --port /dev/ttyUSB0 reference XYZ\n  trueaxis control --port /dev/ttyUSB0 reference none"
+    )]
+    Reference {
+        /// The letters of those axes and of no other, `all`, or `none`
+        axes: String,
+    },
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Switch {
+    On,
+    Off,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SlotName {
+    #[value(name = "A", alias = "a")]
+    A,
+    #[value(name = "B", alias = "b")]
+    B,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let port = &arguments.port;
+    let (mut client, controller) = port.connect()?;
+    let on = |switch: Switch| switch == Switch::On;
+    let action = match arguments.what {
+        What::Show => Action::Show,
+        What::Enable => Action::Enable(true),
+        What::Disable => Action::Enable(false),
+        What::EnableAtStart { switch } => Action::EnableAtStart(on(switch)),
+        What::DryRun { switch } => Action::DryRun(on(switch)),
+        What::ToolLength { length } => Action::ToolLength(length),
+        What::Weight { term, value } => Action::Weight { term, value },
+        What::Activate { slot, force } => Action::Activate {
+            slot: match slot {
+                SlotName::A => Slot::A,
+                SlotName::B => Slot::B,
+            },
+            force,
+        },
+        What::Rollback { force } => Action::Rollback { force },
+        What::Reference { ref axes } => Action::Reference(match axes.as_str() {
+            "all" => controller.axes.clone(),
+            "none" => String::new(),
+            letters => letters.to_uppercase(),
+        }),
+    };
+    let done = link::control(&mut client, &action).map_err(|error| bad(port, &error))?;
+    if arguments.json {
+        files::print_json(&object(&done))?;
+    } else {
+        files::print(&text(&port.port, &done))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn bad(port: &PortArguments, error: &ControlError) -> BadInput {
+    let remedy = match error {
+        ControlError::Link(error) => return port.bad(error),
+        ControlError::NotFinite(_) => "give a number such as 120.5",
+        ControlError::NotAdjustable { .. } => {
+            "give one of the adjustable terms, as `trueaxis control … show` lists them"
+        }
+        ControlError::NoAxis { .. } => {
+            "give the letters of the compensation in use, for example XYZ, or all or none"
+        }
+        ControlError::NothingBefore => {
+            "the other slot holds none that was in use; see `trueaxis control … show`, and `activate` for one that waits"
+        }
+    };
+    BadInput::new(format!("{}: {error}", port.port), remedy)
+}
+
+/// Whether the corrections are in.
+fn corrections(state: &State) -> String {
+    let report = &state.report;
+    let wanted = match (report.enabled, report.dry_run) {
+        (false, _) => "disabled",
+        (true, false) => "enabled",
+        (true, true) => "enabled, dry run",
+    };
+    let come = match (report.enabled, report.factor) {
+        (_, 1.0) => "in".to_owned(),
+        (_, 0.0) => "out".to_owned(),
+        (true, factor) => format!("coming in, {:.0} %", 100.0 * factor),
+        (false, factor) => format!("going out, {:.0} %", 100.0 * factor),
+    };
+    let holds = conditions(report.conditions);
+    // Said already.
+    let said = ["disabled", "dry run"];
+    let holds: Vec<&str> = holds
+        .into_iter()
+        .filter(|name| !said.contains(name))
+        .collect();
+    let held = match holds[..] {
+        [] => String::new(),
+        _ => format!(" ({})", holds.join(", ")),
+    };
+    format!("{wanted}, {come}{held}")
+}
+
+fn start(state: &State) -> String {
+    let at_start = &state.at_start;
+    let slot =
+        |slot: Option<Slot>| slot.map_or("no slot".to_owned(), |slot| format!("slot {slot}"));
+    let enable = match at_start.enable {
+        true => "enabled",
+        false => "disabled",
+    };
+    let mut text = format!("{}, {enable}", slot(at_start.in_use));
+    if let Some(before) = at_start.before {
+        text += &format!("; for a rollback slot {before}");
+    }
+    if let Some(waiting) = at_start.waiting {
+        text += &format!("; slot {waiting} waits to be activated");
+    }
+    match at_start.storing {
+        Storing::Stored => {}
+        Storing::Pending => {
+            text += "; what is wanted is stored at the next standstill with drives off";
+        }
+        Storing::Failed(why) => text += &format!("; what is wanted is not stored: {why}"),
+    }
+    text
+}
+
+fn axes(state: &State) -> String {
+    match state.referenced().as_str() {
+        "" => "none".to_owned(),
+        letters => letters.to_owned(),
+    }
+}
+
+/// Everything that can change, by its name.
+fn lines(state: &State) -> Vec<(String, String)> {
+    let mut lines = vec![
+        ("corrections".to_owned(), corrections(state)),
+        (
+            "compensation".to_owned(),
+            activation(state.report.activation),
+        ),
+        ("at start".to_owned(), start(state)),
+        ("referenced".to_owned(), axes(state)),
+    ];
+    for (k, value) in state.report.auxiliaries.iter().enumerate() {
+        lines.push((format!("auxiliary {k}"), format!("{value:.3}")));
+    }
+    for weight in &state.weights {
+        let letter = state.controller.axes.chars().nth(weight.output.into());
+        let [low, high] = weight.limits;
+        let name = format!("weight {}", weight.term);
+        let on = letter.map_or(String::new(), |letter| format!(" on {letter}"));
+        lines.push((name, format!("{}{on}, from {low} to {high}", weight.value)));
+    }
+    if let Some(fault) = state.report.fault {
+        lines.push(("fault".to_owned(), fault.to_string()));
+    }
+    lines
+}
+
+/// What people read: what has changed as it was and is, the rest as it is.
+fn text(port: &str, done: &Done) -> String {
+    let controller = &done.after.controller;
+    let machine = match controller.machine.as_str() {
+        "" => "no machine",
+        name => name,
+    };
+    let (firmware, board) = (&controller.firmware, &controller.board);
+    let mut text = format!("{port}: {firmware} on {board}, {machine}\n");
+    let before = lines(&done.before);
+    let after = lines(&done.after);
+    let was = |name: &str| {
+        before
+            .iter()
+            .find(|line| line.0 == name)
+            .map(|line| &line.1)
+    };
+    for (name, now) in &after {
+        let changed = was(name).filter(|was| *was != now);
+        if let Some(was) = changed {
+            text += &format!("{name:<12} {was}\n{:>12} {now}\n", "->");
+        } else {
+            text += &format!("{name:<12} {now}\n");
+        }
+    }
+    for (name, was) in &before {
+        if after.iter().all(|line| line.0 != *name) {
+            text += &format!("{name:<12} {was}\n{:>12} gone\n", "->");
+        }
+    }
+    text
+}
+
+fn object(done: &Done) -> Value {
+    let state = |state: &State| {
+        let (report, at_start) = (&state.report, &state.at_start);
+        let slot = |slot: Option<Slot>| slot.map(|slot| slot.to_string());
+        let weight = |weight: &trueaxis::link::TermWeight| {
+            json!({
+                "term": weight.term,
+                "axis": state.controller.axes.chars().nth(weight.output.into()),
+                "value": weight.value,
+                "limits": weight.limits,
+            })
+        };
+        json!({
+            "enabled": report.enabled,
+            "dry_run": report.dry_run,
+            "factor": report.factor,
+            "conditions": conditions(report.conditions),
+            "active": slot(state.controller.active),
+            "compensation": activation(report.activation),
+            "referenced": state.referenced(),
+            "auxiliaries": report.auxiliaries.as_slice(),
+            "weights": state.weights.iter().map(weight).collect::<Vec<_>>(),
+            "at_start": {
+                "in_use": slot(at_start.in_use),
+                "before": slot(at_start.before),
+                "waiting": slot(at_start.waiting),
+                "enable": at_start.enable,
+                "storing": match at_start.storing {
+                    Storing::Stored => "stored".to_owned(),
+                    Storing::Pending => "pending".to_owned(),
+                    Storing::Failed(why) => why.to_string(),
+                },
+            },
+            "fault": report.fault.map(|fault| fault.to_string()),
+        })
+    };
+    let controller = &done.after.controller;
+    json!({
+        "firmware": controller.firmware,
+        "board": controller.board,
+        "machine": controller.machine,
+        "axes": controller.axes,
+        "before": state(&done.before),
+        "after": state(&done.after),
+    })
+}

@@ -1,0 +1,165 @@
+//! `trueaxis eval`
+
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::{Outcome, screen};
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use trueaxis::Policy;
+use trueaxis_model::formats::positions::{self, Input};
+use trueaxis_model::motion::{self, Outside};
+use trueaxis_tables::policy::Told;
+use trueaxis_tables::validate::Runtime;
+
+/// Evaluate a compensation at positions, as the controller does
+///
+/// The rows in order are the motion: they give the direction of travel, with the hysteresis of the
+/// blob. Corrections are those before the guard rails, dX,dY,… in the order of the blob's axes. An axis
+/// outside its travel gets a warning; tables hold their end values there.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis eval machine.trax --positions path.csv -o corrections.csv\n\n\
+Positions: a header with the axis letters in any order, further inputs by name: `tool length` or\n\
+`length` (mm), temperature sensors by their name (K from their reference). One position per line,\n\
+mm and degrees:\n  X,Y,Z,A,C\n  10.5,-20,0,30,90"
+)]
+pub struct Arguments {
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    #[command(flatten)]
+    along: Along,
+}
+
+/// Where positions come from and corrections go to.
+#[derive(Args)]
+pub struct Along {
+    /// Positions (CSV)
+    #[arg(long, value_name = "P.csv")]
+    pub positions: PathBuf,
+    /// Where to write the corrections (CSV; default: standard output)
+    #[arg(short, long, value_name = "OUT.csv")]
+    pub output: Option<PathBuf>,
+    /// Print JSON: the corrections, or with -o what was written
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Serialize)]
+struct Corrections<'a, T> {
+    #[serde(flatten)]
+    policy: Told,
+    axes: &'a [char],
+    outside: &'a [Outside<T>],
+    corrections: &'a [Vec<T>],
+}
+
+#[derive(Serialize)]
+struct Written<'a, T> {
+    #[serde(flatten)]
+    policy: Option<Told>,
+    file: &'a Path,
+    rows: usize,
+    outside: &'a [Outside<T>],
+}
+
+impl Along {
+    /// Reads the positions, each row in the order of `inputs`; `others` are further input files.
+    pub fn read(&self, inputs: &[Input], others: &[&Path]) -> Result<Vec<Vec<f64>>, BadInput> {
+        if let Some(output) = &self.output {
+            files::prepare(output, others)?;
+            files::prepare(output, &[&self.positions])?;
+        }
+        let text = Text::read(&self.positions)?;
+        positions::read(&text.text, inputs).map_err(|e| text.bad(e))
+    }
+
+    /// Writes the corrections where they are wanted, and warns of axes outside their travel.
+    pub fn write<T: Display + Serialize>(
+        &self,
+        policy: Policy,
+        letters: &[char],
+        corrections: &[Vec<T>],
+        outside: &[Outside<T>],
+    ) -> Result<Outcome, BadInput> {
+        self.warn(outside);
+        let answer = Corrections {
+            policy: policy.into(),
+            axes: letters,
+            outside,
+            corrections,
+        };
+        let csv = || positions::write(letters, corrections);
+        let rows = corrections.len();
+        self.finish(Some(policy), rows, "corrections", csv, &answer, outside)
+    }
+
+    /// Warns of axes outside their travel.
+    pub fn warn<T: Display>(&self, outside: &[Outside<T>]) {
+        for outside in outside {
+            eprintln!("warning: {}: {outside}", self.positions.display());
+        }
+    }
+
+    /// Writes what was found at so many rows where it is wanted, as CSV or JSON; with the policy, if it
+    /// depends on one.
+    pub fn finish<T: Serialize>(
+        &self,
+        policy: Option<Policy>,
+        rows: usize,
+        what: &str,
+        csv: impl FnOnce() -> String,
+        answer: &impl Serialize,
+        outside: &[Outside<T>],
+    ) -> Result<Outcome, BadInput> {
+        match &self.output {
+            None if self.json => files::print_json(answer)?,
+            None => files::print(&csv())?,
+            Some(path) => {
+                files::write(path, csv().as_bytes())?;
+                if self.json {
+                    files::print_json(&Written {
+                        policy: policy.map(Told::from),
+                        file: path,
+                        rows,
+                        outside,
+                    })?;
+                } else {
+                    let policy = policy.map(screen::policy).unwrap_or_default();
+                    let written = path.display();
+                    files::print(&format!("{written}: {what} of {rows} positions\n{policy}"))?;
+                }
+            }
+        }
+        Ok(Outcome::Done)
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments { blob: path, along } = arguments;
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    let compensation = runtime.compensation();
+    let inputs = Input::of_compensation(compensation.axes(), compensation.auxiliaries());
+    let rows = along.read(&inputs, &[path])?;
+    let corrections = motion::evaluate(compensation, &rows).map_err(|error| {
+        BadInput::new(
+            format!("{}: {error}", along.positions.display()),
+            "reduce the positions of this axis into a few turns",
+        )
+    })?;
+    let letters: Vec<char> = compensation
+        .axes()
+        .iter()
+        .map(|a| char::from(a.name))
+        .collect();
+    let outside = motion::outside_compensation(compensation, &rows);
+    if along.output.is_none() && !along.json {
+        // Not among the rows, which are for programs.
+        eprint!("{}", screen::policy(compensation.policy()));
+    }
+    along.write(compensation.policy(), &letters, &corrections, &outside)
+}

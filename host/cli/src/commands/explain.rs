@@ -1,0 +1,149 @@
+//! `trueaxis explain`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, MachineFiles};
+use clap::Args;
+use serde::Serialize;
+use trueaxis_model::errors::Parameter;
+use trueaxis_model::explain::{Explained, Instrument, Said, Sense, State, explain};
+use trueaxis_model::machine::Machine;
+
+/// Say what each error parameter means on this machine, and what an instrument would show
+///
+/// One sentence and one figure for each parameter, table and thermal change, computed with the exact
+/// model of the uncompensated machine on which this is wrong and nothing else. Compare the sign with
+/// that of the measurement: readings are positive where the tool goes too far, against the workpiece,
+/// in the direction of a positive command. What changes nothing on an aligned part is said to, with
+/// the parameter that may be meant.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis explain examples/mill-21/machine.toml errors.toml\n\n\
+With --json, each has the reading (µm or µrad; on a square µm per 100 mm), the instrument, and the\n\
+commands from which and to which it is read: with an error file of nothing else, `trueaxis pose` shows\n\
+there where the tool has gone."
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    machine: &'a str,
+    axes: Vec<char>,
+    explained: Vec<One>,
+}
+
+/// One parameter, table or change.
+#[derive(Serialize)]
+struct One {
+    parameter: String,
+    /// `parameter`, `table`, `table_reversal` or `per_kelvin`.
+    kind: &'static str,
+    value: Option<f64>,
+    sentence: String,
+    changes_nothing: bool,
+    /// The parameters that are meant, perhaps.
+    meant: Vec<String>,
+    shown: Option<Shown>,
+}
+
+/// What shows it.
+#[derive(Serialize)]
+struct Shown {
+    instrument: &'static str,
+    /// The axis that moves.
+    moved: Option<char>,
+    /// The direction it is read in: `X`, or for an angle `X to Y` or the letter of a rotary axis.
+    reads_in: String,
+    reading: f64,
+    /// `µm`, `µm per 100 mm` or `µrad`.
+    unit: &'static str,
+    /// Where it is set to zero, and where it is read (mm, deg).
+    from: Vec<f64>,
+    to: Vec<f64>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let (machine, errors) = arguments.files.read()?;
+    let explained = explain(&machine, &errors);
+    if arguments.json {
+        files::print_json(&Answer {
+            machine: &machine.name,
+            axes: machine.axes.iter().map(|a| a.letter.char()).collect(),
+            explained: explained.iter().map(|e| One::new(&machine, e)).collect(),
+        })?;
+        return Ok(Outcome::Done);
+    }
+    let lines: String = explained.iter().map(|e| e.sentence() + "\n").collect();
+    files::print(&lines)?;
+    Ok(Outcome::Done)
+}
+
+impl One {
+    fn new(machine: &Machine, explained: &Explained<'_>) -> Self {
+        let alone = &explained.alone;
+        let (kind, value) = match &alone.said {
+            Said::Parameter(value) => ("parameter", Some(*value)),
+            Said::Table => ("table", None),
+            Said::TableReversal => ("table_reversal", None),
+            Said::PerKelvin { per_kelvin, .. } => ("per_kelvin", Some(*per_kelvin)),
+        };
+        let name = alone.parameter.to_string();
+        let whole = matches!(alone.said, Said::Table | Said::TableReversal);
+        let meant = explained
+            .meant
+            .iter()
+            .flat_map(|(_, parameters)| parameters);
+        Self {
+            parameter: if whole { name[..3].to_owned() } else { name },
+            kind,
+            value,
+            sentence: explained.sentence(),
+            changes_nothing: explained.reading.is_none(),
+            meant: meant.map(Parameter::to_string).collect(),
+            shown: explained.reading.map(|reading| {
+                let letter = |axis: usize| machine.axes[axis].letter.char();
+                let position =
+                    |state: &State| machine.to_command(&state.q)[..machine.axes.len()].to_vec();
+                let (reads_in, factor, unit) = match (reading.sense, reading.instrument) {
+                    (Sense::In(axis), Instrument::Square) => {
+                        (letter(axis).to_string(), 1e3, "µm per 100 mm")
+                    }
+                    (Sense::In(axis), _) => (letter(axis).to_string(), 1e3, "µm"),
+                    (Sense::From(a, b), _) => {
+                        (format!("{} to {}", letter(a), letter(b)), 1e6, "µrad")
+                    }
+                    (Sense::About(axis), _) => (letter(axis).to_string(), 1e6, "µrad"),
+                };
+                Shown {
+                    instrument: name_of(&reading.instrument),
+                    moved: reading.moved.map(letter),
+                    reads_in,
+                    reading: reading.value * factor,
+                    unit,
+                    from: position(&reading.from),
+                    to: position(&reading.to),
+                }
+            }),
+        }
+    }
+}
+
+fn name_of(instrument: &Instrument) -> &'static str {
+    match instrument {
+        Instrument::Laser => "laser",
+        Instrument::Straightedge { .. } => "straightedge",
+        Instrument::Square => "square",
+        Instrument::Angle => "angle",
+        Instrument::Calibrator => "calibrator",
+        Instrument::Ball { .. } => "ball",
+        Instrument::Tram => "tram",
+        Instrument::Probe => "probe",
+    }
+}

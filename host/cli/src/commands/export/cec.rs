@@ -1,0 +1,387 @@
+//! `trueaxis export cec`
+
+use crate::commands::cec::{self as shared, FactorTables};
+use crate::commands::compile::{Random, positive};
+use crate::commands::progress::Bar;
+use crate::commands::{Outcome, bad_input::BadInput, files};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::cec::{
+    self, Axes, Limits, LongProducts, Note, Options, Plan, Proof, Tolerance, plan, print, prove,
+};
+use trueaxis_tables::compile::Progress;
+use trueaxis_tables::policy::{of_blob, tolerance_urad};
+use trueaxis_tables::validate::Runtime;
+
+/// Write a compensation as tables of a Sinumerik 840D or 828D (CEC)
+///
+/// Brings it under the rules of the controller (one input and one output per table, products of two), reads
+/// the text again, evaluates it under both readings of factor tables, and compares. Exits with 1 and writes
+/// nothing if that is further from the compensation than the tolerance.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis export cec machine.trax --axes X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5 --factor-tables not-added -o cec.mpf\n  \
+trueaxis export cec --probe AX1 -o probe.mpf"
+)]
+pub struct Arguments {
+    /// The compensation
+    #[arg(value_name = "FILE.trax", required_unless_present = "probe")]
+    blob: Option<PathBuf>,
+    /// Where to write the tables
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Whether the controller adds a table that another one is multiplied by, too: --probe tells
+    #[arg(long, value_enum, required_unless_present = "probe")]
+    factor_tables: Option<FactorTables>,
+    /// What the controller calls each axis
+    #[arg(long, value_name = "X=AX1,Y=AX2,…", required_unless_present = "probe")]
+    axes: Option<String>,
+    /// Write two constant tables for the axis of this name instead, whose displayed sum tells which
+    /// --factor-tables it is
+    #[arg(long, value_name = "AX1", conflicts_with_all = ["blob", "factor_tables", "axes"])]
+    probe: Option<String>,
+    /// Which controller it is for
+    #[arg(long, value_enum, default_value = "840d")]
+    controller: Controller,
+    /// Tables of the controller, if it has others: twice its most axes (840D: 62, 828D: 8)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    tables: Option<u16>,
+    /// Most values of a table (828D: 200; 840D: what MD18342 is set to)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(3..))]
+    points: Option<u16>,
+    /// Number of the first table, where those before have another use
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..1000))]
+    first: u16,
+    /// Largest magnitude of a table that is multiplied: what a wrong reading could do is no more than a few
+    /// of these
+    #[arg(long, value_name = "mm|deg", default_value_t = 2.0, value_parser = positive)]
+    factor_limit: f64,
+    /// Tool length for which the tables are to hold, if that is an input (default: that of the machine file)
+    #[arg(long, value_name = "mm", allow_negative_numbers = true)]
+    tool_length: Option<f64>,
+    /// What becomes of products of functions of more than two axes
+    #[arg(long, value_enum, default_value = "refuse")]
+    long_products: Long,
+    /// Machine description from which it was compiled: names the tool length that the tables hold for
+    #[arg(long, value_name = "machine.toml")]
+    machine: Option<PathBuf>,
+    /// Largest difference to the compensation that passes
+    #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
+    tolerance: f64,
+    #[command(flatten)]
+    random: Random,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Controller {
+    /// 62 tables
+    #[value(name = "840d")]
+    Sinumerik840D,
+    /// 8 tables of 200 values
+    #[value(name = "828d")]
+    Sinumerik828D,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Long {
+    /// Nothing is written; what they would cost is said
+    Refuse,
+    /// They are left out
+    Drop,
+    /// Of each, the functions that change least are held at the middle of their values
+    Hold,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    written: bool,
+    machine: &'a str,
+    factor_tables: cec::FactorTables,
+    tables: usize,
+    first_table: usize,
+    /// One per table, for MD18342.
+    values: Vec<usize>,
+    largest_factor: f32,
+    tool_length_mm: Option<f64>,
+    tolerance: Tolerance,
+    meets_tolerance: bool,
+    notes: &'a [Note],
+    proof: &'a Proof,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let output = &arguments.output;
+    if let Some(axis) = &arguments.probe {
+        return write_probe(arguments, axis);
+    }
+    let missing = || BadInput::new("an argument is missing", "see trueaxis export cec --help");
+    let path = arguments.blob.as_ref().ok_or_else(missing)?;
+    let map = arguments.axes.as_ref().ok_or_else(missing)?;
+    let factor_tables = arguments.factor_tables.ok_or_else(missing)?.into();
+    files::prepare(output, &[path])?;
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    let compensation = runtime.compensation();
+    let axes = Axes::new(compensation.axes(), map).and_then(Axes::complete);
+    let axes = axes.map_err(|error| shared::axes(&error))?;
+    let tolerance = Tolerance {
+        um: arguments.tolerance,
+        urad: tolerance_urad(of_blob(compensation.policy()), arguments.tolerance),
+    };
+    let options = arguments.options(factor_tables, tolerance);
+    let made = plan(compensation, &axes, &options)
+        .map_err(|e| BadInput::new(format!("{}: {e}", path.display()), e.remedy()))?;
+    let machine = match &arguments.machine {
+        Some(path) => Some(files::read_machine(path)?),
+        None => None,
+    };
+    let length = made.length.or(machine.map(|m| m.tool_length()));
+    let comments = comments(compensation, factor_tables, length, &made, &axes);
+    let first = options.limits.first;
+    let text = print(&made.tables, &axes, first, &comments);
+    let bar = Bar::new();
+    bar.stage("reading it again", 0);
+    let Random { random, seed } = arguments.random;
+    let proof = prove(
+        &text,
+        &runtime,
+        &axes,
+        &made,
+        factor_tables,
+        random as usize,
+        seed,
+    );
+    drop(bar);
+    let proof = proof.map_err(|e| {
+        BadInput::new(
+            format!("{}: {e}", path.display()),
+            "this is a fault of trueaxis: please report it with the file",
+        )
+    })?;
+    let meets = proof.meets(tolerance);
+    if meets {
+        files::write(output, text.as_bytes())?;
+    }
+    let answer = Answer {
+        file: output,
+        written: meets,
+        machine: compensation.machine(),
+        factor_tables,
+        tables: made.tables.len(),
+        first_table: first,
+        values: made.tables.iter().map(cec::Table::stored).collect(),
+        largest_factor: largest_factor(&made),
+        tool_length_mm: length,
+        tolerance,
+        meets_tolerance: meets,
+        notes: &made.notes,
+        proof: &proof,
+    };
+    if arguments.json {
+        files::print_json(&answer)?;
+    } else {
+        files::print(&screen(&answer, &made, &axes))?;
+    }
+    for sensor in &made.sensors {
+        eprintln!(
+            "warning: the temperature of `{sensor}` is taken to be its reference: the tables do not follow it"
+        );
+    }
+    if !meets {
+        eprintln!(
+            "nothing is written: the tables differ from the compensation by more than {} µm or {} µrad",
+            tolerance.um, tolerance.urad
+        );
+        return Ok(Outcome::CheckFailed);
+    }
+    Ok(Outcome::Done)
+}
+
+/// Writes the tables that tell which reading it is.
+fn write_probe(arguments: &Arguments, axis: &str) -> Result<Outcome, BadInput> {
+    if !cec::is_name(axis) {
+        return Err(BadInput::new(
+            format!("--probe: `{axis}` is no name of an axis"),
+            "write what the controller calls the axis whose compensation is looked at, like AX1",
+        ));
+    }
+    files::prepare(&arguments.output, &[])?;
+    let first = usize::from(arguments.first);
+    let text = cec::probe(&axis.to_ascii_uppercase(), first);
+    files::write(&arguments.output, text.as_bytes())?;
+    files::print(&format!(
+        "{}: tables {first} and {} for {axis}\nthe compensation that is shown then: 0.005 --factor-tables not-added, \
+         0.010 --factor-tables added\n",
+        arguments.output.display(),
+        first + 1
+    ))?;
+    Ok(Outcome::Done)
+}
+
+impl Arguments {
+    fn options(&self, factor_tables: cec::FactorTables, tolerance: Tolerance) -> Options {
+        let mut limits = match self.controller {
+            Controller::Sinumerik840D => Limits::SINUMERIK_840D,
+            Controller::Sinumerik828D => Limits::SINUMERIK_828D,
+        };
+        limits.first = self.first.into();
+        limits.tables = self.tables.map_or(limits.tables, usize::from);
+        limits.points = self.points.map(usize::from).or(limits.points);
+        Options {
+            factor_tables,
+            limits,
+            factor_limit: self.factor_limit,
+            tolerance,
+            length: self.tool_length,
+            long: match self.long_products {
+                Long::Refuse => LongProducts::Refuse,
+                Long::Drop => LongProducts::Drop,
+                Long::Hold => LongProducts::Hold,
+            },
+        }
+    }
+}
+
+/// The largest table that is multiplied.
+fn largest_factor(plan: &Plan) -> f32 {
+    let named = cec::named(&plan.tables);
+    let factors = plan
+        .tables
+        .iter()
+        .zip(named)
+        .filter(|(t, named)| *named || t.times.is_some());
+    factors.map(|(table, _)| table.peak()).fold(0.0, f32::max)
+}
+
+fn said(factor_tables: cec::FactorTables) -> &'static str {
+    match factor_tables {
+        cec::FactorTables::Added => "added",
+        cec::FactorTables::NotAdded => "not-added",
+    }
+}
+
+fn for_tool(length: Option<f64>) -> String {
+    match length {
+        Some(length) => format!("{length} mm"),
+        None => "that of the machine file it was compiled with".to_owned(),
+    }
+}
+
+/// What stands at the begin of the file.
+fn comments<C: trueaxis::Room>(
+    compensation: &trueaxis::Compensation<'_, C>,
+    factor_tables: cec::FactorTables,
+    length: Option<f64>,
+    plan: &Plan,
+    axes: &Axes,
+) -> Vec<String> {
+    let most = plan.tables.iter().map(cec::Table::stored).max();
+    let mut comments = vec![
+        format!("trueaxis: {}", compensation.machine()),
+        format!(
+            "for a controller with factor tables {}",
+            said(factor_tables)
+        ),
+        format!("for one tool length: {}", for_tool(length)),
+        format!(
+            "MD18342: at most {} values in a table",
+            most.unwrap_or_default()
+        ),
+    ];
+    for (axis, sum) in cec::largest_sums(&plan.tables, factor_tables) {
+        // Rounded up: the controller must allow no less.
+        let sum = (sum * 1e6).ceil() / 1e6;
+        let (name, unit) = (
+            axes.name(axis),
+            if axes.is_rotary(axis) { "deg" } else { "mm" },
+        );
+        comments.push(format!(
+            "{name}: MD32710 $MA_CEC_ENABLE 1; MD32720 $MA_CEC_MAX_SUM at least {sum:.6} {unit}"
+        ));
+        // In the unit of MD32000, rounded up.
+        let rate = f64::from(compensation.axes()[axis].rate_bound);
+        let up = |value: f64, step: f64| (value / step).ceil() * step;
+        let rate = match axes.is_rotary(axis) {
+            true => format!("{:.4} rev/min", up(rate * 60.0 / 360.0, 1e-4)),
+            false => format!("{:.1} mm/min", up(rate * 60.0, 0.1)),
+        };
+        comments.push(format!(
+            "{name}: MD32730 $MA_CEC_MAX_VELO at least {rate}, as a percentage of MD32000"
+        ));
+    }
+    if plan.tables.iter().any(|table| table.times.is_some()) {
+        comments.push(
+            "leave SD41310 $SN_CEC_TABLE_WEIGHT of all tables as it is in this file: products have"
+                .to_owned(),
+        );
+        comments.push(
+            "their weights multiplied in, and another weight would part corrections that belong together"
+                .to_owned(),
+        );
+    }
+    comments
+}
+
+fn screen(answer: &Answer<'_>, plan: &Plan, axes: &Axes) -> String {
+    let mut text = format!("{}: {}\n", answer.file.display(), answer.machine);
+    let each: Vec<String> = (0..axes.axes.len())
+        .map(|axis| {
+            let count = plan.tables.iter().filter(|t| t.output == axis).count();
+            format!("{} {count}", axes.letter(axis))
+        })
+        .collect();
+    let _ = writeln!(
+        text,
+        "{} tables from number {} ({}), for a controller with factor tables {}",
+        answer.tables,
+        answer.first_table,
+        each.join(", "),
+        said(answer.factor_tables)
+    );
+    let most = answer.values.iter().max().copied().unwrap_or_default();
+    let _ = writeln!(
+        text,
+        "largest factor {:.4}; at most {most} values in a table (MD18342)",
+        answer.largest_factor
+    );
+    let _ = writeln!(
+        text,
+        "for one tool length: {}",
+        for_tool(answer.tool_length_mm)
+    );
+    if let Some(per_mm) = answer.proof.um_per_mm_of_tool_length {
+        let _ = writeln!(
+            text,
+            "  corrections change by {per_mm:.4} µm per mm that the tool is longer"
+        );
+    }
+    let mut told: Vec<String> = answer.notes.iter().map(ToString::to_string).collect();
+    told.dedup();
+    for note in told {
+        let _ = writeln!(text, "{note}");
+    }
+    let _ = writeln!(
+        text,
+        "\nread again, {} random positions\naxis  largest correction   differs by   on the other kind of controller by",
+        answer.proof.positions
+    );
+    for a in &answer.proof.axes {
+        let _ = writeln!(
+            text,
+            "{}  {:>16.3} {u:<4} {:>12.4} {u:<4} {:>12.3} {u}",
+            a.axis,
+            a.largest,
+            a.difference,
+            a.other_reading,
+            u = a.unit
+        );
+    }
+    text
+}

@@ -1,0 +1,249 @@
+//! Reading files, and writing them so that nobody ever sees half of one.
+
+use super::bad_input::BadInput;
+use super::replace;
+use clap::Args;
+use serde::Serialize;
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+use trueaxis::{AlignedBlob, LARGEST_BLOB};
+use trueaxis_measure::direct::counted_twice;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+use trueaxis_model::source::FileError;
+use trueaxis_report as report;
+
+/// A text file with its name.
+pub struct Text {
+    /// As the user gave it.
+    pub name: String,
+    /// All of it.
+    pub text: String,
+}
+
+impl Text {
+    /// Reads a whole file.
+    pub fn read(path: &Path) -> Result<Self, BadInput> {
+        let name = path.display().to_string();
+        let bytes = read_bytes(path)?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..valid]
+                .iter()
+                .filter(|b| **b == b'\n')
+                .count()
+                + 1;
+            BadInput::new(
+                format!("{name}, line {line}: this is no UTF-8 text"),
+                "save the file as UTF-8 text",
+            )
+        })?;
+        Ok(Self { name, text })
+    }
+
+    /// The path of a file that this one names.
+    pub fn beside(&self, name: &str) -> String {
+        let folder = Path::new(&self.name).parent().unwrap_or(Path::new(""));
+        folder.join(name).display().to_string()
+    }
+
+    /// The file, and the line of an error in it.
+    pub fn place(&self, error: &FileError) -> String {
+        match error.line(&self.text) {
+            Some(line) => format!("{}, line {line}", self.name),
+            None => self.name.clone(),
+        }
+    }
+
+    /// Shows an error at its place in this text.
+    pub fn bad(&self, error: FileError) -> BadInput {
+        BadInput::in_text(error, self)
+    }
+}
+
+/// Most bytes of an input file that is read as a whole.
+const LARGEST: u64 = LARGEST_BLOB as u64;
+
+/// The bytes of a file; [`ErrorKind::FileTooLarge`] before any is read if there are more than [`LARGEST`].
+fn bounded(path: &Path) -> std::io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let mut bytes = Vec::new();
+    // A pipe has no length.
+    if file.metadata()?.len() <= LARGEST {
+        file.take(LARGEST + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 <= LARGEST {
+            return Ok(bytes);
+        }
+    }
+    let most = format!("it is larger than {} MiB", LARGEST >> 20);
+    Err(std::io::Error::new(ErrorKind::FileTooLarge, most))
+}
+
+/// Reads a whole file of at most [`LARGEST`] bytes.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, BadInput> {
+    bounded(path).map_err(|error| {
+        let remedy = match error.kind() {
+            ErrorKind::NotFound => "check the path; files are looked for from the current folder",
+            ErrorKind::PermissionDenied => "make the file readable",
+            ErrorKind::FileTooLarge => "check that this is the right file; no input is that large",
+            _ => "give the path of a readable file",
+        };
+        let cause = match missing_folder(path) {
+            Some(folder) => format!("there is no folder {}", folder.display()),
+            None => error.to_string(),
+        };
+        BadInput::new(
+            format!("{}: cannot be read: {cause}", path.display()),
+            remedy,
+        )
+    })
+}
+
+/// The folder of a path, if it is not there.
+fn missing_folder(path: &Path) -> Option<&Path> {
+    let folder = path.parent()?;
+    (!folder.as_os_str().is_empty() && !folder.exists()).then_some(folder)
+}
+
+/// Reads a blob into aligned memory, as it would lie in flash.
+pub fn read_blob(path: &Path) -> Result<AlignedBlob, BadInput> {
+    Ok(AlignedBlob::from_bytes(&read_bytes(path)?))
+}
+
+/// What a report says of a file that it was made of.
+pub fn described(role: &str, path: &Path) -> Result<report::File, BadInput> {
+    let name = path.display().to_string();
+    Ok(report::File::new(role, &name, &read_bytes(path)?))
+}
+
+/// The two files that describe a machine.
+#[derive(Args)]
+pub struct MachineFiles {
+    /// Machine description (machine.toml)
+    pub machine: PathBuf,
+    /// Error parameters (errors.toml)
+    pub errors: PathBuf,
+}
+
+impl MachineFiles {
+    /// Reads and checks both.
+    pub fn read(&self) -> Result<(Machine, ErrorModel), BadInput> {
+        let machine = read_machine(&self.machine)?;
+        let errors = read_errors(&self.errors, &machine)?;
+        Ok((machine, errors))
+    }
+}
+
+/// Reads and checks a machine description, and warns of what it hardly means.
+pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
+    let text = Text::read(path)?;
+    let machine = Machine::from_toml(&text.text).map_err(|e| text.bad(e))?;
+    for doubt in Machine::doubts(&text.text) {
+        eprintln!("warning: {}: {}", text.place(&doubt), doubt.message);
+        eprintln!("  {}", doubt.remedy);
+    }
+    Ok(machine)
+}
+
+/// Reads and checks the errors of a machine, and warns of what is counted twice.
+pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+    let errors = read_known_errors(path, machine)?;
+    let doubts = match errors.slopes_beside_squareness {
+        true => Vec::new(),
+        false => counted_twice(machine, &errors),
+    };
+    for doubt in doubts {
+        eprintln!("warning: {}: {doubt}", path.display());
+        eprintln!("  {}", doubt.remedy());
+    }
+    Ok(errors)
+}
+
+/// The same without warnings, for who warns of what comes of them.
+pub fn read_known_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+    let text = Text::read(path)?;
+    let read = |name: &str| {
+        let path = text.beside(name);
+        let measured = Text::read(Path::new(&path));
+        measured
+            .map(|measured| measured.text)
+            .map_err(|bad| bad.to_string())
+    };
+    ErrorModel::with_files(&text.text, machine, &read).map_err(|e| text.bad(e))
+}
+
+/// Before the work begins: refuses to write over a file that is read or into a folder that is not
+/// there, and removes what an earlier
+/// run has left of the output that was ended in the middle of writing.
+pub fn prepare(output: &Path, inputs: &[&Path]) -> Result<(), BadInput> {
+    if let Some(folder) = missing_folder(output) {
+        return Err(BadInput::new(
+            format!(
+                "{}: cannot be written: there is no folder {}",
+                output.display(),
+                folder.display()
+            ),
+            "make the folder, or give -o a name in one that exists",
+        ));
+    }
+    let real = |path: &Path| path.canonicalize().ok();
+    let written = real(output);
+    match inputs
+        .iter()
+        .find(|input| written.is_some() && real(input) == written)
+    {
+        Some(input) => Err(BadInput::new(
+            format!(
+                "the output {} is the input {}",
+                output.display(),
+                input.display()
+            ),
+            "give -o another name",
+        )),
+        None => {
+            replace::tidy(output);
+            Ok(())
+        }
+    }
+}
+
+/// Writes a file as a whole, see [`replace`]: if anything fails or the program is interrupted, the
+/// old file stays as it was.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
+    replace::replace(path, bytes).map_err(|error| {
+        BadInput::new(
+            format!("{}: cannot be written: {error}", path.display()),
+            "give a name in an existing folder with write permission and room; an old file of this name is unchanged",
+        )
+    })
+}
+
+/// Writes to standard output; a reader that has gone away is no error.
+pub fn print(text: &str) -> Result<(), BadInput> {
+    stream(text).map(|_| ())
+}
+
+/// The same; false if the reader has gone away, so that nothing more need be written.
+pub fn stream(text: &str) -> Result<bool, BadInput> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(BadInput::new(
+            format!("standard output cannot be written: {error}"),
+            "check where it is redirected to",
+        )),
+    }
+}
+
+/// Writes an answer for programs to standard output.
+pub fn print_json(value: &impl Serialize) -> Result<(), BadInput> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| {
+        BadInput::new(
+            format!("the answer cannot be written as JSON: {error}"),
+            "leave out --json",
+        )
+    })?;
+    print(&(text + "\n"))
+}

@@ -1,0 +1,187 @@
+//! `trueaxis flash`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files;
+use super::port::PortArguments;
+use super::progress::Bar;
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis::AlignedBlob;
+use trueaxis::link::Storing;
+use trueaxis_controllers::link::{self, Activated};
+use trueaxis_tables::target::Target;
+use trueaxis_tables::validate::Runtime;
+
+/// Upload a compensation into a controller
+///
+/// It goes into the table slot that is not in use. With --activate it is in use from then on, at
+/// every start too; without, it waits until `trueaxis control` activates it. An upload that was
+/// interrupted goes on where it was. What is in use stays so until the new one is complete and
+/// checked.
+///
+/// With --dry-run nothing is uploaded: it prints what the controller holds, as `compile --target`
+/// reads it, and checks a compensation, if one is given, as an upload would.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis flash machine.trax --port /dev/ttyUSB0 --activate\n\nWhat the controller holds:\n  trueaxis flash --dry-run --port /dev/ttyUSB0 > board.toml\n  trueaxis compile machine.toml errors.toml -o machine.trax --target board.toml"
+)]
+pub struct Arguments {
+    /// The compensation
+    #[arg(value_name = "FILE.trax", required_unless_present = "dry_run")]
+    blob: Option<PathBuf>,
+    #[command(flatten)]
+    port: PortArguments,
+    /// Change over to it now, and at every start
+    #[arg(long)]
+    activate: bool,
+    /// Upload nothing: check it, and print what the controller holds
+    #[arg(long, conflicts_with = "activate")]
+    dry_run: bool,
+    /// Also if the controller has a compensation of another machine (name or axes)
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Flashed<'a> {
+    file: &'a Path,
+    firmware: &'a str,
+    board: &'a str,
+    slot: String,
+    sequence: u32,
+    bytes: usize,
+    already: bool,
+    resumed: u32,
+    active: bool,
+    fading: bool,
+    at_start: bool,
+}
+
+#[derive(Serialize)]
+struct Checked<'a> {
+    file: Option<&'a Path>,
+    firmware: &'a str,
+    board: &'a str,
+    target: &'a Target,
+}
+
+/// Reads a compensation and checks that it is one.
+fn read(path: &Path) -> Result<AlignedBlob, BadInput> {
+    let blob = files::read_blob(path)?;
+    Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    Ok(blob)
+}
+
+/// Says what the controller holds, in the words of `compile --target`, and uploads nothing.
+fn dry_run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let port = &arguments.port;
+    let path = arguments.blob.as_deref();
+    let blob = path.map(read).transpose()?;
+    let (_, controller) = port.connect()?;
+    if let Some(blob) = &blob {
+        link::check(&controller, blob, arguments.force).map_err(|error| port.bad_flash(&error))?;
+    }
+    let target = controller.target();
+    let (firmware, board) = (&controller.firmware, &controller.board);
+    if arguments.json {
+        files::print_json(&Checked {
+            file: path,
+            firmware,
+            board,
+            target: &target,
+        })?;
+        return Ok(Outcome::Done);
+    }
+    let mut text = format!("# {}: {firmware} on {board}\n", port.port);
+    if let Some(path) = path {
+        text += &format!("# {} fits\n", path.display());
+    }
+    files::print(&(text + &target.to_toml()))?;
+    Ok(Outcome::Done)
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        blob: Some(path),
+        port,
+        activate,
+        dry_run: false,
+        force,
+        json,
+    } = arguments
+    else {
+        return dry_run(arguments);
+    };
+    let blob = read(path)?;
+    let (mut client, controller) = port.connect()?;
+    let bar = Bar::new();
+    let outcome = link::flash(&mut client, &controller, &blob, *force, *activate, &bar)
+        .map_err(|error| port.bad_flash(&error))?;
+    drop(bar);
+    let link::Outcome {
+        slot,
+        sequence,
+        already,
+        resumed,
+        activated,
+        at_start,
+    } = outcome;
+    if *json {
+        files::print_json(&Flashed {
+            file: path,
+            firmware: &controller.firmware,
+            board: &controller.board,
+            slot: slot.to_string(),
+            sequence,
+            bytes: blob.len(),
+            already,
+            resumed,
+            active: activated == Activated::Yes,
+            fading: activated == Activated::WithMotion,
+            at_start: at_start.in_use == Some(slot),
+        })?;
+        return Ok(Outcome::Done);
+    }
+    let mut text = format!(
+        "{}: {} on {}\n",
+        port.port, controller.firmware, controller.board
+    );
+    text += &if already {
+        format!(
+            "{}: slot {slot} holds it already, as number {sequence}\n",
+            path.display()
+        )
+    } else {
+        let from = match resumed {
+            0 => String::new(),
+            n => format!(" (from byte {n} on, the rest was there)"),
+        };
+        format!(
+            "{}: {} bytes{from} written to slot {slot} and verified, number {sequence}\n",
+            path.display(),
+            blob.len(),
+        )
+    };
+    text += match activated {
+        Activated::Yes => "in use\n",
+        Activated::WithMotion => "accepted: it is faded in as soon as the machine moves\n",
+        Activated::No if controller.active == Some(slot) => "in use\n",
+        Activated::No => "not in use: `trueaxis control` activates it, or --activate\n",
+    };
+    if activated != Activated::No && at_start.in_use != Some(slot) {
+        text += match at_start.storing {
+            Storing::Failed(_) => {
+                "not stored: the next start takes what it took before; see `trueaxis control`\n"
+            }
+            _ => "at the next start too once the machine has stood still with its drives off\n",
+        };
+    }
+    files::print(&text)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,305 @@
+//! What `trueaxis gcode` is told.
+
+use crate::commands::bad_input::BadInput;
+use crate::commands::files::Text;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+use trueaxis::Header;
+use trueaxis_controllers::gcode::modal::Units;
+use trueaxis_controllers::gcode::{self, Dialect, Rules, Setup, Tables};
+
+/// Correct a program before it runs, for a controller that has no compensation
+///
+/// Words become positions of the machine, positions are corrected by the compensation and written as words again.
+/// Moves are cut where the correction bends them, arcs stay arcs where they can; everything else is passed byte for
+/// byte. Parameters, expressions and O-words are refused: the program has to be flat.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis gcode part.ngc -o part-corrected.ngc --compensation mill.trax --setup setup.toml\n\n\
+The setup says what the program does not:\n  units = \"mm\"\n  [start]            # machine position before the first line\n  X = 0.0\n  \
+Y = 0.0\n  Z = 0.0\n  [offset.G54]       # machine position of the program's zero\n  X = -250.0\n  Y = -180.0\n  Z = -320.0\n  \
+[tool.1]\n  length = 112.4"
+)]
+pub struct Arguments {
+    /// The program
+    #[arg(value_name = "IN")]
+    pub program: PathBuf,
+    /// Where to write the corrected program
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// The compensation
+    #[arg(long, value_name = "FILE.trax")]
+    pub compensation: PathBuf,
+    /// Offsets, tools, and where the machine stands before the first line (TOML)
+    #[arg(long, value_name = "SETUP.toml")]
+    setup: Option<PathBuf>,
+    /// Offsets as LinuxCNC stores them, in the units of --setup or --units
+    #[arg(long, value_name = "FILE.var")]
+    var: Option<PathBuf>,
+    /// Tools as LinuxCNC stores them, in the units of --setup or --units
+    #[arg(long, value_name = "FILE.tbl")]
+    tools: Option<PathBuf>,
+    /// Units of the machine, where no setup gives them
+    #[arg(long, value_enum, conflicts_with = "setup")]
+    units: Option<UnitsChoice>,
+    /// Machine description: for programs with tool-centre-point control
+    #[arg(long, value_name = "machine.toml")]
+    pub machine: Option<PathBuf>,
+    /// Error parameters: with --machine and --check, what the tool really does before and after
+    #[arg(
+        long,
+        value_name = "errors.toml",
+        requires = "machine",
+        requires = "check"
+    )]
+    pub errors: Option<PathBuf>,
+    /// Read both programs anew and compare: distance from the corrected path, times, errors of the tool
+    #[arg(long, conflicts_with = "undo")]
+    pub check: bool,
+    /// Whose language the program is in
+    #[arg(long, value_enum, default_value_t)]
+    dialect: DialectChoice,
+    /// How far straight moves may be from the corrected path (µm, 0.3 at least)
+    #[arg(long, value_name = "UM", default_value_t = 0.5)]
+    tolerance: f64,
+    /// Sagitta of the chords that arcs become which cannot stay arcs (µm)
+    #[arg(long, value_name = "UM", default_value_t = 1.0)]
+    chord: f64,
+    /// What becomes of the step where an axis turns round, of direction-dependent tables
+    #[arg(long, value_enum, default_value_t)]
+    backlash: BacklashChoice,
+    /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
+    #[arg(long)]
+    cut_under_g41: bool,
+    /// Words are workpiece coordinates from the first line on (tool-centre-point control)
+    #[arg(long, requires = "machine")]
+    pub tcp: bool,
+    /// How the switch for lines behind `/` stands: on leaves them out
+    #[arg(long, value_enum, value_name = "SWITCH")]
+    block_delete: Option<Switch>,
+    /// Fanuc: words without a decimal point count 1 µm, 0.0001 inch or 0.001 degrees
+    #[arg(long)]
+    least_increment: bool,
+    /// Pass a G or M word that is not known: it must move nothing and change no coordinates
+    #[arg(long, value_name = "WORD")]
+    pass: Vec<String>,
+    /// Take the correction of a corrected program away again
+    #[arg(long)]
+    undo: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum UnitsChoice {
+    Mm,
+    Inch,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum DialectChoice {
+    #[default]
+    Linuxcnc,
+    Grbl,
+    Fanuc,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum BacklashChoice {
+    /// A move of its own before the reversal
+    #[default]
+    Move,
+    /// Part of the next move
+    Blend,
+    /// Left out
+    Leave,
+}
+
+impl BacklashChoice {
+    fn given(self) -> gcode::Backlash {
+        match self {
+            Self::Move => gcode::Backlash::Move,
+            Self::Blend => gcode::Backlash::Blend,
+            Self::Leave => gcode::Backlash::Leave,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Switch {
+    On,
+    Off,
+}
+
+/// The least tolerance (µm): rounding words of three axes to 0.1 µm takes 0.09 of it.
+const LEAST_TOLERANCE: f64 = 0.3;
+
+impl Arguments {
+    pub fn options(&self) -> Result<gcode::Options, BadInput> {
+        for (name, value, least) in [
+            ("--tolerance", self.tolerance, LEAST_TOLERANCE),
+            ("--chord", self.chord, 0.01),
+        ] {
+            if !(least..=1000.0).contains(&value) {
+                return Err(BadInput::new(
+                    format!("{name} {value}: no length between {least} and 1000 µm"),
+                    format!("write for example {name} 0.5"),
+                ));
+            }
+        }
+        if self.least_increment && self.dialect() != Dialect::Fanuc {
+            return Err(BadInput::new(
+                "--least-increment: words without a point count whole units in this dialect",
+                "leave it out, or say --dialect fanuc",
+            ));
+        }
+        for word in &self.pass {
+            let number = match word.as_bytes() {
+                [b'G' | b'M' | b'g' | b'm', rest @ ..] => std::str::from_utf8(rest).ok(),
+                _ => None,
+            };
+            let number = number.filter(|n| n.bytes().all(|b| b.is_ascii_digit() || b == b'.'));
+            let value = number.and_then(|n| n.parse::<f64>().ok());
+            let plain = value.map(|value| format!("{}{value}", &word[..1]));
+            if plain.as_ref() != Some(word) {
+                let example = plain.unwrap_or_else(|| "G187 or --pass M100".to_owned());
+                return Err(BadInput::new(
+                    format!("--pass {word}: no word of a program is that"),
+                    format!(
+                        "give a letter G or M and its number, without zeros before it: --pass {example}"
+                    ),
+                ));
+            }
+        }
+        Ok(gcode::Options {
+            tolerance: self.tolerance * 1e-3,
+            chord: self.chord * 1e-3,
+            backlash: self.backlash.given(),
+            cut_under_cutter: self.cut_under_g41,
+            undo: self.undo,
+            ..gcode::Options::default()
+        })
+    }
+
+    fn dialect(&self) -> Dialect {
+        match self.dialect {
+            DialectChoice::Linuxcnc => Dialect::LinuxCnc,
+            DialectChoice::Grbl => Dialect::Grbl,
+            DialectChoice::Fanuc => Dialect::Fanuc,
+        }
+    }
+
+    /// Setup, parameters and tools together.
+    pub fn read_setup(&self) -> Result<Setup, BadInput> {
+        let mut setup = match &self.setup {
+            None => Setup::default(),
+            Some(path) => {
+                let text = Text::read(path)?;
+                Setup::from_toml(&text.text).map_err(|e| text.bad(e))?
+            }
+        };
+        match self.units {
+            Some(UnitsChoice::Mm) => setup.units = Some(Units::Millimetre),
+            Some(UnitsChoice::Inch) => setup.units = Some(Units::Inch),
+            None => {}
+        }
+        if let Some(path) = &self.var {
+            let units = units_of(&setup, "--var")?;
+            let text = Text::read(path)?;
+            setup.add_var(&text.text, units).map_err(|e| text.bad(e))?;
+        }
+        if let Some(path) = &self.tools {
+            let units = units_of(&setup, "--tools")?;
+            let text = Text::read(path)?;
+            setup
+                .add_tools(&text.text, units)
+                .map_err(|e| text.bad(e))?;
+        }
+        Ok(setup)
+    }
+
+    pub fn rules(&self, setup: Setup, tables: &Tables<'_>) -> Rules {
+        Rules {
+            dialect: self.dialect(),
+            setup,
+            axes: tables.axes,
+            endless: tables.endless(),
+            pass: self.pass.clone(),
+            block_delete: self.block_delete.map(|switch| matches!(switch, Switch::On)),
+            least_increments: self.least_increment,
+            tip: self.tcp,
+            machine: String::new(),
+            has_machine: false,
+            no_tip: None,
+        }
+    }
+
+    /// The files that are read.
+    pub fn inputs(&self) -> Vec<&Path> {
+        let optional = [
+            &self.setup,
+            &self.var,
+            &self.tools,
+            &self.machine,
+            &self.errors,
+        ];
+        let mut inputs = vec![self.program.as_path(), self.compensation.as_path()];
+        inputs.extend(optional.into_iter().flatten().map(PathBuf::as_path));
+        inputs
+    }
+
+    /// What the first comment says.
+    pub fn mark(
+        &self,
+        blob: &[u8],
+        compensation: &trueaxis::Largest<'_>,
+        tables: &Tables<'_>,
+    ) -> Result<String, BadInput> {
+        let header = Header::read(blob).map_err(|e| BadInput::in_blob(e, &self.compensation))?;
+        let setup = [&self.setup, &self.var, &self.tools].into_iter().flatten();
+        let setup: Vec<String> = setup.map(|path| name_of(path)).collect();
+        let setup = if setup.is_empty() {
+            "none".to_owned()
+        } else {
+            setup.join(" ")
+        };
+        let machine = plain(compensation.machine());
+        let name = name_of(&self.compensation);
+        let backlash = match (self.backlash.given(), tables.directional) {
+            (gcode::Backlash::Move, _) | (_, 0) => String::new(),
+            (backlash, _) => format!(", backlash {}", backlash.name()),
+        };
+        Ok(format!(
+            "trueaxis corrected: {name} {:08x}, machine {machine}, setup {setup}{backlash}",
+            header.crc
+        ))
+    }
+}
+
+fn units_of(setup: &Setup, option: &str) -> Result<Units, BadInput> {
+    setup.units.ok_or_else(|| {
+        BadInput::new(
+            format!("{option}: mm or inches, that is not known"),
+            "give --units mm or --units inch, as [TRAJ] LINEAR_UNITS of the machine's INI file",
+        )
+    })
+}
+
+/// A name that may stand in a comment of any controller.
+fn plain(text: &str) -> String {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || " .-_".contains(c);
+    text.chars()
+        .map(|c| if allowed(c) { c } else { '-' })
+        .take(40)
+        .collect()
+}
+
+fn name_of(path: &Path) -> String {
+    plain(
+        &path
+            .file_name()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy(),
+    )
+}

@@ -1,0 +1,275 @@
+//! What people and programs read.
+
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+use trueaxis_controllers::gcode::axes;
+use trueaxis_controllers::gcode::check::{Found, Statistics};
+use trueaxis_controllers::gcode::{Options, Report, Tables};
+use trueaxis_model::machine::Machine;
+
+/// The largest correction of an axis.
+#[derive(Serialize)]
+struct Largest {
+    axis: char,
+    unit: &'static str,
+    correction: f64,
+    line: u64,
+}
+
+/// Tools of a program, beside the one that a compensation without length input was made for.
+#[derive(Serialize)]
+pub struct Lengths {
+    /// What the program uses (mm), where it is known.
+    used_mm: Vec<f64>,
+    /// What the compensation was made for (mm), by the machine file; none if it takes the length in.
+    made_for_mm: Option<f64>,
+    /// True if the tool length is an input of the compensation.
+    is_input: bool,
+}
+
+impl Lengths {
+    pub fn new(report: &Report, tables: &Tables<'_>, machine: Option<&Machine>) -> Self {
+        let is_input = tables.takes_length;
+        let made_for = machine
+            .filter(|_| !is_input)
+            .map(|machine| machine.tool_length());
+        Self {
+            used_mm: report.lengths.iter().map(|um| *um as f64 * 1e-3).collect(),
+            made_for_mm: made_for,
+            is_input,
+        }
+    }
+
+    /// What there is to be warned of.
+    pub fn warning(&self, found: Option<&Found>) -> Option<String> {
+        let own = self.made_for_mm?;
+        let differs = |l: &f64| (l - own).abs() > 1e-3;
+        let others: Vec<f64> = self.used_mm.iter().copied().filter(differs).collect();
+        if others.is_empty() {
+            return None;
+        }
+        let cost = match found.filter(|f| f.tool_path.is_some()) {
+            Some(found) => format!(
+                "that makes up to {:.2} µm at the tip{}",
+                found.length_um,
+                place(found.length_line)
+            ),
+            None => "--check with --errors tells what that makes at the tip".to_owned(),
+        };
+        Some(format!(
+            "tool length {} mm, and the compensation was made for {own:.3} mm, without length input: {cost}",
+            shown(&others)
+        ))
+    }
+
+    /// What is not known.
+    pub fn note(&self) -> String {
+        match self.made_for_mm {
+            None if !self.is_input && !self.used_mm.is_empty() => format!(
+                "tool length {} mm: whether the compensation was made for it, --machine tells\n",
+                shown(&self.used_mm)
+            ),
+            _ => String::new(),
+        }
+    }
+}
+
+/// Behind what is largest there: nothing where it is nowhere.
+fn place(line: u64) -> String {
+    match line {
+        0 => String::new(),
+        line => format!(" (line {line})"),
+    }
+}
+
+fn shown(lengths: &[f64]) -> String {
+    let lengths: Vec<String> = lengths.iter().map(|l| format!("{l:.3}")).collect();
+    lengths.join(", ")
+}
+
+/// For programs.
+#[derive(Serialize)]
+pub struct Answer<'a> {
+    file: &'a Path,
+    compensation: &'a str,
+    tool_length: &'a Lengths,
+    #[serde(flatten)]
+    report: &'a Report,
+    largest: Vec<Largest>,
+    check: Option<&'a Found>,
+}
+
+fn largest(report: &Report) -> Vec<Largest> {
+    let all = report.largest.iter().enumerate();
+    all.filter(|(_, (by, _))| *by > 0.0)
+        .map(|(axis, (by, line))| Largest {
+            axis: axes::name(axis),
+            unit: if axes::is_rotary(axis) { "deg" } else { "mm" },
+            correction: *by,
+            line: *line,
+        })
+        .collect()
+}
+
+impl<'a> Answer<'a> {
+    pub fn new(
+        file: &'a Path,
+        report: &'a Report,
+        compensation: &'a trueaxis::Largest<'_>,
+        tool_length: &'a Lengths,
+        check: Option<&'a Found>,
+    ) -> Self {
+        Self {
+            file,
+            compensation: compensation.machine(),
+            tool_length,
+            report,
+            largest: largest(report),
+            check,
+        }
+    }
+}
+
+/// For people.
+pub fn report(file: &Path, report: &Report) -> String {
+    let Report {
+        lines: [read, written],
+        moves,
+        cut,
+        arcs,
+        cycles,
+        take_ups,
+        feeds,
+        under_cutter,
+        under_cutter_off,
+        decimals,
+        passed,
+        ..
+    } = report;
+    let mut text = String::new();
+    let _ = writeln!(text, "{}: {written} lines for {read}", file.display());
+    let _ = writeln!(
+        text,
+        "{moves} motions corrected, {cut} of them cut; arcs: {} stay, {} are chords; cycles: {} stay, {} are written out",
+        arcs[0], arcs[1], cycles[0], cycles[1]
+    );
+    if *take_ups > 0 {
+        let _ = writeln!(text, "{take_ups} steps at reversals are moves of their own");
+    }
+    if *feeds > 0 {
+        let _ = writeln!(
+            text,
+            "{feeds} words F keep the time of a move, or come back to that of the program"
+        );
+    }
+    if *under_cutter > 0 {
+        let _ = writeln!(
+            text,
+            "{under_cutter} moves under G41 or G42 have corrected ends and are not cut: up to {:.2} µm between",
+            under_cutter_off * 1e3
+        );
+    }
+    for largest in largest(report) {
+        let Largest {
+            axis,
+            unit,
+            correction,
+            line,
+        } = largest;
+        let _ = writeln!(
+            text,
+            "{axis}   largest correction {correction:>10.5} {unit} in line {line}"
+        );
+    }
+    if decimals[1] > decimals[0] {
+        let _ = writeln!(
+            text,
+            "words have up to {} decimals, in the program up to {}: the tolerance needs them",
+            decimals[1], decimals[0]
+        );
+    }
+    for (what, times) in passed {
+        let _ = writeln!(text, "not corrected: {what} ({times} times)");
+    }
+    text
+}
+
+/// What the check says, for people.
+pub fn check(found: &Found, options: &Options) -> String {
+    let mut text = String::from("check: both programs read anew\n");
+    let _ = writeln!(
+        text,
+        "  {} motions for {}; at most {:.2} µm from the corrected path{}{}",
+        found.motions[1],
+        found.motions[0],
+        found.off_um,
+        place(found.off_line),
+        match found.off_urad {
+            0.0 => String::new(),
+            off => format!(", {off:.2} µrad of a rotary axis"),
+        }
+    );
+    if found.blended_um > 0.0 {
+        let _ = writeln!(
+            text,
+            "  where an axis turns round, and the step is blended into the move: {:.2} µm",
+            found.blended_um
+        );
+    }
+    for (unit, [before, after]) in [("min", found.minutes), ("revolutions", found.revolutions)] {
+        if unit == "min" || before > 0.0 {
+            let _ = writeln!(
+                text,
+                "  feed moves take {after:.2} {unit}, before {before:.2} {unit}"
+            );
+        }
+    }
+    if found.excess_um > 0.0 {
+        let _ = writeln!(
+            text,
+            "  {:.2} µm farther from the corrected path than allowed in line {}",
+            found.excess_um, found.excess_line
+        );
+    }
+    if found.times_differ > 0 {
+        let _ = writeln!(
+            text,
+            "  the time of {} motions differs by more than 1 %, first in line {}",
+            found.times_differ, found.first_time_line
+        );
+    }
+    if let Some(path) = &found.tool_path {
+        let _ = writeln!(
+            text,
+            "  tool on feed moves      {:>9} {:>9} {:>9}",
+            "mean", "95 %", "max"
+        );
+        for (name, unit, statistics) in [
+            ("before", "µm", &path.before_um),
+            ("after", "µm", &path.after_um),
+            ("direction before", "µrad", &path.before_urad),
+            ("direction after", "µrad", &path.after_urad),
+        ] {
+            let Statistics { mean, p95, max } = statistics;
+            let name = format!("{name}, {unit}");
+            let _ = writeln!(text, "    {name:<22}{mean:>9.2} {p95:>9.2} {max:>9.2}");
+        }
+        let [read, written] = found.lines;
+        let more = 100.0 * (written as f64 / read.max(1) as f64 - 1.0);
+        let _ = writeln!(
+            text,
+            "{:.1} µm before, {:.1} µm after{}, {more:.0} % more lines",
+            path.before_um.max,
+            path.after_um.max,
+            match path.worst_line {
+                0 => String::new(),
+                line => format!(" (worst in line {line})"),
+            }
+        );
+    }
+    if !found.holds(options) {
+        text += "check: does not hold\n";
+    }
+    text
+}

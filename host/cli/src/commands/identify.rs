@@ -1,0 +1,433 @@
+//! `trueaxis identify`
+
+mod answer;
+mod gone;
+mod listed;
+mod screen;
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::verdict;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_measure::identify::{
+    Compensated, HeldOut, Honesty, Identified, IdentifyError, Level, Model, ModelError, Options,
+    Problem, Published, Stated, Suspicion, automatic, compensability, error_file, held_out,
+    honesty, identify, lacks, misplaced, published, snoop, stated, without,
+};
+use trueaxis_measure::plan::{Remedy, would_show};
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::formats::covariance;
+use trueaxis_model::machine::Machine;
+use trueaxis_report::{self as report, Document, Identification, Model as ReportModel};
+use trueaxis_tables::compile::belongs;
+use trueaxis_tables::validate::{Command, Runtime};
+
+/// Identify error parameters, with their uncertainties, from probings of balls
+///
+/// A row of the probings has the axis positions at which the stylus was on the centre of a ball. The parameters,
+/// the balls and the stylus are found together; parameters that these probings cannot tell get no value, but a
+/// sentence that says why. The error file can be given to `trueaxis compile` as it is.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  trueaxis identify machine.toml probings.csv --model 12 -o errors.toml\n  \
+trueaxis identify machine.toml after.csv --model 12 --before errors.toml\n\n\
+Probings: a header, then one probing per line, mm and degrees. Beside ball and axes there may be S (spindle\n\
+angle), run, time_s, sigma_um (standard uncertainty of a coordinate), temperature_C, and A_dir … (1 or -1:\n\
+direction from which an axis came):\n  ball,X,Y,Z,A,C\n  1,70.012,20.004,111.497,0,0\n\n\
+Models: 10, 12 and 13 (locations, scales, backlash, spindle; X, Y, Z and two rotary axes), 81 and\n\
+84 (the coefficients published for two machines), auto (what the probings see), or names: EA0Z,EXX1,ECCb"
+)]
+pub struct Arguments {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Probings (CSV)
+    #[arg(value_name = "PROBINGS.csv")]
+    probings: PathBuf,
+    /// Which parameters to look for
+    #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
+    model: String,
+    /// What is known of balls, bars and stylus (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: Option<PathBuf>,
+    /// Where to write the parameters (errors.toml)
+    #[arg(short, long, value_name = "ERRORS.toml")]
+    output: Option<PathBuf>,
+    /// Let rows that fit badly count less
+    #[arg(long)]
+    robust: bool,
+    /// Leave out rows: "line 17", "ball 3", "C = 90", "S = 180" (can be given again)
+    #[arg(long, value_name = "ROWS")]
+    without: Vec<String>,
+    /// Go on although balls or stylus are more than 5 mm from where they are stated to be
+    #[arg(long)]
+    accept_places: bool,
+    /// Keep what this error file says of parameters that are not looked for
+    #[arg(long, value_name = "OLD.toml")]
+    update: Option<PathBuf>,
+    /// The compensation that was on while probing, which is undone
+    #[arg(long, value_name = "FILE.trax")]
+    active: Option<PathBuf>,
+    /// What this error file says was there before the compensation that was on while probing: how much of it is gone
+    #[arg(long, value_name = "ERRORS.toml", conflicts_with = "active")]
+    before: Option<PathBuf>,
+    /// Write a page that shows the errors and how they were found, as `trueaxis report` does
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// The date that the page shows, as it is to stand there (default: none)
+    #[arg(long, value_name = "TEXT", requires = "report")]
+    date: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let inputs = [
+        Some(&arguments.machine),
+        Some(&arguments.probings),
+        arguments.artefact.as_ref(),
+        arguments.update.as_ref(),
+        arguments.active.as_ref(),
+        arguments.before.as_ref(),
+    ];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    let covariances = arguments.output.as_deref().map(beside);
+    let outputs = arguments.output.iter().chain(&covariances);
+    for output in outputs.chain(&arguments.report) {
+        files::prepare(output, &inputs)?;
+    }
+    let machine = files::read_machine(&arguments.machine)?;
+    let text = Text::read(&arguments.probings)?;
+    let mut measured = probings::read(&text.text, &machine, true).map_err(|e| text.bad(e))?;
+    let artefact = match &arguments.artefact {
+        Some(path) => {
+            let text = Text::read(path)?;
+            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?
+        }
+        None => Artefact::default(),
+    };
+    probings::have_known_balls(&text.text, &measured, &artefact).map_err(|e| text.bad(e))?;
+    for rows in &arguments.without {
+        measured = without(&machine, &measured, rows).map_err(|reason| {
+            BadInput::new(
+                format!("--without: {reason}"),
+                "name rows as \"line 17\", \"ball 3\", \"C = 90\" or \"S = 180\"",
+            )
+        })?;
+    }
+    let base = match &arguments.update {
+        Some(path) => known(path, &machine, "--update")?,
+        None => ErrorModel::perfect(&machine),
+    };
+    let before = match &arguments.before {
+        Some(path) => Some(known(path, &machine, "--before")?),
+        None => None,
+    };
+    if let Some(path) = &arguments.active {
+        undo(&mut measured, path, &machine, &base)?;
+    }
+    let model: Model = arguments.model.parse().map_err(no_model)?;
+    let options = Options {
+        robust: arguments.robust,
+        ..Options::default()
+    };
+    let (identified, chosen) = match model {
+        Model::Auto => {
+            let chosen = automatic(&machine, &measured, &artefact, &base, options);
+            let chosen = chosen.map_err(|error| arguments.not_identified(&error))?;
+            (chosen.identified.clone(), Some(chosen))
+        }
+        model => {
+            let parameters = model.parameters(&machine, 0, &[]).map_err(no_model)?;
+            let problem = Problem::new(&machine, &measured, &artefact, &parameters, &base);
+            let identified =
+                identify(&problem, options).map_err(|e| arguments.not_identified(&e))?;
+            (identified, None)
+        }
+    };
+    let looked_for = &identified.looked_for;
+    let problem = Problem::new(&machine, &measured, &artefact, looked_for, &base);
+    let places = stated(&problem, &identified);
+    if !arguments.accept_places
+        && let Some(mistake) = misplaced(&problem, &places)
+    {
+        let reason = format!("{}: {}", arguments.probings.display(), mistake.what);
+        return Err(BadInput::new(reason, mistake.remedy));
+    }
+    let suspicions = snoop(&problem, &identified);
+    let suspicions: Vec<(Suspicion, String)> = (suspicions.into_iter())
+        .map(|suspicion| {
+            let sentence = suspicion.sentence(&problem);
+            (suspicion, sentence)
+        })
+        .collect();
+    let compared = before.map(|before| compensability(&problem, &identified, &before));
+    if let (Some(compared), Some(path)) = (&compared, &arguments.before)
+        && compared.parameters.is_empty()
+    {
+        return Err(BadInput::new(
+            format!("{}: none of its parameters is looked for", path.display()),
+            "give --before what identify wrote with the same --model before the compensation was on",
+        ));
+    }
+    let found = Found {
+        machine: &machine,
+        measured: &measured,
+        identified: &identified,
+        levels: chosen.as_ref().map_or(&[], |chosen| &chosen.levels),
+        published: chosen
+            .as_ref()
+            .and_then(|chosen| published(&machine, chosen)),
+        compared,
+        honesty: honesty(&machine, &measured, &artefact, &base, &identified),
+        held_out: match chosen
+            .as_ref()
+            .map(|chosen| &chosen.levels[chosen.chosen].found)
+        {
+            Some(Ok(fit)) => fit.held_out.clone(),
+            _ => held_out(&machine, &measured, &artefact, looked_for, &base, options),
+        },
+        remedies: would_show(&machine, &measured, &artefact, &base, &identified),
+        places,
+        suspicions,
+        missing: problem
+            .missing()
+            .map_err(|e| arguments.not_identified(&e))?,
+    };
+    let name = covariances
+        .as_deref()
+        .unwrap_or(Path::new("covariance.csv"));
+    let name = name.file_name().unwrap_or_default().to_string_lossy();
+    let errors = error_file(&machine, &measured, &identified, &name);
+    let covariance = covariance::write(&identified.known);
+    if let (Some(output), Some(covariances)) = (&arguments.output, &covariances) {
+        // If the second cannot be written, the first is refused beside what was there before.
+        files::write(covariances, covariance.as_bytes())?;
+        files::write(output, errors.as_bytes())?;
+    }
+    let read = |_: &str| Ok(covariance.clone());
+    let model = ErrorModel::with_files(&errors, &machine, &read);
+    let model = model.map_err(|error| BadInput::new(error.message, error.remedy))?;
+    if let Some(page) = &arguments.report {
+        arguments.report(page, &found, &model)?;
+    }
+    if arguments.json {
+        files::print_json(&answer::Answer::new(&found))?;
+    } else {
+        let told = report::verdict(&machine, &model, None, SEED);
+        let told = told.map_err(|error| super::report::bad(&error))?;
+        files::print(&(screen::screen(&found) + &verdict::lines(&told)))?;
+    }
+    for warning in found.warnings(&artefact) {
+        eprintln!("warning: {warning}");
+    }
+    if found.is_doubtful() {
+        return Ok(Outcome::CheckFailed);
+    }
+    Ok(Outcome::Done)
+}
+
+/// All that there is to say.
+struct Found<'a> {
+    machine: &'a Machine,
+    measured: &'a Probings,
+    identified: &'a Identified,
+    levels: &'a [Level],
+    /// Beside what was chosen.
+    published: Option<Published>,
+    /// With what was there before the compensation that was on.
+    compared: Option<Compensated>,
+    honesty: Honesty,
+    held_out: Result<HeldOut, IdentifyError>,
+    /// What would show what is not seen.
+    remedies: Vec<Remedy>,
+    /// Where balls and stylus are, beside where they are stated to be.
+    places: Vec<Stated>,
+    /// What does not go with the others, with a sentence about each.
+    suspicions: Vec<(Suspicion, String)>,
+    /// Location errors that the model cannot make up for.
+    missing: Vec<Parameter>,
+}
+
+/// Of the rows, this part may be suspected before a result is none.
+const SUSPECTED: f64 = 0.1;
+
+impl Found<'_> {
+    /// True if a row of the file is suspected.
+    fn is_suspected(&self, row: usize) -> bool {
+        let mut suspicions = self.suspicions.iter();
+        suspicions.any(|(suspicion, _)| suspicion.rows.contains(&row))
+    }
+
+    /// True if the parameters are not to be believed: too many rows do not go with the others, or a group of them.
+    fn is_doubtful(&self) -> bool {
+        let is_group = self
+            .suspicions
+            .iter()
+            .any(|(suspicion, _)| suspicion.is_group());
+        let untrusted = self.identified.rows.iter().filter(|row| !row.is_trusted);
+        let most = SUSPECTED * self.measured.rows.len() as f64;
+        is_group || untrusted.count() as f64 > most || self.suspicions.len() as f64 > most
+    }
+
+    /// What to look at before the parameters are believed.
+    fn warnings(&self, artefact: &Artefact) -> Vec<String> {
+        let mut warnings: Vec<String> = (self.suspicions.iter())
+            .map(|(_, sentence)| sentence.clone())
+            .collect();
+        if !self.missing.is_empty() {
+            let looked_for = &self.identified.looked_for;
+            warnings.push(lacks(self.machine, looked_for, &self.missing));
+        }
+        let rows = &self.measured.rows;
+        let untrusted: Vec<String> = (rows.iter().zip(&self.identified.rows).enumerate())
+            .filter(|(number, (_, found))| !found.is_trusted && !self.is_suspected(*number))
+            .map(|(_, (row, _))| row.line.to_string())
+            .collect();
+        if !untrusted.is_empty() {
+            warnings.push(format!(
+                "{} of {} rows fit badly (lines {}): look at their readings, leave them out (--without), or let them count less (--robust)",
+                untrusted.len(),
+                rows.len(),
+                untrusted.join(", ")
+            ));
+        }
+        for (ball, name) in self.measured.balls.iter().enumerate() {
+            let mut lines = rows
+                .iter()
+                .filter(|row| row.ball == ball)
+                .map(|row| row.line);
+            if let (Some(line), None) = (lines.next(), lines.next()) {
+                warnings.push(format!(
+                    "line {line}: ball {name} was probed only once, which tells nothing but where it is: probe it at other rotary positions too; if it is another ball, correct the name"
+                ));
+            }
+        }
+        let is_probed = |name: &String| self.measured.balls.contains(name);
+        for bar in &artefact.bars {
+            for ball in bar.balls.iter().filter(|ball| !is_probed(ball)) {
+                warnings.push(format!(
+                    "the bar from {} to {} does not count: ball {ball} was not probed under this name",
+                    bar.balls[0], bar.balls[1]
+                ));
+            }
+        }
+        for bar in self.identified.bars.iter().filter(|bar| bar.is_doubtful()) {
+            let others = bar.others.map_or(0.0, |others| others.length);
+            warnings.push(format!(
+                "the bar from {} to {} is {:.4} mm in the artefact, but the machine and the other bars make it {others:.4} mm: look which is wrong, and leave it out",
+                bar.balls[0], bar.balls[1], bar.length
+            ));
+        }
+        warnings.extend(
+            self.honesty
+                .checks
+                .iter()
+                .filter_map(|check| check.warning()),
+        );
+        if let Some(repeats) = self.honesty.repeats.filter(|repeats| repeats.is_less) {
+            warnings.push(format!(
+                "what is left is {:.1} times what repeats: the machine does something that the model does not have; try --model auto, or a model with more parameters",
+                repeats.ratio
+            ));
+        }
+        warnings
+    }
+}
+
+/// The file of covariances that belongs to an error file.
+fn beside(errors: &Path) -> PathBuf {
+    errors.with_extension("covariance.csv")
+}
+
+/// What an error file says already; one with more than parameters would not be whole afterwards.
+fn known(path: &Path, machine: &Machine, option: &str) -> Result<ErrorModel, BadInput> {
+    let errors = files::read_errors(path, machine)?;
+    let mut motions = errors.motions.iter().flatten();
+    if motions.any(|m| m.table.is_some() || !m.thermal.is_empty())
+        || !errors.inter_thermal.is_empty()
+    {
+        return Err(BadInput::new(
+            format!(
+                "{}: tables and thermal changes cannot be kept or compared by {option}",
+                path.display()
+            ),
+            format!(
+                "identify without {option}, and look at the parameters side by side, or copy them"
+            ),
+        ));
+    }
+    Ok(errors)
+}
+
+pub fn no_model(error: ModelError) -> BadInput {
+    BadInput::new(format!("--model: {}", error.reason), error.remedy)
+}
+
+/// Seed of the positions at which the machine is looked at, that of other commands.
+const SEED: u64 = 1;
+
+impl Arguments {
+    /// Writes the page: the machine with the errors that were found, and how they were.
+    fn report(&self, page: &Path, found: &Found<'_>, errors: &ErrorModel) -> Result<(), BadInput> {
+        let machine = found.machine;
+        let inputs = [
+            ("machine", Some(&self.machine)),
+            ("errors", self.output.as_ref()),
+            ("probings", Some(&self.probings)),
+            ("artefact", self.artefact.as_ref()),
+        ];
+        let mut document = Document {
+            date: self.date.clone(),
+            ..Document::of(machine)
+        };
+        for (role, path) in inputs {
+            if let Some(path) = path {
+                document.files.push(files::described(role, path)?);
+            }
+        }
+        let answer = serde_json::to_value(answer::Answer::new(found));
+        let identification = answer.and_then(serde_json::from_value::<Identification>);
+        let identification = identification.map_err(|error| {
+            BadInput::new(
+                format!("what was found cannot be shown: {error}"),
+                "leave out --report",
+            )
+        })?;
+        let shown = report::report(machine, errors, None, Some(identification), document);
+        let shown = shown.map_err(|error| super::report::bad(&error))?;
+        let model = ReportModel::new(machine, errors, None);
+        super::report::write_page(page, &shown, &model)
+    }
+
+    fn not_identified(&self, error: &IdentifyError) -> BadInput {
+        BadInput::new(
+            format!("{}: {error}", self.probings.display()),
+            error.remedy(),
+        )
+    }
+}
+
+/// Adds what a compensation has done to the axes.
+fn undo(
+    measured: &mut Probings,
+    path: &Path,
+    machine: &Machine,
+    base: &ErrorModel,
+) -> Result<(), BadInput> {
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    belongs(machine, base, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+    for row in &mut measured.rows {
+        let command = Command::coming(machine, &row.position, &row.direction);
+        for (position, correction) in row.position.iter_mut().zip(runtime.evaluate(&command)) {
+            *position += f64::from(correction);
+        }
+    }
+    Ok(())
+}

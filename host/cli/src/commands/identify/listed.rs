@@ -1,0 +1,119 @@
+//! Why the model that was chosen is not the one that was published for machines of this layout, for people and for
+//! programs.
+
+use serde::Serialize;
+use std::fmt::Write;
+use trueaxis_measure::identify::{Missing, Published};
+use trueaxis_model::errors::Parameter;
+
+/// A published list beside what was chosen.
+#[derive(Serialize)]
+pub struct Listed {
+    model: String,
+    coefficients: usize,
+    seen: Option<usize>,
+    left_um: Option<f64>,
+    held_out_um: Option<f64>,
+    error: Option<String>,
+    kept: Vec<String>,
+    /// With the reason: confounded, idle, constant, degree, form.
+    missing: Vec<(String, &'static str)>,
+    besides: Vec<String>,
+    is_same: bool,
+}
+
+impl Listed {
+    pub fn new(published: &Published) -> Self {
+        let fit = published.fit.as_ref();
+        let held_out = fit.ok().map(|fit| fit.held_out.as_ref());
+        let error = fit.err().or(held_out.and_then(Result::err));
+        let names = |all: &[Parameter]| all.iter().map(Parameter::to_string).collect();
+        Self {
+            model: published.model.to_string(),
+            coefficients: published.count,
+            seen: fit.ok().map(|fit| fit.parameters),
+            left_um: fit.ok().map(|fit| fit.left * 1e3),
+            held_out_um: held_out
+                .and_then(Result::ok)
+                .map(|held_out| held_out.rms * 1e3),
+            error: error.map(ToString::to_string),
+            kept: names(&published.kept),
+            missing: (published.missing.iter())
+                .map(|(parameter, why)| (parameter.to_string(), reason(*why)))
+                .collect(),
+            besides: names(&published.besides),
+            is_same: published.is_same,
+        }
+    }
+}
+
+fn reason(why: Missing) -> &'static str {
+    match why {
+        Missing::Confounded => "confounded",
+        Missing::Idle => "idle",
+        Missing::Constant => "constant",
+        Missing::Degree => "degree",
+        Missing::Form => "form",
+    }
+}
+
+/// A line for each reason.
+pub fn published(text: &mut String, published: Option<&Published>) {
+    let Some(published) = published else { return };
+    let _ = write!(
+        text,
+        "\nbeside the {} coefficients published for machines laid out so (--model {}), ",
+        published.count, published.model
+    );
+    match &published.fit {
+        Ok(fit) => {
+            let _ = write!(
+                text,
+                "{} of them seen here: they leave {:.2} µm",
+                fit.parameters,
+                fit.left * 1e3
+            );
+            let _ = match &fit.held_out {
+                Ok(held_out) => writeln!(text, ", {:.2} of balls held out", held_out.rms * 1e3),
+                Err(error) => writeln!(text, "; without some of the balls: {error}"),
+            };
+        }
+        Err(error) => {
+            let _ = writeln!(text, "which cannot be identified here: {error}");
+        }
+    }
+    let mut list = |count: usize, what: &str, names: Vec<String>| {
+        if count > 0 {
+            let _ = writeln!(text, "{count:>5} {what}{}", names.join(", "));
+        }
+    };
+    list(published.kept.len(), "kept here too", Vec::new());
+    for (why, what) in [
+        (Missing::Constant, "constants, for which locations stand: "),
+        (
+            Missing::Confounded,
+            "that cannot be told from what is kept: ",
+        ),
+        (
+            Missing::Idle,
+            "that do nothing here, or of whose axis no row says from where it came: ",
+        ),
+        (
+            Missing::Degree,
+            "of higher degrees, which predict balls no better: ",
+        ),
+        (
+            Missing::Form,
+            "polynomials of axes that turn right round, of which harmonics are kept: ",
+        ),
+    ] {
+        let names = published.missing.iter().filter(|(_, other)| *other == why);
+        let names: Vec<String> = names.map(|(p, _)| p.to_string()).collect();
+        list(names.len(), what, names);
+    }
+    let besides = published.besides.iter().map(Parameter::to_string);
+    list(published.besides.len(), "kept besides: ", besides.collect());
+    if published.is_same {
+        *text += "  as many, and they leave the same: the same errors in other coefficients\n";
+    }
+}

@@ -1,0 +1,292 @@
+//! What `trueaxis identify` shows.
+
+use super::super::quantity::{EXPANDED, count, unit};
+use super::super::unseen;
+use super::Found;
+use super::gone::compensability;
+use super::listed::published;
+use std::fmt::Write;
+use trueaxis_measure::identify::{Along, Form, Identified, Level, Row};
+
+/// Rows that are named, at most.
+const NAMED: usize = 10;
+
+/// Correlations above this are named.
+const CORRELATED: f64 = 0.9;
+
+/// Pairs of parameters whose correlation is above [`CORRELATED`].
+pub fn correlated(identified: &Identified) -> Vec<(usize, usize, f64)> {
+    let covariance = &identified.covariance;
+    let count = identified.parameters.len();
+    let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+    all.map(|(i, j)| {
+        (
+            i,
+            j,
+            covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt(),
+        )
+    })
+    .filter(|(_, _, r)| r.abs() > CORRELATED)
+    .collect()
+}
+
+/// What a person reads.
+pub fn screen(found: &Found<'_>) -> String {
+    let Found {
+        machine,
+        measured,
+        identified,
+        ..
+    } = found;
+    let mut text = format!(
+        "{}: {} parameters from {} probings of {}\n\n",
+        machine.name,
+        identified.parameters.len(),
+        measured.rows.len(),
+        count(measured.balls.len(), "ball")
+    );
+    parameters(&mut text, identified);
+    compensability(&mut text, found.compared.as_ref());
+    left(&mut text, identified);
+    places(&mut text, found);
+    by_ball(&mut text, found);
+    checks(&mut text, found);
+    bars(&mut text, identified);
+    correlations(&mut text, identified);
+    unseen::lines(
+        &mut text,
+        "in these probings",
+        machine,
+        &measured.balls,
+        &identified.unseen,
+        &found.remedies,
+    );
+    levels(&mut text, found.levels);
+    published(&mut text, found.published.as_ref());
+    text
+}
+
+fn parameters(text: &mut String, identified: &Identified) {
+    let _ = writeln!(text, "parameter        value   standard   expanded (k = 2)");
+    for e in &identified.parameters {
+        let p = e.parameter;
+        let (factor, unit) = unit(p);
+        let show = |v: f64| match factor {
+            Some(factor) => format!("{:.2}", v * factor),
+            None => format!("{v:.2e}"),
+        };
+        let _ = writeln!(
+            text,
+            "  {:<8}{:>12}{:>11}{:>11} {unit}",
+            p.to_string(),
+            show(e.value),
+            show(e.uncertainty),
+            show(EXPANDED * e.uncertainty)
+        );
+    }
+}
+
+fn left(text: &mut String, identified: &Identified) {
+    let distances = |of: fn(&Row) -> f64| {
+        let all = identified.rows.iter().map(of);
+        let most = all.clone().fold(0.0, f64::max);
+        (
+            all.sum::<f64>() / identified.rows.len() as f64 * 1e3,
+            most * 1e3,
+        )
+    };
+    let (mean, most) = distances(|row| row.before.norm());
+    let (rest, worst) = distances(|row| row.after.norm());
+    let _ = writeln!(text, "\nfrom tip to ball (µm)      mean    maximum");
+    let _ = writeln!(text, "  nominal machine      {mean:>8.2}{most:>11.2}");
+    let _ = writeln!(text, "  unexplained          {rest:>8.2}{worst:>11.2}");
+    let _ = writeln!(
+        text,
+        "noise of a coordinate {:.2} µm, from {} degrees of freedom; condition {:.0}",
+        identified.noise * 1e3,
+        identified.freedom,
+        identified.condition
+    );
+    if let Some(factor) = identified.of_stated {
+        let _ = writeln!(
+            text,
+            "that is {factor:.2} times what the file states, which uncertainties rest on"
+        );
+    }
+}
+
+fn by_ball(text: &mut String, found: &Found<'_>) {
+    let _ = writeln!(
+        text,
+        "\nball   probings   left (µm, rms)   maximum   predicted without it"
+    );
+    for ball in &found.honesty.balls {
+        let predicted = found.held_out.as_ref().ok();
+        let predicted = predicted.and_then(|p| p.balls.iter().find(|(name, _)| *name == ball.name));
+        let predicted = predicted.map_or("-".to_owned(), |(_, rms)| format!("{:.2}", rms * 1e3));
+        let _ = writeln!(
+            text,
+            "  {:<7}{:>6}{:>17.2}{:>10.2}{predicted:>23}",
+            ball.name,
+            ball.rows,
+            ball.rms * 1e3,
+            ball.max * 1e3
+        );
+    }
+    let _ = match &found.held_out {
+        Ok(held_out) if held_out.balls.is_empty() => writeln!(
+            text,
+            "every fourth row is predicted without these to {:.2} µm: there are too few balls to leave one out",
+            held_out.rms * 1e3
+        ),
+        Ok(held_out) => writeln!(
+            text,
+            "balls are predicted without them to {:.2} µm (rms)",
+            held_out.rms * 1e3
+        ),
+        Err(error) => writeln!(text, "balls cannot be predicted without them: {error}"),
+    };
+}
+
+/// Balls and stylus, found and stated.
+fn places(text: &mut String, found: &Found<'_>) {
+    let _ = writeln!(
+        text,
+        "\n{:<10}{:>11}{:>11}{:>11}   stated (mm)                        apart",
+        "found (mm)", "x", "y", "z"
+    );
+    for one in &found.places {
+        // Never -0.000.
+        let [x, y, z]: [f64; 3] = one.found.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
+        let _ = write!(text, "  {:<8}{x:>11.3}{y:>11.3}{z:>11.3}", one.what);
+        let _ = match (one.stated, one.distance()) {
+            (Some(stated), Some(apart)) => writeln!(
+                text,
+                "{:>11.3}{:>11.3}{:>11.3}{apart:>9.3}",
+                stated.x, stated.y, stated.z
+            ),
+            _ => writeln!(text, "          -"),
+        };
+    }
+}
+
+fn checks(text: &mut String, found: &Found<'_>) {
+    let left = found.honesty.coordinates * 1e3;
+    let _ = writeln!(
+        text,
+        "\nwhat is left, in the workpiece frame (µm)   {:>14}{:>16}{:>16}",
+        "x", "y", "z"
+    );
+    let _ = writeln!(
+        text,
+        "  {:<42}{:>14.2}{:>16.2}{:>16.2}",
+        "rms", left.x, left.y, left.z
+    );
+    for checked in &found.honesty.checks {
+        let name = match checked.along {
+            Along::Time(span) => format!("drift over {span:.0} s (k = 2)"),
+            Along::Order => "drift from the first to the last row (k = 2)".to_owned(),
+            Along::Temperature(span) => format!("over {span:.1} K (k = 2)"),
+            Along::Run(run) => format!("run {run} from the others (k = 2)"),
+            Along::Direction(axis) => format!("{axis} from below less from above (k = 2)"),
+        };
+        let _ = match checked.trend {
+            Some(trend) => {
+                let each = (trend.change * 1e3).zip_map(&(trend.uncertainty * 1e3), |c, u| {
+                    format!("{c:.2} ± {:.2}", EXPANDED * u)
+                });
+                writeln!(
+                    text,
+                    "  {name:<42}{:>14}{:>16}{:>16}",
+                    each.x, each.y, each.z
+                )
+            }
+            None => writeln!(
+                text,
+                "  {name:<42} cannot be told from the balls and parameters"
+            ),
+        };
+    }
+    if let Some(repeats) = found.honesty.repeats {
+        let _ = writeln!(
+            text,
+            "{} probed again repeat to {:.2} µm (pooled standard deviation of a coordinate, {} degrees of freedom); {:.2} times that is left",
+            count(repeats.places, "place"),
+            repeats.deviation * 1e3,
+            repeats.freedom,
+            repeats.ratio
+        );
+    }
+}
+
+fn bars(text: &mut String, identified: &Identified) {
+    for bar in &identified.bars {
+        let _ = match bar.others {
+            Some(others) => writeln!(
+                text,
+                "the bar from {} to {}, {:.4} mm, is {:.4} ± {:.4} mm (k = 2) by the machine and the other bars",
+                bar.balls[0],
+                bar.balls[1],
+                bar.length,
+                others.length,
+                EXPANDED * others.uncertainty
+            ),
+            None => writeln!(
+                text,
+                "scales rest on the length of the bar from {} to {} alone: nothing here would show an error of it",
+                bar.balls[0], bar.balls[1]
+            ),
+        };
+    }
+}
+
+fn correlations(text: &mut String, identified: &Identified) {
+    let close = correlated(identified);
+    if close.is_empty() {
+        return;
+    }
+    *text += "\ncorrelations above 0.9\n";
+    for (i, j, r) in close.iter().take(NAMED) {
+        let [a, b] = [i, j].map(|k| identified.parameters[*k].parameter);
+        let _ = writeln!(text, "  {a} and {b}: {r:.3}");
+    }
+    more(text, close.len());
+}
+
+fn levels(text: &mut String, levels: &[Level]) {
+    if levels.is_empty() {
+        return;
+    }
+    *text += "\ndegree   parameters   left (µm)   of balls held out (µm)\n";
+    let has_forms = levels.iter().any(|l| l.form == Form::Polynomials);
+    for level in levels {
+        let form = match (&level.list, level.form) {
+            (Some(list), _) => format!("   --model {list}"),
+            _ if !has_forms || level.degree == 0 => String::new(),
+            (None, Form::Harmonics) => "   harmonics of axes that turn round".to_owned(),
+            (None, Form::Polynomials) => "   polynomials of these".to_owned(),
+        };
+        let _ = match &level.found {
+            Ok(fit) => {
+                let held_out = match &fit.held_out {
+                    Ok(held_out) => format!("{:>25.2}", held_out.rms * 1e3),
+                    Err(error) => format!("   without some of them: {error}"),
+                };
+                writeln!(
+                    text,
+                    "{:>6}{:>13}{:>12.2}{held_out}{form}",
+                    level.degree,
+                    fit.parameters,
+                    fit.left * 1e3
+                )
+            }
+            Err(error) => writeln!(text, "{:>6}   {error}{form}", level.degree),
+        };
+    }
+}
+
+fn more(text: &mut String, count: usize) {
+    if count > NAMED {
+        let _ = writeln!(text, "  and {} more", count - NAMED);
+    }
+}

@@ -1,0 +1,212 @@
+//! `trueaxis import cec`
+
+use crate::commands::cec::{self as shared, FactorTables};
+use crate::commands::files::Text;
+use crate::commands::policy::PolicyArguments;
+use crate::commands::progress::Bar;
+use crate::commands::{Outcome, bad_input::BadInput, files, screen};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis::{Auxiliary, AuxiliaryKind};
+use trueaxis_controllers::cec::{self, Axes, Limit, Limited, Reading, draft, read};
+use trueaxis_model::machine::Machine;
+use trueaxis_model::source::FileError;
+use trueaxis_tables::compile::{AxisBounds, CompileError, Size, bounds_of};
+use trueaxis_tables::validate::Runtime;
+
+/// Read the tables of a Sinumerik 840D or 828D (CEC, and those of encoders) as a compensation
+///
+/// What is not understood is refused, with its line. What is hardly meant is warned of: slopes over 5 µm/mm, a
+/// value that stands out, a rounded STEP, a limit ($MA_CEC_MAX_SUM, $MA_CEC_MAX_VELO) that the tables exceed.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis import cec cec.mpf --machine machine.toml --axes X=AX1,Y=AX2,Z=AX3,A=AX4,C=AX5 --factor-tables not-added -o machine.trax"
+)]
+pub struct Arguments {
+    /// The tables, as the controller archives them
+    #[arg(value_name = "FILE")]
+    tables: PathBuf,
+    /// Machine description
+    #[arg(long, value_name = "machine.toml")]
+    machine: PathBuf,
+    /// Where to write the compensation
+    #[arg(short, long, value_name = "FILE.trax")]
+    output: PathBuf,
+    /// Whether the controller adds a table that another one is multiplied by, too
+    #[arg(long, value_enum)]
+    factor_tables: FactorTables,
+    /// What the controller calls each axis that has a table; an axis may be given several times
+    #[arg(long, value_name = "X=AX1,Y=AX2,…")]
+    axes: String,
+    /// Unit of lengths, if the file does not say METRIC or INCH
+    #[arg(long, value_enum)]
+    units: Option<Units>,
+    /// What the values of $AA_ENC_COMP are, if there are any
+    #[arg(long, value_enum)]
+    encoder_values: Option<EncoderValues>,
+    #[command(flatten)]
+    policy: PolicyArguments,
+    /// Accept corrections whose bound exceeds 2 mm or 1°
+    #[arg(long)]
+    allow_large: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Units {
+    /// mm
+    Metric,
+    /// 25.4 mm
+    Inch,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum EncoderValues {
+    /// To be added to the command
+    Corrections,
+    /// The position that is read is corrected by them: the command by the opposite
+    Opposite,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    machine: &'a str,
+    #[serde(flatten)]
+    size: Size,
+    warnings: Vec<String>,
+    bounds: &'a [AxisBounds],
+}
+
+/// Seed of the positions at which bounds are looked for.
+const SEED: u64 = 1;
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments { output, .. } = arguments;
+    files::prepare(output, &[&arguments.tables, &arguments.machine])?;
+    let machine = files::read_machine(&arguments.machine)?;
+    let text = Text::read(&arguments.tables)?;
+    let axes = Axes::of(&machine, &arguments.axes).map_err(|error| shared::axes(&error))?;
+    let reading = Reading {
+        axes: &axes,
+        factor_tables: arguments.factor_tables.into(),
+        units: arguments.units.map(|units| match units {
+            Units::Metric => cec::Units::Metric,
+            Units::Inch => cec::Units::Inch,
+        }),
+        encoder: arguments.encoder_values.map(|values| match values {
+            EncoderValues::Corrections => cec::EncoderValues::Corrections,
+            EncoderValues::Opposite => cec::EncoderValues::Opposite,
+        }),
+    };
+    let policy = arguments.policy.stored()?;
+    let found = read(&text.text, &reading).map_err(|e| text.bad(e))?;
+    let mut draft = draft(
+        &machine.name,
+        policy,
+        &axes,
+        auxiliaries(&machine),
+        &found.tables,
+        reading.factor_tables,
+    );
+    let encoded = |draft: &trueaxis::Draft| {
+        draft.encode().map_err(|error| {
+            BadInput::new(
+                format!("{}: {error}", text.name),
+                "no blob holds these tables: look at their values, MIN, MAX and STEP",
+            )
+        })
+    };
+    let provisional = encoded(&draft)?;
+    let bar = Bar::new();
+    let runtime = Runtime::load(&provisional).map_err(CompileError::from)?;
+    let size = Size::of(&runtime);
+    let bounds = bounds_of(&machine, &runtime, SEED, &bar)?;
+    drop(bar);
+    for (axis, bound) in draft.axes.iter_mut().zip(&bounds) {
+        if bound.value_bound > bound.most() && !arguments.allow_large {
+            return Err(BadInput::new(
+                format!(
+                    "{}: the correction of {} reaches {:.3} {}",
+                    text.name, bound.axis, bound.largest, bound.unit
+                ),
+                "look at the unit and the values, and whether --factor-tables is right; if it is meant, give \
+                 --allow-large",
+            ));
+        }
+        axis.value_bound = bound.value_bound;
+        axis.rate_bound = bound.rate_bound;
+        axis.ramp_rate = bound.ramp_rate;
+    }
+    files::write(output, &encoded(&draft)?)?;
+    let beyond = (found.limits.iter()).filter_map(|limit| beyond(limit, &machine, &bounds));
+    let doubts: Vec<FileError> = found.doubts.iter().cloned().chain(beyond).collect();
+    let warnings: Vec<String> = doubts
+        .iter()
+        .map(|doubt| {
+            format!(
+                "{}: {}\n  {}",
+                text.place(doubt),
+                doubt.message,
+                doubt.remedy
+            )
+        })
+        .collect();
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    if arguments.json {
+        files::print_json(&Answer {
+            file: output,
+            machine: &machine.name,
+            size,
+            warnings,
+            bounds: &bounds,
+        })?;
+    } else {
+        let largest: Vec<f64> = bounds.iter().map(|b| b.largest).collect();
+        let title = format!("{}: {}\n", output.display(), machine.name);
+        files::print(&(title + &screen::size(&size) + "\n" + &screen::bounds(&bounds, &largest)))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// A correction that the controller would not let go as far, or as fast, as its tables say.
+fn beyond(limit: &Limit, machine: &Machine, bounds: &[AxisBounds]) -> Option<FileError> {
+    let (axis, bound) = (&machine.axes[limit.axis], &bounds[limit.axis]);
+    let unit = bound.unit;
+    let (name, most, needed, unit) = match limit.limited {
+        Limited::Sum => ("MD32720", limit.value, bound.largest, unit.to_owned()),
+        Limited::Velocity => (
+            "MD32730",
+            1e-2 * limit.value * axis.max_speed,
+            bound.largest_rate,
+            format!("{unit}/s"),
+        ),
+    };
+    (needed > most).then(|| {
+        FileError::at(
+            limit.span.clone(),
+            format!(
+                "{name} stops the correction of {} at {most:.4} {unit}, and its tables reach {needed:.4} {unit}",
+                bound.axis
+            ),
+            "limited here",
+            "the controller compensates less than what was imported, or later: raise the limit, or look at the tables",
+        )
+    })
+}
+
+/// The tool length, where it is an input of the machine: no table depends on it.
+fn auxiliaries(machine: &Machine) -> Vec<Auxiliary> {
+    let length = machine.length_range.map(|_| Auxiliary {
+        kind: AuxiliaryKind::ToolLength,
+        name: "tool length".try_into().unwrap_or_default(),
+        reference: machine.tool_length() as f32,
+    });
+    length.into_iter().collect()
+}

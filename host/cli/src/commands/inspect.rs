@@ -1,0 +1,186 @@
+//! `trueaxis inspect`
+
+use super::bad_input::BadInput;
+use super::{Outcome, files, screen};
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_tables::compile::belongs;
+use trueaxis_tables::contents::{Contents, contents, end};
+use trueaxis_tables::schemes::fik;
+use trueaxis_tables::validate::Runtime;
+
+/// Show what a compensation consists of
+#[derive(Args)]
+#[command(after_help = "Example:\n  trueaxis inspect machine.trax --json")]
+pub struct Arguments {
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    /// Name the errors of each term: the machine and the errors of which --scheme fik made it
+    #[arg(long, num_args = 2, value_names = ["MACHINE", "ERRORS"])]
+    names: Option<Vec<PathBuf>>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The answer for programs.
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    #[serde(flatten)]
+    contents: &'a Contents<'a>,
+}
+
+fn listing(path: &Path, contents: &Contents<'_>) -> String {
+    let mut text = format!("{}: {}\n", path.display(), contents.machine);
+    text += &screen::size(&contents.size);
+    text += &screen::policy(contents.stored);
+    let _ = writeln!(text, "capacities: {}", contents.size.capacities());
+    text += "\naxes\n";
+    for a in &contents.axes {
+        let travel = match (a.travel, a.period) {
+            (_, Some(period)) => format!("endless ({period} {})", a.unit),
+            (Some([low, high]), None) => format!("{low} to {high} {}", a.unit),
+            (None, None) => "without end".to_owned(),
+        };
+        let _ = writeln!(
+            text,
+            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}",
+            a.name,
+            a.value_bound,
+            a.rate_bound,
+            a.ramp_rate,
+            a.hysteresis,
+            u = a.unit
+        );
+    }
+    for a in &contents.auxiliaries {
+        let _ = match a.kind {
+            "tool length" => writeln!(
+                text,
+                "  {}: an input (mm), the machine's own tool has {}",
+                a.name, a.reference
+            ),
+            _ => writeln!(text, "  {}: an input (K from {} °C)", a.name, a.reference),
+        };
+    }
+    text += "\nbanks\n";
+    for bank in &contents.bank_list {
+        let [first, last] = bank.tables;
+        let tables = if first == last {
+            format!("T{first}")
+        } else {
+            format!("T{first} to T{last}")
+        };
+        let wraps = if bank.modulo { ", wraps" } else { "" };
+        let direction = match bank.direction {
+            "both" => String::new(),
+            "signed" => ", times the sign of travel".to_owned(),
+            other => format!(", {other} travel only"),
+        };
+        let samples = match bank.interpolation {
+            "cubic" => "coefficients",
+            _ => "points",
+        };
+        let _ = writeln!(
+            text,
+            "  {tables:<12} of {}: {} {samples} from {} to {}, {}, {}{wraps}{direction}",
+            bank.input, bank.points, bank.start, bank.end, bank.interpolation, bank.samples
+        );
+    }
+    text += "\nterms\n";
+    let inputs = contents.inputs();
+    let mut before = None;
+    for term in &contents.term_list {
+        let head = if before == Some(term.output) {
+            "    +".to_owned()
+        } else {
+            format!("d{} =", term.output)
+        };
+        before = Some(term.output);
+        let product = term.product(&inputs);
+        let limits = term.limits.map_or(String::new(), |[low, high]| {
+            format!("   adjustable, {low} to {high}")
+        });
+        let errors = match term.errors.join(", ") {
+            none if none.is_empty() => none,
+            some => format!("   {some}"),
+        };
+        let _ = writeln!(text, "  {head:>5} {product}{limits}{errors}");
+    }
+    if !contents.grid_list.is_empty() {
+        text += "\ngrids\n";
+    }
+    for (number, grid) in contents.grid_list.iter().enumerate() {
+        let outputs: Vec<String> = grid.outputs.iter().map(|o| format!("d{o}")).collect();
+        let _ = writeln!(
+            text,
+            "  G{number} to {}, {}",
+            outputs.join(", "),
+            grid.samples
+        );
+        for i in &grid.inputs {
+            let wraps = if i.modulo { ", wraps" } else { "" };
+            let _ = writeln!(
+                text,
+                "     of {}: {} nodes from {} to {}{wraps}",
+                i.input,
+                i.points,
+                i.start,
+                end(i.start, i.step, i.points)
+            );
+        }
+    }
+    text
+}
+
+/// The errors that each term is for.
+fn names(
+    path: &Path,
+    runtime: &Runtime<'_>,
+    machine: &Path,
+    errors: &Path,
+) -> Result<Vec<Vec<String>>, BadInput> {
+    let machine = files::read_machine(machine)?;
+    let known = files::read_errors(errors, &machine)?;
+    let compensation = runtime.compensation();
+    belongs(&machine, &known, runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+    let names = fik::names(&machine, &known, compensation)
+        .map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
+    names.ok_or_else(|| {
+        BadInput::new(
+            format!(
+                "{} is not what --scheme fik makes of {}",
+                path.display(),
+                errors.display()
+            ),
+            "give the errors of which it was compiled; other schemes have no terms of single errors",
+        )
+    })
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let path = &arguments.blob;
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    let mut contents = contents(&runtime);
+    if let Some([machine, errors]) = arguments.names.as_deref() {
+        let names = names(path, &runtime, machine, errors)?;
+        for (term, errors) in contents.term_list.iter_mut().zip(names) {
+            term.errors = errors;
+        }
+    }
+    if arguments.json {
+        files::print_json(&Answer {
+            file: path,
+            contents: &contents,
+        })?;
+    } else {
+        files::print(&listing(path, &contents))?;
+    }
+    Ok(Outcome::Done)
+}

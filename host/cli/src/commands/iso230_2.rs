@@ -1,0 +1,185 @@
+//! `trueaxis iso230-2`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files;
+use super::measured::{Files, positioning};
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write;
+use trueaxis_measure::direct::Line;
+use trueaxis_measure::direct::iso230_2::{Analysis, analysis};
+use trueaxis_model::machine::Machine;
+
+/// Evaluate runs of an axis to ISO 230-2: A, B, E, M, R; and turn them into error motions
+///
+/// Deviations are those of the tool against the workpiece in the direction of a positive command, whatever the
+/// instrument counts as positive. With -o, the error file has a table for each direction of travel, or with
+/// --one-number their mean and half of the mean reversal value: `trueaxis measured` with one kind of file.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis iso230-2 machine.toml x.csv y.csv -o errors.toml\n\n\
+The file, with as many runs as there are:\n  # axis = \"X\"\n  # reads = \"tool +X\"\n  # unit = \"um\"\n  \
+# at = { Y = 150.0, Z = -40.0 }\n  target,+1,-1,+2,-2\n  0,0.1,-1.2,0.0,-1.3\n  100,2.2,1.0,2.1,1.1"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: Files,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let (machine, measurements) = arguments.files.read()?;
+    let evaluated: Vec<(String, Line, Analysis)> = positioning(&measurements)?
+        .into_iter()
+        .map(|(name, line)| (name.to_owned(), line.clone(), analysis(line)))
+        .collect();
+    let imported = match &arguments.files.output {
+        Some(_) => arguments.files.import(machine, measurements)?.machine,
+        None => machine,
+    };
+    if arguments.json {
+        let all: Vec<One<'_>> = (evaluated.iter())
+            .map(|(name, line, analysis)| One::new(&imported, name, line, analysis))
+            .collect();
+        files::print_json(&all)?;
+    } else {
+        let screens = evaluated
+            .iter()
+            .map(|(name, line, found)| screen(&imported, name, line, found));
+        files::print(&screens.collect::<Vec<_>>().join("\n"))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn factor(line: &Line) -> (f64, &'static str) {
+    match line.setup.is_angular() {
+        true => (1e6, "µrad"),
+        false => (1e3, "µm"),
+    }
+}
+
+/// A number with two decimals, or a dash.
+fn number(value: Option<f64>, factor: f64) -> String {
+    // Neither "-0.00".
+    value.map_or_else(
+        || "–".to_owned(),
+        |v| format!("{:.2}", (v * factor * 100.0).round() / 100.0 + 0.0),
+    )
+}
+
+/// What a person reads.
+fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> String {
+    let axis = &machine.axes[line.setup.moved];
+    let (factor, unit) = factor(line);
+    let show = |value| number(value, factor);
+    let mut text = format!(
+        "{name}: {}, {} targets, {} runs ↑, {} ↓ ({unit})\n\n",
+        axis.letter,
+        line.targets.len(),
+        found.runs[0],
+        found.runs[1]
+    );
+    let _ = writeln!(
+        text,
+        "{:>12}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}",
+        format!("target ({})", axis.unit()),
+        "x̄↑",
+        "x̄↓",
+        "s↑",
+        "s↓",
+        "B",
+        "R"
+    );
+    for t in &found.targets {
+        let _ = writeln!(
+            text,
+            "{:>12} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8}",
+            t.target,
+            show(t.mean[0]),
+            show(t.mean[1]),
+            show(t.spread[0]),
+            show(t.spread[1]),
+            show(t.reversal),
+            show(t.both)
+        );
+    }
+    text += "\n                                        ↑        ↓     both\n";
+    let mut row = |what: &str, one: [Option<f64>; 2], both: Option<f64>| {
+        let [up, down] = one.map(show);
+        let _ = writeln!(text, "{what:<32} {up:>8} {down:>8} {:>8}", show(both));
+    };
+    row("accuracy A", found.accuracy, found.accuracy_both);
+    row(
+        "systematic deviation E",
+        found.systematic,
+        found.systematic_both,
+    );
+    row(
+        "repeatability R",
+        found.repeatability,
+        found.repeatability_both,
+    );
+    let none = [None; 2];
+    row("range of mean deviations M", none, found.mean_range);
+    row("reversal value B", none, found.reversal);
+    row("mean reversal value", none, found.mean_reversal);
+    text
+}
+
+/// The answer for programs, in µm and µrad.
+#[derive(Serialize)]
+struct One<'a> {
+    file: &'a str,
+    axis: char,
+    unit: &'static str,
+    runs: [usize; 2],
+    targets: Vec<AtTarget>,
+    accuracy: [Option<f64>; 3],
+    systematic_deviation: [Option<f64>; 3],
+    repeatability: [Option<f64>; 3],
+    range_of_mean_deviations: Option<f64>,
+    reversal: Option<f64>,
+    mean_reversal: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct AtTarget {
+    target: f64,
+    mean: [Option<f64>; 2],
+    spread: [Option<f64>; 2],
+    reversal: Option<f64>,
+    repeatability: [Option<f64>; 3],
+}
+
+impl<'a> One<'a> {
+    fn new(machine: &Machine, file: &'a str, line: &Line, found: &Analysis) -> Self {
+        let (factor, unit) = factor(line);
+        let one = |v: Option<f64>| v.map(|v| v * factor);
+        let three = |[up, down]: [Option<f64>; 2], both| [up, down, both].map(one);
+        Self {
+            file,
+            axis: machine.axes[line.setup.moved].letter.char(),
+            unit,
+            runs: found.runs,
+            targets: (found.targets.iter())
+                .map(|t| AtTarget {
+                    target: t.target,
+                    mean: t.mean.map(one),
+                    spread: t.spread.map(one),
+                    reversal: one(t.reversal),
+                    repeatability: three(t.repeatability, t.both),
+                })
+                .collect(),
+            accuracy: three(found.accuracy, found.accuracy_both),
+            systematic_deviation: three(found.systematic, found.systematic_both),
+            repeatability: three(found.repeatability, found.repeatability_both),
+            range_of_mean_deviations: one(found.mean_range),
+            reversal: one(found.reversal),
+            mean_reversal: one(found.mean_reversal),
+        }
+    }
+}

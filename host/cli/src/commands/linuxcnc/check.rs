@@ -1,0 +1,111 @@
+//! `trueaxis linuxcnc check`
+
+use super::configuration;
+use crate::commands::Outcome;
+use crate::commands::bad_input::BadInput;
+use crate::commands::files;
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::linuxcnc::{Against, Finding, Severity, check};
+use trueaxis_tables::validate::Runtime;
+
+/// Check whether a compensation fits a machine as LinuxCNC is configured
+///
+/// Reads the INI file and the HAL files that it names, and says what is refused and what is to be looked at:
+/// joints that are compensated twice, limits, headroom of step generators, functions in the wrong order,
+/// connections, axes and kinematics. Exits with 1 if something is refused. Nothing is changed.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis linuxcnc check mill.ini mill.trax --machine machine.toml\n\n\
+HAL files that are programs (.tcl) are not read."
+)]
+pub struct Arguments {
+    /// The INI file of the machine
+    #[arg(value_name = "MACHINE.ini")]
+    ini: PathBuf,
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    /// Machine description from which it was compiled: compares where its axes are with the kinematics
+    #[arg(long, value_name = "machine.toml")]
+    machine: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    compensation: &'a Path,
+    refused: usize,
+    warnings: usize,
+    findings: &'a [Finding],
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        ini, blob: path, ..
+    } = arguments;
+    let configuration = configuration::read(ini)?;
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    let machine = match &arguments.machine {
+        Some(path) => Some(files::read_machine(path)?),
+        None => None,
+    };
+    let folder = configuration::folder(ini);
+    let is_file = |named: &str| {
+        let [a, b] = [folder.join(named), path.clone()].map(|p| p.canonicalize().ok());
+        Some(a? == b?)
+    };
+    let against = Against {
+        compensation: runtime.compensation(),
+        is_file: &is_file,
+        machine: machine.as_ref(),
+    };
+    let findings = check(&configuration, against);
+    let count = |severity| findings.iter().filter(|f| f.severity == severity).count();
+    let (refused, warnings) = (count(Severity::Refused), count(Severity::Warning));
+    if arguments.json {
+        files::print_json(&Answer {
+            file: ini,
+            compensation: path,
+            refused,
+            warnings,
+            findings: &findings,
+        })?;
+    } else {
+        let mut text = String::new();
+        for Finding {
+            severity,
+            file,
+            line,
+            reason,
+            write,
+        } in &findings
+        {
+            let severity = match severity {
+                Severity::Refused => "refused",
+                Severity::Warning => "warning",
+            };
+            let _ = writeln!(
+                text,
+                "{severity}: {file}, line {line}: {reason}\n  write: {write}"
+            );
+        }
+        let _ = writeln!(
+            text,
+            "{}: {refused} refused, {warnings} warnings",
+            ini.display()
+        );
+        files::print(&text)?;
+    }
+    Ok(match refused {
+        0 => Outcome::Done,
+        _ => Outcome::CheckFailed,
+    })
+}

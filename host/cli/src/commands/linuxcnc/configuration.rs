@@ -1,0 +1,64 @@
+//! Reading a configuration of LinuxCNC: where its files are.
+
+use crate::commands::bad_input::BadInput;
+use crate::commands::files::{self, Text};
+use std::path::{Path, PathBuf};
+use trueaxis_controllers::linuxcnc::Configuration;
+use trueaxis_model::source::{FileError, Named};
+
+/// Where LinuxCNC's own HAL files are, as Debian installs them.
+const LIBRARY: &str = "/usr/share/linuxcnc/hallib";
+
+/// Reads the INI file with all that it names.
+pub fn read(ini: &Path) -> Result<Configuration, BadInput> {
+    let text = Text::read(ini)?;
+    let folder = folder(ini);
+    let open = |name: &str| open(&folder, name);
+    let source = Named {
+        name: text.name.clone(),
+        text: text.text.clone(),
+    };
+    Configuration::read(source, &open).map_err(|error| match &error.within {
+        // Its path is that from here already.
+        Some(within) => {
+            let text = Text {
+                name: within.name.clone(),
+                text: within.text.clone(),
+            };
+            let error = FileError {
+                within: None,
+                ..error
+            };
+            text.bad(error)
+        }
+        None => text.bad(error),
+    })
+}
+
+/// The folder of a file, from which LinuxCNC looks for others.
+pub fn folder(file: &Path) -> PathBuf {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// Opens a file as LinuxCNC does: beside the INI file, else of its library.
+fn open(folder: &Path, name: &str) -> Result<Named, String> {
+    let paths = match (name.strip_prefix("LIB:"), name.strip_prefix("~/")) {
+        (Some(of_library), _) => vec![Path::new(LIBRARY).join(of_library)],
+        (_, Some(of_home)) => std::env::home_dir()
+            .into_iter()
+            .map(|h| h.join(of_home))
+            .collect(),
+        _ => vec![folder.join(name), Path::new(LIBRARY).join(name)],
+    };
+    let found = paths.iter().find(|p| p.is_file()).or(paths.first());
+    let path = found.ok_or("there is no home folder")?;
+    let bytes = files::read_bytes(path).map_err(|bad| bad.to_string())?;
+    let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;
+    Ok(Named {
+        name: path.display().to_string(),
+        text,
+    })
+}

@@ -1,0 +1,270 @@
+//! `trueaxis measured`
+
+mod answer;
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use answer::Answer;
+use clap::Args;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::direct::{
+    DirectError, Found, Line, Measured, Measurement, Options, error_file, solve,
+};
+use trueaxis_measure::formats::runs;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+
+/// Turn runs of lasers, straightedges, levels, calibrators and squares into error motions and squareness
+///
+/// Each file says which axis moved, where the others stood, and what the instrument counts as positive; the sign
+/// in the error file follows from the machine. Levers of angular motions to the measured line (Abbe) are taken
+/// into account where these are measured or known. The error file can be given to `trueaxis compile` as it is.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis measured machine.toml x.csv x-pitch.csv xy-square.csv -o errors.toml\n\n\
+A file begins with how it was measured; then come a line for each target and a column for each run, with its\n\
+direction of travel. Units: um mm, urad arcsec mrad rad.\n  \
+# axis = \"X\"\n  # reads = \"tool +X\"\n  # unit = \"um\"\n  # at = { Y = 150.0, Z = -40.0 }\n  \
+target,+1,-1,+2,-2\n  0,0.1,-1.2,0.0,-1.3\n  100,2.2,1.0,2.1,1.1\n\n\
+\"tool +X\": the reading grows where the tool is farther in the direction of a positive command of X, seen from\n\
+the workpiece. Other readings: \"workpiece +X\", \"tool +Y to +Z\" (an angle), \"tool +C\" (a rotary calibrator).\n\
+Of a square: # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }, and line,target,+1,-1 …"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    pub files: Files,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was measured, and where the result goes.
+#[derive(Args)]
+pub struct Files {
+    /// Machine description (machine.toml)
+    pub machine: PathBuf,
+    /// Files with readings (CSV)
+    #[arg(value_name = "RUNS.csv", required = true)]
+    pub runs: Vec<PathBuf>,
+    /// Where to write the error motions and locations (errors.toml)
+    #[arg(short, long, value_name = "ERRORS.toml")]
+    pub output: Option<PathBuf>,
+    /// What is known already, and kept but for what was measured
+    #[arg(long, value_name = "OLD.toml")]
+    pub update: Option<PathBuf>,
+    /// One number for the backlash of an axis, half of the mean reversal value, instead of a table for each direction
+    #[arg(long)]
+    pub one_number: bool,
+}
+
+/// What came out.
+pub struct Imported {
+    /// The machine.
+    pub machine: Machine,
+    /// What was measured.
+    pub measurements: Vec<Measurement>,
+    /// What was found.
+    pub found: Found,
+}
+
+impl Files {
+    /// Reads the machine and the runs.
+    pub fn read(&self) -> Result<(Machine, Vec<Measurement>), BadInput> {
+        let others = [Some(&self.machine), self.update.as_ref()];
+        let inputs = others.into_iter().flatten().chain(&self.runs);
+        let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
+        if let Some(output) = &self.output {
+            files::prepare(output, &inputs)?;
+        }
+        let machine = files::read_machine(&self.machine)?;
+        let mut measurements = Vec::new();
+        for path in &self.runs {
+            let text = Text::read(path)?;
+            let measured = runs::read(&text.text, &machine).map_err(|e| text.bad(e))?;
+            let name = text.name;
+            measurements.push(Measurement { name, measured });
+        }
+        Ok((machine, measurements))
+    }
+
+    /// Finds the errors and writes them.
+    pub fn import(
+        &self,
+        machine: Machine,
+        measurements: Vec<Measurement>,
+    ) -> Result<Imported, BadInput> {
+        let known = match &self.update {
+            Some(path) => known(path, &machine)?,
+            None => ErrorModel::perfect(&machine),
+        };
+        let options = Options {
+            one_number: self.one_number,
+        };
+        let found = solve(&machine, &measurements, &known, options)
+            .map_err(|error| refused(&error, &measurements))?;
+        for (said, doubt) in warnings(&found, &measurements).iter().zip(&found.doubts) {
+            eprintln!("warning: {said}");
+            eprintln!("  {}", doubt.remedy());
+        }
+        if let Some(output) = &self.output {
+            let text = error_file(&machine, &measurements, &found);
+            // What was found is an error file: what that refuses is told before anything is written.
+            ErrorModel::from_toml(&text, &machine).map_err(|error| {
+                BadInput::new(
+                    format!("no error file can be written: {}", error.message),
+                    error.remedy,
+                )
+            })?;
+            files::write(output, text.as_bytes())?;
+        }
+        Ok(Imported {
+            machine,
+            measurements,
+            found,
+        })
+    }
+}
+
+/// What an error file says already.
+fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
+    let errors = files::read_known_errors(path, machine)?;
+    let mut motions = errors.motions.iter().flatten();
+    if motions.any(|m| !m.thermal.is_empty()) || !errors.inter_thermal.is_empty() {
+        return Err(BadInput::new(
+            format!(
+                "{}: thermal changes cannot be kept by --update",
+                path.display()
+            ),
+            "import without --update, and copy what was written into the file",
+        ));
+    }
+    Ok(errors)
+}
+
+/// What to look at, with the file that it is about.
+fn warnings(found: &Found, measurements: &[Measurement]) -> Vec<String> {
+    let said = found.doubts.iter().map(|doubt| match doubt.file() {
+        Some(file) => format!("{}: {doubt}", measurements[file].name),
+        None => doubt.to_string(),
+    });
+    said.collect()
+}
+
+fn refused(error: &DirectError, measurements: &[Measurement]) -> BadInput {
+    let files = error
+        .files()
+        .into_iter()
+        .map(|k| measurements[k].name.as_str());
+    let files: Vec<&str> = files.collect();
+    let place = match files[..] {
+        [] => String::new(),
+        _ => format!("{}: ", files.join(", ")),
+    };
+    BadInput::new(format!("{place}{error}"), error.remedy())
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let (machine, measurements) = arguments.files.read()?;
+    let imported = arguments.files.import(machine, measurements)?;
+    match arguments.json {
+        true => files::print_json(&Answer::new(&imported))?,
+        false => files::print(&screen(&imported))?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// What a person reads.
+fn screen(imported: &Imported) -> String {
+    let Imported {
+        machine,
+        measurements,
+        found,
+    } = imported;
+    let plural = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let mut text = format!(
+        "{}: {} and {} from {}\n",
+        machine.name,
+        plural(found.motions.len(), "error motion"),
+        plural(found.locations.len(), "squareness").replace("squarenesss", "squarenesses"),
+        plural(measurements.len(), "file")
+    );
+    if !found.motions.is_empty() {
+        text += "\n           from       to   reversal   uncertainty\n";
+    }
+    for motion in &found.motions {
+        let (factor, unit) = match motion.component >= 3 {
+            true => (1e6, "µrad"),
+            false => (1e3, "µm"),
+        };
+        let both = motion
+            .positive
+            .iter()
+            .chain(motion.negative.iter().flatten());
+        let low = both.clone().copied().fold(f64::INFINITY, f64::min);
+        let high = both.copied().fold(f64::NEG_INFINITY, f64::max);
+        let show = |v: Option<f64>| {
+            v.map_or_else(|| "–".to_owned(), |v| format!("{:.2}", v * factor + 0.0))
+        };
+        let _ = writeln!(
+            text,
+            "  {:<4} {:>8.2} {:>8.2} {:>10} {:>13} {unit:<5} {}",
+            motion.name(machine),
+            low * factor,
+            high * factor,
+            show(motion.backlash().map(|b| 2.0 * b)),
+            show(motion.uncertainty),
+            measurements[motion.from].name
+        );
+    }
+    if !found.locations.is_empty() {
+        text += "\n          value   uncertainty\n";
+    }
+    for location in &found.locations {
+        let show = |v: f64| format!("{:.2}", v * 1e6);
+        let _ = writeln!(
+            text,
+            "  {:<4} {:>8} {:>13} µrad  {}",
+            location.parameter.to_string(),
+            show(location.value),
+            location.uncertainty.map_or_else(|| "–".to_owned(), show),
+            measurements[location.from].name
+        );
+    }
+    if !found.slopes.is_empty() {
+        text += "\nslope of the straightedge, which was removed\n";
+    }
+    for (file, slope) in &found.slopes {
+        let _ = writeln!(
+            text,
+            "  {:.2} µrad in {}",
+            slope * 1e6,
+            measurements[*file].name
+        );
+    }
+    text
+}
+
+/// Runs of the axis itself, with their files.
+pub fn positioning(measurements: &[Measurement]) -> Result<Vec<(&str, &Line)>, BadInput> {
+    let of = |m: &'_ Measurement| match &m.measured {
+        Measured::Line(line) if line.setup.is_positioning() => Ok(()),
+        _ => Err(BadInput::new(
+            format!(
+                "{}: this is not the position of the axis that moves",
+                m.name
+            ),
+            "ISO 230-2 is about positions; give the file to `trueaxis measured`",
+        )),
+    };
+    for m in measurements {
+        of(m)?;
+    }
+    let lines = measurements.iter().filter_map(|m| match &m.measured {
+        Measured::Line(line) => Some((m.name.as_str(), line)),
+        Measured::Square(_) => None,
+    });
+    Ok(lines.collect())
+}

@@ -1,0 +1,152 @@
+//! The commands: each reads files, calls the library, writes files, says what it did.
+
+mod at;
+mod bad_input;
+mod ballbar;
+mod blame;
+mod cec;
+mod compile;
+mod completions;
+mod control;
+mod correct;
+mod eval;
+mod explain;
+mod export;
+mod files;
+mod flash;
+mod gcode;
+mod identify;
+mod import;
+mod inspect;
+mod iso230_2;
+mod linuxcnc;
+mod measured;
+mod monitor;
+mod monte_carlo;
+mod plan;
+mod planned;
+mod policy;
+mod port;
+mod pose;
+mod probings;
+mod progress;
+mod quantity;
+mod replace;
+mod report;
+mod scheme;
+mod schemes;
+mod screen;
+mod simulate;
+mod target;
+mod touching;
+mod unseen;
+mod verdict;
+mod verify;
+
+use bad_input::BadInput;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Makes a machine tool as accurate as its measurements allow, with tables.
+///
+/// Files: machine.toml describes the machine, errors.toml its error parameters (mm, rad), a .trax
+/// file holds a compensation. Positions and corrections are in mm and degrees.
+///
+/// Exit codes: 0 done, 1 a check did not hold, 2 bad input.
+#[derive(Parser)]
+#[command(name = "trueaxis", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Compile(compile::Arguments),
+    Verify(verify::Arguments),
+    Inspect(inspect::Arguments),
+    Report(report::Arguments),
+    Eval(eval::Arguments),
+    Schemes(schemes::Arguments),
+    Correct(correct::Arguments),
+    Pose(pose::Arguments),
+    Explain(explain::Arguments),
+    Identify(identify::Arguments),
+    Plan(Box<plan::Arguments>),
+    Probings(probings::Arguments),
+    Measured(measured::Arguments),
+    #[command(name = "iso230-2")]
+    Iso2302(iso230_2::Arguments),
+    Ballbar(ballbar::Arguments),
+    Simulate(simulate::Arguments),
+    Gcode(gcode::Arguments),
+    Flash(flash::Arguments),
+    Monitor(monitor::Arguments),
+    Control(control::Arguments),
+    Linuxcnc(linuxcnc::Arguments),
+    Export(export::Arguments),
+    Import(import::Arguments),
+    Completions(completions::Arguments),
+    Man(completions::Pages),
+}
+
+/// How a command ended that had good input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// Exit code 0.
+    Done,
+    /// Exit code 1.
+    CheckFailed,
+}
+
+/// Reads the arguments, runs the command, shows what is wrong.
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Compile(arguments) => compile::run(&arguments),
+        Command::Verify(arguments) => verify::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Eval(arguments) => eval::run(&arguments),
+        Command::Schemes(arguments) => schemes::run(&arguments),
+        Command::Correct(arguments) => correct::run(&arguments),
+        Command::Pose(arguments) => pose::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Probings(arguments) => probings::run(&arguments),
+        Command::Measured(arguments) => measured::run(&arguments),
+        Command::Iso2302(arguments) => iso230_2::run(&arguments),
+        Command::Ballbar(arguments) => ballbar::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Gcode(arguments) => gcode::run(&arguments),
+        Command::Flash(arguments) => flash::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Control(arguments) => control::run(&arguments),
+        Command::Linuxcnc(arguments) => linuxcnc::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Import(arguments) => import::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => completions::man(&arguments),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        Err(bad) => {
+            show(bad);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn show(bad: BadInput) {
+    // Fails only if called twice; the default look is then good enough.
+    let _ = miette::set_hook(Box::new(|_| {
+        Box::new(
+            miette::MietteHandlerOpts::new()
+                .terminal_links(false)
+                .width(100)
+                .build(),
+        )
+    }));
+    eprintln!("{:?}", miette::Report::new(bad));
+}

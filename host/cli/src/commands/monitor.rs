@@ -1,0 +1,335 @@
+//! `trueaxis monitor`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files;
+use super::port::PortArguments;
+use clap::Args;
+use serde_json::json;
+use std::fmt::Write;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+use trueaxis::Conditions;
+use trueaxis::link::{Activation, CostUnit, Health, MOST_AXES, Report, SlotState, Upload};
+use trueaxis_controllers::link::Controller;
+
+/// Watch a controller: positions, corrections, faults
+#[derive(Args)]
+#[command(after_help = "Example:\n  trueaxis monitor --port /dev/ttyUSB0 --csv > run.csv")]
+pub struct Arguments {
+    #[command(flatten)]
+    port: PortArguments,
+    /// One line per sample: time, positions, corrections, status
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
+    /// One JSON object per line and sample
+    #[arg(long)]
+    json: bool,
+    /// Time between samples, ms
+    #[arg(long, value_name = "MS", default_value_t = 200)]
+    interval: u64,
+    /// Number of samples; without it until interrupted
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let port = &arguments.port;
+    let (mut client, mut controller) = port.connect()?;
+    let live = std::io::stdout().is_terminal();
+    let start = Instant::now();
+    let interval = Duration::from_millis(arguments.interval);
+    let (mut drawn, mut columns) = (0, String::new());
+    let (mut due, mut sample) = (start, 0);
+    let mut known = None;
+    while arguments.count.is_none_or(|count| sample < count) {
+        if sample > 0 {
+            due = (due + interval).max(Instant::now());
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        }
+        let report = client.status().map_err(|error| port.bad(&error))?;
+        let health = client.health().map_err(|error| port.bad(&error))?;
+        if known.replace((report.activation, report.upload))
+            != Some((report.activation, report.upload))
+        {
+            // Slots, machine and axes may be others now.
+            controller = client.hello().map_err(|error| port.bad(&error))?;
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let mut text = String::new();
+        if arguments.json {
+            text = format!("{}\n", object(&controller, &report, health, seconds));
+        } else if arguments.csv {
+            let head = header(&controller);
+            if head != columns {
+                text.clone_from(&head);
+                columns = head;
+            }
+            text += &line(&report, seconds);
+        } else {
+            if live && drawn > 0 {
+                // Over what is there: up, and clear to the end.
+                text = format!("\x1b[{drawn}A\x1b[J");
+            }
+            let shown = table(&port.port, &controller, &report, health);
+            drawn = shown.lines().count();
+            text += &shown;
+        }
+        if !files::stream(&text)? {
+            break;
+        }
+        sample += 1;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Names of the conditions that hold.
+pub(super) fn conditions(bits: u16) -> Vec<&'static str> {
+    Conditions(bits).names().collect()
+}
+
+/// The rails that act on an axis.
+fn rails(report: &Report, axis: usize) -> String {
+    let acts = [
+        (report.saturated, "value bound"),
+        (report.rate_limited, "rate bound"),
+        (report.travel_limited, "travel"),
+    ];
+    let names: Vec<&str> = acts
+        .into_iter()
+        .filter(|(mask, _)| (mask >> axis) & 1 != 0)
+        .map(|(_, name)| name)
+        .collect();
+    names.join(", ")
+}
+
+fn unit(report: &Report) -> &'static str {
+    match report.cost_unit {
+        CostUnit::None => "",
+        CostUnit::Cycles => "cycles",
+        CostUnit::Instructions => "instructions",
+    }
+}
+
+pub(super) fn activation(activation: Activation) -> String {
+    match activation {
+        Activation::Active(None) => "none in use".to_owned(),
+        Activation::Active(Some(slot)) => format!("slot {slot} in use"),
+        Activation::Fading(slot) => format!("fading over to slot {slot}"),
+        Activation::Ramping(slot) => format!("to zero, then slot {slot}"),
+    }
+}
+
+fn upload(upload: Upload) -> Option<String> {
+    match upload {
+        Upload::None => None,
+        Upload::Ramping => Some("waits for the corrections to be zero".to_owned()),
+        Upload::Erasing { done, blocks } => Some(format!("erasing, {done} of {blocks} blocks")),
+        Upload::Receiving { next, length } => Some(format!("{next} of {length} bytes")),
+        Upload::Paused { next, length } => Some(format!(
+            "paused at {next} of {length} bytes: the machine does not stand still"
+        )),
+        Upload::Committed { slot, sequence } => Some(format!("slot {slot}, number {sequence}")),
+    }
+}
+
+fn slot(state: SlotState) -> String {
+    match state {
+        SlotState::Blank => "blank".to_owned(),
+        SlotState::Erasing => "being erased".to_owned(),
+        SlotState::Uploading {
+            received, length, ..
+        } => format!("{received} of {length} bytes of an upload"),
+        SlotState::Valid {
+            sequence, length, ..
+        } => format!("number {sequence}, {length} bytes"),
+        SlotState::Damaged(damage) => format!("damaged: {damage}"),
+    }
+}
+
+/// What people read.
+fn table(port: &str, controller: &Controller, report: &Report, health: Option<Health>) -> String {
+    let mut text = String::new();
+    let t = &mut text;
+    let (firmware, board) = (&controller.firmware, &controller.board);
+    let machine = match controller.machine.as_str() {
+        "" => "no machine",
+        name => name,
+    };
+    // Writing to a string does not fail.
+    let _ = writeln!(t, "{port}: {firmware} on {board}, {machine}");
+    for (name, report) in ["A", "B"].into_iter().zip(&controller.slots) {
+        let (state, erased) = (slot(report.state), report.erased);
+        let _ = writeln!(t, "slot {name}       {state}; erased {erased} times");
+    }
+    let _ = writeln!(t, "compensation {}", activation(report.activation));
+    let wanted = match (report.enabled, report.dry_run) {
+        (false, _) => "disabled",
+        (true, false) => "enabled",
+        (true, true) => "dry run",
+    };
+    let holds = conditions(report.conditions).join(", ");
+    let _ = writeln!(
+        t,
+        "corrections  {wanted}, factor {:.3}; {holds}",
+        report.factor
+    );
+    if report.suspended {
+        let _ = writeln!(t, "servo        stands still for an upload");
+    }
+    if let Some(state) = upload(report.upload) {
+        let _ = writeln!(t, "upload       {state}");
+    }
+    if let Some(fault) = report.fault {
+        let _ = writeln!(t, "fault        {fault}");
+    }
+    let _ = writeln!(
+        t,
+        "updates      {}, {} without a command; worst {} {}",
+        report.updates,
+        report.missed,
+        report.worst_cost,
+        unit(report)
+    );
+    if let Some(health) = health {
+        text += &well(&health);
+    }
+    let t = &mut text;
+    for (k, value) in report.auxiliaries.iter().enumerate() {
+        let lost = match (report.sensors_lost >> k) & 1 {
+            0 => "",
+            _ => " (sensor lost, held)",
+        };
+        let _ = writeln!(t, "auxiliary {k}  {value:.3}{lost}");
+    }
+    let _ = writeln!(
+        t,
+        "axis {:>14} {:>12} {:>12}  {:>26}",
+        "position", "correction", "computed", "value/rate/travel limited"
+    );
+    for (k, letter) in controller.axes.chars().enumerate().take(MOST_AXES) {
+        let at = |values: &[f32]| values.get(k).copied().unwrap_or_default();
+        let counted = report.rails.get(k).copied().unwrap_or_default();
+        let homed = match (report.referenced >> k) & 1 {
+            0 => "  not referenced",
+            _ => "",
+        };
+        let _ = writeln!(
+            t,
+            "{letter:<4} {:>14.4} {:>12.5} {:>12.5}  {:>26}  {}{homed}",
+            at(&report.positions),
+            at(&report.dq),
+            at(&report.computed),
+            format!("{}/{}/{}", counted.value, counted.rate, counted.travel),
+            rails(report, k),
+        );
+    }
+    text
+}
+
+/// Frames of the motion side, and why the controller has started.
+fn well(health: &Health) -> String {
+    let Health {
+        healthy,
+        restart,
+        frames,
+        repeated,
+        skipped,
+        damaged,
+        faults,
+        overruns,
+        garbled,
+    } = health;
+    let pin = if *healthy { "no fault" } else { "fault" };
+    format!(
+        "frames       {frames}, {repeated} periods without, {skipped} skipped, {damaged} damaged; \
+         {faults} faults\n\
+         periods      {overruns} overrun; fault pin: {pin}\n\
+         line         {garbled} garbled frames of the host\n\
+         started      {restart}\n"
+    )
+}
+
+/// Columns of `--csv`.
+fn header(controller: &Controller) -> String {
+    let mut text = "time".to_owned();
+    for prefix in ["", "d", "computed "] {
+        for letter in controller.axes.chars() {
+            let _ = write!(text, ",{prefix}{letter}");
+        }
+    }
+    text + ",factor,conditions,saturated,rate_limited,travel_limited,missed,worst_cost\n"
+}
+
+fn line(report: &Report, seconds: f64) -> String {
+    let mut text = format!("{seconds:.3}");
+    for values in [&report.positions, &report.dq, &report.computed] {
+        for value in values {
+            let _ = write!(text, ",{value}");
+        }
+    }
+    let Report {
+        factor,
+        saturated,
+        rate_limited,
+        travel_limited,
+        missed,
+        worst_cost,
+        ..
+    } = report;
+    let holds = conditions(report.conditions).join(" + ");
+    let _ = writeln!(
+        text,
+        ",{factor},{holds},{saturated},{rate_limited},{travel_limited},{missed},{worst_cost}"
+    );
+    text
+}
+
+fn object(
+    controller: &Controller,
+    report: &Report,
+    health: Option<Health>,
+    seconds: f64,
+) -> serde_json::Value {
+    json!({
+        "time": seconds,
+        "machine": controller.machine,
+        "axes": controller.axes,
+        "positions": report.positions.as_slice(),
+        "dq": report.dq.as_slice(),
+        "computed": report.computed.as_slice(),
+        "auxiliaries": report.auxiliaries.as_slice(),
+        "sensors_lost": report.sensors_lost,
+        "weights": report.weights.as_slice(),
+        "enabled": report.enabled,
+        "dry_run": report.dry_run,
+        "suspended": report.suspended,
+        "referenced": report.referenced,
+        "factor": report.factor,
+        "conditions": conditions(report.conditions),
+        "saturated": report.saturated,
+        "rate_limited": report.rate_limited,
+        "travel_limited": report.travel_limited,
+        "rails": report.rails.iter().map(|r| [r.value, r.rate, r.travel]).collect::<Vec<_>>(),
+        "updates": report.updates,
+        "missed": report.missed,
+        "cost": report.cost,
+        "worst_cost": report.worst_cost,
+        "cost_unit": unit(report),
+        "compensation": activation(report.activation),
+        "upload": upload(report.upload),
+        "fault": report.fault.map(|fault| fault.to_string()),
+        "health": health.map(|h| json!({
+            "healthy": h.healthy,
+            "restart": h.restart.to_string(),
+            "frames": h.frames,
+            "repeated": h.repeated,
+            "skipped": h.skipped,
+            "damaged": h.damaged,
+            "faults": h.faults,
+            "overruns": h.overruns,
+            "garbled": h.garbled,
+        })),
+    })
+}

@@ -1,0 +1,185 @@
+//! `trueaxis simulate identifications`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, MachineFiles, Text};
+use super::identify::no_model;
+use super::progress::Bar;
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::PathBuf;
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings;
+use trueaxis_measure::identify::{self, Model, Trial, TrialError, monte_carlo};
+use trueaxis_tables::compile::Progress;
+use trueaxis_tables::validate::is_partly_calibrated;
+
+/// Identify simulated probings again and again, and compare with the truth
+///
+/// Every time with other noise, and with lengths of bars and stylus that are off as far as they are uncertain. Shows by
+/// how much parameters are off, in the standard uncertainties that the identification states, and how often what is
+/// left of the volumetric error is inside its 95 % band.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis simulate identifications machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --model 10 --seeds 1000"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// Where the balls are (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// Which ball is probed at which rotary positions (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: PathBuf,
+    /// Which parameters to look for
+    #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
+    model: String,
+    /// Standard deviation of each coordinate of a probing
+    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = noise)]
+    noise: f64,
+    /// How often
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    seeds: u32,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// A noise that can be: more than 0, less than a metre.
+fn noise(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1e6 => Ok(value),
+        _ => Err("give more than 0 µm".to_owned()),
+    }
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    machine: &'a str,
+    identifications: usize,
+    noise_um: f64,
+    found_noise_um: f64,
+    parameters: Vec<One>,
+    positions: usize,
+    tips_inside: f64,
+    directions_inside: f64,
+    least_inside: f64,
+}
+
+/// A parameter: errors by stated standard uncertainty.
+#[derive(Serialize)]
+struct One {
+    parameter: String,
+    standard_uncertainty: f64,
+    mean: f64,
+    standard_deviation: f64,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let (machine, errors) = arguments.files.read()?;
+    if is_partly_calibrated(&machine, &errors) {
+        eprintln!(
+            "warning: error motions of this machine hold their end values in a part of the travel; those that are looked for do not, and cannot be right there"
+        );
+    }
+    let text = Text::read(&arguments.artefact)?;
+    let artefact = Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
+    let text = Text::read(&arguments.strategy)?;
+    let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+    let model: Model = arguments.model.parse().map_err(no_model)?;
+    let trial = Trial {
+        machine: &machine,
+        errors: &errors,
+        artefact: &artefact,
+        strategy: &strategy,
+        model: &model,
+        noise: arguments.noise * 1e-3,
+    };
+    let bar = Bar::new();
+    bar.stage("identifying", arguments.seeds as usize);
+    let step = || bar.step();
+    let found = monte_carlo(&trial, arguments.seeds as usize, &step)
+        .map_err(|error| arguments.failed(error))?;
+    drop(bar);
+    if arguments.json {
+        files::print_json(&Answer::new(arguments, &machine.name, &found))?;
+    } else {
+        files::print(&screen(arguments, &machine.name, &found))?;
+    }
+    Ok(Outcome::Done)
+}
+
+impl Arguments {
+    fn failed(&self, error: TrialError) -> BadInput {
+        let message = format!("{}: {error}", self.strategy.display());
+        match error {
+            TrialError::Model(error) => no_model(error),
+            TrialError::Identify(error) => BadInput::new(message, error.remedy()),
+            TrialError::Simulate(_) => BadInput::new(
+                message,
+                "correct the strategy, or where the balls are in the artefact",
+            ),
+            TrialError::Far { .. } => BadInput::new(message, "give less --noise"),
+        }
+    }
+}
+
+fn part(inside: usize, of: usize) -> f64 {
+    inside as f64 / of as f64
+}
+
+impl<'a> Answer<'a> {
+    fn new(arguments: &Arguments, machine: &'a str, found: &identify::Outcome) -> Self {
+        let one = |p: &identify::Normalised| One {
+            parameter: p.parameter.to_string(),
+            standard_uncertainty: p.uncertainty,
+            mean: p.mean,
+            standard_deviation: p.deviation,
+        };
+        Self {
+            machine,
+            identifications: found.seeds,
+            noise_um: arguments.noise,
+            found_noise_um: found.noise * 1e3,
+            parameters: found.parameters.iter().map(one).collect(),
+            positions: found.positions,
+            tips_inside: part(found.tips_inside, found.positions),
+            directions_inside: part(found.directions_inside, found.positions),
+            least_inside: found.least_inside,
+        }
+    }
+}
+
+fn screen(arguments: &Arguments, machine: &str, found: &identify::Outcome) -> String {
+    let mut text = format!(
+        "{machine}: {} identifications of {} parameters, {} µm of noise; {:.3} µm were found\n\n",
+        found.seeds,
+        found.parameters.len(),
+        arguments.noise,
+        found.noise * 1e3
+    );
+    let _ = writeln!(
+        text,
+        "errors of parameters, in standard uncertainties      mean   standard deviation"
+    );
+    for p in &found.parameters {
+        let _ = writeln!(
+            text,
+            "  {:<48}{:>7.2}{:>21.3}",
+            p.parameter.to_string(),
+            p.mean,
+            p.deviation
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\ninside the 95 % band of the volumetric error, of {} positions: tip {:.2} %, direction {:.2} %",
+        found.positions,
+        100.0 * part(found.tips_inside, found.positions),
+        100.0 * part(found.directions_inside, found.positions)
+    );
+    text
+}

@@ -1,0 +1,521 @@
+//! `trueaxis plan`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::identify::no_model;
+use super::planned::{Answer, screen};
+use super::touching::{Touching, positive};
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{self, Probings};
+use trueaxis_measure::identify::{Model, Problem, effect_over_travel, lacks};
+use trueaxis_measure::plan::{
+    Allowed, Criterion, DesignError, Feeds, JudgeError, Judgement, NotTouched, Positions, Set,
+    Setup, Wanted, as_good_as, design, judge, linuxcnc, needs_spindle, positions, table,
+};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::machine::Machine;
+
+/// Say what a probing strategy will tell before anybody probes, or propose one
+///
+/// With the equations of `trueaxis identify`, at the positions of a strategy: which parameters will be seen, how well
+/// each will be known, and what volumetric error they will leave over the travel. Without --strategy it chooses
+/// the probings that tell most, and writes them, and a program that makes them.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  trueaxis plan machine.toml --model 12 --artefact artefact.toml --strategy strategy.csv\n  \
+trueaxis plan machine.toml --model 12 --artefact artefact.toml --minutes 60 --indexings A=-55:55:5,C=0:330:30 \\\n    \
+--ball-diameter 20 --stylus-diameter 6 -o strategy.csv --program probe.ngc\n\n\
+The artefact has balls with nominal_mm, and away_from_table where that is not z of the workpiece. A strategy has a\n\
+header and a line for each probing, without linear axes; S indexes the spindle, A_dir says from where an axis\n\
+comes:\n  ball,A,C\n  1,15,60\n  1,30,180"
+)]
+pub struct Arguments {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Which parameters will be looked for
+    #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
+    model: String,
+    /// Degree of what `auto` looks for
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=3))]
+    degree: u8,
+    /// Where the balls are (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// Judge this strategy instead of proposing one (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: Option<PathBuf>,
+    /// Take a position set of the source document instead of proposing one: one ball at 60 rotary positions
+    /// (chase-the-ball), every ball at 42 (rumba), or a bar and master balls at 32 with an indexed spindle (samba).
+    /// What cannot be reached is left out; for samba --cone is 90 unless given
+    #[arg(long, value_enum, conflicts_with_all = ["strategy", "as_good_as", "minutes", "probings", "indexings"])]
+    set: Option<SetName>,
+    /// Propose the fewest probings after which the volumetric error (--best-for parameters: and every parameter) is
+    /// known no less than after this strategy (CSV)
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["strategy", "minutes", "probings"])]
+    as_good_as: Option<PathBuf>,
+    /// Balls that may be used (default: all of the artefact)
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        conflicts_with = "strategy"
+    )]
+    balls: Vec<String>,
+    /// Positions that rotary axes and spindle may take (default: their travel; the spindle only if parameters cannot be
+    /// told from the stylus otherwise)
+    #[arg(long, value_name = "A=FROM:TO:STEP,…", conflicts_with = "strategy")]
+    indexings: Option<String>,
+    /// How long probing may take
+    #[arg(long, value_name = "MIN", conflicts_with_all = ["strategy", "probings"], value_parser = positive)]
+    minutes: Option<f64>,
+    /// How many probings there may be (default: as many as unknowns)
+    #[arg(long, value_name = "N", conflicts_with = "strategy")]
+    probings: Option<usize>,
+    /// How long one probing takes
+    #[arg(long, value_name = "S", default_value_t = 110.0, value_parser = positive)]
+    seconds: f64,
+    /// What a proposed strategy is best for
+    #[arg(long, value_enum, default_value_t = For::Volume, conflicts_with = "strategy")]
+    best_for: For,
+    /// Standard uncertainty of each coordinate of a probing, where the strategy states none
+    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
+    noise: f64,
+    /// The errors that the machine is assumed to have (errors.toml)
+    #[arg(long, value_name = "ERRORS.toml")]
+    errors: Option<PathBuf>,
+    #[command(flatten)]
+    touching: Touching,
+    /// Feed of touches
+    #[arg(long, value_name = "MM/MIN", default_value_t = 60.0, value_parser = positive)]
+    feed: f64,
+    /// Feed near the balls
+    #[arg(long, value_name = "MM/MIN", default_value_t = 1000.0, value_parser = positive)]
+    approach: f64,
+    /// Where to write the proposed strategy (CSV)
+    #[arg(short, long, value_name = "STRATEGY.csv", conflicts_with = "strategy")]
+    output: Option<PathBuf>,
+    /// Where to write a program for LinuxCNC
+    #[arg(
+        long,
+        value_name = "FILE.ngc",
+        requires = "ball_diameter",
+        requires = "stylus_diameter"
+    )]
+    program: Option<PathBuf>,
+    /// What the program calls the log of its touches
+    #[arg(long, value_name = "NAME", default_value = "touches.log", value_parser = log_name)]
+    log: String,
+    /// Where to write the touches for other controllers (CSV)
+    #[arg(
+        long,
+        value_name = "FILE.csv",
+        requires = "ball_diameter",
+        requires = "stylus_diameter"
+    )]
+    table: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a strategy is best for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum For {
+    /// The volumetric error over the travel (I-optimal)
+    Volume,
+    /// All unknowns together (D-optimal)
+    Parameters,
+}
+
+impl From<For> for Criterion {
+    fn from(best_for: For) -> Self {
+        match best_for {
+            For::Volume => Self::Volume,
+            For::Parameters => Self::Parameters,
+        }
+    }
+}
+
+/// A position set with a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SetName {
+    /// One ball, followed through 60 rotary positions
+    ChaseTheBall,
+    /// Every ball at 42 rotary positions
+    Rumba,
+    /// A bar and master balls at 32 rotary positions, with an indexed spindle
+    Samba,
+}
+
+impl From<SetName> for Set {
+    fn from(name: SetName) -> Self {
+        match name {
+            SetName::ChaseTheBall => Self::ChaseTheBall,
+            SetName::Rumba => Self::Rumba,
+            SetName::Samba => Self::Samba,
+        }
+    }
+}
+
+/// A name that fits into a comment of G-code.
+fn log_name(text: &str) -> Result<String, String> {
+    let fits = |c: char| c.is_ascii_graphic() && !"()".contains(c);
+    if (1..=200).contains(&text.len()) && text.chars().all(fits) {
+        return Ok(text.to_owned());
+    }
+    Err("give a name without spaces and brackets".to_owned())
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    arguments.prepare()?;
+    let machine = files::read_machine(&arguments.machine)?;
+    let text = Text::read(&arguments.artefact)?;
+    let artefact = Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
+    let errors = match &arguments.errors {
+        Some(path) => files::read_errors(path, &machine)?,
+        None => ErrorModel::perfect(&machine),
+    };
+    let assumed = &errors;
+    let setup = arguments.setup(&machine, &artefact)?;
+    let read = |path: &PathBuf| -> Result<Probings, BadInput> {
+        let text = Text::read(path)?;
+        probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))
+    };
+    let model: Model = arguments.model.parse().map_err(no_model)?;
+    let set = arguments.set.map(Set::from);
+    let positions = set
+        .map(|set| arguments.positions(&setup, set))
+        .transpose()?;
+    let given = match &positions {
+        Some(positions) => Some(positions.strategy.clone()),
+        None => arguments.strategy.as_ref().map(&read).transpose()?,
+    };
+    let directions = arguments.directions(&machine, &model, given.as_ref())?;
+    let parameters =
+        (model.parameters(&machine, arguments.degree, &directions)).map_err(no_model)?;
+    let not_judged = |path: &Path| {
+        let place = path.display().to_string();
+        move |error: JudgeError| {
+            BadInput::new(
+                format!("{place}: {error}"),
+                match error {
+                    JudgeError::Strategy(_) => {
+                        "correct the strategy, or where the balls are in the artefact"
+                    }
+                    JudgeError::Identify(_) => {
+                        "probe at more rotary positions, or give a model with fewer parameters"
+                    }
+                },
+            )
+        }
+    };
+    let other = match &arguments.as_good_as {
+        Some(path) => {
+            let strategy = read(path)?;
+            let judged = judge(&setup, &parameters, &strategy, assumed);
+            Some(judged.map_err(not_judged(path))?)
+        }
+        None => None,
+    };
+    let judgement = match (&arguments.strategy, given) {
+        (path, Some(strategy)) => {
+            let name = Path::new(set.map_or("", Set::name));
+            let path = path.as_deref().unwrap_or(name);
+            judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
+        }
+        _ => {
+            let strategy =
+                arguments.propose(&setup, &parameters, &directions, assumed, other.as_ref())?;
+            let path = arguments
+                .output
+                .as_deref()
+                .unwrap_or(Path::new("the proposed strategy"));
+            judge(&setup, &parameters, &strategy, assumed).map_err(not_judged(path))?
+        }
+    };
+    arguments.write(&setup, &judgement)?;
+    if judgement.strategy.rows.iter().any(|row| row.spindle != 0.0) {
+        eprintln!(
+            "note: the strategy turns the spindle (M19){}",
+            match machine.can_orient {
+                true => "",
+                false =>
+                    ", which the machine file does not say that it can: write can_be_oriented = true under [spindle] if it can",
+            }
+        );
+    }
+    let perfect = ErrorModel::perfect(&machine);
+    let problem = Problem::new(
+        &machine,
+        &judgement.strategy,
+        &artefact,
+        &parameters,
+        &perfect,
+    );
+    let missing = problem.missing().map_err(|error| {
+        BadInput::new(
+            error.to_string(),
+            "correct the strategy, or where the balls are in the artefact",
+        )
+    })?;
+    if !missing.is_empty() {
+        eprintln!("warning: {}", lacks(&machine, &parameters, &missing));
+    }
+    let minutes = judgement.strategy.rows.len() as f64 * arguments.seconds / 60.0;
+    if arguments.json {
+        let left_out = positions.map(|positions| positions.left_out);
+        let answer = Answer::new(&machine, &judgement, other.as_ref(), minutes).lacking(&missing);
+        files::print_json(&answer.leaving_out(&left_out.unwrap_or_default()))?;
+    } else {
+        files::print(&screen(&machine, &judgement, other.as_ref(), minutes))?;
+    }
+    Ok(Outcome::Done)
+}
+
+impl Arguments {
+    fn prepare(&self) -> Result<(), BadInput> {
+        let inputs = [
+            Some(&self.machine),
+            Some(&self.artefact),
+            self.strategy.as_ref(),
+            self.as_good_as.as_ref(),
+            self.errors.as_ref(),
+        ];
+        let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+        let outputs = [&self.output, &self.program, &self.table];
+        let outputs: Vec<&Path> = outputs
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect();
+        for (i, output) in outputs.iter().enumerate() {
+            if outputs[..i].contains(output) {
+                return Err(BadInput::new(
+                    format!("{} would be written twice", output.display()),
+                    "give -o, --program and --table different names",
+                ));
+            }
+            files::prepare(output, &inputs)?;
+        }
+        Ok(())
+    }
+
+    fn setup<'a>(
+        &self,
+        machine: &'a Machine,
+        artefact: &'a Artefact,
+    ) -> Result<Setup<'a>, BadInput> {
+        let place = self.artefact.display();
+        let known: Vec<String> = (artefact.balls.iter())
+            .filter(|b| b.nominal.is_some())
+            .map(|b| b.name.clone())
+            .collect();
+        let balls = if self.balls.is_empty() {
+            match self.set {
+                Some(SetName::ChaseTheBall) => known.iter().take(1).cloned().collect(),
+                _ => known.clone(),
+            }
+        } else {
+            self.balls.clone()
+        };
+        if let Some(ball) = balls.iter().find(|b| !known.contains(b)) {
+            return Err(BadInput::new(
+                format!("{place}: ball `{ball}` is not there, or has no nominal_mm"),
+                "write [[ball]] with name and nominal_mm for every ball that --balls names",
+            ));
+        }
+        if let Some(ball) = (1..balls.len()).find(|i| balls[..*i].contains(&balls[*i])) {
+            return Err(BadInput::new(
+                format!("--balls names {} twice", balls[ball]),
+                "name every ball once",
+            ));
+        }
+        if balls.is_empty() {
+            return Err(BadInput::new(
+                format!("{place}: there is no ball with nominal_mm"),
+                "write [[ball]] with name and nominal_mm for every ball",
+            ));
+        }
+        Ok(Setup {
+            machine,
+            artefact,
+            balls,
+            probe: match self.set.and_then(|set| Set::from(set).cone()) {
+                Some(cone) => self.touching.probe_within(cone)?,
+                None => self.touching.probe()?,
+            },
+            sigma: self.noise * 1e-3,
+        })
+    }
+
+    /// Of which axes it will be known where they come from: those of the strategy, or those whose backlash is looked
+    /// for.
+    fn directions(
+        &self,
+        machine: &Machine,
+        model: &Model,
+        given: Option<&Probings>,
+    ) -> Result<Vec<bool>, BadInput> {
+        if let Some(strategy) = given {
+            let of = |i| strategy.rows.iter().any(|row| row.direction[i] != 0.0);
+            return Ok((0..machine.axes.len()).map(of).collect());
+        }
+        let none = vec![false; machine.axes.len()];
+        if *model == Model::Auto {
+            return Ok(none);
+        }
+        let parameters = model
+            .parameters(machine, self.degree, &none)
+            .map_err(no_model)?;
+        let backlash = |letter: char| {
+            let of = |p: &Parameter| p.axis == letter && p.kind == ParameterKind::Backlash;
+            parameters.iter().any(of)
+        };
+        Ok((machine.axes.iter())
+            .map(|a| a.letter.is_rotary() && backlash(a.letter.char()))
+            .collect())
+    }
+
+    /// A position set, and what is left out of it.
+    fn positions(&self, setup: &Setup<'_>, set: Set) -> Result<Positions, BadInput> {
+        let found = positions(setup, set);
+        let found = found.map_err(|error| BadInput::new(error.to_string(), error.remedy()))?;
+        if let Some((ball, _, reason)) = found.left_out.first() {
+            let all = found.strategy.rows.len() + found.left_out.len();
+            eprintln!(
+                "note: {} of the {all} probings of {set} are left out, the first of ball {ball}: {reason}",
+                found.left_out.len()
+            );
+        }
+        Ok(found)
+    }
+
+    fn propose(
+        &self,
+        setup: &Setup<'_>,
+        parameters: &[Parameter],
+        directions: &[bool],
+        assumed: &ErrorModel,
+        other: Option<&Judgement>,
+    ) -> Result<Probings, BadInput> {
+        let machine = setup.machine;
+        let mut allowed = Allowed::of(machine, directions);
+        if let Some(text) = &self.indexings {
+            allowed
+                .restrict(machine, text)
+                .map_err(|e| BadInput::new(format!("--indexings: {e}"), e.remedy))?;
+        }
+        let is_said = |text: &String| text.split(',').any(|part| part.trim().starts_with("S="));
+        if !self.indexings.as_ref().is_some_and(is_said) {
+            let needs =
+                needs_spindle(setup, &allowed, parameters, assumed).map_err(not_designed)?;
+            if machine.can_orient && !needs.is_empty() {
+                allowed.index_spindle();
+            } else if !needs.is_empty() {
+                eprintln!("{}", not_oriented(machine, &needs));
+            }
+        }
+        if let Some(other) = other {
+            let criterion = self.best_for.into();
+            let found = as_good_as(setup, &allowed, parameters, assumed, other, criterion);
+            let found = found.map_err(not_designed)?;
+            if !found.is_whole {
+                eprintln!("note: the search was ended: fewer probings may do");
+            }
+            return found.strategy.ok_or_else(|| {
+                BadInput::new(
+                    format!(
+                        "none of the strategies tried with {} probings or fewer leaves nothing less known",
+                        other.strategy.rows.len()
+                    ),
+                    "allow more positions (--indexings, --balls, --cone), or judge the strategy itself with --strategy",
+                )
+            });
+        }
+        let minutes = self
+            .minutes
+            .map(|minutes| (minutes * 60.0 / self.seconds) as usize);
+        let wanted = |rank: usize| Wanted {
+            probings: minutes.or(self.probings).unwrap_or(rank),
+            criterion: self.best_for.into(),
+        };
+        design(setup, &allowed, parameters, assumed, wanted).map_err(not_designed)
+    }
+
+    fn write(&self, setup: &Setup<'_>, judgement: &Judgement) -> Result<(), BadInput> {
+        let strategy = &judgement.strategy;
+        // All that can go wrong first, so that no file is written without the others.
+        let not_reached = |why: NotTouched| {
+            let (row, reason) = *why;
+            BadInput::new(
+                format!(
+                    "line {} of the strategy: ball {} cannot be touched: {reason}",
+                    row.line, strategy.balls[row.ball]
+                ),
+                "leave this row out, or allow it: --cone, --clearance, the balls' away_from_table, the range of the axis",
+            )
+        };
+        let feeds = Feeds {
+            touch: self.feed,
+            near: self.approach,
+        };
+        let program = (self.program.as_ref())
+            .map(|path| linuxcnc(setup, strategy, feeds, &self.log).map(|text| (path, text)));
+        let table = self
+            .table
+            .as_ref()
+            .map(|path| table(setup, strategy).map(|text| (path, text)));
+        let written = (self.output.as_ref())
+            .map(|path| (path, probings::write_strategy(strategy, setup.machine)));
+        let program = program.transpose().map_err(not_reached)?;
+        let table = table.transpose().map_err(not_reached)?;
+        for (path, text) in [written, program, table].into_iter().flatten() {
+            files::write(path, text.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+/// What the spindle would have shown.
+fn not_oriented(machine: &Machine, needs: &[Parameter]) -> String {
+    let each = needs.iter().map(|p| {
+        if p.kind != ParameterKind::Inter {
+            return p.to_string();
+        }
+        let effect = effect_over_travel(machine, *p);
+        match p.is_angular() {
+            true => format!(
+                "{p} (10 µrad move the tip by up to {:.1} µm over the travel)",
+                effect * 1e-2
+            ),
+            false => format!(
+                "{p} (10 µm move the tip by up to {:.1} µm over the travel)",
+                effect * 10.0
+            ),
+        }
+    });
+    format!(
+        "note: the spindle is not turned, for the machine file does not say that it can be oriented; that would show {}. If it can (M19), write can_be_oriented = true under [spindle]; if not, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact",
+        each.collect::<Vec<_>>().join(", ")
+    )
+}
+
+fn not_designed(error: DesignError) -> BadInput {
+    let remedy = match &error {
+        DesignError::NothingReached { .. } | DesignError::NothingAllowed => {
+            "allow more: --indexings, --cone, the balls' nominal_mm and away_from_table, the range of the axis"
+                .to_owned()
+        }
+        DesignError::TooFew { least, .. } => {
+            format!("give --probings {least} or more, or more --minutes, or a model with fewer parameters")
+        }
+        DesignError::TooFewPositions { .. } => {
+            "allow more positions (--indexings, --cone), or give a model with fewer parameters".to_owned()
+        }
+    };
+    BadInput::new(error.to_string(), remedy)
+}

@@ -1,0 +1,269 @@
+//! What `trueaxis plan` prints.
+
+use super::quantity::{EXPANDED, count, unit};
+use super::unseen;
+use serde::Serialize;
+use std::fmt::Write;
+use trueaxis_measure::formats::probings::Probing;
+use trueaxis_measure::identify::Unknown;
+use trueaxis_measure::plan::{Judgement, Ratios, Spread, Unreachable};
+use trueaxis_model::errors::Parameter;
+use trueaxis_model::machine::Machine;
+
+/// The answer for programs. Parameters in mm, rad, per mm or rad to their degree; the rest as the names say.
+#[derive(Serialize)]
+pub struct Answer<'a> {
+    machine: &'a str,
+    probings: usize,
+    balls: &'a [String],
+    minutes: f64,
+    unknowns: usize,
+    rank: usize,
+    condition: f64,
+    parameters: Vec<One>,
+    tip_um: Over,
+    direction_urad: Over,
+    unseen: Vec<NotSeen>,
+    unreachable: Vec<NotReached>,
+    /// What of a position set with a name cannot be probed.
+    left_out: Vec<LeftOut>,
+    compared: Option<Compared>,
+    /// Location errors that the model cannot make up for.
+    missing: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct One {
+    parameter: String,
+    standard_uncertainty: f64,
+    expanded_uncertainty: f64,
+}
+
+/// Standard uncertainty over the travel.
+#[derive(Serialize)]
+struct Over {
+    mean: f64,
+    percentile_95: f64,
+    largest: f64,
+}
+
+#[derive(Serialize)]
+struct NotSeen {
+    unknown: String,
+    sentence: String,
+    /// A probing with which it would be seen.
+    add: Option<String>,
+}
+
+#[derive(Serialize)]
+struct NotReached {
+    line: usize,
+    reason: String,
+}
+
+#[derive(Serialize)]
+struct LeftOut {
+    ball: String,
+    reason: String,
+}
+
+#[derive(Serialize)]
+struct Compared {
+    probings: usize,
+    tip_um: Over,
+    direction_urad: Over,
+    parameter: Option<(String, f64)>,
+}
+
+impl Over {
+    fn new(spread: &Spread, scale: f64) -> Self {
+        Self {
+            mean: spread.mean * scale,
+            percentile_95: spread.most_of * scale,
+            largest: spread.largest * scale,
+        }
+    }
+}
+
+impl Answer<'_> {
+    /// The same, with location errors that the model cannot make up for.
+    pub fn lacking(mut self, missing: &[Parameter]) -> Self {
+        self.missing = missing.iter().map(Parameter::to_string).collect();
+        self
+    }
+
+    /// The same, with what of a position set is left out.
+    pub fn leaving_out(mut self, rows: &[(String, Probing, Unreachable)]) -> Self {
+        let one = |(ball, _, reason): &(String, Probing, Unreachable)| LeftOut {
+            ball: ball.clone(),
+            reason: reason.to_string(),
+        };
+        self.left_out = rows.iter().map(one).collect();
+        self
+    }
+}
+
+impl<'a> Answer<'a> {
+    pub fn new(
+        machine: &'a Machine,
+        judgement: &'a Judgement,
+        other: Option<&Judgement>,
+        minutes: f64,
+    ) -> Self {
+        let foreseen = &judgement.foreseen;
+        let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
+        let add = |unknown: &Unknown| {
+            let balls = &judgement.strategy.balls;
+            unseen::added(machine, balls, *unknown, &judgement.remedies)
+        };
+        Self {
+            machine: &machine.name,
+            probings: judgement.strategy.rows.len(),
+            balls: &judgement.strategy.balls,
+            minutes,
+            unknowns: foreseen.unknowns,
+            rank: foreseen.rank,
+            condition: foreseen.condition,
+            parameters: (parameters.map(|(parameter, uncertainty)| One {
+                parameter: parameter.to_string(),
+                standard_uncertainty: uncertainty,
+                expanded_uncertainty: EXPANDED * uncertainty,
+            }))
+            .collect(),
+            tip_um: Over::new(&judgement.tip, 1e3),
+            direction_urad: Over::new(&judgement.direction, 1e6),
+            unseen: (foreseen.unseen.iter())
+                .map(|u| NotSeen {
+                    unknown: u.unknown.to_string(),
+                    sentence: u.sentence(),
+                    add: add(&u.unknown),
+                })
+                .collect(),
+            unreachable: (judgement.unreachable.iter())
+                .map(|(row, reason)| NotReached {
+                    line: row.line,
+                    reason: reason.to_string(),
+                })
+                .collect(),
+            left_out: Vec::new(),
+            missing: Vec::new(),
+            compared: other.map(|other| Compared {
+                probings: other.strategy.rows.len(),
+                tip_um: Over::new(&other.tip, 1e3),
+                direction_urad: Over::new(&other.direction, 1e6),
+                parameter: (Ratios::of(judgement, other).parameter)
+                    .map(|(parameter, ratio)| (parameter.to_string(), ratio)),
+            }),
+        }
+    }
+}
+
+/// Rows that are named, at most.
+const NAMED: usize = 10;
+
+/// What a person reads.
+pub fn screen(
+    machine: &Machine,
+    judgement: &Judgement,
+    other: Option<&Judgement>,
+    minutes: f64,
+) -> String {
+    let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
+    let mut text = format!(
+        "{}: {} of {}, {minutes:.0} min\nrank {} of {}, condition {:.0}\n\n",
+        machine.name,
+        count(strategy.rows.len(), "probing"),
+        count(strategy.balls.len(), "ball"),
+        foreseen.rank,
+        foreseen.unknowns,
+        foreseen.condition
+    );
+    parameters(&mut text, judgement, other);
+    let spread = |text: &mut String, name: &str, [one, two]: [Option<&Spread>; 2], scale: f64| {
+        let _ = write!(text, "  {name:<17}");
+        for (spread, first) in [(one, 9), (two, 15)] {
+            if let Some(spread) = spread {
+                let [mean, most_of, largest] =
+                    [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
+                let _ = write!(text, "{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
+            }
+        }
+        text.push('\n');
+    };
+    text += "\nstandard over travel     mean     95 %  largest";
+    if other.is_some() {
+        text += "    other: mean     95 %  largest";
+    }
+    text.push('\n');
+    spread(
+        &mut text,
+        "tip (µm)",
+        [Some(&judgement.tip), other.map(|o| &o.tip)],
+        1e3,
+    );
+    let directions = [Some(&judgement.direction), other.map(|o| &o.direction)];
+    spread(&mut text, "direction (µrad)", directions, 1e6);
+    unseen::lines(
+        &mut text,
+        "by this strategy",
+        machine,
+        &strategy.balls,
+        &foreseen.unseen,
+        &judgement.remedies,
+    );
+    if !judgement.unreachable.is_empty() {
+        text += "\nrows that cannot be touched so\n";
+        for (row, reason) in judgement.unreachable.iter().take(NAMED) {
+            let ball = &strategy.balls[row.ball];
+            let _ = writeln!(text, "  line {}: ball {ball}: {reason}", row.line);
+        }
+        more(&mut text, judgement.unreachable.len());
+    }
+    text
+}
+
+fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement>) {
+    let there: Vec<(Parameter, f64)> = other.map_or(Vec::new(), |other| {
+        let known = other.foreseen.parameters.iter().copied();
+        known.zip(other.foreseen.uncertainties()).collect()
+    });
+    *text += "parameter     standard   expanded (k = 2)";
+    if let Some(other) = other {
+        let _ = write!(
+            text,
+            "   standard with the other {}",
+            other.strategy.rows.len()
+        );
+    }
+    text.push('\n');
+    let foreseen = &judgement.foreseen;
+    for (parameter, uncertainty) in foreseen.parameters.iter().zip(foreseen.uncertainties()) {
+        let (factor, unit) = unit(*parameter);
+        let show = |v: f64| match factor {
+            Some(factor) => format!("{:.2}", v * factor),
+            None => format!("{v:.2e}"),
+        };
+        let _ = write!(
+            text,
+            "  {:<9}{:>11}{:>11}",
+            parameter.to_string(),
+            show(uncertainty),
+            show(EXPANDED * uncertainty)
+        );
+        if other.is_some() {
+            let found = there.iter().find(|(p, _)| p == parameter);
+            let _ = write!(
+                text,
+                "{:>11}",
+                found.map_or("-".to_owned(), |(_, u)| show(*u))
+            );
+        }
+        let _ = writeln!(text, " {unit}");
+    }
+}
+
+fn more(text: &mut String, count: usize) {
+    if count > NAMED {
+        let _ = writeln!(text, "  and {} more", count - NAMED);
+    }
+}

@@ -1,0 +1,58 @@
+//! What rotary axes are corrected for, as an option.
+
+use super::bad_input::BadInput;
+use clap::{Args, ValueEnum};
+use trueaxis_tables::policy::of_blob;
+
+/// The policy for rotary axes.
+#[derive(Args)]
+pub struct PolicyArguments {
+    /// What rotary axes are corrected for
+    #[arg(long, value_enum, default_value = "direction")]
+    policy: Policy,
+    /// Damping of --policy direction, 0.01 to 1: less of it points the tool better near positions where
+    /// it is parallel to a rotary axis, with larger rotary corrections (default: 0.1)
+    #[arg(long, value_name = "λ", value_parser = damping)]
+    damping: Option<f32>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Policy {
+    /// The tool's direction, whatever the rotation about its own axis
+    Direction,
+    /// The tool's orientation, with rotation about its own axis, as the source document does: the
+    /// direction can become worse
+    Orientation,
+    /// Nothing: linear axes only
+    Position,
+}
+
+/// A damping that a blob can hold.
+fn damping(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if (trueaxis::Policy::LEAST_DAMPING..=1.0).contains(&value) => Ok(value),
+        _ => Err("write a number from 0.01 to 1".to_owned()),
+    }
+}
+
+impl PolicyArguments {
+    /// As a blob stores it.
+    pub fn stored(&self) -> Result<trueaxis::Policy, BadInput> {
+        match (self.policy, self.damping) {
+            (Policy::Direction, damping) => Ok(trueaxis::Policy::Direction {
+                damping: damping.unwrap_or(0.1),
+            }),
+            (_, Some(_)) => Err(BadInput::new(
+                "--damping is given, but only --policy direction damps rotary corrections",
+                "leave out --damping, or use --policy direction",
+            )),
+            (Policy::Orientation, None) => Ok(trueaxis::Policy::Orientation),
+            (Policy::Position, None) => Ok(trueaxis::Policy::Position),
+        }
+    }
+
+    /// As the kinematics know it.
+    pub fn kinematic(&self) -> Result<trueaxis_model::kinematics::Policy, BadInput> {
+        self.stored().map(of_blob)
+    }
+}

@@ -1,0 +1,230 @@
+//! `trueaxis pose`
+
+use super::Outcome;
+use super::at;
+use super::bad_input::BadInput;
+use super::eval::Along;
+use super::files;
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::PathBuf;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::formats::positions::Input;
+use trueaxis_model::machine::Machine;
+use trueaxis_model::motion::{self, Outside};
+use trueaxis_model::pose::{Line, Posed, Tool, pose};
+
+/// Show where the tool is, seen from the workpiece, and where the axes lie
+///
+/// To be compared with what a controller shows with its tool centre point control on (G43.4, TRAORI,
+/// the world coordinates of LinuxCNC), to see whether the description is right: move one axis after
+/// the other and look whether the tip moves the same way. With an error file, also where the tool of
+/// the uncompensated machine really is.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis pose machine.toml --at X=100,A=30\n  trueaxis pose machine.toml errors.toml --positions path.csv -o poses.csv\n\n\
+Positions are those of `trueaxis correct`. Of each, the CSV has the tip x,y,z (mm) and the tool\n\
+direction i,j,k from the tip to the spindle; with an error file those of the actual tool behind them."
+)]
+pub struct Arguments {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Error parameters (errors.toml)
+    errors: Option<PathBuf>,
+    /// The position; axes left out are at 0 (default: all of them)
+    #[arg(long, value_name = "X=0,Y=0,…", conflicts_with = "positions")]
+    at: Option<String>,
+    /// Positions (CSV)
+    #[arg(long, value_name = "P.csv")]
+    positions: Option<PathBuf>,
+    /// Where to write the poses of --positions (CSV; default: standard output)
+    #[arg(short, long, value_name = "OUT.csv", requires = "positions")]
+    output: Option<PathBuf>,
+    /// Print JSON: the poses, or with -o what was written
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    machine: &'a str,
+    axes: &'a [char],
+    outside: &'a [Outside<f64>],
+    poses: &'a [At],
+}
+
+/// A position (mm, deg) and what is there.
+#[derive(Serialize)]
+struct At {
+    position: Vec<f64>,
+    #[serde(flatten)]
+    posed: Posed,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let machine = files::read_machine(&arguments.machine)?;
+    let errors = match &arguments.errors {
+        Some(path) => Some(files::read_errors(path, &machine)?),
+        None => None,
+    };
+    let along = arguments.positions.as_ref().map(|positions| Along {
+        positions: positions.clone(),
+        output: arguments.output.clone(),
+        json: arguments.json,
+    });
+    let rows = match &along {
+        Some(along) => {
+            let sensors = errors.iter().flat_map(|errors| &errors.sensors);
+            let inputs = Input::of_machine(&machine, sensors.map(|s| s.sensor.as_str()));
+            let mut others = vec![arguments.machine.as_path()];
+            others.extend(arguments.errors.as_deref());
+            along.read(&inputs, &others)?
+        }
+        None => vec![arguments.position(&machine, errors.as_ref())?],
+    };
+    let poses = poses(&machine, errors.as_ref(), &rows);
+    let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
+    let outside = motion::outside_machine(&machine, &rows);
+    let answer = Answer {
+        machine: &machine.name,
+        axes: &letters,
+        outside: &outside,
+        poses: &poses,
+    };
+    if let Some(along) = along {
+        along.warn(&outside);
+        let csv = || csv(&poses);
+        return along.finish(None, rows.len(), "poses", csv, &answer, &outside);
+    }
+    for outside in &outside {
+        eprintln!("warning: {outside}");
+    }
+    if arguments.json {
+        files::print_json(&answer)?;
+    } else {
+        for at in &poses {
+            files::print(&screen(&machine, at))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+impl Arguments {
+    /// The row of `--at`: the machine's own tool, reference temperatures.
+    fn position(
+        &self,
+        machine: &Machine,
+        errors: Option<&ErrorModel>,
+    ) -> Result<Vec<f64>, BadInput> {
+        let mut row = match &self.at {
+            Some(text) => at::position("--at", text, machine)?,
+            None => vec![0.0; machine.axes.len()],
+        };
+        row.extend(machine.length_range.map(|_| machine.tool_length()));
+        row.extend(errors.iter().flat_map(|e| &e.sensors).map(|_| 0.0));
+        Ok(row)
+    }
+}
+
+fn poses(machine: &Machine, errors: Option<&ErrorModel>, rows: &[Vec<f64>]) -> Vec<At> {
+    let situations = motion::situations(machine, rows);
+    let along = rows.iter().zip(situations);
+    along
+        .map(|(row, (q, situation))| At {
+            position: row[..machine.axes.len()].to_vec(),
+            posed: pose(machine, errors, &q, &situation),
+        })
+        .collect()
+}
+
+/// One line per position.
+fn csv(poses: &[At]) -> String {
+    let mut text = String::from("x,y,z,i,j,k");
+    if poses.iter().any(|at| at.posed.actual.is_some()) {
+        text += ",actual x,actual y,actual z,actual i,actual j,actual k";
+    }
+    for At { posed, .. } in poses {
+        text.push('\n');
+        let tools = std::iter::once(&posed.nominal).chain(&posed.actual);
+        let cells: Vec<String> = tools
+            .flat_map(|tool| {
+                let tip = tool.tip.iter().map(|v| decimals(*v, 7));
+                tip.chain(tool.direction.iter().map(|v| decimals(*v, 10)))
+            })
+            .collect();
+        text += &cells.join(",");
+    }
+    text + "\n"
+}
+
+/// What a person reads at one position.
+fn screen(machine: &Machine, at: &At) -> String {
+    let Posed {
+        nominal,
+        actual,
+        axes,
+    } = &at.posed;
+    let place = machine.axes.iter().zip(&at.position);
+    let place: Vec<String> = place.map(|(a, q)| format!("{} = {q}", a.letter)).collect();
+    let mut text = format!("{} at {}\n", machine.name, place.join(", "));
+    let three = |v: [f64; 3], digits: usize| v.map(|v| format!("{:>12}", decimals(v, digits)));
+    let mut block = |title: &str, of: fn(&Tool) -> [f64; 3], digits, unit: &str, factor: f64| {
+        let heads = ["x", "y", "z"].map(|head| format!("{head:>12}")).concat();
+        let _ = writeln!(text, "\n{title:<44}{heads}");
+        let mut row = |name: &str, v: [f64; 3], digits| {
+            let _ = writeln!(text, "  {name:<42}{}", three(v, digits).concat());
+        };
+        row("nominal", of(nominal), digits);
+        if let Some(actual) = actual {
+            row("actual", of(actual), digits);
+            let off = std::array::from_fn(|i| (of(actual)[i] - of(nominal)[i]) * factor);
+            row(&format!("actual less nominal ({unit})"), off, 2);
+        }
+    };
+    block(
+        "tool tip in the workpiece frame (mm)",
+        |t| t.tip,
+        4,
+        "µm",
+        1e3,
+    );
+    let title = "tool direction, from the tip to the spindle";
+    block(title, |t| t.direction, 6, "µrad", 1e6);
+    let _ = writeln!(
+        text,
+        "\na positive command, in the foundation frame         along or about                    through (mm)"
+    );
+    for Line {
+        axis,
+        carries,
+        rotary,
+        direction,
+        point,
+    } in axes
+    {
+        let what = match rotary {
+            true => format!("{axis}  turns the {carries} about"),
+            false => format!("{axis}  moves the {carries} along"),
+        };
+        let direction = direction.map(|v| format!("{:>9}", decimals(v, 4))).concat();
+        let point = match rotary {
+            true => point.map(|v| format!("{:>10}", decimals(v, 3))).concat(),
+            false => String::new(),
+        };
+        let _ = writeln!(text, "  {what:<34}{direction}   {point}");
+    }
+    text.lines()
+        .map(|l| l.trim_end().to_owned() + "\n")
+        .collect()
+}
+
+/// A number with so many decimals, and no minus before nothing but zeros.
+fn decimals(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| "0.".contains(c)) => zero.to_owned(),
+        _ => text,
+    }
+}

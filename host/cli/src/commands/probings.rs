@@ -1,0 +1,186 @@
+//! `trueaxis probings`
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, Text};
+use super::touching::positive;
+use clap::Args;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::formats::probings::{self, Probing};
+use trueaxis_measure::simulate::{SimulateError, applied, corrections};
+use trueaxis_measure::spheres::{Found, read_log, to_probings};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::belongs;
+use trueaxis_tables::validate::Runtime;
+
+/// Turn the log of a probing program into probings
+///
+/// Fits a sphere to the five touches of each row of a strategy, and writes where the axes are with the stylus centre
+/// on the centre of the ball: what `trueaxis identify` reads. With `--apply`, takes probings that were recorded without
+/// compensation, and writes them as they would have been read with it on.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  trueaxis probings machine.toml touches.log --strategy strategy.csv -o probings.csv\n  \
+trueaxis probings machine.toml before.csv --apply machine.trax -o after.csv\n\n\
+The log is that of the program which `trueaxis plan` writes for LinuxCNC: a line of nine numbers for each touch,\n\
+X Y Z A B C U V W. Logs of other controllers have a header and commas; machine positions, mm and degrees, five\n\
+touches for each row of the strategy:\n  X,Y,Z,A,C\n  17.784,-58.539,141.522,15,60"
+)]
+pub struct Arguments {
+    /// Machine description (machine.toml)
+    machine: PathBuf,
+    /// Log of the touches; with --apply, probings (CSV)
+    log: PathBuf,
+    /// The strategy from which the program was written (CSV)
+    #[arg(long, value_name = "FILE.csv", required_unless_present = "apply")]
+    strategy: Option<PathBuf>,
+    /// Write recorded probings as they would have been read with this compensation on
+    #[arg(long, value_name = "FILE.trax", conflicts_with_all = ["strategy", "ball_diameter", "stylus_diameter", "errors"])]
+    apply: Option<PathBuf>,
+    /// Diameter of the balls, if it is to be trusted rather than fitted
+    #[arg(long, value_name = "MM", requires = "stylus_diameter", value_parser = positive)]
+    ball_diameter: Option<f64>,
+    /// Diameter of the stylus tip as it was qualified
+    #[arg(long, value_name = "MM", requires = "ball_diameter", value_parser = positive)]
+    stylus_diameter: Option<f64>,
+    /// Errors that are known of the machine, as a first identification found them: scales and squarenesses make balls
+    /// that were not touched evenly no spheres
+    #[arg(long, value_name = "ERRORS.toml")]
+    errors: Option<PathBuf>,
+    /// Where to write the probings (CSV; default: standard output)
+    #[arg(short, long, value_name = "PROBINGS.csv")]
+    output: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let mut inputs: Vec<&Path> = vec![&arguments.machine, &arguments.log];
+    let others = [&arguments.strategy, &arguments.apply, &arguments.errors];
+    inputs.extend(others.into_iter().filter_map(|path| path.as_deref()));
+    if let Some(output) = &arguments.output {
+        files::prepare(output, &inputs)?;
+    }
+    let machine = files::read_machine(&arguments.machine)?;
+    let (csv, said) = match (&arguments.apply, &arguments.strategy) {
+        (Some(blob), _) => arguments.applied(&machine, blob)?,
+        (None, Some(strategy)) => arguments.fitted(&machine, strategy)?,
+        (None, None) => {
+            return Err(BadInput::new(
+                "neither --strategy nor --apply is given",
+                "give --strategy with a log, or --apply with probings",
+            ));
+        }
+    };
+    match &arguments.output {
+        None => {
+            files::print(&csv)?;
+            eprint!("{said}");
+        }
+        Some(path) => {
+            files::write(path, csv.as_bytes())?;
+            files::print(&format!("{}: {said}", path.display()))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+impl Arguments {
+    /// Probings from touches as CSV, and a summary.
+    fn fitted(&self, machine: &Machine, strategy: &Path) -> Result<(String, String), BadInput> {
+        let errors = match &self.errors {
+            Some(path) => files::read_errors(path, machine)?,
+            None => ErrorModel::perfect(machine),
+        };
+        let text = Text::read(strategy)?;
+        let strategy = probings::read(&text.text, machine, false).map_err(|e| text.bad(e))?;
+        let text = Text::read(&self.log)?;
+        let log = read_log(&text.text, machine).map_err(|e| text.bad(e))?;
+        let diameters = self.ball_diameter.zip(self.stylus_diameter);
+        let radius = diameters.map(|(ball, stylus)| (ball + stylus) / 2.0);
+        let found = to_probings(machine, &strategy, &log, radius, &errors);
+        let found = found.map_err(|e| text.bad(e))?;
+        let csv = probings::write(&found.probings, machine);
+        Ok((csv, said(&found, radius.is_some())))
+    }
+
+    /// Probings with a compensation on as CSV, and a summary.
+    fn applied(&self, machine: &Machine, path: &Path) -> Result<(String, String), BadInput> {
+        let text = Text::read(&self.log)?;
+        let recorded = probings::read(&text.text, machine, true).map_err(|e| text.bad(e))?;
+        let blob = files::read_blob(path)?;
+        let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+        let perfect = ErrorModel::perfect(machine);
+        belongs(machine, &perfect, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+        let dq = |rows: &[Probing]| Ok(corrections(machine, &runtime, rows));
+        let after = applied(machine, &recorded, dq).map_err(|error: SimulateError| {
+            BadInput::new(
+                format!("{}: {error}", self.log.display()),
+                "leave out the row, or correct the range of the axis in the machine file",
+            )
+        })?;
+        let said = format!(
+            "{} probings as they would have been with {} on\n",
+            after.rows.len(),
+            path.display()
+        );
+        Ok((probings::write(&after, machine), said))
+    }
+}
+
+/// What was found.
+fn said(found: &Found, is_known: bool) -> String {
+    let Found {
+        probings,
+        touches: log,
+        missing,
+        fitted,
+    } = found;
+    let mut text = format!(
+        "{} probings of {} balls from {} touches\n",
+        probings.rows.len(),
+        probings.balls.len(),
+        log.len()
+    );
+    if !missing.is_empty() {
+        let _ = writeln!(
+            text,
+            "left out, for touches are missing: {}; probe these rows, and append the log",
+            missing.join(", ")
+        );
+    }
+    if !is_known {
+        for (ball, radius) in probings.balls.iter().zip(&fitted.radii) {
+            let _ = writeln!(
+                text,
+                "ball {ball}: {radius:.4} mm from its centre to that of the stylus"
+            );
+        }
+    }
+    let _ = writeln!(
+        text,
+        "noise of a touch {:.2} µm, from the median of what is left",
+        fitted.noise * 1e3
+    );
+    for (probing, touches) in &fitted.doubtful {
+        let row = &probings.rows[*probing];
+        let per_ball = fitted.left[*probing].len();
+        let lines: Vec<String> = touches
+            .iter()
+            .map(|touch| log[probing * per_ball + touch].line.to_string())
+            .collect();
+        let off = touches
+            .first()
+            .map_or(0.0, |touch| fitted.left[*probing][*touch]);
+        let _ = writeln!(
+            text,
+            "touches of ball {} disagree (line {} of the strategy): line {} of the log by {:.1} µm",
+            probings.balls[row.ball],
+            row.line,
+            lines.join(" or "),
+            off.abs() * 1e3
+        );
+    }
+    text
+}

@@ -1,0 +1,292 @@
+//! `trueaxis report`
+
+use super::Outcome;
+use super::at;
+use super::bad_input::BadInput;
+use super::blame;
+use super::compile::{Random, positive};
+use super::files::{self, MachineFiles, Text};
+use super::progress::Bar;
+use clap::Args;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+use trueaxis::AlignedBlob;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+use trueaxis_report::{
+    self as report, Compensation, Document, Identification, Model, Report, ReportError,
+};
+use trueaxis_tables::compile::{self, Proof};
+use trueaxis_tables::policy::{of_blob, stored, tolerance_urad};
+use trueaxis_tables::schemes;
+use trueaxis_tables::uncertainty::{OverTravel, over_travel};
+use trueaxis_tables::validate::Runtime;
+
+/// Show a machine's errors and what a compensation does about them, on one page
+///
+/// The page is one file that needs no other and no network: a verdict in words, the machine and its errors to turn
+/// and to move, the error budget, error motions, simulated tests, tables. It can be printed. The same files make
+/// the same bytes.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  trueaxis report machine.toml errors.toml machine.trax -o report.html --date 2026-11-23\n  \
+trueaxis report machine.toml errors.toml --json > now.json"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: Option<PathBuf>,
+    /// The page to write
+    #[arg(
+        short,
+        long,
+        value_name = "FILE.html",
+        required_unless_present_any = ["json", "pictures"]
+    )]
+    output: Option<PathBuf>,
+    /// Write the error budget and the circular tests into this folder, as SVG files
+    #[arg(long, value_name = "FOLDER")]
+    pictures: Option<PathBuf>,
+    /// How the errors were found: what `identify --json` has printed
+    #[arg(long, value_name = "FILE.json")]
+    identification: Option<PathBuf>,
+    /// An older report of the machine, as --json prints it: what has changed since
+    #[arg(long, value_name = "OLD.json")]
+    compare: Option<PathBuf>,
+    /// The date that the page shows, as it is to stand there (default: none)
+    #[arg(long, value_name = "TEXT")]
+    date: Option<String>,
+    #[command(flatten)]
+    random: Random,
+    /// Largest difference to the kinematic correction, as in `compile`
+    #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
+    tolerance: f64,
+    /// The position that `compile` was given with --zero-at
+    #[arg(long, value_name = "X=0,Y=0,…")]
+    zero_at: Option<String>,
+    /// Print all figures as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments { files, blob, .. } = arguments;
+    let mut inputs: Vec<&Path> = vec![&files.machine, &files.errors];
+    inputs.extend(blob.as_deref());
+    inputs.extend(arguments.identification.as_deref());
+    inputs.extend(arguments.compare.as_deref());
+    if let Some(output) = &arguments.output {
+        files::prepare(output, &inputs)?;
+    }
+    let (machine, errors) = files.read()?;
+    let mut document = Document {
+        date: arguments.date.clone(),
+        reference_position: arguments.zero_at.clone(),
+        tolerance_um: arguments.tolerance,
+        seed: arguments.random.seed,
+        ..Document::of(&machine)
+    };
+    for (role, path) in [("machine", &files.machine), ("errors", &files.errors)] {
+        document.files.push(files::described(role, path)?);
+    }
+    let identification: Option<Identification> = match &arguments.identification {
+        Some(path) => Some(read_json(path, "what `trueaxis identify --json` prints")?),
+        None => None,
+    };
+    let old: Option<Report> = match &arguments.compare {
+        Some(path) => Some(read_old(path)?),
+        None => None,
+    };
+    let bytes = match blob {
+        Some(path) => {
+            document.files.push(files::described("compensation", path)?);
+            Some(files::read_blob(path)?)
+        }
+        None => None,
+    };
+    if let Some(path) = &arguments.identification {
+        document
+            .files
+            .push(files::described("identification", path)?);
+    }
+    let runtime = match (&bytes, blob) {
+        (Some(bytes), Some(path)) => Some(load(bytes, path)?),
+        _ => None,
+    };
+    let mismatch = runtime
+        .as_ref()
+        .and_then(|runtime| compile::belongs(&machine, &errors, runtime).err());
+    let runtime = runtime.filter(|_| mismatch.is_none());
+    let zero_at = arguments
+        .zero_at
+        .as_deref()
+        .map(|text| at::zero_position(text, &machine))
+        .transpose()?;
+    let proof = match &runtime {
+        Some(runtime) => Some(arguments.prove(&machine, &errors, runtime, zero_at.as_ref())?),
+        None => None,
+    };
+    let compensation = runtime.as_ref().zip(proof.as_ref());
+    let compensation = compensation.map(|(runtime, (proof, uncertainty))| Compensation {
+        runtime,
+        proof,
+        uncertainty: uncertainty.as_ref(),
+        zero_at: zero_at.as_deref(),
+        tolerance_um: arguments.tolerance,
+    });
+    let policy = match &runtime {
+        Some(runtime) => runtime.compensation().policy(),
+        None => stored(Default::default()),
+    };
+    document.policy = policy.to_string();
+    document.tolerance_urad = tolerance_urad(of_blob(policy), arguments.tolerance);
+    let mut report = report::report(&machine, &errors, compensation, identification, document)
+        .map_err(|error| bad(&error))?;
+    if let Some(mismatch) = &mismatch {
+        let remark = format!(
+            "The compensation is left out: {mismatch}. What is shown is the machine without it."
+        );
+        eprintln!("warning: {remark}");
+        report.remarks.insert(0, remark);
+    }
+    if let Some(old) = &old {
+        if old.document.machine == machine.name {
+            report.changes = Some(report::changes(old, &report));
+        } else {
+            report.remarks.push(format!(
+                "The older report is of the machine `{}`: it is not compared.",
+                old.document.machine
+            ));
+        }
+    }
+    let zero = schemes::Options {
+        policy: of_blob(policy),
+        zero_at: zero_at.filter(|_| runtime.is_some()),
+        ..schemes::Options::default()
+    };
+    let zero = zero.zero(&machine, &errors);
+    let zero = zero.map_err(|error| blame::compile(error.into(), files, &machine, &errors))?;
+    let model = Model::relative_to(&machine, &errors, runtime.as_ref(), &zero);
+    if let Some(output) = &arguments.output {
+        write_page(output, &report, &model)?;
+    }
+    if let Some(folder) = &arguments.pictures {
+        write_pictures(folder, &report)?;
+    }
+    match arguments.json {
+        true => files::print_json(&report)?,
+        false => files::print(&said(&report, arguments.output.as_deref()))?,
+    }
+    Ok(match mismatch {
+        None => Outcome::Done,
+        Some(_) => Outcome::CheckFailed,
+    })
+}
+
+/// Writes the page of a report.
+pub fn write_page(path: &Path, report: &Report, model: &Model) -> Result<(), BadInput> {
+    let page = report::page(report, model).map_err(|error| {
+        BadInput::new(
+            format!("the page cannot be made: {error}"),
+            "this is a mistake of trueaxis: please report it; --json writes the figures",
+        )
+    })?;
+    files::write(path, page.as_bytes())
+}
+
+/// Writes pictures of a report, each into a file of its name.
+fn write_pictures(folder: &Path, report: &Report) -> Result<(), BadInput> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        BadInput::new(
+            format!("{} cannot be made: {error}", folder.display()),
+            "give a folder that can be written to",
+        )
+    })?;
+    for (name, picture) in report::pictures(report) {
+        let path = folder.join(format!("{name}.svg"));
+        files::write(&path, picture.file().as_bytes())?;
+    }
+    Ok(())
+}
+
+fn load<'a>(bytes: &'a AlignedBlob, path: &Path) -> Result<Runtime<'a>, BadInput> {
+    Runtime::load(bytes).map_err(|error| BadInput::in_blob(error, path))
+}
+
+/// Reads what another run has printed as JSON.
+fn read_json<T: DeserializeOwned>(path: &Path, what: &str) -> Result<T, BadInput> {
+    let text = Text::read(path)?;
+    serde_json::from_str(&text.text).map_err(|error| {
+        BadInput::new(
+            format!("{}: this is not {what}: {error}", text.name),
+            format!("give the file in which you have kept {what}"),
+        )
+    })
+}
+
+/// Reads an older report.
+fn read_old(path: &Path) -> Result<Report, BadInput> {
+    let old: Report = read_json(path, "what `trueaxis report --json` prints")?;
+    if old.format != report::FORMAT {
+        return Err(BadInput::new(
+            format!(
+                "{}: this report has the format {}, this version writes {}",
+                path.display(),
+                old.format,
+                report::FORMAT
+            ),
+            "make the older report once more from its files, with this version",
+        ));
+    }
+    Ok(old)
+}
+
+impl Arguments {
+    /// Compares the tables with the exact model, and finds what uncertain parameters leave.
+    fn prove(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        runtime: &Runtime<'_>,
+        zero_at: Option<&Vec<f64>>,
+    ) -> Result<(Proof, Option<OverTravel>), BadInput> {
+        let blame = |error| blame::compile(error, &self.files, machine, errors);
+        let subtracted = schemes::Options {
+            policy: of_blob(runtime.compensation().policy()),
+            zero_at: zero_at.cloned(),
+            ..schemes::Options::default()
+        };
+        let zero = subtracted.zero(machine, errors);
+        let zero = zero.map_err(|error| blame(error.into()))?;
+        let Random { random, seed } = self.random;
+        let random = random as usize;
+        let bar = Bar::new();
+        let proof = compile::prove(machine, errors, runtime, &zero, random, seed, &bar);
+        let uncertainty = over_travel(&runtime.kinematics(machine, errors), seed);
+        Ok((
+            proof.map_err(blame)?,
+            uncertainty.map_err(|error| blame(error.into()))?,
+        ))
+    }
+}
+
+/// What is wrong where there is no report.
+pub fn bad(error: &ReportError) -> BadInput {
+    BadInput::new(error.to_string(), error.remedy())
+}
+
+/// What a person reads on the terminal.
+fn said(report: &Report, output: Option<&Path>) -> String {
+    let mut text = String::new();
+    if let Some(output) = output {
+        text += &format!("{}: {}\n", output.display(), report.document.machine);
+    }
+    for sentence in &report.verdict {
+        text += sentence;
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,225 @@
+//! `--scheme`, and the options that only one scheme has.
+
+use super::at;
+use super::bad_input::BadInput;
+use super::compile::positive;
+use clap::{Args, ValueEnum};
+use std::str::FromStr;
+use trueaxis_model::errors::Parameter;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::schemes::{Scheme, exact, grid3d, poly25};
+
+/// How tables are found.
+#[derive(Args)]
+pub struct SchemeArguments {
+    /// How tables are found: exact (finds the factors itself, for any machine and any errors), or as in the
+    /// source document: grid3d (corrections at the nodes of a grid of the linear axes), poly25 (sums of cubic polynomials), trigo23 (products with trigonometric functions),
+    /// trigo23:free (with a free function for each constant), fik (a chain of tables for each closed-form term of
+    /// each error) or subset:N (the N tables that remove most)
+    #[arg(long, value_name = "NAME", default_value = "exact", value_parser = Scheme::from_str)]
+    scheme: Scheme,
+    #[command(flatten)]
+    own: OwnArguments,
+}
+
+/// What only one scheme is asked.
+#[derive(Args)]
+pub struct OwnArguments {
+    /// exact: what is to be least: instructions per evaluation (cost, the default), or the number of
+    /// tables
+    #[arg(long, value_enum, value_name = "WHAT")]
+    minimize: Option<Minimize>,
+    /// poly25: what is made least: what is missing of the kinematic correction of each axis (corrections, the
+    /// default), or the volumetric error that is left, mm and rad in one sum (error, Eqs. 28 to 30)
+    #[arg(long, value_enum, value_name = "WHAT")]
+    objective: Option<Objective>,
+    /// grid3d: the grid is large enough if one node more changes the root mean square of what is left by less
+    /// than this, in µm (default: 0.1)
+    #[arg(long, value_name = "µm", value_parser = positive)]
+    threshold: Option<f64>,
+    /// grid3d: the root mean square of Eq. 12: usual (the default), or as it is printed, which is 1/√2000 of it
+    #[arg(long, value_enum, value_name = "WHICH")]
+    rms: Option<Rms>,
+    /// grid3d: as many nodes along each axis as it needs, not as many along all
+    #[arg(long)]
+    per_axis: bool,
+    /// grid3d: most nodes along an axis (default: 25)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100))]
+    max_nodes: Option<u32>,
+    /// grid3d: where the nodes are: over the travel (the default), or over the calibrated range only
+    #[arg(long, value_enum, value_name = "WHERE")]
+    zone: Option<Zone>,
+    /// grid3d: where the rotary axes are that the grid is made for (default: at 0); axes left out are at 0. Once
+    /// for each position: then there is a file for each, FILE-A0-C90.trax
+    #[arg(long, value_name = "A=0,C=0")]
+    rotary: Vec<String>,
+    /// poly25, trigo23: positions along each axis of the grid that tables are fitted on (default: 10)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=30))]
+    nodes: Option<u32>,
+    /// fik: errors whose weights can be set on the controller, EZ0S,EXX1 for example (default: none)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
+    adjust: Option<Vec<Parameter>>,
+}
+
+fn parameter(name: &str) -> Result<Parameter, String> {
+    Parameter::parse(name)
+        .ok_or_else(|| format!("`{name}` is no error parameter: write EB0A or EXX1"))
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Objective {
+    /// What is missing of the kinematic correction
+    Corrections,
+    /// The volumetric error that is left
+    Error,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Zone {
+    /// Over the travel of each axis
+    Travel,
+    /// Where no error motion of the axis holds its end value
+    Calibrated,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Rms {
+    /// The root of the mean square
+    Usual,
+    /// As Eq. 12 is printed
+    Printed,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Minimize {
+    /// Instructions per evaluation
+    Cost,
+    /// The number of tables
+    Tables,
+}
+
+impl SchemeArguments {
+    /// The scheme with its options; several of them where there is one grid for each position of the rotary axes,
+    /// each with that position as it is part of a file name.
+    pub fn schemes(&self, machine: &Machine) -> Result<Vec<(Scheme, String)>, BadInput> {
+        let name = self.scheme.name();
+        let chosen = name.split(':').next().unwrap_or_default();
+        let given = self.own.given();
+        let stranger = given
+            .into_iter()
+            .find(|(_, owners)| !owners.contains(&chosen));
+        if let Some((option, owners)) = stranger {
+            let why = match option {
+                // Not only `poly25`: whatever folds several errors into one table.
+                "--adjust" => {
+                    ": its tables are those of all errors together, and no weight is that of one error"
+                }
+                _ => "",
+            };
+            return Err(BadInput::new(
+                format!("{option} is given, but --scheme {name} knows nothing of it{why}"),
+                format!(
+                    "leave out {option}, or use --scheme {}",
+                    owners.join(" or ")
+                ),
+            ));
+        }
+        let schemes = self.own.with(&self.scheme, machine)?;
+        let place = |scheme: &Scheme| {
+            let held = scheme.held(machine).into_iter();
+            let held: Vec<String> = held
+                .map(|(axis, position)| format!("{}{position}", machine.axes[axis].letter))
+                .collect();
+            held.join("-")
+        };
+        let named: Vec<(Scheme, String)> = (schemes.into_iter())
+            .map(|scheme| {
+                let place = place(&scheme);
+                (scheme, place)
+            })
+            .collect();
+        for (k, (_, place)) in named.iter().enumerate() {
+            if named[..k].iter().any(|(_, other)| other == place) {
+                return Err(BadInput::new(
+                    format!("--rotary: {place} is given twice"),
+                    "give each position of the rotary axes once",
+                ));
+            }
+        }
+        Ok(named)
+    }
+}
+
+impl OwnArguments {
+    /// The options that are given, each with the schemes that have it.
+    fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
+        let all: [(_, &[_], _); 10] = [
+            ("--threshold", &["grid3d"], self.threshold.is_some()),
+            ("--rms", &["grid3d"], self.rms.is_some()),
+            ("--per-axis", &["grid3d"], self.per_axis),
+            ("--max-nodes", &["grid3d"], self.max_nodes.is_some()),
+            ("--zone", &["grid3d"], self.zone.is_some()),
+            ("--rotary", &["grid3d"], !self.rotary.is_empty()),
+            ("--minimize", &["exact"], self.minimize.is_some()),
+            ("--objective", &["poly25"], self.objective.is_some()),
+            ("--nodes", &["poly25", "trigo23"], self.nodes.is_some()),
+            ("--adjust", &["fik"], self.adjust.is_some()),
+        ];
+        let given = all.into_iter().filter(|(_, _, is_given)| *is_given);
+        given.map(|(option, owners, _)| (option, owners)).collect()
+    }
+
+    /// A scheme with what is given of its own options; one for each position of the rotary axes that is given.
+    pub fn with(&self, scheme: &Scheme, machine: &Machine) -> Result<Vec<Scheme>, BadInput> {
+        let mut scheme = scheme.clone();
+        match &mut scheme {
+            Scheme::Exact { minimize } => {
+                if let Some(given) = self.minimize {
+                    *minimize = match given {
+                        Minimize::Cost => exact::Minimize::Cost,
+                        Minimize::Tables => exact::Minimize::Tables,
+                    };
+                }
+            }
+            Scheme::Grid3d(wanted) => {
+                wanted.threshold = self.threshold.map_or(wanted.threshold, |um| 1e-3 * um);
+                wanted.rms = match self.rms {
+                    None => wanted.rms,
+                    Some(Rms::Usual) => grid3d::Rms::Usual,
+                    Some(Rms::Printed) => grid3d::Rms::Printed,
+                };
+                wanted.per_axis = self.per_axis;
+                wanted.most = self.max_nodes.map_or(wanted.most, |n| n as usize);
+                wanted.calibrated = matches!(self.zone, Some(Zone::Calibrated));
+                let wanted = wanted.clone();
+                let at = |text: &String| {
+                    let rotary = at::within_travel("--rotary", text, machine)?;
+                    let rotary = Some(rotary);
+                    Ok(Scheme::Grid3d(grid3d::Wanted {
+                        rotary,
+                        ..wanted.clone()
+                    }))
+                };
+                if !self.rotary.is_empty() {
+                    return self.rotary.iter().map(at).collect();
+                }
+            }
+            Scheme::Poly25(wanted) => {
+                wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
+                wanted.objective = match self.objective {
+                    None => wanted.objective,
+                    Some(Objective::Corrections) => poly25::Objective::Corrections,
+                    Some(Objective::Error) => poly25::Objective::Error,
+                };
+            }
+            Scheme::Trigo23(wanted) => {
+                wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
+            }
+            Scheme::Fik { adjustable } => {
+                *adjustable = self.adjust.clone().unwrap_or_default();
+            }
+            Scheme::Subset { .. } => {}
+        }
+        Ok(vec![scheme])
+    }
+}

@@ -1,0 +1,92 @@
+//! `trueaxis schemes`
+
+mod answer;
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::compile::{Random, positive};
+use super::files::{self, MachineFiles};
+use super::policy::PolicyArguments;
+use super::progress::Bar;
+use super::scheme::OwnArguments;
+use super::{at, target};
+use clap::Args;
+use trueaxis_measure::compare::compare;
+use trueaxis_tables::compile::Options;
+use trueaxis_tables::schemes::{self, Scheme};
+
+/// Run every scheme on one machine, and print side by side what each takes and does
+///
+/// The scheme `exact` and those of the source document, each with the figures of its proof: translation and
+/// direction of the volumetric error over the whole travel, and how far from the kinematic correction it is.
+/// Below that, how much of each error parameter is gone (Eq. 38), identified from simulated probings while the
+/// compensation is on. Schemes that cannot do this machine are listed with the reason. Nothing is written.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis schemes examples/huron-k2x8/machine.toml examples/huron-k2x8/errors-13.toml --policy orientation"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    #[command(flatten)]
+    policy: PolicyArguments,
+    #[command(flatten)]
+    own: OwnArguments,
+    /// Largest difference to the kinematic correction, in µm: what exact keeps to, and what the others are
+    /// judged by
+    #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
+    tolerance: f64,
+    /// Points of every table that is not a straight line (default: exact as the tolerance needs, poly25 50,
+    /// trigo23 10, fik and subset 101)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65536))]
+    points: Option<u32>,
+    /// Subtract the correction at this position everywhere; axes left out are at 0
+    #[arg(long, value_name = "X=0,Y=0,…")]
+    zero_at: Option<String>,
+    /// The controller it is for, as in compile
+    #[arg(long, value_name = "NAME|FILE", default_value = "stm32f405")]
+    target: String,
+    #[command(flatten)]
+    random: Random,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let target = target::read(&arguments.target)?;
+    let (machine, errors) = arguments.files.read()?;
+    let every = Scheme::every();
+    let schemes: Result<Vec<Vec<Scheme>>, BadInput> = every
+        .iter()
+        .map(|scheme| arguments.own.with(scheme, &machine))
+        .collect();
+    let schemes = schemes?.concat();
+    let zero_at = arguments.zero_at.as_deref();
+    let options = Options {
+        tables: schemes::Options {
+            policy: arguments.policy.kinematic()?,
+            tolerance: arguments.tolerance * 1e-3,
+            points: arguments.points.map(|n| n as usize),
+            format: target.samples,
+            zero_at: zero_at
+                .map(|text| at::zero_position(text, &machine))
+                .transpose()?,
+            target,
+        },
+        random: arguments.random.random as usize,
+        seed: arguments.random.seed,
+        ..Options::default()
+    };
+    let bar = Bar::new();
+    let compared = compare(&machine, &errors, &schemes, &options, &bar);
+    drop(bar);
+    let answer = answer::Answer::new(&machine, &compared, &options, zero_at);
+    if arguments.json {
+        files::print_json(&answer)?;
+    } else {
+        files::print(&answer.screen())?;
+    }
+    Ok(Outcome::Done)
+}

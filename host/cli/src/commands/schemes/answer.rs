@@ -1,0 +1,249 @@
+//! What `trueaxis schemes` says, for people and for programs.
+
+use crate::commands::screen::{self, number};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use trueaxis_measure::compare::{Compared, Figures};
+use trueaxis_measure::identify::Compensated;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::{Options, Size};
+use trueaxis_tables::policy::{Told, stored};
+use trueaxis_tables::validate::{Quality, Verification};
+
+/// All that there is to say.
+#[derive(Serialize)]
+pub struct Answer<'a> {
+    machine: &'a str,
+    zero_at: Option<&'a str>,
+    #[serde(flatten)]
+    policy: Told,
+    #[serde(skip)]
+    stored: trueaxis::Policy,
+    tolerance_um: f64,
+    target: &'a str,
+    /// Without a compensation, over the whole travel.
+    before: Option<&'a Quality>,
+    schemes: Vec<One<'a>>,
+}
+
+/// One scheme.
+#[derive(Serialize)]
+struct One<'a> {
+    scheme: &'a str,
+    #[serde(flatten)]
+    figures: Option<Takes<'a>>,
+    /// Why it cannot do this machine, and what would work.
+    reason: Option<String>,
+    remedy: Option<&'static str>,
+}
+
+#[derive(Serialize)]
+struct Takes<'a> {
+    #[serde(flatten)]
+    size: Size,
+    instructions: f64,
+    /// Over the whole travel.
+    after: &'a Quality,
+    /// Where the tolerance must hold: there the tables differ from the kinematic correction by this.
+    difference_um: f64,
+    difference_urad: f64,
+    meets_tolerance: bool,
+    /// The rotary positions for which alone it is made, and what it does there.
+    held: Option<&'a trueaxis_tables::compile::Held>,
+    notes: &'a [String],
+    /// By parameter, the part of it that is gone: 1 if all of it is.
+    compensability: BTreeMap<String, Option<f64>>,
+    /// Why there is none.
+    no_compensability: Option<String>,
+}
+
+impl<'a> Answer<'a> {
+    pub fn new(
+        machine: &'a Machine,
+        compared: &'a [Compared],
+        options: &'a Options,
+        zero_at: Option<&'a str>,
+    ) -> Self {
+        let policy = stored(options.tables.policy);
+        let tolerance_um = 1e3 * options.tables.tolerance;
+        let found = compared.iter().find_map(|one| one.found.as_ref().ok());
+        Self {
+            machine: &machine.name,
+            zero_at,
+            policy: policy.into(),
+            stored: policy,
+            tolerance_um,
+            target: &options.tables.target.name,
+            before: found.map(|figures| &figures.compiled.proof.travel.before),
+            schemes: compared
+                .iter()
+                .map(|one| One::new(one, tolerance_um))
+                .collect(),
+        }
+    }
+
+    /// Three tables: what schemes take, what they do, what they leave of each parameter.
+    pub fn screen(&self) -> String {
+        let mut text = format!("{}, for {}\n", self.machine, self.target);
+        text += &screen::zero(self.zero_at);
+        text += &screen::policy(self.stored);
+        let able = || {
+            let all = self.schemes.iter();
+            all.filter_map(|one| Some((one.scheme, one.figures.as_ref()?)))
+        };
+        let _ = writeln!(
+            text,
+            "\n{:<14}{:>8}{:>8}{:>8}{:>10}{:>10}{:>14}",
+            "scheme", "tables", "terms", "grids", "samples", "bytes", "instructions"
+        );
+        for (name, figures) in able() {
+            let size = &figures.size;
+            let _ = writeln!(
+                text,
+                "{name:<14}{:>8}{:>8}{:>8}{:>10}{:>10}{:>14.0}",
+                size.tables, size.terms, size.grids, size.samples, size.bytes, figures.instructions
+            );
+        }
+        self.quality(&mut text, able());
+        Self::gone(&mut text, &able().collect::<Vec<_>>());
+        let remarks: Vec<String> = self.schemes.iter().flat_map(One::remarks).collect();
+        if !remarks.is_empty() {
+            text += &format!("\n{}\n", remarks.join("\n"));
+        }
+        text
+    }
+
+    fn quality<'b>(&self, text: &mut String, able: impl Iterator<Item = (&'b str, &'b Takes<'b>)>) {
+        let _ = writeln!(
+            text,
+            "\n{:<14}{:>27}{:>29}{:>20}",
+            "whole travel", "translation (µm)", "tool direction (µrad)", "from the correction"
+        );
+        let heads = format!("{:>9}{:>9}{:>9}", "mean", "rms", "max");
+        let _ = writeln!(text, "{:14}{heads}  {heads}{:>10}{:>10}", "", "µm", "µrad");
+        if let Some(before) = self.before {
+            let _ = writeln!(text, "{:<14}{}", "none", row(before));
+        }
+        for (name, figures) in able {
+            let _ = writeln!(
+                text,
+                "{name:<14}{}{:>10}{:>10}",
+                row(figures.after),
+                number(figures.difference_um),
+                number(figures.difference_urad)
+            );
+        }
+    }
+
+    /// How much of each parameter is gone.
+    fn gone(text: &mut String, able: &[(&str, &Takes<'_>)]) {
+        let mut parameters: Vec<&String> = able
+            .iter()
+            .flat_map(|(_, figures)| figures.compensability.keys())
+            .collect();
+        parameters.sort();
+        parameters.dedup();
+        if !parameters.is_empty() {
+            let names: String = able.iter().map(|(name, _)| format!("{name:>14}")).collect();
+            let _ = writeln!(text, "\n{:<14}{names}", "compensability");
+        }
+        for parameter in parameters {
+            let shown = |figures: &Takes<'_>| {
+                let part = figures.compensability.get(parameter).copied().flatten();
+                part.map_or("-".to_owned(), |part| format!("{:.2} %", 100.0 * part))
+            };
+            let parts: String = (able.iter())
+                .map(|(_, figures)| format!("{:>14}", shown(figures)))
+                .collect();
+            let _ = writeln!(text, "{parameter:<14}{parts}");
+        }
+        let mut reasons: Vec<&String> = able
+            .iter()
+            .filter_map(|(_, figures)| figures.no_compensability.as_ref())
+            .collect();
+        reasons.dedup();
+        for reason in reasons {
+            let _ = writeln!(text, "\ncompensability is not known: {reason}");
+        }
+    }
+}
+
+impl<'a> One<'a> {
+    fn new(compared: &'a Compared, tolerance_um: f64) -> Self {
+        let found = compared.found.as_ref();
+        Self {
+            scheme: &compared.scheme,
+            figures: found.ok().map(|figures| Takes::new(figures, tolerance_um)),
+            reason: found.err().map(ToString::to_string),
+            remedy: found.err().map(|error| error.remedy()),
+        }
+    }
+
+    /// What tables of numbers do not say, a line each.
+    fn remarks(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if let (Some(reason), Some(remedy)) = (&self.reason, self.remedy) {
+            lines.push(format!("cannot do this machine: {reason} ({remedy})"));
+        }
+        if let Some(figures) = &self.figures {
+            lines.extend(figures.notes.iter().cloned());
+            if let Some(held) = figures.held {
+                let after = &held.found.after.translation_um;
+                let axes = held.axes.iter();
+                let axes: Vec<String> = axes.map(|(axis, q)| format!("{axis} = {q}")).collect();
+                lines.push(format!(
+                    "at {} it leaves {} µm in the mean and {} µm at most; its distance from the correction is that there",
+                    axes.join(", "),
+                    number(after.mean),
+                    number(after.max)
+                ));
+            }
+        }
+        let named = lines.into_iter();
+        named
+            .map(|line| format!("{}: {line}", self.scheme))
+            .collect()
+    }
+}
+
+impl<'a> Takes<'a> {
+    fn new(figures: &'a Figures, tolerance_um: f64) -> Self {
+        let proof = &figures.compiled.proof;
+        let inside: &Verification = proof.inside();
+        let of = |compared: &Compensated| -> BTreeMap<String, Option<f64>> {
+            let parameters = compared.parameters.iter();
+            parameters
+                .map(|one| (one.parameter.to_string(), one.part().map(|[part, _]| part)))
+                .collect()
+        };
+        Self {
+            size: figures.size,
+            instructions: figures.instructions,
+            after: &proof.travel.after,
+            difference_um: inside.difference_um,
+            difference_urad: inside.difference_urad,
+            meets_tolerance: proof.meets(tolerance_um),
+            held: proof.held.as_ref(),
+            notes: &figures.compiled.built.notes,
+            compensability: figures.compensability.as_ref().map(of).unwrap_or_default(),
+            no_compensability: figures
+                .compensability
+                .as_ref()
+                .err()
+                .map(ToString::to_string),
+        }
+    }
+}
+
+fn row(quality: &Quality) -> String {
+    let three = |s: &trueaxis_tables::validate::Statistics| {
+        let values = [s.mean, s.rms, s.max].map(number);
+        format!("{:>9}{:>9}{:>9}", values[0], values[1], values[2])
+    };
+    format!(
+        "{}  {}",
+        three(&quality.translation_um),
+        three(&quality.direction_urad)
+    )
+}

@@ -1,0 +1,263 @@
+//! What people read: results on one screen.
+
+use std::fmt::Write;
+use trueaxis_model::kinematics::Policy;
+use trueaxis_tables::compile::{AxisBounds, Proof, Size};
+use trueaxis_tables::uncertainty::OverTravel;
+use trueaxis_tables::validate::{Quality, Statistics, Verification};
+
+/// Where tables can follow the correction, and where they cannot.
+const INSIDE: &str = "where no error motion holds its end value";
+
+/// Volumetric errors before and after, in each region that differs. Regions that differ by next to
+/// nothing are one; what misses the tolerance only because of that is told in a line.
+pub fn quality(proof: &Proof, tolerance: f64) -> String {
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "volumetric error{:>28}{:>34}",
+        "translation (µm)", "tool direction (µrad)"
+    );
+    let _ = writeln!(text, "{:22}{}    {}", "", heads(), heads());
+    if let Some(held) = &proof.held {
+        let axes = held.axes.iter();
+        let axes: Vec<String> = axes
+            .map(|(letter, position)| format!("{letter} = {position}"))
+            .collect();
+        let name = format!("at {}, for which the tables are made", axes.join(", "));
+        region(&mut text, &name, &held.found);
+    }
+    if proof.partly_calibrated {
+        for (name, found) in [(INSIDE, &proof.inside), ("elsewhere", &proof.outside)] {
+            if let Some(found) = found {
+                region(&mut text, name, found);
+            }
+        }
+        near_points(&mut text, proof);
+        return text;
+    }
+    region(&mut text, "whole travel", &proof.travel);
+    if let Some(inside) = &proof.inside
+        && !proof.travel.meets(tolerance)
+        && inside.deviations != proof.travel.deviations
+    {
+        let _ = writeln!(text, "  {INSIDE}, {}", difference(inside));
+    }
+    near_points(&mut text, proof);
+    text
+}
+
+/// What does not count for the tolerance, for no table that reads commands is exact there.
+fn near_points(text: &mut String, proof: &Proof) {
+    if let Some(near) = &proof.near_points {
+        let all = near.positions + proof.inside.as_ref().map_or(0, |found| found.positions);
+        let _ = writeln!(
+            text,
+            "  within one correction of a measured point, {} of {all} positions, {}",
+            near.positions,
+            difference(near)
+        );
+    }
+}
+
+fn heads() -> String {
+    format!("{:>9} {:>9} {:>9}", "mean", "rms", "max")
+}
+
+fn region(text: &mut String, name: &str, verification: &Verification) {
+    let _ = writeln!(text, "{name}, {} random positions", verification.positions);
+    for (what, quality) in [
+        ("before", &verification.before),
+        ("tables", &verification.after),
+        ("kinematic correction", &verification.kinematic),
+    ] {
+        let _ = writeln!(text, "{:22}{}", format!("  {what}"), row(quality));
+    }
+    let _ = writeln!(
+        text,
+        "  tables differ from the kinematic correction {}",
+        difference(verification)
+    );
+    if let Policy::Direction { .. } = verification.policy {
+        let axes = verification.deviations.iter();
+        let axes: Vec<String> = axes
+            .map(|found| format!("{} {} {}", found.axis, number(found.deviation), found.unit))
+            .collect();
+        let _ = writeln!(text, "    axis by axis: {}", axes.join(", "));
+    }
+}
+
+fn difference(verification: &Verification) -> String {
+    let place: Vec<String> = verification
+        .worst_at
+        .iter()
+        .map(|q| format!("{q:.1}"))
+        .collect();
+    let [tip, direction] = match verification.policy {
+        Policy::Direction { .. } => [" at the tip", " of direction"],
+        Policy::Orientation | Policy::Position => [""; 2],
+    };
+    format!(
+        "by at most {} µm{tip} and {} µrad{direction} (worst at {})",
+        number(verification.difference_um),
+        number(verification.difference_urad),
+        place.join(", ")
+    )
+}
+
+fn row(quality: &Quality) -> String {
+    let three = |s: &Statistics| {
+        format!(
+            "{:>9} {:>9} {:>9}",
+            number(s.mean),
+            number(s.rms),
+            number(s.max)
+        )
+    };
+    format!(
+        "{}    {}",
+        three(&quality.translation_um),
+        three(&quality.direction_urad)
+    )
+}
+
+/// Four decimals below 1, fewer above: nobody reads more.
+pub fn number(value: f64) -> String {
+    let digits = match value.abs() {
+        v if v < 1.0 => 4,
+        v if v < 100.0 => 2,
+        _ => 1,
+    };
+    format!("{value:.digits$}")
+}
+
+/// What the uncertainty of parameters and tabulated motions leaves, if it is known.
+pub fn uncertainty(found: Option<&OverTravel>) -> String {
+    let Some(found) = found else {
+        return String::new();
+    };
+    let mut text = format!(
+        "95 % band of what uncertain parameters leave, {} random positions\n",
+        found.positions
+    );
+    let mut region = |name: &str, quality| {
+        let _ = writeln!(text, "{name:22}{}", row(quality));
+    };
+    region("  whole travel", &found.travel);
+    if let Some(inside) = &found.inside {
+        region("  calibrated", inside);
+    }
+    let loose = found.parameters - found.correlated;
+    if loose > 0 {
+        let _ = writeln!(
+            text,
+            "  {loose} of {} parameters are taken as uncorrelated: no file of covariances has them",
+            found.parameters
+        );
+    }
+    if found.exact > 0 {
+        let _ = writeln!(
+            text,
+            "  {} more have no standard uncertainty, and count as exact",
+            found.exact
+        );
+    }
+    if found.exact_tables > 0 {
+        let _ = writeln!(
+            text,
+            "  {} of {} tabulated motions have no standard uncertainty, and count as exact",
+            found.exact_tables,
+            found.tables + found.exact_tables
+        );
+    }
+    text
+}
+
+/// Tables, terms, samples, bytes.
+pub fn size(size: &Size) -> String {
+    let Size {
+        tables,
+        banks,
+        terms,
+        grids,
+        samples,
+        bytes,
+        ..
+    } = size;
+    let grids = match grids {
+        0 => String::new(),
+        1 => ", 1 grid".to_owned(),
+        n => format!(", {n} grids"),
+    };
+    format!(
+        "{tables} tables in {banks} banks, {terms} terms{grids}, {samples} samples, {bytes} bytes\n"
+    )
+}
+
+/// To what before and after are relative, if the tables leave out the correction of a position.
+pub fn zero(zero_at: Option<&str>) -> String {
+    match zero_at {
+        Some(position) => format!(
+            "the correction at {position} is left out: before and after are relative to it\n"
+        ),
+        None => String::new(),
+    }
+}
+
+/// What rotary axes are corrected for.
+pub fn policy(policy: trueaxis::Policy) -> String {
+    format!("policy: {policy}\n")
+}
+
+/// The largest correction of each axis against its bounds.
+pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
+    let mut text = String::from("axis   largest correction         bound         rate bound\n");
+    for (bound, verified) in bounds.iter().zip(verified) {
+        let AxisBounds {
+            axis,
+            unit,
+            largest,
+            value_bound,
+            rate_bound,
+            ..
+        } = bound;
+        let largest = largest.max(*verified);
+        let _ = writeln!(
+            text,
+            "{axis:<6} {largest:>14.5} {unit:<3} {value_bound:>13.5} {unit:<3} {rate_bound:>10.3} {unit}/s"
+        );
+    }
+    text
+}
+
+/// Where rotary corrections are largest: near positions where the tool is parallel to a rotary axis.
+pub fn largest(policy: trueaxis::Policy, bounds: &[AxisBounds]) -> String {
+    let trueaxis::Policy::Direction { .. } = policy else {
+        return String::new();
+    };
+    let is_rotary = |bound: &AxisBounds| bound.unit == "deg";
+    let places = bounds.iter().filter(|bound| is_rotary(bound)).map(|bound| {
+        let rotary = bounds.iter().zip(&bound.at);
+        let rotary = rotary.filter(|(other, _)| is_rotary(other));
+        let place: Vec<String> = rotary
+            .map(|(other, q)| format!("{} = {q:.1}", other.axis))
+            .collect();
+        format!("that of {} at {}", bound.axis, place.join(", "))
+    });
+    let places: Vec<String> = places.collect();
+    if places.is_empty() {
+        return String::new();
+    }
+    format!("largest rotary corrections: {}\n", places.join("; "))
+}
+
+/// What another tool does.
+pub fn tool_length(proof: &Proof) -> String {
+    match proof.um_per_mm_of_tool_length {
+        Some(um) => format!(
+            "{} µm of error per mm of tool length: the length is no input (length_range_mm makes it one)\n",
+            number(um)
+        ),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,185 @@
+//! `trueaxis simulate`
+
+mod ballbar;
+mod disturbed;
+mod runs;
+mod touches;
+
+use super::Outcome;
+use super::bad_input::BadInput;
+use super::files::{self, MachineFiles, Text};
+use super::monte_carlo;
+use super::quantity::count;
+use clap::{Args, Subcommand};
+use std::path::{Path, PathBuf};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings;
+use trueaxis_measure::simulate::{self, Disturbances, SimulateError, compensated, corrections};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_tables::compile::belongs;
+use trueaxis_tables::validate::Runtime;
+
+/// Write the measurements that a machine with known errors would give
+///
+/// To try a strategy before anybody measures, or an identification against the truth.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    Probings(Probings),
+    Touches(touches::Touches),
+    Laser(runs::Laser),
+    Square(runs::Square),
+    Ballbar(ballbar::Ballbar),
+    Identifications(monte_carlo::Arguments),
+}
+
+/// Axis positions at which the stylus is on the balls of an artefact
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --noise 1 -o probings.csv\n  \
+trueaxis simulate probings machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv --active machine.trax -o after.csv\n\n\
+The strategy has a header and a line for each probing, without linear axes; S indexes the spindle, A_dir says\n\
+from where an axis came:\n  ball,A,C\n  1,15,60\n  1,30,180"
+)]
+struct Probings {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// Where the balls are (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// Which ball is probed at which rotary positions (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: PathBuf,
+    /// Where to write the probings (CSV; default: standard output)
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: Option<PathBuf>,
+    /// Standard deviation of each coordinate of a probing
+    #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
+    noise: f64,
+    /// How far the workpiece moves along x, y and z from the first to the last probing
+    #[arg(
+        long,
+        value_name = "µm,µm,µm",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    drift: Vec<f64>,
+    /// How many of a hundred probings are wrong
+    #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
+    outliers: f64,
+    /// By how much these are wrong
+    #[arg(long, value_name = "µm", default_value_t = 100.0, value_parser = size)]
+    outlier: f64,
+    /// The compensation that is on while probing: the errors that are left are measured
+    #[arg(long, value_name = "FILE.trax")]
+    active: Option<PathBuf>,
+    /// Another seed gives other noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// A size that can be: 0 or more, less than a metre.
+fn size(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..1e6).contains(&value) => Ok(value),
+        _ => Err("give 0 or more µm".to_owned()),
+    }
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=100.0).contains(&value) => Ok(value),
+        _ => Err("give 0 to 100".to_owned()),
+    }
+}
+
+/// Three numbers, or none.
+fn three(values: &[f64], option: &str, unit: &str) -> Result<[f64; 3], BadInput> {
+    match values[..] {
+        [] => Ok([0.0; 3]),
+        [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
+        _ => Err(BadInput::new(
+            format!("{option} takes three numbers"),
+            format!("write {option} 5,0,-3 in {unit}"),
+        )),
+    }
+}
+
+fn not_simulated(strategy: &Path, error: &SimulateError) -> BadInput {
+    BadInput::new(
+        format!("{}: {error}", strategy.display()),
+        "correct the strategy, or where the balls are in the artefact",
+    )
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    match &arguments.what {
+        What::Probings(probings) => probings.run(),
+        What::Touches(touches) => touches.run(),
+        What::Laser(laser) => laser.run(),
+        What::Square(square) => square.run(),
+        What::Ballbar(ballbar) => ballbar.run(),
+        What::Identifications(arguments) => monte_carlo::run(arguments),
+    }
+}
+
+impl Probings {
+    fn run(&self) -> Result<Outcome, BadInput> {
+        let mut inputs: Vec<&Path> = vec![
+            &self.files.machine,
+            &self.files.errors,
+            &self.artefact,
+            &self.strategy,
+        ];
+        inputs.extend(self.active.as_deref());
+        if let Some(output) = &self.output {
+            files::prepare(output, &inputs)?;
+        }
+        let drift = three(&self.drift, "--drift", "µm")?;
+        let (machine, errors) = self.files.read()?;
+        let text = Text::read(&self.artefact)?;
+        let artefact =
+            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
+        let text = Text::read(&self.strategy)?;
+        let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+        let disturbances = Disturbances {
+            noise: self.noise * 1e-3,
+            drift: drift.map(|v| v * 1e-3),
+            outliers: self.outliers * 1e-2,
+            outlier: self.outlier * 1e-3,
+            seed: self.seed,
+        };
+        let kinematics = Kinematics::new(&machine, &errors);
+        let measured = match &self.active {
+            None => simulate::probings(&kinematics, &artefact, &strategy, &disturbances),
+            Some(path) => {
+                let blob = files::read_blob(path)?;
+                let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+                belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+                let added = |rows: &[_]| Ok(corrections(&machine, &runtime, rows));
+                compensated(&kinematics, &artefact, &strategy, &disturbances, added)
+            }
+        };
+        let measured = measured.map_err(|error| not_simulated(&self.strategy, &error))?;
+        let csv = probings::write(&measured, &machine);
+        match &self.output {
+            None => files::print(&csv)?,
+            Some(path) => {
+                files::write(path, csv.as_bytes())?;
+                files::print(&format!(
+                    "{}: {} probings of {}\n",
+                    path.display(),
+                    measured.rows.len(),
+                    count(measured.balls.len(), "ball")
+                ))?;
+            }
+        }
+        Ok(Outcome::Done)
+    }
+}

@@ -1,0 +1,50 @@
+//! What is not as it should be with simulated readings.
+
+use super::super::bad_input::BadInput;
+use super::{percent, size};
+use clap::Args;
+use trueaxis_measure::simulate::runs::OfReadings;
+
+/// Noise, drift and outliers.
+#[derive(Args)]
+pub struct Disturbed {
+    /// Standard deviation of a reading
+    #[arg(long, value_name = "µm|µrad", default_value_t = 0.0, value_parser = size)]
+    noise: f64,
+    /// What the reading drifts by from the first to the last
+    #[arg(
+        long,
+        value_name = "µm|µrad",
+        default_value_t = 0.0,
+        allow_hyphen_values = true
+    )]
+    drift: f64,
+    /// How many of a hundred readings are wrong
+    #[arg(long, value_name = "%", default_value_t = 0.0, value_parser = percent)]
+    outliers: f64,
+    /// By how much these are wrong
+    #[arg(long, value_name = "µm|µrad", default_value_t = 100.0, value_parser = size)]
+    outlier: f64,
+    /// Another seed gives other noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+impl Disturbed {
+    /// In mm or rad, of which a unit of the options is so many.
+    pub fn of_readings(&self, unit: f64) -> Result<OfReadings, BadInput> {
+        if !self.drift.is_finite() {
+            return Err(BadInput::new(
+                "--drift is no finite number",
+                "write --drift 5",
+            ));
+        }
+        Ok(OfReadings {
+            noise: self.noise * unit,
+            drift: self.drift * unit,
+            outliers: self.outliers * 1e-2,
+            outlier: self.outlier * unit,
+            seed: self.seed,
+        })
+    }
+}

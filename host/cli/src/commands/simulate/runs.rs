@@ -1,0 +1,277 @@
+//! `trueaxis simulate laser` and `simulate square`
+
+use super::super::Outcome;
+use super::super::bad_input::BadInput;
+use super::super::files::{self, MachineFiles};
+use super::disturbed::Disturbed;
+use clap::Args;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::direct::Measured;
+use trueaxis_measure::formats::runs;
+use trueaxis_measure::simulate::runs as simulated;
+use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::Machine;
+
+/// Runs of a laser, straightedge, level or calibrator along an axis
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis simulate laser machine.toml errors.toml --axis X --reads \"tool +X\" --at Y=150,Z=-40 --noise 0.2 -o x.csv\n\n\
+--reads says what is read: along X with \"tool +X\" the position, with \"tool +Y\" the straightness, with\n\
+\"tool +Y to +Z\" the angle. The file can be given to `trueaxis measured` and `trueaxis iso230-2`."
+)]
+pub struct Laser {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// The axis that moves
+    #[arg(long)]
+    axis: char,
+    /// What is read [default: the position of the axis]
+    #[arg(long, value_name = "tool +X")]
+    reads: Option<String>,
+    /// First target [default: the lower end of the travel]
+    #[arg(long, value_name = "mm|deg", allow_hyphen_values = true)]
+    from: Option<f64>,
+    /// Last target [default: the upper end of the travel]
+    #[arg(long, value_name = "mm|deg", allow_hyphen_values = true)]
+    to: Option<f64>,
+    /// Keep the slope of a straightness: the straightedge is aligned with the workpiece frame, not at both ends
+    #[arg(long)]
+    keep_slope: bool,
+    #[command(flatten)]
+    how: How,
+}
+
+/// Two axes along the lines of a square
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis simulate square machine.toml errors.toml --lines X,Y --at X=100,Y=100,Z=-40 -o xy.csv\n\n\
+The square is aligned with its first line at both ends."
+)]
+pub struct Square {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// The two axes
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1..=2)]
+    lines: Vec<char>,
+    /// What the angle of the square is more than 90°
+    #[arg(
+        long,
+        value_name = "µrad",
+        default_value_t = 0.0,
+        allow_hyphen_values = true
+    )]
+    square_urad: f64,
+    #[command(flatten)]
+    how: How,
+}
+
+/// What both have in common.
+#[derive(Args)]
+struct How {
+    /// Where the other axes stand [default: zero, or as near to it as they can]
+    #[arg(long, value_name = "Y=150,Z=-40", allow_hyphen_values = true)]
+    at: Option<String>,
+    /// From the tool tip to the measured point
+    #[arg(
+        long,
+        value_name = "mm,mm,mm",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    offset: Vec<f64>,
+    /// How many targets
+    #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    targets: u32,
+    /// How many runs in each direction
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=400))]
+    runs: u32,
+    #[command(flatten)]
+    disturbed: Disturbed,
+    /// Where to write the readings (CSV; default: standard output)
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: Option<PathBuf>,
+}
+
+impl Laser {
+    /// Runs the command.
+    pub fn run(&self) -> Result<Outcome, BadInput> {
+        self.how.prepare(&self.files)?;
+        let (machine, errors) = self.files.read()?;
+        let bench = Bench::new(&machine, &errors, Default::default());
+        let Some(index) = machine.index(self.axis) else {
+            return Err(no_axis(&machine, "--axis", &self.axis.to_string()));
+        };
+        let own = format!("tool +{}", self.axis);
+        let reads = self.reads.as_ref().unwrap_or(&own);
+        let (sense, _) = runs::sense(reads, &machine).map_err(|message| {
+            BadInput::new(
+                format!("--reads: {message}"),
+                "write tool +X, tool +C or tool +Y to +Z",
+            )
+        })?;
+        let unit = match sense {
+            trueaxis_model::explain::Sense::In(_) => "um",
+            _ => "urad",
+        };
+        let mut text = format!(
+            "# axis = \"{}\"\n# reads = \"{}\"\n# unit = \"{unit}\"\n",
+            self.axis,
+            reads.escape_default()
+        );
+        text += &self.how.at(&bench, Some(self.axis))?;
+        if self.keep_slope {
+            text += "# slope = \"keep\"\n";
+        }
+        let _ = writeln!(text, "target,{}", self.how.header());
+        let travel = machine.axes[index].travel;
+        let [from, to] = [self.from.unwrap_or(travel[0]), self.to.unwrap_or(travel[1])];
+        self.how.rows(&mut text, "", [from, to]);
+        self.how.write(&bench, &text)
+    }
+}
+
+impl Square {
+    /// Runs the command.
+    pub fn run(&self) -> Result<Outcome, BadInput> {
+        self.how.prepare(&self.files)?;
+        let (machine, errors) = self.files.read()?;
+        let bench = Bench::new(&machine, &errors, Default::default());
+        let [a, b] = self.lines[..] else {
+            return Err(BadInput::new("--lines takes two axes", "write --lines X,Y"));
+        };
+        let mut text = format!(
+            "# reads_along = {{ {a} = \"tool +{b}\", {b} = \"tool +{a}\" }}\n# unit = \"um\"\n# square_urad = {:?}\n",
+            self.square_urad
+        );
+        text += &self.how.at(&bench, None)?;
+        let _ = writeln!(text, "line,target,{}", self.how.header());
+        for letter in [a, b] {
+            let Some(index) = machine.index(letter) else {
+                return Err(no_axis(&machine, "--lines", &letter.to_string()));
+            };
+            let travel = machine.axes[index].travel;
+            self.how.rows(&mut text, &format!("{letter},"), travel);
+        }
+        self.how.write(&bench, &text)
+    }
+}
+
+impl How {
+    fn prepare(&self, files: &MachineFiles) -> Result<(), BadInput> {
+        let inputs: [&Path; 2] = [&files.machine, &files.errors];
+        match &self.output {
+            Some(output) => files::prepare(output, &inputs),
+            None => Ok(()),
+        }
+    }
+
+    /// The lines of a heading that say where the axes stand.
+    fn at(&self, bench: &Bench<'_>, without: Option<char>) -> Result<String, BadInput> {
+        let position = position(bench, self.at.as_deref())?;
+        let axes = bench.machine.axes.iter().zip(position);
+        let others = axes.filter(|(axis, _)| Some(axis.letter.char()) != without);
+        let others = others.map(|(axis, at)| format!("{} = {at:?}", axis.letter));
+        let others: Vec<String> = others.collect();
+        let mut text = format!("# at = {{ {} }}\n", others.join(", "));
+        match self.offset[..] {
+            [] => {}
+            [x, y, z] => {
+                let _ = writeln!(text, "# offset_mm = [{x:?}, {y:?}, {z:?}]");
+            }
+            _ => {
+                return Err(BadInput::new(
+                    "--offset takes three numbers",
+                    "write --offset 0,0,-20 in mm",
+                ));
+            }
+        }
+        Ok(text)
+    }
+
+    fn header(&self) -> String {
+        let runs = (1..=self.runs).flat_map(|run| [format!("+{run}"), format!("-{run}")]);
+        runs.collect::<Vec<_>>().join(",")
+    }
+
+    fn rows(&self, text: &mut String, first: &str, [from, to]: [f64; 2]) {
+        let last = f64::from(self.targets - 1);
+        for k in 0..self.targets {
+            let target = from + (to - from) * f64::from(k) / last;
+            let target = (target * 1e6).round() / 1e6 + 0.0;
+            let _ = writeln!(
+                text,
+                "{first}{target}{}",
+                ",0".repeat(2 * self.runs as usize)
+            );
+        }
+    }
+
+    /// Reads the plan, which says what is wrong with it, and measures.
+    fn write(&self, bench: &Bench<'_>, plan: &str) -> Result<Outcome, BadInput> {
+        let machine: &Machine = bench.machine;
+        let plan = runs::read(plan, machine).map_err(|e| BadInput::new(e.message, e.remedy))?;
+        let is_angular = match &plan {
+            Measured::Line(line) => line.setup.is_angular(),
+            Measured::Square(_) => false,
+        };
+        let unit = if is_angular { 1e-6 } else { 1e-3 };
+        let disturbed = self.disturbed.of_readings(unit)?;
+        let measured = match &plan {
+            Measured::Line(line) => simulated::line(bench, line, &disturbed).map(Measured::Line),
+            Measured::Square(square) => {
+                simulated::square(bench, square, &disturbed).map(Measured::Square)
+            }
+        };
+        let measured = measured.ok_or_else(|| {
+            BadInput::new(
+                "the linear axes cannot follow a ball",
+                "read an angle, or give a machine with three linear axes",
+            )
+        })?;
+        output(self.output.as_deref(), &runs::write(&measured, machine))
+    }
+}
+
+fn no_axis(machine: &Machine, option: &str, name: &str) -> BadInput {
+    let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
+    BadInput::new(
+        format!("{option}: the machine has no axis `{name}`"),
+        format!("{} has the axes {}", machine.name, letters.join(" ")),
+    )
+}
+
+/// Writes a file, and says so; or prints it.
+pub fn output(path: Option<&Path>, csv: &str) -> Result<Outcome, BadInput> {
+    match path {
+        None => files::print(csv)?,
+        Some(path) => {
+            files::write(path, csv.as_bytes())?;
+            let rows = csv.lines().filter(|line| !line.starts_with('#')).count() - 1;
+            files::print(&format!("{}: {rows} rows\n", path.display()))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+/// Positions (mm, deg) of all axes: `Y=150,Z=-40`, and home for the others.
+pub fn position(bench: &Bench<'_>, text: Option<&str>) -> Result<Vec<f64>, BadInput> {
+    let machine = bench.machine;
+    let mut position = machine.to_command(&bench.home())[..machine.axes.len()].to_vec();
+    for part in text.into_iter().flat_map(|text| text.split(',')) {
+        let wrong = || {
+            BadInput::new(
+                format!("--at: `{part}` is no position of an axis"),
+                "write --at Y=150,Z=-40 in mm and degrees",
+            )
+        };
+        let (name, value) = part.split_once('=').ok_or_else(wrong)?;
+        let mut letters = name.trim().chars();
+        let index = letters.next().and_then(|letter| machine.index(letter));
+        let index = index.filter(|_| letters.next().is_none());
+        let index = index.ok_or_else(|| no_axis(machine, "--at", name))?;
+        let value: f64 = value.trim().parse().map_err(|_| wrong())?;
+        position[index] = Some(value).filter(|v| v.is_finite()).ok_or_else(wrong)?;
+    }
+    Ok(position)
+}

@@ -1,0 +1,98 @@
+//! `trueaxis simulate touches`
+
+use super::super::Outcome;
+use super::super::bad_input::BadInput;
+use super::super::files::{self, MachineFiles, Text};
+use super::super::touching::Touching;
+use super::{not_simulated, size, three};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings;
+use trueaxis_measure::plan::{simulated_touches, touch_log};
+use trueaxis_measure::simulate::Disturbances;
+use trueaxis_model::kinematics::Kinematics;
+
+/// The log of the touches by which a program of `trueaxis plan` finds the balls
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis simulate touches machine.toml errors.toml --artefact artefact.toml --strategy strategy.csv \\\n    \
+--ball-diameter 20 --stylus-diameter 6 --noise 1 -o touches.log"
+)]
+pub struct Touches {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// Where the balls should be, for which the program was written (artefact.toml)
+    #[arg(long, value_name = "FILE")]
+    artefact: PathBuf,
+    /// Which ball is probed at which rotary positions (CSV)
+    #[arg(long, value_name = "FILE.csv")]
+    strategy: PathBuf,
+    /// Where to write the log (default: standard output)
+    #[arg(short, long, value_name = "OUT.log")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    touching: Touching,
+    /// How far the balls are from where they should be, along x, y and z of the workpiece
+    #[arg(
+        long,
+        value_name = "MM,MM,MM",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    misplaced: Vec<f64>,
+    /// Standard deviation of each touch along each axis
+    #[arg(long, value_name = "µm", default_value_t = 0.0, value_parser = size)]
+    noise: f64,
+    /// Another seed gives other noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+impl Touches {
+    pub fn run(&self) -> Result<Outcome, BadInput> {
+        let inputs: [&Path; 4] = [
+            &self.files.machine,
+            &self.files.errors,
+            &self.artefact,
+            &self.strategy,
+        ];
+        if let Some(output) = &self.output {
+            files::prepare(output, &inputs)?;
+        }
+        let misplaced = three(&self.misplaced, "--misplaced", "mm")?;
+        let (machine, errors) = self.files.read()?;
+        let text = Text::read(&self.artefact)?;
+        let planned =
+            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
+        let text = Text::read(&self.strategy)?;
+        let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+        let mut artefact = planned.clone();
+        for place in artefact.balls.iter_mut().filter_map(|b| b.nominal.as_mut()) {
+            *place += nalgebra::Vector3::from(misplaced);
+        }
+        let disturbances = Disturbances {
+            noise: self.noise * 1e-3,
+            seed: self.seed,
+            ..Disturbances::default()
+        };
+        let touched = simulated_touches(
+            &Kinematics::new(&machine, &errors),
+            &planned,
+            &artefact,
+            &strategy,
+            &self.touching.probe()?,
+            &disturbances,
+        );
+        let touched = touched.map_err(|e| not_simulated(&self.strategy, &e))?;
+        let log = touch_log(&machine, &touched);
+        match &self.output {
+            None => files::print(&log)?,
+            Some(path) => {
+                files::write(path, log.as_bytes())?;
+                files::print(&format!("{}: {} touches\n", path.display(), touched.len()))?;
+            }
+        }
+        Ok(Outcome::Done)
+    }
+}

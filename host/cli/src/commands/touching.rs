@@ -1,0 +1,71 @@
+//! How balls are touched, as options.
+
+use super::bad_input::BadInput;
+use clap::Args;
+use trueaxis_measure::plan::Probe;
+
+/// How balls are touched.
+#[derive(Args)]
+pub struct Touching {
+    /// Diameter of the balls (needed for a program; else 20)
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    ball_diameter: Option<f64>,
+    /// Diameter of the stylus tip (needed for a program; else 6)
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    stylus_diameter: Option<f64>,
+    /// How far from a ball touches begin
+    #[arg(long, value_name = "MM", default_value_t = 5.0, value_parser = positive)]
+    clearance: f64,
+    /// How far beyond the nominal surface touches may go on
+    #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
+    search: f64,
+    /// Largest angle of the stylus from the direction in which a ball stands away from the table (default: 60)
+    #[arg(long, value_name = "DEG", value_parser = angle)]
+    cone: Option<f64>,
+}
+
+/// Diameters of ball and stylus (mm) where nothing is written that moves a machine.
+const BALL: f64 = 20.0;
+const STYLUS: f64 = 6.0;
+/// Largest angle of the stylus (deg) where nothing is said.
+const CONE: f64 = 60.0;
+
+impl Touching {
+    /// The same for the library.
+    pub fn probe(&self) -> Result<Probe, BadInput> {
+        self.probe_within(CONE)
+    }
+
+    /// The same with another angle (deg) where none is given.
+    pub fn probe_within(&self, cone: f64) -> Result<Probe, BadInput> {
+        let ball = self.ball_diameter.unwrap_or(BALL);
+        let radius = (ball + self.stylus_diameter.unwrap_or(STYLUS)) / 2.0;
+        if self.search >= radius {
+            return Err(BadInput::new(
+                format!("--search {} would go through the ball", self.search),
+                "give less than half of both diameters",
+            ));
+        }
+        Ok(Probe {
+            radius,
+            clearance: self.clearance,
+            search: self.search,
+            cone: self.cone.unwrap_or(cone).to_radians(),
+        })
+    }
+}
+
+/// More than nothing.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1e6 => Ok(value),
+        _ => Err("give a number above 0".to_owned()),
+    }
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=180.0).contains(&value) => Ok(value),
+        _ => Err("give 0 to 180 degrees".to_owned()),
+    }
+}

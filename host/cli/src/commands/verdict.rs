@@ -1,0 +1,101 @@
+//! The last lines of `compile`, `verify` and `identify`: the verdict of a report, and what does most.
+
+use std::fmt::Write;
+use std::io::IsTerminal;
+use trueaxis_report::{Share, Verdict, figure};
+
+/// Parameters that are named.
+const NAMED: usize = 5;
+/// Width of the longest bar.
+const WIDE: f64 = 24.0;
+/// Less (µm, µrad) than this is nothing.
+const NOTHING: f64 = 5e-5;
+/// Blue, and back: what a bar is coloured with.
+const COLOUR: [&str; 2] = ["\x1b[34m", "\x1b[0m"];
+
+/// The sentences, and bars of the largest parameters, coloured where somebody looks.
+pub fn lines(verdict: &Verdict) -> String {
+    text(verdict, is_coloured())
+}
+
+/// True if standard output is a terminal and nobody has asked for no colour.
+fn is_coloured() -> bool {
+    let asked_for_none = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    std::io::stdout().is_terminal() && !asked_for_none
+}
+
+fn text(verdict: &Verdict, coloured: bool) -> String {
+    let mut text = String::from("\n");
+    for sentence in &verdict.sentences {
+        let _ = writeln!(text, "{sentence}");
+    }
+    let mean = |share: &Share| share.alone.translation_um.mean;
+    let does = verdict.shares.iter().filter(|share| mean(share) >= NOTHING);
+    let named: Vec<&Share> = does.take(NAMED).collect();
+    let Some(most) = named.first().map(|share| mean(share)) else {
+        return text;
+    };
+    let name = |share: &Share| share.name.chars().count();
+    let wide = named.iter().map(|share| name(share)).max().unwrap_or(0);
+    let [on, off] = if coloured { COLOUR } else { [""; 2] };
+    for share in named {
+        let length = (WIDE * mean(share) / most).round().max(1.0) as usize;
+        let bar = "█".repeat(length) + &" ".repeat(WIDE as usize - length);
+        let um = figure(mean(share));
+        let _ = writeln!(
+            text,
+            "  {:<wide$}  {on}{bar}{off} {um:>6} µm  {}",
+            share.name, share.words
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueaxis_tables::validate::{Quality, Statistics};
+
+    fn share(name: &str, mean: f64) -> Share {
+        let translation_um = Statistics {
+            mean,
+            ..Statistics::default()
+        };
+        Share {
+            name: name.to_owned(),
+            words: "the scale of X".to_owned(),
+            value: None,
+            standard_uncertainty: None,
+            alone: Quality {
+                translation_um,
+                ..Quality::default()
+            },
+            expanded_uncertainty_mean_um: None,
+            expanded_uncertainty_max_um: None,
+            expanded_uncertainty_max_urad: None,
+            uncorrected_urad: None,
+        }
+    }
+
+    #[test]
+    fn five_bars_are_as_long_as_what_they_stand_for_and_plain_without_a_terminal() {
+        let means = [8.0, 4.0, 2.0, 1.0, 0.01, 0.005];
+        let shares = means.iter().map(|mean| share("EXX1", *mean));
+        let verdict = Verdict {
+            sentences: vec!["So it is.".to_owned()],
+            shares: shares.collect(),
+        };
+        let plain = text(&verdict, false);
+        let bars: Vec<usize> = plain
+            .lines()
+            .skip(2)
+            .map(|l| l.matches('█').count())
+            .collect();
+        assert_eq!(bars, [24, 12, 6, 3, 1]);
+        assert!(
+            plain.starts_with("\nSo it is.\n") && !plain.contains('\x1b'),
+            "{plain}"
+        );
+        assert_eq!(text(&verdict, true).matches("\x1b[34m").count(), 5);
+    }
+}

@@ -1,0 +1,185 @@
+//! `trueaxis verify`
+
+use super::at;
+use super::bad_input::BadInput;
+use super::blame;
+use super::compile::{Random, positive};
+use super::files::{self, MachineFiles};
+use super::progress::Bar;
+use super::{Outcome, screen, verdict};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use trueaxis_model::machine::Machine;
+use trueaxis_report::{self as report, Compensation};
+use trueaxis_tables::compile::{self, Proof, Refusal, Size, Warning};
+use trueaxis_tables::policy::{Told, of_blob, tolerance_urad};
+use trueaxis_tables::schemes;
+use trueaxis_tables::uncertainty::{OverTravel, over_travel};
+use trueaxis_tables::validate::Runtime;
+
+/// Compare a compensation with the exact model at random positions
+///
+/// Evaluates the blob with the runtime over the whole travel, with random directions of travel,
+/// tool lengths and temperatures. Exits with 1 if the tolerance is not met where no error motion
+/// holds its end value, or if the tables deviate from the kinematic correction of an axis by more
+/// than it is large.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  trueaxis verify machine.toml errors.toml machine.trax --random 100000 --seed 7 --json"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    files: MachineFiles,
+    /// The compensation
+    #[arg(value_name = "FILE.trax")]
+    blob: PathBuf,
+    #[command(flatten)]
+    random: Random,
+    /// Largest difference to the kinematic correction that passes, as in `compile`
+    #[arg(long, value_name = "µm", default_value_t = 0.05, value_parser = positive)]
+    tolerance: f64,
+    /// The position that `compile` was given with --zero-at
+    #[arg(long, value_name = "X=0,Y=0,…")]
+    zero_at: Option<String>,
+    /// The position of the rotary axes that `compile --scheme grid3d` was given with --rotary (A=0,C=0 if it was
+    /// given none): what passes is decided there
+    #[arg(long, value_name = "A=0,C=0")]
+    rotary: Option<String>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The answer for programs.
+#[derive(Serialize)]
+struct Answer<'a> {
+    file: &'a Path,
+    machine: &'a str,
+    zero_at: Option<&'a str>,
+    #[serde(flatten)]
+    policy: Told,
+    tolerance_um: f64,
+    tolerance_urad: f64,
+    meets_tolerance: bool,
+    refusals: &'a [Refusal],
+    warnings: &'a [Warning],
+    #[serde(flatten)]
+    size: Size,
+    #[serde(flatten)]
+    proof: &'a Proof,
+    /// 95 % band of what uncertain parameters leave.
+    uncertainty: Option<OverTravel>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
+    let Arguments {
+        files,
+        blob: path,
+        tolerance,
+        ..
+    } = arguments;
+    let (machine, errors) = files.read()?;
+    let blob = files::read_blob(path)?;
+    let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
+    compile::belongs(&machine, &errors, &runtime).map_err(|e| BadInput::mismatch(&e, path))?;
+    let zero_at = arguments
+        .zero_at
+        .as_deref()
+        .map(|text| at::zero_position(text, &machine))
+        .transpose()?;
+    let rotary = arguments.rotary.as_deref();
+    let rotary = rotary
+        .map(|text| at::within_travel("--rotary", text, &machine))
+        .transpose()?;
+    let held = rotary.map_or(Vec::new(), |rotary| held(&machine, rotary));
+    let policy = runtime.compensation().policy();
+    let subtracted = schemes::Options {
+        policy: of_blob(policy),
+        zero_at,
+        ..schemes::Options::default()
+    };
+    let blame = |error| blame::compile(error, files, &machine, &errors);
+    let zero = subtracted
+        .zero(&machine, &errors)
+        .map_err(|error| blame(error.into()))?;
+    let bar = Bar::new();
+    let Random { random, seed } = arguments.random;
+    let proof = compile::prove_held(
+        &machine,
+        &errors,
+        &runtime,
+        &zero,
+        &held,
+        random as usize,
+        seed,
+        &bar,
+    )
+    .map_err(blame)?;
+    drop(bar);
+    let uncertainty = over_travel(&runtime.kinematics(&machine, &errors), seed)
+        .map_err(|error| blame(error.into()))?;
+    let mut refusals = proof.refusals(*tolerance);
+    if !held.is_empty() {
+        // What tables do elsewhere is told, but not held against them.
+        refusals.retain(Refusal::yields_to_best_effort);
+    }
+    let warnings = compile::worse(&proof, *tolerance);
+    let size = Size::of(&runtime);
+    if arguments.json {
+        files::print_json(&Answer {
+            file: path,
+            machine: &machine.name,
+            zero_at: arguments.zero_at.as_deref(),
+            policy: policy.into(),
+            tolerance_um: *tolerance,
+            tolerance_urad: tolerance_urad(of_blob(policy), *tolerance),
+            meets_tolerance: proof.meets(*tolerance),
+            refusals: &refusals,
+            warnings: &warnings,
+            size,
+            proof: &proof,
+            uncertainty,
+        })?;
+    } else {
+        let compensation = Compensation {
+            runtime: &runtime,
+            proof: &proof,
+            uncertainty: uncertainty.as_ref(),
+            zero_at: subtracted.zero_at.as_deref(),
+            tolerance_um: *tolerance,
+        };
+        let told = report::verdict(&machine, &errors, Some(compensation), seed)
+            .map_err(|error| super::report::bad(&error))?;
+        let title = format!("{}: {}\n", path.display(), machine.name);
+        let text = title
+            + &screen::size(&size)
+            + &screen::zero(arguments.zero_at.as_deref())
+            + &screen::policy(policy)
+            + "\n"
+            + &screen::quality(&proof, *tolerance)
+            + &screen::uncertainty(uncertainty.as_ref())
+            + &screen::tool_length(&proof)
+            + &verdict::lines(&told);
+        files::print(&text)?;
+    }
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    for refusal in &refusals {
+        eprintln!("{refusal}");
+    }
+    Ok(if refusals.is_empty() {
+        Outcome::Done
+    } else {
+        Outcome::CheckFailed
+    })
+}
+
+/// The numbers of the rotary axes and where they are (deg).
+fn held(machine: &Machine, position: Vec<f64>) -> Vec<(usize, f64)> {
+    let all = position.into_iter().enumerate();
+    all.filter(|(i, _)| machine.axes[*i].letter.is_rotary())
+        .collect()
+}

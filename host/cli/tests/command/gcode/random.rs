@@ -1,0 +1,276 @@
+//! Programs that nobody wrote, and lines that are no programs, corrected and checked.
+
+use super::programs::{Boxes, program};
+use crate::program::{blob, example};
+use proptest::prelude::*;
+use rand::SeedableRng;
+use rand::seq::IndexedRandom;
+use rand_pcg::Pcg64Mcg;
+use trueaxis::AlignedBlob;
+use trueaxis_controllers::gcode::axes::{self, COUNT};
+use trueaxis_controllers::gcode::check::{Exact, Found, check};
+use trueaxis_controllers::gcode::fault::Refusal;
+use trueaxis_controllers::gcode::modal::Units;
+use trueaxis_controllers::gcode::offsets::System;
+use trueaxis_controllers::gcode::stream::StreamError;
+use trueaxis_controllers::gcode::{
+    Backlash, Corrector, Dialect, Options, Rules, Setup, Tables, Tip, stream,
+};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::validate::Runtime;
+
+/// A machine with what its programs are corrected with.
+pub struct Bench {
+    pub machine: Machine,
+    errors: ErrorModel,
+    pub blob: AlignedBlob,
+    /// What the tables leave at the tip (µm): their tolerance, along and across.
+    own: f64,
+}
+
+impl Bench {
+    /// Five axes, two of which turn the part, with backlash.
+    pub fn five() -> Self {
+        let name = "linuxcnc-xyzac-trt";
+        Self::new(
+            "xyzac-trt",
+            &format!("{name}/machine.toml"),
+            &format!("{name}/errors-11.toml"),
+        )
+    }
+
+    fn new(name: &str, machine: &str, errors: &str) -> Self {
+        let bytes = std::fs::read(blob(name)).unwrap();
+        Self::of(AlignedBlob::from_bytes(&bytes), machine, errors)
+    }
+
+    /// With another compensation.
+    pub fn of(blob: AlignedBlob, machine: &str, errors: &str) -> Self {
+        let read = |path: &str| std::fs::read_to_string(example(path)).unwrap();
+        let machine = Machine::from_toml(&read(machine)).unwrap();
+        let errors =
+            ErrorModel::with_files(&read(errors), &machine, &|_| Err(String::new())).unwrap();
+        Self {
+            machine,
+            errors,
+            blob,
+            own: 0.1,
+        }
+    }
+}
+
+/// Where a program may go: well within the travel.
+fn box_of(machine: &Machine, axis: usize) -> [f64; 2] {
+    let Some(place) = machine.index(axes::name(axis)) else {
+        return [0.0; 2];
+    };
+    let [low, high] = machine.axes[place].travel;
+    let (low, high) = (low.max(-1000.0), high.min(1000.0));
+    let middle = 0.5 * (low + high);
+    let half = (0.3 * (high - low)).min(if axes::is_rotary(axis) { 60.0 } else { 80.0 });
+    [middle - half, middle + half]
+}
+
+/// The same of all axes.
+pub fn boxes(machine: &Machine) -> Boxes {
+    std::array::from_fn(|axis| box_of(machine, axis))
+}
+
+pub fn rules(bench: &Bench, tables: &Tables<'_>) -> Rules {
+    let mut setup = Setup {
+        units: Some(Units::Millimetre),
+        ..Setup::default()
+    };
+    for axis in (0..COUNT).filter(|axis| tables.axes & (1 << axis) != 0) {
+        let [low, high] = box_of(&bench.machine, axis);
+        setup.start.set(axis, 0.5 * (low + high));
+        setup.travel[axis] = trueaxis::Travel::Positive;
+    }
+    setup.systems.insert(1, System::default());
+    setup.systems.insert(2, System::default());
+    setup.tool = Some(1);
+    let mut tool = [0.0; COUNT];
+    tool[2] = bench.machine.tool_length();
+    setup.tools.insert(1, tool);
+    Rules {
+        axes: tables.axes,
+        setup,
+        ..Rules::default()
+    }
+}
+
+/// Corrects a program and checks what was written, with the exact machine; what is refused in it otherwise.
+pub fn try_one(
+    bench: &Bench,
+    tables: &Tables<'_>,
+    rules: &Rules,
+    tip: Option<&Tip<'_>>,
+    options: Options,
+    text: &str,
+) -> Result<Found, Refusal> {
+    let mut corrector = Corrector::new(rules, tables, tip, options, None).unwrap();
+    let mut written = Vec::new();
+    match stream::correct(text.as_bytes(), &mut written, &mut corrector, |_| {}) {
+        Ok(()) => {}
+        Err(StreamError::Refused(refusal)) => return Err(refusal),
+        Err(other) => panic!("{other}\n{text}"),
+    }
+    let shown = || format!("{options:?}\n{text}\n{}", String::from_utf8_lossy(&written));
+    let exact = Exact {
+        machine: &bench.machine,
+        errors: &bench.errors,
+    };
+    let found = check(
+        text.as_bytes(),
+        written.as_slice(),
+        rules,
+        tables,
+        tip,
+        Some(&exact),
+        options,
+    )
+    .unwrap_or_else(|e| panic!("{e}: {}", shown()));
+    assert!(found.holds(&options), "{found:?} {}", shown());
+    let chord = if corrector.report.arcs[1] > 0 {
+        options.chord * 1e3
+    } else {
+        0.0
+    };
+    let allowed = options.tolerance * 1e3 + chord;
+    // What is blended into a move, or left out, is no place of the path.
+    if let (Some(path), Backlash::Move) = (&found.tool_path, options.backlash) {
+        assert!(
+            path.after_um.max <= allowed + bench.own,
+            "{found:?} {}",
+            shown()
+        );
+    }
+    Ok(found)
+}
+
+/// Corrects and checks so many programs with these options.
+fn try_programs(bench: &Bench, count: u64, options: Options) {
+    let runtime = Runtime::load(&bench.blob).unwrap();
+    let tables = Tables::new(runtime.compensation()).unwrap();
+    let rules = rules(bench, &tables);
+    let boxes = boxes(&bench.machine);
+    for seed in 0..count {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let text = program(&mut random, &rules, &boxes, 8);
+        try_one(bench, &tables, &rules, None, options, &text)
+            .unwrap_or_else(|e| panic!("seed {seed}: {e}\n{text}"));
+    }
+}
+
+/// One of them.
+pub fn one<T: Copy>(random: &mut Pcg64Mcg, of: &[T]) -> T {
+    *of.choose(random).unwrap()
+}
+
+/// What becomes of reversals: mostly the default.
+pub fn backlash(random: &mut Pcg64Mcg) -> Backlash {
+    let of = [
+        Backlash::Move,
+        Backlash::Move,
+        Backlash::Blend,
+        Backlash::Leave,
+    ];
+    one(random, &of)
+}
+
+/// A program, and how it is corrected.
+pub struct Trial {
+    pub text: String,
+    pub dialect: Dialect,
+    pub options: Options,
+}
+
+/// Tries a thousand programs of five axes, with G54 in the middle of the table, below the tool: how many are corrected,
+/// and how many are refused for one of these reasons.
+pub fn try_thousand(refusals: &[&str], next: impl Fn(&mut Pcg64Mcg) -> Trial) -> [u32; 2] {
+    let bench = Bench::five();
+    let runtime = Runtime::load(&bench.blob).unwrap();
+    let tables = Tables::new(runtime.compensation()).unwrap();
+    let tip = Tip::new(&bench.machine).unwrap();
+    let mut rules = rules(&bench, &tables);
+    rules.has_machine = true;
+    let mut middle = System::default();
+    middle.origin[..3].copy_from_slice(&[200.0, 150.0, -125.0]);
+    rules.setup.systems.insert(1, middle);
+    let [mut done, mut refused] = [0; 2];
+    for seed in 0..1000 {
+        let trial = next(&mut Pcg64Mcg::seed_from_u64(seed));
+        rules.dialect = trial.dialect;
+        match try_one(
+            &bench,
+            &tables,
+            &rules,
+            Some(&tip),
+            trial.options,
+            &trial.text,
+        ) {
+            Ok(_) => done += 1,
+            Err(refusal) if refusals.iter().any(|why| refusal.cause.contains(why)) => refused += 1,
+            Err(other) => panic!("seed {seed}: {other}\n{}", trial.text),
+        }
+    }
+    [done, refused]
+}
+
+#[test]
+fn random_programs_of_three_axes_are_corrected_within_the_tolerance_and_keep_their_times() {
+    let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+    try_programs(&bench, 500, Options::default());
+}
+
+#[test]
+fn random_programs_of_five_axes_with_backlash_are_corrected_within_the_tolerance_and_keep_their_times()
+ {
+    try_programs(&Bench::five(), 500, Options::default());
+}
+
+#[test]
+fn the_least_tolerance_is_kept_by_the_decimals_of_words() {
+    let options = Options {
+        tolerance: 0.3e-3,
+        ..Options::default()
+    };
+    let mill = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+    for bench in [mill, Bench::five()] {
+        try_programs(&bench, 200, options);
+    }
+}
+
+fn word() -> impl Strategy<Value = String> {
+    let letters = "[GMXYZACFIJKRLPQHTSND]";
+    (
+        letters,
+        prop_oneof!["-?[0-9]{1,2}", "-?[0-9]{1,2}\\.[0-9]{1,3}", "[0-4]"],
+    )
+        .prop_map(|(l, n)| l + &n)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn whatever_is_written_is_accepted_by_the_check(
+        lines in proptest::collection::vec(proptest::collection::vec(word(), 0..6), 1..12),
+    ) {
+        let bench = Bench::new("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml");
+        let runtime = Runtime::load(&bench.blob).unwrap();
+        let tables = Tables::new(runtime.compensation()).unwrap();
+        let rules = rules(&bench, &tables);
+        let options = Options::default();
+        let lines: Vec<String> = lines.iter().map(|words| words.join(" ")).collect();
+        let text = format!("G21 G90 F100\n{}\n", lines.join("\n"));
+        let mut corrector = Corrector::new(&rules, &tables, None, options, None).unwrap();
+        let mut written = Vec::new();
+        if stream::correct(text.as_bytes(), &mut written, &mut corrector, |_| {}).is_ok() {
+            let found = check(text.as_bytes(), written.as_slice(), &rules, &tables, None, None, options);
+            let found = found.unwrap_or_else(|e| panic!("{e}:\n{text}\n{}", String::from_utf8_lossy(&written)));
+            prop_assert!(found.excess_um == 0.0, "{found:?}\n{text}\n{}", String::from_utf8_lossy(&written));
+        }
+    }
+}

@@ -1,0 +1,1051 @@
+//! `trueaxis linuxcnc`: what each of its commands says of the simulated machines, whole and spoilt.
+
+use crate::program::{Folder, answer, blob, example, plain, refused, trueaxis};
+use serde_json::Value;
+use std::path::Path;
+
+const FILES: [&str; 4] = ["machine.hal", "trueaxis.hal", "model.hal", "demo.ngc"];
+
+/// A simulated machine in a folder of its own.
+struct Simulated {
+    folder: Folder,
+    name: &'static str,
+}
+
+fn configs() -> String {
+    format!(
+        "{}/../../firmware/linuxcnc/configs",
+        env!("CARGO_MANIFEST_DIR")
+    )
+}
+
+/// Without the panel, whose pins are those of a screen.
+fn simulated(name: &'static str) -> Simulated {
+    let folder = Folder::new();
+    let from = Path::new(&configs()).join(name);
+    for file in FILES {
+        std::fs::copy(from.join(file), folder.at(file)).unwrap();
+    }
+    let ini = std::fs::read_to_string(from.join(format!("{name}.ini"))).unwrap();
+    let without = ini.replace("POSTGUI_HALFILE = ../panel.hal\n", "");
+    assert_ne!(ini, without);
+    folder.file("machine.ini", without);
+    std::fs::copy(blob(name), folder.at(&format!("{name}.trax"))).unwrap();
+    Simulated { folder, name }
+}
+
+impl Simulated {
+    fn at(&self, file: &str) -> String {
+        self.folder.at(file)
+    }
+    fn text(&self, file: &str) -> String {
+        std::fs::read_to_string(self.at(file)).unwrap()
+    }
+    /// Writes `to` for the first `from` of a file.
+    fn change(&self, file: &str, from: &str, to: &str) {
+        let text = self.text(file);
+        assert!(text.contains(from), "{file} has no {from}");
+        self.folder.file(file, text.replacen(from, to, 1));
+    }
+    fn arguments(&self) -> [String; 5] {
+        let trax = format!("{}.trax", self.name);
+        let ini = self.at("machine.ini");
+        [
+            "linuxcnc".into(),
+            "check".into(),
+            ini,
+            self.at(&trax),
+            "--json".into(),
+        ]
+    }
+    /// What `check` finds; it must end with 1 if something is refused, otherwise with 0.
+    fn findings(&self, more: &[&str]) -> Vec<Value> {
+        let arguments = self.arguments();
+        let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        arguments.extend(more);
+        let output = trueaxis(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let found: Value =
+            serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{said}"));
+        let code = i32::from(found["refused"] != 0);
+        assert_eq!(output.status.code(), Some(code), "{said}");
+        found["findings"].as_array().unwrap().clone()
+    }
+    /// The line of a finding.
+    fn line(&self, finding: &Value) -> String {
+        let text = std::fs::read_to_string(finding["file"].as_str().unwrap()).unwrap();
+        let line = usize::try_from(finding["line"].as_u64().unwrap()).unwrap();
+        text.lines().nth(line - 1).unwrap_or("").to_owned()
+    }
+    /// There must be a finding with this severity and reason, in this line, with this to be written.
+    #[track_caller]
+    fn finds(&self, more: &[&str], expected: [&str; 4]) {
+        let [severity, line, reason, write] = expected;
+        let found = self.findings(more);
+        let is = |f: &Value| {
+            let text = |key: &str| f[key].as_str().unwrap().to_owned();
+            text("severity") == severity
+                && text("reason").contains(reason)
+                && text("write").contains(write)
+                && self.line(f).contains(line)
+        };
+        assert!(
+            found.iter().any(is),
+            "{expected:?} is not among\n{found:#?}"
+        );
+    }
+}
+
+#[test]
+fn both_simulated_machines_pass() {
+    for (name, machine) in [
+        ("mill-21", "mill-21/machine.toml"),
+        ("xyzac-trt", "linuxcnc-xyzac-trt/machine.toml"),
+    ] {
+        let found = simulated(name).findings(&["--machine", &example(machine)]);
+        assert!(found.is_empty(), "{found:#?}");
+    }
+}
+
+/// Changes one thing, and looks for the finding.
+#[track_caller]
+fn spoilt(name: &'static str, change: [&str; 3], expected: [&str; 4]) {
+    let machine = simulated(name);
+    let [file, from, to] = change;
+    machine.change(file, from, to);
+    machine.finds(&[], expected);
+}
+
+#[test]
+fn joints_that_are_compensated_twice_are_found() {
+    let first = "[JOINT_0]\n";
+    spoilt(
+        "mill-21",
+        ["machine.ini", first, "[JOINT_0]\nCOMP_FILE = x.comp\n"],
+        [
+            "refused",
+            "COMP_FILE",
+            "compensated twice: by COMP_FILE",
+            "# COMP_FILE = x.comp",
+        ],
+    );
+    // X of the five-axis machine has tables for each direction of travel, that of the mill has none.
+    spoilt(
+        "xyzac-trt",
+        ["machine.ini", first, "[JOINT_0]\nBACKLASH = 0.01\n"],
+        [
+            "refused",
+            "BACKLASH",
+            "compensated twice: by BACKLASH",
+            "BACKLASH = 0",
+        ],
+    );
+    spoilt(
+        "mill-21",
+        ["machine.ini", first, "[JOINT_0]\nBACKLASH = 0.01\n"],
+        [
+            "warning",
+            "BACKLASH",
+            "stays with LinuxCNC",
+            "EXXb in the error file",
+        ],
+    );
+    let machine = simulated("xyzac-trt");
+    machine.change(
+        "machine.ini",
+        first,
+        "[JOINT_0]\nBACKLASH = 0.0\nCOMP_FILE =\n",
+    );
+    assert!(machine.findings(&[]).is_empty());
+}
+
+#[test]
+fn limits_outside_the_compensation_or_too_close_to_its_ends_are_found() {
+    // Of the joint: those of the axes stand before.
+    for (joint, from, to, severity, line, reason, write) in [
+        (
+            "[JOINT_0]",
+            "MIN_LIMIT = 0.5",
+            "MIN_LIMIT = -1",
+            "refused",
+            "MIN_LIMIT",
+            "outside the travel",
+            "MIN_LIMIT = 0.05",
+        ),
+        (
+            "[JOINT_0]",
+            "MAX_LIMIT = 499.5",
+            "MAX_LIMIT = 501",
+            "refused",
+            "MAX_LIMIT",
+            "which ends at 500",
+            "MAX_LIMIT = 499.94",
+        ),
+        (
+            "[JOINT_2]",
+            "MAX_LIMIT = -0.5",
+            "MAX_LIMIT = -0.01",
+            "warning",
+            "MAX_LIMIT",
+            "less than the largest correction",
+            "MAX_LIMIT = -0.03",
+        ),
+        (
+            "[JOINT_1]",
+            "MIN_LIMIT = 0.5\n",
+            "",
+            "refused",
+            "[JOINT_1]",
+            "MIN_LIMIT of joint 1 is missing",
+            "MIN_LIMIT = 0.05",
+        ),
+        (
+            "[JOINT_1]",
+            "MIN_LIMIT = 0.5",
+            "MIN_LIMIT = none",
+            "refused",
+            "MIN_LIMIT",
+            "MIN_LIMIT of joint 1 is `none`, no number",
+            "MIN_LIMIT = 0.05",
+        ),
+        (
+            "[JOINT_1]",
+            "TYPE = LINEAR",
+            "TYPE = ANGULAR",
+            "refused",
+            "TYPE",
+            "which is not ANGULAR",
+            "TYPE = LINEAR",
+        ),
+    ] {
+        let machine = simulated("mill-21");
+        let text = machine.text("machine.ini");
+        let (before, after) = text.split_once(joint).unwrap();
+        assert!(after.contains(from));
+        machine.folder.file(
+            "machine.ini",
+            [before, joint, &after.replacen(from, to, 1)].concat(),
+        );
+        machine.finds(&[], [severity, line, reason, write]);
+        // What is to be written passes.
+        let write = machine.findings(&[])[0]["write"]
+            .as_str()
+            .unwrap()
+            .to_owned();
+        if !to.is_empty() {
+            machine.folder.file(
+                "machine.ini",
+                [before, joint, &after.replacen(from, &write, 1)].concat(),
+            );
+            assert!(machine.findings(&[]).is_empty(), "{write}");
+        }
+    }
+}
+
+#[test]
+fn limits_in_inches_are_inches() {
+    let machine = simulated("mill-21");
+    machine.change("machine.ini", "LINEAR_UNITS = mm", "LINEAR_UNITS = inch");
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "MAX_LIMIT",
+            "ends at 19.685",
+            "MAX_LIMIT = 19.68",
+        ],
+    );
+}
+
+#[test]
+fn step_generators_without_headroom_are_found() {
+    for (line, reason, write) in [
+        (
+            "STEPGEN_MAXVEL = 100",
+            "need 100.6",
+            "STEPGEN_MAXVEL = 100.6",
+        ),
+        (
+            "STEPGEN_MAXACCEL = 1000",
+            "need 1006",
+            "STEPGEN_MAXACCEL = 1006",
+        ),
+        (
+            "STEPGEN_MAXVEL = fast",
+            "no number",
+            "STEPGEN_MAXVEL = 100.6",
+        ),
+    ] {
+        let joint = format!("[JOINT_0]\n{line}\n");
+        spoilt(
+            "mill-21",
+            ["machine.ini", "[JOINT_0]\n", &joint],
+            ["refused", line, reason, write],
+        );
+        let machine = simulated("mill-21");
+        machine.change(
+            "machine.ini",
+            "[JOINT_0]\n",
+            "[JOINT_0]\nSTEPGEN_MAXVEL = 101\nSTEPGEN_MAXACCEL = 1010\n",
+        );
+        assert!(machine.findings(&[]).is_empty());
+    }
+    let machine = simulated("mill-21");
+    let text = machine
+        .text("machine.ini")
+        .replace("MAX_VELOCITY = 100", "MAX_VELOCITY = 600");
+    machine.folder.file("machine.ini", text);
+    machine.finds(
+        &["--machine", &example("mill-21/machine.toml")],
+        [
+            "warning",
+            "MAX_VELOCITY = 600",
+            "was made for 500",
+            "max_speed = 600.0",
+        ],
+    );
+}
+
+#[test]
+fn functions_in_the_wrong_order_are_found() {
+    for (from, to, severity, line, reason, write) in [
+        (
+            "addf trueaxis.read  servo-thread 1",
+            "addf trueaxis.read servo-thread -1",
+            "refused",
+            "addf trueaxis.read",
+            "before motion-controller",
+            "addf trueaxis.read servo-thread 1",
+        ),
+        (
+            "addf trueaxis.write servo-thread 4",
+            "addf trueaxis.write servo-thread 1",
+            "refused",
+            "addf trueaxis.write",
+            "behind motion-controller",
+            "addf trueaxis.write servo-thread 4",
+        ),
+        (
+            "addf trueaxis.write servo-thread 4",
+            "",
+            "refused",
+            "loadrt trueaxis",
+            "is not in servo-thread",
+            "addf trueaxis.write servo-thread 4",
+        ),
+        (
+            "addf trueaxis.read  servo-thread 1",
+            "addf trueaxis.read base-thread",
+            "refused",
+            "base-thread",
+            "is not in servo-thread",
+            "addf trueaxis.read servo-thread 1",
+        ),
+        (
+            "addf trueaxis.read  servo-thread 1",
+            "addf trueaxis.read servo-thread 1\naddf hm2.0.read servo-thread 2",
+            "warning",
+            "hm2.0.read",
+            "feedback of the last period",
+            "addf hm2.0.read servo-thread 1",
+        ),
+        (
+            "addf trueaxis.read  servo-thread 1",
+            "addf trueaxis.read servo-thread 1\naddf stepgen.update-freq servo-thread 2",
+            "warning",
+            "stepgen.update-freq",
+            "commands of the last period",
+            "addf stepgen.update-freq servo-thread -1",
+        ),
+    ] {
+        // The second place is another one after a line that is added or left out.
+        let machine = simulated("mill-21");
+        machine.change("trueaxis.hal", from, to);
+        let text = machine.text("trueaxis.hal");
+        machine.folder.file(
+            "trueaxis.hal",
+            text.replace(
+                "trueaxis.write servo-thread 4",
+                "trueaxis.write servo-thread -1",
+            ),
+        );
+        machine.finds(&[], [severity, line, reason, write]);
+    }
+}
+
+#[test]
+fn joints_and_axes_that_do_not_match_are_found() {
+    let load = "axes=XYZ units=[TRAJ]LINEAR_UNITS";
+    for (to, reason, write) in [
+        ("axes=XY units=mm", "no joint for the axis Z", "axes=XYZ"),
+        (
+            "axes=YXZ units=mm",
+            "joint 0 has the axis Y in axes=YXZ, but X in trivkins",
+            "axes=XYZ",
+        ),
+        (
+            "axes=XYZA units=mm",
+            "joint 3 has the axis A in axes=XYZA, which the compensation does not have",
+            "with - for this joint",
+        ),
+        (
+            "axes=XYZZ units=mm",
+            "joint 3 has the axis Z in axes=XYZZ, but",
+            "axes=XYZ",
+        ),
+        (
+            "axes=XYZ units=inch",
+            "units= is not what [TRAJ]LINEAR_UNITS says",
+            "units=[TRAJ]LINEAR_UNITS",
+        ),
+        ("axes=XYZ", "units= is not what", "units=[TRAJ]LINEAR_UNITS"),
+    ] {
+        let expected = match to.contains("XYZZ") {
+            // More joints than the machine has.
+            true => [
+                "refused",
+                "loadrt trueaxis",
+                "names more joints than [KINS]JOINTS, 3",
+                write,
+            ],
+            false => ["refused", "loadrt trueaxis", reason, write],
+        };
+        spoilt("mill-21", ["trueaxis.hal", load, to], expected);
+    }
+    spoilt(
+        "mill-21",
+        ["trueaxis.hal", "file=mill-21.trax", "file=machine.ini"],
+        [
+            "warning",
+            "loadrt",
+            "another file than the one that is checked",
+            "file=",
+        ],
+    );
+    spoilt(
+        "xyzac-trt",
+        [
+            "machine.ini",
+            "ANGULAR_UNITS = degree",
+            "ANGULAR_UNITS = radian",
+        ],
+        [
+            "refused",
+            "ANGULAR_UNITS",
+            "rotary joints are in radian",
+            "ANGULAR_UNITS = degree",
+        ],
+    );
+}
+
+#[test]
+fn letters_of_joints_are_those_that_hal_loads() {
+    let machine = simulated("mill-21");
+    let load = "loadrt [KINS]KINEMATICS";
+    machine.change("machine.hal", load, "loadrt trivkins coordinates=xyz");
+    assert_eq!(machine.findings(&[]), [] as [Value; 0]);
+    // A gantry, of which the component is told one joint.
+    machine.change("machine.hal", "coordinates=xyz", "coordinates=XYYZ");
+    machine.change("machine.ini", "JOINTS = 3", "JOINTS = 4");
+    let expected = "joint 2 has the axis Z in axes=XYZ, but Y in trivkins";
+    machine.finds(&[], ["refused", "loadrt", expected, "axes=XYYZ"]);
+    // Another module than the INI file names.
+    machine.change("machine.hal", "trivkins coordinates=XYYZ", "xyzac-trt-kins");
+    let expected = "xyzac-trt-kins is for rotary axes AC";
+    machine.finds(&[], ["refused", "xyzac-trt-kins", expected, "KINEMATICS ="]);
+}
+
+#[test]
+fn pins_that_are_linked_one_to_one_are_connected() {
+    let machine = simulated("mill-21");
+    for (pin, of) in [
+        ("homed", "homed"),
+        ("homing", "homing"),
+        ("pos-in", "pos-cmd"),
+    ] {
+        let net = format!("net trueaxis-0-{of} joint.0.{of} => trueaxis.joint.0.{pin}\n");
+        let link = format!("linkpp joint.0.{of} trueaxis.joint.0.{pin}\n");
+        machine.change("trueaxis.hal", &net, &link);
+    }
+    // The model reads the position, too.
+    machine.change("model.hal", "net trueaxis-0-pos-cmd", "net joint.0.pos-cmd");
+    assert_eq!(machine.findings(&[]), [] as [Value; 0]);
+}
+
+#[test]
+fn weights_without_pins_and_pins_without_weights_are_found() {
+    let load = "axes=XYZ units=[TRAJ]LINEAR_UNITS";
+    spoilt(
+        "mill-21",
+        ["trueaxis.hal", load, &format!("{load} weights=2")],
+        [
+            "warning",
+            "loadrt",
+            "weights=2 makes pins without effect: the compensation has 0 adjustable terms",
+            "weights=0",
+        ],
+    );
+    // One with two adjustable terms, of another machine: what else is found does not matter here.
+    let machine = simulated("mill-21");
+    let golden = format!(
+        "{}/../../tests/golden/v1/everything.trax",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    std::fs::copy(golden, machine.at("mill-21.trax")).unwrap();
+    let loaded = |reason| ["warning", "loadrt", reason, "weights=2"];
+    machine.finds(
+        &[],
+        loaded(
+            "has 2 adjustable terms, and weights= is not given: they keep the weights of the file",
+        ),
+    );
+    machine.change("trueaxis.hal", load, &format!("{load} weights=1"));
+    machine.finds(&[], loaded("2 adjustable terms, the component 1 pins"));
+    machine.change("trueaxis.hal", "weights=1", "weights=few");
+    machine.finds(
+        &[],
+        ["refused", "loadrt", "weights= is no number", "weights=2"],
+    );
+    machine.change("trueaxis.hal", "weights=few", "weights=2");
+    let found = machine.findings(&[]);
+    let of_weights = |f: &&Value| f["reason"].as_str().unwrap().contains("weights");
+    assert_eq!(found.iter().find(of_weights), None);
+}
+
+#[test]
+fn a_machine_without_the_component_is_told_how_to_load_it() {
+    let machine = simulated("mill-21");
+    machine.change("machine.ini", "HALFILE = trueaxis.hal\n", "");
+    machine.change("machine.ini", "HALFILE = model.hal\n", "");
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "[HAL]",
+            "is not loaded",
+            "loadrt trueaxis file=FILE.trax axes=XYZ units=[TRAJ]LINEAR_UNITS",
+        ],
+    );
+    // A program may do all that.
+    machine.change(
+        "machine.ini",
+        "HALFILE = machine.hal",
+        "HALFILE = machine.hal\nHALFILE = LIB:basic_sim.tcl",
+    );
+    machine.finds(
+        &[],
+        ["warning", "[HAL]", "is not loaded", "loadrt trueaxis"],
+    );
+    machine.finds(&[], ["warning", "basic_sim.tcl", "is a program", "HALFILE"]);
+}
+
+#[test]
+fn kinematics_that_are_not_those_of_the_machine_are_found() {
+    let trt = example("linuxcnc-xyzac-trt/machine.toml");
+    for (file, from, to, line, reason, write) in [
+        (
+            "machine.hal",
+            "y-rot-point 150",
+            "y-rot-point 149",
+            "y-rot-point",
+            "puts the axis C at y = 149 mm, the machine file at 150 mm",
+            "setp xyzac-trt-kins.y-rot-point 150",
+        ),
+        (
+            "machine.hal",
+            "z-offset 40",
+            "z-offset 41",
+            "z-offset",
+            "puts the axis A at z = -279 mm",
+            "setp xyzac-trt-kins.z-offset 40",
+        ),
+        (
+            "machine.ini",
+            "KINEMATICS = xyzac-trt-kins",
+            "KINEMATICS = xyzbc-trt-kins",
+            "KINEMATICS",
+            "is for rotary axes BC, the compensation has AC",
+            "KINEMATICS",
+        ),
+        (
+            "machine.ini",
+            "KINEMATICS = xyzac-trt-kins",
+            "KINEMATICS = 5axiskins",
+            "KINEMATICS",
+            "is for rotary axes BC",
+            "KINEMATICS",
+        ),
+    ] {
+        let machine = simulated("xyzac-trt");
+        machine.change(file, from, to);
+        machine.finds(&["--machine", &trt], ["refused", line, reason, write]);
+    }
+    // A pin that comes from elsewhere is nobody's mistake.
+    let machine = simulated("xyzac-trt");
+    machine.change(
+        "machine.hal",
+        "setp xyzac-trt-kins.y-offset -5",
+        "net pivot probe.y => xyzac-trt-kins.y-offset",
+    );
+    assert!(machine.findings(&["--machine", &trt]).is_empty());
+    // Another machine file than that of the compensation.
+    let machine = simulated("xyzac-trt");
+    let text = std::fs::read_to_string(&trt).unwrap();
+    let swap = text
+        .replace("topology", "#")
+        .replace("name = \"A\"", "name = \"?\"")
+        .replace("name = \"C\"", "name = \"A\"")
+        .replace("name = \"?\"", "name = \"C\"");
+    let path = machine.folder.file("other.toml", swap);
+    machine.finds(
+        &["--machine", &path],
+        [
+            "refused",
+            "KINEMATICS",
+            "the machine file is that of `xyzac-trt` with axes YXCAZ",
+            "--machine",
+        ],
+    );
+    spoilt(
+        "mill-21",
+        [
+            "machine.ini",
+            "KINEMATICS = trivkins",
+            "KINEMATICS = corexykins",
+        ],
+        [
+            "warning",
+            "KINEMATICS",
+            "corexykins is not known here",
+            "trueaxis pose",
+        ],
+    );
+    let mill = example("mill-21/machine.toml");
+    simulated("xyzac-trt").finds(
+        &["--machine", &mill],
+        [
+            "refused",
+            "KINEMATICS",
+            "made for the machine `xyzac-trt`",
+            "--machine",
+        ],
+    );
+}
+
+#[test]
+fn a_head_under_kinematics_for_a_table_is_found() {
+    // The same letters, C and A at the tool.
+    let machine = simulated("xyzac-trt");
+    let toml = std::fs::read_to_string(example("linuxcnc-xyzac-trt/machine.toml")).unwrap();
+    // Behind the comments: Y, X, A, C, then Z with spindle and tool.
+    let parts: Vec<&str> = toml.split("[[axis]]\n").collect();
+    let (z, rest) = parts[5].split_once("\n\n").unwrap();
+    let [a, c] = [3, 4].map(|k| parts[k].replace("\"workpiece\"", "\"tool\""));
+    let axes = [parts[1], parts[2], z, &a, &c].join("\n[[axis]]\n");
+    let toml = format!("name = \"xyzac-trt\"\n[[axis]]\n{axes}\n{rest}");
+    let path = machine.folder.file("head.toml", toml);
+    let errors = machine.folder.file(
+        "errors.toml",
+        "machine = \"xyzac-trt\"\n[parameters]\nEXX1 = 1e-5\n",
+    );
+    let out = machine.at("xyzac-trt.trax");
+    answer(
+        0,
+        &["compile", &path, &errors, "-o", &out, "--random", "100"],
+    );
+    machine.finds(
+        &["--machine", &path],
+        ["refused", "KINEMATICS", "is for a table with A carrying C, and no rotary axis at the tool, but the machine is wXYFZACSt", "KINEMATICS"],
+    );
+}
+
+#[test]
+fn connections_that_are_missing_or_wrong_are_found() {
+    for (from, to, severity, line, reason, write) in [
+        (
+            "net trueaxis-0-pos-cmd joint.0.pos-cmd => trueaxis.joint.0.pos-in\n",
+            "",
+            "refused",
+            "loadrt trueaxis",
+            "trueaxis.joint.0.pos-in is not connected to joint.0.pos-cmd",
+            "net trueaxis-0-pos-cmd joint.0.pos-cmd => trueaxis.joint.0.pos-in",
+        ),
+        (
+            "joint.0.motor-pos-cmd => trueaxis.joint.0.motor-cmd-in",
+            "joint.0.motor-pos-cmd => trueaxis.joint.0.motor-cmd-in\nunlinkp trueaxis.joint.0.pos-in\nnet trueaxis-0-cmd trueaxis.joint.0.pos-in",
+            "refused",
+            "trueaxis-0-cmd",
+            "which contains backlash and homing offset",
+            "unlinkp trueaxis.joint.0.pos-in",
+        ),
+        (
+            "net trueaxis-1-homed joint.1.homed => trueaxis.joint.1.homed\n",
+            "",
+            "refused",
+            "loadrt trueaxis",
+            "trueaxis.joint.1.homed is not connected",
+            "net trueaxis-1-homed joint.1.homed => trueaxis.joint.1.homed",
+        ),
+        (
+            "net trueaxis-2-fb trueaxis.joint.2.motor-fb-out => joint.2.motor-pos-fb\n",
+            "",
+            "refused",
+            "loadrt trueaxis",
+            "motor-fb-out is not connected",
+            "net trueaxis-2-fb trueaxis.joint.2.motor-fb-out => joint.2.motor-pos-fb",
+        ),
+        (
+            "joint.0.motor-pos-cmd => trueaxis.joint.0.motor-cmd-in",
+            "joint.0.motor-pos-cmd => trueaxis.joint.0.motor-cmd-in stepgen.0.position-cmd",
+            "warning",
+            "stepgen.0",
+            "without its correction",
+            "trueaxis.joint.0.motor-cmd-out => stepgen.0.position-cmd",
+        ),
+        (
+            "setp trueaxis.enable 1",
+            "",
+            "warning",
+            "loadrt trueaxis",
+            "nothing ever enables",
+            "setp trueaxis.enable 1",
+        ),
+    ] {
+        spoilt(
+            "mill-21",
+            ["trueaxis.hal", from, to],
+            [severity, line, reason, write],
+        );
+    }
+    // Nothing but the component on the signal of the drive.
+    let machine = simulated("mill-21");
+    for line in [
+        "net x-drive => trueaxis.joint.0.motor-fb-in\n",
+        "net x-drive <= trueaxis.joint.0.motor-cmd-out\n",
+    ] {
+        machine.change("trueaxis.hal", line, "");
+    }
+    machine.change("model.hal", "net x-drive", "net other");
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "loadrt",
+            "motor-cmd-out is not connected to the drive",
+            "(the drive)",
+        ],
+    );
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "loadrt",
+            "motor-fb-in is not connected",
+            "(the drive)",
+        ],
+    );
+}
+
+#[test]
+fn inputs_that_a_correction_depends_on_are_asked_for() {
+    let machine = simulated("mill-21");
+    let toml = std::fs::read_to_string(example("mill-21/machine.toml")).unwrap()
+        + "length_range_mm = [50.0, 150.0]\n";
+    let toml = machine.folder.file("machine.toml", toml);
+    let errors = "machine = \"Mill with 21 errors\"\n[parameters]\nEXX1 = 1e-5\nEB0Z = 5e-5\n\n[thermal]\nEXX1 = { per_kelvin = 1e-6, sensor = \"bed\", reference_celsius = 20.0 }\n";
+    let errors = machine.folder.file("errors.toml", errors);
+    let out = machine.at("mill-21.trax");
+    answer(
+        0,
+        &["compile", &toml, &errors, "-o", &out, "--random", "100"],
+    );
+    machine.change(
+        "trueaxis.hal",
+        "net trueaxis-tool-length motion.tooloffset.z => trueaxis.tool-length\n",
+        "",
+    );
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "loadrt",
+            "`tool length`, and trueaxis.tool-length is not connected",
+            "motion.tooloffset.z",
+        ],
+    );
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "loadrt",
+            "`bed`, and trueaxis.temperature-0",
+            "trueaxis.temperature-0",
+        ],
+    );
+    machine.finds(
+        &[],
+        [
+            "refused",
+            "loadrt",
+            "1 temperatures, the component fewer pins",
+            "temperatures=1",
+        ],
+    );
+}
+
+#[test]
+fn what_cannot_be_read_is_named_with_its_line() {
+    for (file, from, to, parts) in [
+        (
+            "machine.ini",
+            "HALFILE = machine.hal",
+            "HALFILE = other.hal",
+            ["machine.ini, line", "`other.hal` cannot be read"],
+        ),
+        (
+            "machine.ini",
+            "JOINTS = 3",
+            "JOINTS = many",
+            ["machine.ini, line", "`many` is no number of joints"],
+        ),
+        (
+            "machine.ini",
+            "JOINTS = 3",
+            "",
+            ["machine.ini, line", "no [KINS]JOINTS"],
+        ),
+        (
+            "machine.ini",
+            "LINEAR_UNITS = mm",
+            "",
+            [
+                "trueaxis.hal, line",
+                "the INI file has no [TRAJ]LINEAR_UNITS",
+            ],
+        ),
+        (
+            "machine.ini",
+            "[KINS]",
+            "#INCLUDE other.inc\n[KINS]",
+            ["machine.ini, line", "`other.inc` cannot be read"],
+        ),
+        (
+            "machine.ini",
+            "[KINS]",
+            "#INCLUDE machine.ini\n[KINS]",
+            ["machine.ini, line", "includes another one"],
+        ),
+        (
+            "machine.ini",
+            "[KINS]",
+            "[KINS",
+            ["machine.ini, line", "without its closing bracket"],
+        ),
+        (
+            "machine.hal",
+            "loadrt",
+            "source machine.hal\nloadrt",
+            ["machine.hal, line 2", "source each other"],
+        ),
+        (
+            "trueaxis.hal",
+            "servo-thread 1",
+            "servo-thread 7",
+            ["trueaxis.hal, line", "`7` is no place in servo-thread"],
+        ),
+    ] {
+        let machine = simulated("mill-21");
+        machine.change(file, from, to);
+        let arguments = machine.arguments();
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        refused(&arguments, &parts);
+        refused(
+            &[
+                "linuxcnc",
+                "setup",
+                arguments[2],
+                "-o",
+                machine.folder.path().to_str().unwrap(),
+                "--overwrite",
+            ],
+            &parts,
+        );
+    }
+}
+
+#[test]
+fn no_cut_and_no_rubbish_makes_it_panic() {
+    let machine = simulated("mill-21");
+    let arguments = machine.arguments();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    for file in ["machine.ini", "trueaxis.hal", "mill-21.trax"] {
+        let whole = std::fs::read(machine.at(file)).unwrap();
+        let mut rubbish = vec![
+            whole.iter().map(|b| b ^ 0x80).collect(),
+            vec![0; 5000],
+            b"[[[]]=]\n[=\n\\\n\\".to_vec(),
+        ];
+        let cuts = (0..whole.len()).step_by(whole.len() / 12);
+        rubbish.extend(cuts.map(|cut| whole[..cut].to_vec()));
+        for bytes in rubbish {
+            machine.folder.file(file, &bytes);
+            let output = trueaxis(&arguments);
+            let said = plain(&output.stderr);
+            assert!(matches!(output.status.code(), Some(0..=2)), "{said}");
+            assert!(!said.contains("panicked"), "{said}");
+        }
+        machine.folder.file(file, &whole);
+    }
+    assert!(machine.findings(&[]).is_empty());
+}
+
+#[test]
+fn setup_writes_the_lines_of_the_simulated_machines() {
+    for name in ["mill-21", "xyzac-trt"] {
+        let machine = simulated(name);
+        let lines = machine.text("trueaxis.hal");
+        // Not where they are already: what is connected then is ours.
+        refused(
+            &[
+                "linuxcnc",
+                "setup",
+                &machine.at("machine.ini"),
+                "-o",
+                &machine.at("."),
+            ],
+            &[
+                "load the component trueaxis already",
+                "take HALFILE = trueaxis.hal out",
+            ],
+        );
+        machine.change(
+            "machine.ini",
+            "HALFILE = trueaxis.hal\nHALFILE = model.hal\n",
+            "",
+        );
+        let (ini, trax) = (machine.at("machine.ini"), format!("{name}.trax"));
+        let to = machine.at("new");
+        std::fs::create_dir(&to).unwrap();
+        let setup = ["linuxcnc", "setup", &ini, "-o", &to, "--file", &trax];
+        let said = answer(0, &setup);
+        assert!(
+            said.contains("to be completed where it says CHECK"),
+            "{said}"
+        );
+        assert_eq!(machine.text("new/trueaxis.hal"), lines);
+        // It is a description that is accepted, and says the same of the kinematics as the example.
+        let described = machine.at("new/machine.toml");
+        let example = match name {
+            "mill-21" => example("mill-21/machine.toml"),
+            _ => example("linuxcnc-xyzac-trt/machine.toml"),
+        };
+        let at = "X=123,Y=45,Z=-67,A=30,C=40";
+        let at = if name == "mill-21" { &at[..16] } else { at };
+        let pose = |path: &str| -> Value {
+            let text = answer(0, &["pose", path, "--at", at, "--json"]);
+            let pose: Value = serde_json::from_str(&text).unwrap();
+            pose["poses"][0]["nominal"].clone()
+        };
+        assert_eq!(pose(&described), pose(&example));
+        // Nothing is written over.
+        std::fs::write(&described, "mine").unwrap();
+        refused(
+            &setup,
+            &[
+                "trueaxis.hal is there already: nothing was written",
+                "--overwrite",
+            ],
+        );
+        std::fs::remove_file(machine.at("new/trueaxis.hal")).unwrap();
+        refused(&setup, &["machine.toml is there already"]);
+        assert!(!Path::new(&machine.at("new/trueaxis.hal")).exists());
+        assert_eq!(machine.text("new/machine.toml"), "mine");
+        answer(0, &[&setup[..], &["--overwrite"]].concat());
+        assert_ne!(machine.text("new/machine.toml"), "mine");
+    }
+}
+
+#[test]
+fn setup_knows_the_kinematics_and_says_what_it_does_not_know() {
+    let machine = simulated("mill-21");
+    let ini = |kinematics: &str, joints: usize| {
+        let mut text = format!(
+            "[HAL]\nHALFILE = empty.hal\n[TRAJ]\nLINEAR_UNITS = inch\n[KINS]\nKINEMATICS = {kinematics}\nJOINTS = {joints}\n"
+        );
+        for n in 0..joints {
+            text += &format!("[JOINT_{n}]\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2\n");
+        }
+        machine.folder.file("other.ini", text)
+    };
+    machine.folder.file("empty.hal", "");
+    let to = machine.folder.path().to_str().unwrap();
+    for (kinematics, joints, axes, parts) in [
+        (
+            "xyzac-trt-kins",
+            5,
+            "axes=XYZAC",
+            &["name = \"A\"", "max_speed = 50.8"][..],
+        ),
+        (
+            "xyzbc-trt-kins",
+            5,
+            "axes=XYZBC",
+            &["name = \"B\"", "range = [-254.5, 254.5]"],
+        ),
+        (
+            "5axiskins",
+            6,
+            "axes=XYZBC-",
+            &["reversed = true", "branch = \"tool\""],
+        ),
+        (
+            "trivkins coordinates=xyyz",
+            4,
+            "axes=XYYZ",
+            &["CHECK: does it move the table"],
+        ),
+        ("gantrykins", 3, "axes= ", &[]),
+    ] {
+        let ini = ini(kinematics, joints);
+        let output = trueaxis(&["linuxcnc", "setup", &ini, "-o", to, "--overwrite"]);
+        assert!(output.status.success(), "{}", plain(&output.stderr));
+        let hal = machine.text("trueaxis.hal");
+        assert!(hal.contains(axes), "{hal}");
+        assert!(hal.contains("CHECK: trueaxis.read must come before"));
+        let toml = machine.text("machine.toml");
+        for part in parts {
+            assert!(toml.contains(part), "{part} is not in\n{toml}");
+        }
+        if !axes.ends_with(' ') {
+            answer(0, &["pose", &machine.at("machine.toml")]);
+        }
+    }
+}
+
+#[test]
+fn a_model_is_written_whole_and_never_over_an_input() {
+    let folder = Folder::new();
+    let (machine, errors) = (folder.at("machine.toml"), folder.at("errors.toml"));
+    std::fs::copy(example("mill-21/machine.toml"), &machine).unwrap();
+    std::fs::copy(example("mill-21/errors-21.toml"), &errors).unwrap();
+    let out = folder.at("mill.model");
+    let said = answer(0, &["linuxcnc", "model", &machine, &errors, "-o", &out]);
+    assert!(
+        said.contains("Mill with 21 errors with axes YXZ, 19360 bytes"),
+        "{said}"
+    );
+    let bytes = std::fs::read(&out).unwrap();
+    assert_eq!((&bytes[..4], bytes.len()), (&b"TRAM"[..], 19360));
+    for input in [&machine, &errors] {
+        refused(
+            &["linuxcnc", "model", &machine, &errors, "-o", input],
+            &["is the input", "another name"],
+        );
+    }
+    let kolibri = example("kolibri/errors-12.toml");
+    refused(
+        &["linuxcnc", "model", &machine, &kolibri, "-o", &out],
+        &["Kolibri"],
+    );
+    assert_eq!(std::fs::read(&out).unwrap(), bytes);
+}

@@ -1,0 +1,138 @@
+//! Runs the command and looks at what it says.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// A file of the examples.
+pub fn example(path: &str) -> String {
+    format!("{}/../../examples/{path}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The command with arguments.
+pub fn trueaxis(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trueaxis"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// Runs it and takes standard output; it must end with `code`.
+pub fn answer(code: i32, arguments: &[&str]) -> String {
+    let output = trueaxis(arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs it, must end with `code` 2 and say all of `parts` on standard error, nothing elsewhere.
+pub fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = trueaxis(arguments);
+    let said = plain(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(output.stdout.is_empty());
+    for part in parts.iter().chain(&["help:"]) {
+        assert!(said.contains(part), "`{part}` is not in:\n{said}");
+    }
+}
+
+/// Words with single spaces: without frames and line breaks.
+pub fn plain(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    let words = text
+        .split_whitespace()
+        .filter(|w| !["│", "·", "×"].contains(w));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// A folder for one test.
+pub struct Folder(TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+    /// The path of a file in it.
+    pub fn at(&self, name: &str) -> String {
+        self.path().join(name).to_str().unwrap().to_owned()
+    }
+    /// A file in it with this content.
+    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        std::fs::write(self.path().join(name), content).unwrap();
+        self.at(name)
+    }
+    /// Names of all files in it.
+    pub fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path()).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// Blobs that several tests read, compiled once.
+pub struct Blobs {
+    folder: TempDir,
+}
+
+impl Blobs {
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+}
+
+fn blobs() -> &'static Blobs {
+    static BLOBS: OnceLock<Blobs> = OnceLock::new();
+    BLOBS.get_or_init(|| {
+        let blobs = Blobs {
+            folder: tempfile::tempdir().unwrap(),
+        };
+        for (name, machine, errors) in [
+            (
+                "huron",
+                "huron-k2x8/machine.toml",
+                "huron-k2x8/errors-13.toml",
+            ),
+            (
+                "length",
+                "huron-k2x8/machine-tool-length.toml",
+                "huron-k2x8/errors-13.toml",
+            ),
+            ("kolibri", "kolibri/machine.toml", "kolibri/errors-12.toml"),
+            ("mill-21", "mill-21/machine.toml", "mill-21/errors-21.toml"),
+            (
+                "xyzac-trt",
+                "linuxcnc-xyzac-trt/machine.toml",
+                "linuxcnc-xyzac-trt/errors-11.toml",
+            ),
+        ] {
+            let path = blobs.at(name);
+            let path = path.to_str().unwrap();
+            answer(
+                0,
+                &[
+                    "compile",
+                    &example(machine),
+                    &example(errors),
+                    "-o",
+                    path,
+                    "--random",
+                    "200",
+                ],
+            );
+        }
+        blobs
+    })
+}
+
+/// One of the blobs `huron`, `length` (the same with tool length), `kolibri` (with backlash), `mill-21`,
+/// `xyzac-trt`.
+pub fn blob(name: &str) -> String {
+    blobs().at(name).to_str().unwrap().to_owned()
+}

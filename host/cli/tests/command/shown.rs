@@ -1,0 +1,205 @@
+//! What the readme and the manual show is what the command prints, on any machine.
+//!
+//! Words and counts must be the same. Figures with a decimal point may differ by one unit of their
+//! last digit: they come from functions of the system's mathematical library, which are not the
+//! same to the last bit everywhere, and where a value lies close to the middle between two
+//! printed ones, that bit decides. All that is printed is rounded far above that bit, but for
+//! `eval`, which shows every bit of the runtime; see [`EVAL`].
+
+use crate::program::{Folder, example, trueaxis};
+use trueaxis_tests::shown::same;
+
+/// Largest difference of corrections that `eval` shows, mm or deg: the samples are f64 results
+/// rounded to f32, so that the last bit of each (4e-9 at 0.05 mm) may fall to the other side on
+/// another system, in every one of up to five terms. A hundredth of that difference to the exact
+/// correction that is allowed by the tolerance.
+const EVAL: f64 = 1e-7;
+
+/// A command as it is shown, and the lines below it.
+struct Shown {
+    place: String,
+    words: Vec<String>,
+    lines: Vec<String>,
+}
+
+/// A file of the repository.
+fn page(path: &str) -> String {
+    let whole = format!("{}/../../{path}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(whole).unwrap()
+}
+
+/// The commands that a page shows with their output, in blocks that begin with `$ ` or follow a
+/// block with nothing but a command for `cargo run`.
+fn shown(path: &str) -> Vec<Shown> {
+    let text = page(path);
+    let mut found: Vec<Shown> = Vec::new();
+    let mut fence: Option<bool> = None;
+    let mut from_cargo: Option<Shown> = None;
+    for (number, line) in text.lines().enumerate() {
+        let place = format!("{path}, line {}", number + 1);
+        if let Some(language) = line.strip_prefix("```") {
+            fence = match fence {
+                Some(_) => None,
+                None => {
+                    let plain = language.is_empty();
+                    if plain && let Some(command) = from_cargo.take() {
+                        found.push(command);
+                        Some(true)
+                    } else {
+                        Some(false)
+                    }
+                }
+            };
+            continue;
+        }
+        let words = |command: &str| command.split_whitespace().map(str::to_owned).collect();
+        let new = |command: &str| Shown {
+            place: place.clone(),
+            words: words(command),
+            lines: Vec::new(),
+        };
+        match fence {
+            None => {}
+            Some(shows) => {
+                if let Some(command) = line.strip_prefix("$ ") {
+                    found.push(new(command));
+                    fence = Some(true);
+                } else if shows {
+                    found.last_mut().unwrap().lines.push(line.to_owned());
+                } else if let Some((cargo, command)) = line.split_once(" -- ")
+                    && cargo.starts_with("cargo run ")
+                    && cargo.ends_with("--bin trueaxis")
+                {
+                    from_cargo = Some(new(&format!("trueaxis {command}")));
+                }
+            }
+        }
+    }
+    found
+}
+
+/// Runs what a page shows, in a folder where earlier commands have left their files.
+#[track_caller]
+fn check(folder: &Folder, shown: &Shown) {
+    let Shown {
+        place,
+        words,
+        lines,
+    } = shown;
+    let (program, arguments) = words.split_first().unwrap();
+    if program == "cat" {
+        folder.file(&arguments[0], lines.join("\n") + "\n");
+        return;
+    }
+    assert_eq!(program, "trueaxis", "{place}");
+    let local = |word: &String| match word.strip_prefix("examples/") {
+        Some(path) => example(path),
+        None if word.contains('.') && !word.starts_with('-') => folder.at(word),
+        None => word.clone(),
+    };
+    let arguments: Vec<String> = arguments.iter().map(local).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let output = trueaxis(&arguments);
+    let printed = match output.status.code() {
+        Some(0) => output.stdout,
+        _ => output.stderr,
+    };
+    // Files are shown by their name.
+    let here = format!("{}/", folder.path().display());
+    let printed = String::from_utf8(printed).unwrap().replace(&here, "");
+    let least = if arguments[0] == "eval" { EVAL } else { 0.0 };
+    let mut printed_lines = printed.trim_end().lines();
+    let end = lines.iter().rposition(|line| !line.trim().is_empty());
+    for line in &lines[..end.map_or(0, |end| end + 1)] {
+        if line == "…" {
+            return;
+        }
+        let found = printed_lines.next().unwrap_or("nothing");
+        assert!(
+            same(found, line, least),
+            "{place} shows\n{line}\nbut it is\n{found}\nin\n{printed}"
+        );
+    }
+    assert_eq!(printed_lines.next(), None, "{place} shows no more");
+}
+
+#[test]
+fn every_output_in_the_readme_and_the_manual_is_what_the_command_prints() {
+    let mut pages = vec!["README.md".to_owned()];
+    let manual = format!("{}/../../docs/src", env!("CARGO_MANIFEST_DIR"));
+    for entry in std::fs::read_dir(manual).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if name.ends_with(".md") {
+            pages.push(format!("docs/src/{name}"));
+        }
+    }
+    pages.sort();
+    let mut count = 0;
+    for path in &pages {
+        let folder = Folder::new();
+        // The copy of an error file in which the manual has mistyped a name.
+        let errors = page("examples/huron-k2x8/errors-13.toml");
+        folder.file("errors.toml", errors.replace("EA0Z", "EA0Q"));
+        let commands = shown(path);
+        count += commands.len();
+        for command in &commands {
+            check(&folder, command);
+        }
+    }
+    // So that a change of the pages does not leave this test with nothing to do.
+    assert!(count >= 8, "only {count} outputs were found");
+}
+
+#[test]
+fn every_program_in_the_readme_and_the_manual_is_in_its_file() {
+    let mut count = 0;
+    for path in [
+        "README.md",
+        "docs/src/runtime.md",
+        "docs/src/c-interface.md",
+    ] {
+        let text = page(path);
+        // After a program stands which file it is, or from which.
+        for (end, after) in text.match_indices("\n```\n\n(") {
+            let fence = text[..end].rfind("\n```").unwrap();
+            let (_, block) = text[fence + 1..=end].split_once('\n').unwrap();
+            let (is, rest) = text[end + after.len()..].split_once('`').unwrap();
+            let file = page(rest.split_once('`').unwrap().0);
+            match is {
+                "This is " => assert_eq!(block, file, "{path}"),
+                "From " => assert!(file.contains(block), "{path}: elsewhere\n{block}"),
+                other => panic!("{path}: {other}"),
+            }
+            count += 1;
+        }
+    }
+    assert_eq!(count, 4);
+}
+
+#[test]
+fn no_page_of_the_manual_includes_a_file() {
+    // Where the source is read as it is, on a site that hosts code, an include is not carried out.
+    let manual = format!("{}/../../docs/src", env!("CARGO_MANIFEST_DIR"));
+    for entry in std::fs::read_dir(manual).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "md") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(!text.contains("{{#"), "{}", path.display());
+        }
+    }
+}
+
+#[test]
+fn figures_may_differ_by_a_unit_of_their_last_digit_and_counts_by_nothing() {
+    let shown = "Y 0.13014 mm, 16 tables (worst at 174.7, -8.8)";
+    for (printed, is_same) in [
+        ("Y  0.13015 mm, 16 tables (worst at 174.7, -8.9)", true),
+        ("Y 0.13016 mm, 16 tables (worst at 174.7, -8.8)", false),
+        ("Y 0.13014 mm, 17 tables (worst at 174.7, -8.8)", false),
+        ("Y 0.13014 mm, 16 tables (worst at 174.7, 8.8)", false),
+        ("Z 0.13014 mm, 16 tables (worst at 174.7, -8.8)", false),
+        ("Y 0.13014 mm, 16 tables (worst at 174.7)", false),
+    ] {
+        assert_eq!(same(printed, shown, 0.0), is_same, "{printed}");
+    }
+}

@@ -1,0 +1,186 @@
+//! What the controller calls the axes of the machine.
+
+use trueaxis::Axis;
+use trueaxis_model::machine::Machine;
+
+/// The axes of a machine, each with the names by which a controller knows it.
+#[derive(Clone, Debug)]
+pub struct Axes {
+    /// As a blob has them.
+    pub axes: Vec<Axis>,
+    names: Vec<Vec<String>>,
+}
+
+/// What is wrong with a map of axes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AxesError {
+    /// Not `X=AX1`.
+    #[error("`{0}` is not an axis of the machine, an equals sign and the controller's name for it")]
+    Pair(String),
+    /// No such axis.
+    #[error("the machine has no axis `{0}`")]
+    NoAxis(String),
+    /// Not what a controller calls axes.
+    #[error("`{0}` is no name of an axis: letters, digits and underscores, the first a letter")]
+    Name(String),
+    /// One name for two axes.
+    #[error("`{0}` is given twice")]
+    Twice(String),
+    /// An axis without a name.
+    #[error("axis {0} has no name on the controller")]
+    Missing(char),
+}
+
+impl Axes {
+    /// Those of a blob, with a map `X=AX1,A=AX4`. A letter may have several names, of which the first is
+    /// written.
+    ///
+    /// # Errors
+    /// [`AxesError`]
+    pub fn new(axes: &[Axis], map: &str) -> Result<Self, AxesError> {
+        let mut names = vec![Vec::new(); axes.len()];
+        for part in map.split(',') {
+            let pair = part.split_once('=');
+            let Some((letter, name)) = pair.map(|(l, n)| (l.trim(), n.trim())) else {
+                return Err(AxesError::Pair(part.trim().to_owned()));
+            };
+            let is_it = |a: &Axis| letter.eq_ignore_ascii_case(&char::from(a.name).to_string());
+            let Some(index) = axes.iter().position(is_it) else {
+                return Err(AxesError::NoAxis(letter.to_owned()));
+            };
+            if !is_name(name) {
+                return Err(AxesError::Name(name.to_owned()));
+            }
+            let name = name.to_ascii_uppercase();
+            if names.iter().flatten().any(|known| *known == name) {
+                return Err(AxesError::Twice(name));
+            }
+            names[index].push(name);
+        }
+        Ok(Self {
+            axes: axes.to_vec(),
+            names,
+        })
+    }
+
+    /// Those of a machine, with bounds to be set once it is known what tables do.
+    ///
+    /// # Errors
+    /// [`AxesError`]
+    pub fn of(machine: &Machine, map: &str) -> Result<Self, AxesError> {
+        let axes = machine.axes.iter().map(|axis| Axis {
+            name: axis.letter.char() as u8,
+            travel: match axis.modulo {
+                true => [-f32::MAX, f32::MAX],
+                false => axis.travel.map(|t| t as f32),
+            },
+            period: if axis.modulo { 360.0 } else { 0.0 },
+            value_bound: 1.0,
+            rate_bound: 1.0,
+            hysteresis: axis.hysteresis as f32,
+            ramp_rate: 1.0,
+        });
+        Self::new(&axes.collect::<Vec<_>>(), map)
+    }
+
+    /// Checks that all axes have a name.
+    ///
+    /// # Errors
+    /// [`AxesError::Missing`]
+    pub fn complete(self) -> Result<Self, AxesError> {
+        match self.names.iter().position(Vec::is_empty) {
+            Some(index) => Err(AxesError::Missing(self.letter(index))),
+            None => Ok(self),
+        }
+    }
+
+    /// Letter of an axis.
+    #[must_use]
+    pub fn letter(&self, axis: usize) -> char {
+        char::from(self.axes[axis].name)
+    }
+
+    /// Degrees instead of mm.
+    #[must_use]
+    pub fn is_rotary(&self, axis: usize) -> bool {
+        matches!(self.axes[axis].name, b'A' | b'B' | b'C')
+    }
+
+    /// `mm` or `deg`.
+    #[must_use]
+    pub fn unit(&self, axis: usize) -> &'static str {
+        if self.is_rotary(axis) { "deg" } else { "mm" }
+    }
+
+    /// What is written for an axis; its letter if the map has none.
+    #[must_use]
+    pub fn name(&self, axis: usize) -> String {
+        match self.names[axis].first() {
+            Some(name) => name.clone(),
+            None => self.letter(axis).to_string(),
+        }
+    }
+
+    /// The axis that a file names.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<usize> {
+        let is_it = |known: &String| known.eq_ignore_ascii_case(name);
+        self.names.iter().position(|names| names.iter().any(is_it))
+    }
+
+    /// Travel of an axis (mm, deg); of one without end, its turn.
+    #[must_use]
+    pub fn travel(&self, axis: usize) -> [f64; 2] {
+        let axis = &self.axes[axis];
+        match axis.period > 0.0 {
+            true => [0.0, axis.period.into()],
+            false => axis.travel.map(f64::from),
+        }
+    }
+}
+
+/// Whether it is a name of an axis.
+#[must_use]
+pub fn is_name(name: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(map: &str) -> Result<Axes, AxesError> {
+        let machine = include_str!("../../../../examples/huron-k2x8/machine.toml");
+        Axes::of(&Machine::from_toml(machine).unwrap(), map)
+    }
+
+    #[test]
+    fn an_axis_is_found_by_each_of_its_names() {
+        let axes = axes("X=AX1, x=X1,A=A_1").unwrap();
+        for (name, found) in [
+            ("AX1", Some('X')),
+            ("x1", Some('X')),
+            ("a_1", Some('A')),
+            ("AX4", None),
+        ] {
+            assert_eq!(axes.find(name).map(|i| axes.letter(i)), found, "{name}");
+        }
+        assert_eq!(axes.name(axes.find("X1").unwrap()), "AX1");
+        assert_eq!(axes.complete().unwrap_err(), AxesError::Missing('Y'));
+    }
+
+    #[test]
+    fn a_map_that_cannot_be_meant_is_refused() {
+        for (map, message) in [
+            ("X", "`X` is not an axis of the machine, an equals"),
+            ("U=AX1", "no axis `U`"),
+            ("X=1", "`1` is no name"),
+            ("X=AX1,Y=ax1", "`AX1` is given twice"),
+            ("", "`` is not an axis"),
+        ] {
+            let error = axes(map).unwrap_err().to_string();
+            assert!(error.contains(message), "{map}: {error}");
+        }
+    }
+}

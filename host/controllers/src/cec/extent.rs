@@ -1,0 +1,168 @@
+//! Where the values of a table in a file are.
+
+use super::raw::{MISSING, MOST, Raw};
+use super::read::{HIGHEST, Reading};
+use super::spacing::{Spacing, whole};
+use super::variable::{Key, Known};
+use trueaxis_model::source::FileError;
+
+impl Raw<'_> {
+    /// MIN, MAX and STEP with the values that they make.
+    pub fn spacing(
+        &self,
+        key: Key,
+        modulo: bool,
+        unit: f64,
+        doubts: &mut Vec<FileError>,
+    ) -> Result<Spacing, FileError> {
+        let (min, _) = self.needed(Known::Min, key)?;
+        let (max, at_max) = self.needed(Known::Max, key)?;
+        let (step, at_step) = self.needed(Known::Step, key)?;
+        let table = key.said();
+        if max <= min {
+            return Err(FileError::at(
+                at_max,
+                format!("MAX of {table} is not above MIN"),
+                "here",
+                format!("MIN is {min}"),
+            ));
+        }
+        if step <= 0.0 || step > max - min {
+            return Err(FileError::at(
+                at_step,
+                format!("STEP of {table} is not between 0 and MAX - MIN"),
+                "here",
+                format!("{} mm or degrees are from MIN to MAX", max - min),
+            ));
+        }
+        let span = max - min;
+        let exact = whole(span, step);
+        if modulo && exact.is_none() {
+            return Err(FileError::at(
+                at_step,
+                format!(
+                    "STEP goes {} times into MAX - MIN of {table}, which repeats",
+                    span / step
+                ),
+                "no whole number",
+                "write STEP with all its decimals, or choose one that divides the period",
+            ));
+        }
+        let below = exact.unwrap_or((span / step).floor());
+        if below > HIGHEST as f64 {
+            return Err(FileError::at(
+                at_step,
+                format!("MIN, MAX and STEP of {table} make more than {HIGHEST} values"),
+                "here",
+                "no table of a controller has so many: correct STEP",
+            ));
+        }
+        let values = self.values_in_a_row(key, below)?;
+        let intervals = values - 1;
+        if modulo && intervals < 2 {
+            return Err(self.error(
+                format!("{table} repeats and has no point within its period"),
+                "this table",
+                "write a STEP of half the period or less",
+            ));
+        }
+        let spacing = Spacing {
+            start: (unit * min) as f32,
+            step: (unit * step) as f32,
+            points: if modulo { intervals } else { values },
+            modulo,
+        };
+        if exact.is_none() {
+            let last = min + intervals as f64 * step;
+            doubts.push(FileError::at(
+                at_step.clone(),
+                format!(
+                    "the last point of {table} is at {last}, not at MAX = {max}: STEP is rounded"
+                ),
+                "here",
+                "write STEP with all its decimals, or the MAX that is meant",
+            ));
+        }
+        let [from, to] = [spacing.start, spacing.end() as f32];
+        let is_apart = (1.0 / spacing.step).is_finite()
+            && [from, to]
+                .iter()
+                .all(|end| end.abs() < MOST as f32 && end + spacing.step != *end);
+        if !is_apart {
+            return Err(FileError::at(
+                at_step,
+                format!("STEP of {table} is too small for where it is"),
+                "here",
+                "points of a table must be apart",
+            ));
+        }
+        Ok(spacing)
+    }
+
+    /// The number of values, from the first to the one at MAX without a gap.
+    fn values_in_a_row(&self, key: Key, intervals: f64) -> Result<usize, FileError> {
+        let table = key.said();
+        let name = Known::Value.name(key);
+        let expected = intervals as usize + 1;
+        let missing = |from: usize, to: usize| {
+            let places = match from == to {
+                true => format!("value {from} of {table} is"),
+                false => format!("values {from} to {to} of {table} are"),
+            };
+            let remedy = format!(
+                "{table} needs {name} 0 to {}, as MIN, MAX and STEP say: write all of them",
+                expected - 1
+            );
+            FileError {
+                label: MISSING.to_owned(),
+                ..self.error(format!("{places} missing"), MISSING, remedy)
+            }
+        };
+        let mut next = 0;
+        for (k, (_, span)) in &self.values {
+            if *k > next {
+                return Err(missing(next, k - 1));
+            }
+            if next == expected {
+                return Err(FileError::at(
+                    span.clone(),
+                    format!("value {k} of {table} lies beyond MAX"),
+                    "here",
+                    format!(
+                        "MIN, MAX and STEP make {expected} values: leave it out, or correct them"
+                    ),
+                ));
+            }
+            next += 1;
+        }
+        match next < expected {
+            true => Err(missing(next, expected - 1)),
+            false => Ok(next),
+        }
+    }
+
+    /// On an axis that turns without end a table repeats with the turn.
+    pub fn check_period(
+        &self,
+        key: Key,
+        spacing: &Spacing,
+        input: usize,
+        reading: &Reading<'_>,
+    ) -> Result<(), FileError> {
+        let period = reading.axes.axes[input].period;
+        let own = spacing.points as f32 * spacing.step;
+        let times = period / own;
+        if period > 0.0 && ((times - times.round()).abs() > 1e-7 * times.round() || times < 0.5) {
+            let letter = reading.axes.letter(input);
+            return Err(self.error(
+                format!(
+                    "{} repeats after {own}, which does not divide the turn of {letter}",
+                    key.said()
+                ),
+                "this table",
+                format!("MAX - MIN must be {period} or a whole part of it"),
+            ));
+        }
+        Ok(())
+    }
+}

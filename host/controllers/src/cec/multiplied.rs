@@ -1,0 +1,65 @@
+//! Whether the products of a file are ones.
+
+use super::raw::Raw;
+use super::read::{Reading, Units};
+use super::variable::Known;
+use super::{FactorTables, Table};
+use trueaxis_model::source::FileError;
+
+/// The rules of products.
+pub fn check_products(
+    tables: &[Table],
+    raw: &[&Raw<'_>],
+    reading: &Reading<'_>,
+    units: Option<Units>,
+) -> Result<(), FileError> {
+    for (index, table) in tables.iter().enumerate() {
+        let Some(named) = table.times else {
+            continue;
+        };
+        let at = |known: Known, index: usize| {
+            let set = raw[index].settings.get(&known);
+            set.map_or(raw[index].span.clone(), |(_, span)| span.clone())
+        };
+        let error = |message: &str, remedy: &str| {
+            FileError::at(at(Known::Times, index), message, "multiplied here", remedy)
+        };
+        let factor = &tables[named];
+        if factor.output != table.output {
+            return Err(error(
+                "the tables of a product correct different axes",
+                "a product is of tables with one OUTPUT_AXIS: copy the factor",
+            ));
+        }
+        if named == index && reading.factor_tables == FactorTables::Added {
+            return Err(error(
+                "a table is multiplied by itself, where factor tables are added",
+                "it is not known whether it is added too then: multiply by a copy of it",
+            ));
+        }
+        if named != index && factor.times.is_some() {
+            return Err(error(
+                "the factor is itself multiplied by a table",
+                "it is not known whether that would be a product of three: copy the factor, with MULT_BY_TABLE=0",
+            ));
+        }
+        if let Some(weighted) = [index, named]
+            .into_iter()
+            .find(|i| tables[*i].weight != 1.0)
+        {
+            return Err(FileError::at(
+                at(Known::Weight, weighted),
+                "a table of a product has a weight",
+                "here",
+                "it is not known whether weights enter products: multiply the values by it, and leave it out",
+            ));
+        }
+        if units == Some(Units::Inch) && !reading.axes.is_rotary(table.output) {
+            return Err(error(
+                "a product of tables in inches",
+                "it is not known in which unit the controller multiplies: write the file in METRIC",
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,186 @@
+//! What a file does, as it is read again, beside what was compiled.
+
+use super::axes::Axes;
+use super::draft::draft;
+use super::read::{Reading, read};
+use super::{FactorTables, Plan, Tolerance};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::Serialize;
+use trueaxis::{AuxiliaryKind, EncodeError, LoadError, Travel};
+use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::source::FileError;
+use trueaxis_tables::validate::{Command, Runtime};
+
+/// Change of tool length (mm) with which the sensitivity is measured.
+const LENGTH_CHANGE: f32 = 1.0;
+
+/// Largest differences of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// Letter of the axis.
+    pub axis: char,
+    /// `µm` or `µrad`.
+    pub unit: &'static str,
+    /// Largest correction that was compiled.
+    pub largest: f64,
+    /// Largest difference between what was compiled and what the file does.
+    pub difference: f64,
+    /// The same on a controller that does the other with factor tables.
+    pub other_reading: f64,
+}
+
+/// What a file does.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Proof {
+    /// Random positions with random directions of travel.
+    pub positions: usize,
+    /// Axis by axis.
+    pub axes: Vec<Difference>,
+    /// Change of a linear correction (µm) per mm that the tool is longer, if that was an input.
+    pub um_per_mm_of_tool_length: Option<f64>,
+}
+
+impl Proof {
+    /// True if no axis is further off.
+    #[must_use]
+    pub fn meets(&self, tolerance: Tolerance) -> bool {
+        self.axes.iter().all(|a| {
+            let most = if a.unit == "µm" {
+                tolerance.um
+            } else {
+                tolerance.urad
+            };
+            a.difference <= most
+        })
+    }
+
+    /// Axes that products correct: those for which both readings differ.
+    #[must_use]
+    pub fn depends_on_reading(&self) -> bool {
+        self.axes.iter().any(|a| a.other_reading != a.difference)
+    }
+}
+
+/// Why what was written cannot be evaluated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProveError {
+    /// It is not read.
+    #[error("what was written is not read: {0}")]
+    Read(#[from] FileError),
+    /// It cannot be held.
+    #[error("what was written is no compensation: {0}")]
+    Encode(#[from] EncodeError),
+    /// It cannot be loaded.
+    #[error("what was written is no compensation: {0}")]
+    Load(#[from] LoadError),
+}
+
+/// Reads a text, evaluates it under both readings, and compares that with a compensation at `positions`
+/// random positions over the travel.
+///
+/// # Errors
+/// [`ProveError`]
+pub fn prove(
+    text: &str,
+    runtime: &Runtime<'_>,
+    axes: &Axes,
+    plan: &Plan,
+    factor_tables: FactorTables,
+    positions: usize,
+    seed: u64,
+) -> Result<Proof, ProveError> {
+    let reading = Reading {
+        axes,
+        factor_tables,
+        units: None,
+        encoder: None,
+    };
+    let tables = read(text, &reading)?.tables;
+    let compensation = runtime.compensation();
+    let blob = |factor_tables| {
+        let policy = compensation.policy();
+        draft("", policy, axes, Vec::new(), &tables, factor_tables).encode()
+    };
+    let (own, other) = (blob(factor_tables)?, blob(factor_tables.other())?);
+    let (own, other) = (Runtime::load(&own)?, Runtime::load(&other)?);
+    let commands = random(axes, positions, seed);
+    let lengths: Vec<usize> = compensation
+        .auxiliaries()
+        .iter()
+        .enumerate()
+        .filter_map(|(i, a)| (a.kind == AuxiliaryKind::ToolLength).then_some(i))
+        .collect();
+    let with_length = |command: &Command, more: f32| {
+        let mut command = *command;
+        for i in &lengths {
+            command.auxiliaries[*i] = plan.length.unwrap_or_default() as f32 + more;
+        }
+        command
+    };
+    let worst = |command: &Command| {
+        let compiled = runtime.evaluate(&with_length(command, 0.0));
+        let longer = runtime.evaluate(&with_length(command, LENGTH_CHANGE));
+        let (own, other) = (own.evaluate(command), other.evaluate(command));
+        std::array::from_fn(|i| {
+            let differs = |found: f32| (f64::from(found) - f64::from(compiled[i])).abs();
+            [
+                f64::from(compiled[i]).abs(),
+                differs(own[i]),
+                differs(other[i]),
+                differs(longer[i]),
+            ]
+        })
+    };
+    let larger = |a: [[f64; 4]; MAX_AXES], b: [[f64; 4]; MAX_AXES]| {
+        std::array::from_fn(|i| std::array::from_fn(|k| f64::max(a[i][k], b[i][k])))
+    };
+    let zero = || [[0.0; 4]; MAX_AXES];
+    let found: [[f64; 4]; MAX_AXES] = commands.par_iter().map(worst).reduce(zero, larger);
+    let of = |i: usize| {
+        let (unit, fine) = match axes.is_rotary(i) {
+            true => ("µrad", 1_f64.to_radians() * 1e6),
+            false => ("µm", 1e3),
+        };
+        let [largest, difference, other_reading, _] = found[i].map(|value| value * fine);
+        Difference {
+            axis: axes.letter(i),
+            unit,
+            largest,
+            difference,
+            other_reading,
+        }
+    };
+    let linear = (0..axes.axes.len()).filter(|i| !axes.is_rotary(*i));
+    let per_mm = linear.map(|i| found[i][3] * 1e3 / f64::from(LENGTH_CHANGE));
+    Ok(Proof {
+        positions,
+        axes: (0..axes.axes.len()).map(of).collect(),
+        um_per_mm_of_tool_length: (!lengths.is_empty()).then(|| per_mm.fold(0.0, f64::max)),
+    })
+}
+
+/// Positions over the travel, each with the direction that each axis has come from.
+fn random(axes: &Axes, count: usize, seed: u64) -> Vec<Command> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut commands = Vec::with_capacity(count);
+    for _ in 0..count {
+        let mut command = Command {
+            axes: [0.0; MAX_AXES],
+            travel: [Travel::Unknown; MAX_AXES],
+            auxiliaries: [0.0; trueaxis::AUXILIARIES],
+        };
+        for i in 0..axes.axes.len() {
+            let [low, high] = axes.travel(i);
+            command.axes[i] = (low + (high - low) * random.random::<f64>()) as f32;
+            command.travel[i] = match random.random_range(0..3) {
+                0 => Travel::Unknown,
+                1 => Travel::Positive,
+                _ => Travel::Negative,
+            };
+        }
+        commands.push(command);
+    }
+    commands
+}

@@ -1,0 +1,305 @@
+//! What a file says of a table, and whether that is one.
+
+use super::read::{EncoderValues, Reading, Units, unknown_axis};
+use super::variable::{Key, Known};
+use super::{Table, Travel};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use trueaxis_model::source::FileError;
+
+/// Label of the error of missing values.
+pub const MISSING: &str = "values are missing";
+
+/// A text in the file and its bytes.
+type Written<'t> = (&'t str, Range<usize>);
+
+/// Everything that a file says of a table.
+#[derive(Debug)]
+pub struct Raw<'t> {
+    /// Its first statement.
+    pub span: Range<usize>,
+    /// Values by their number.
+    pub values: BTreeMap<usize, Written<'t>>,
+    /// What else is set.
+    pub settings: BTreeMap<Known, Written<'t>>,
+}
+
+/// A number as the controller's language has it: `0.005`, `-450`, `5EX-3`.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let upper = text.to_ascii_uppercase();
+    let (mantissa, exponent) = upper.split_once("EX").unwrap_or((&upper, "0"));
+    let digits = mantissa.trim_start_matches(['+', '-']);
+    let is_plain = digits.bytes().all(|b| b.is_ascii_digit() || b == b'.')
+        && digits.bytes().any(|b| b.is_ascii_digit());
+    exponent.parse::<i16>().ok()?;
+    let value = format!("{mantissa}e{exponent}").parse::<f64>().ok()?;
+    (is_plain && value.is_finite() && value.abs() <= MOST).then_some(value)
+}
+
+/// Largest magnitude of a number: far above any position, and of any value that a blob holds.
+pub const MOST: f64 = 1e9;
+
+fn no_number((text, span): &Written<'_>) -> FileError {
+    FileError::at(
+        span.clone(),
+        format!("`{text}` is no number that the controller knows"),
+        "here",
+        "write a decimal number with a point, like -0.0048; an exponent is written EX: 4.8EX-3",
+    )
+}
+
+impl<'t> Raw<'t> {
+    pub fn new(span: Range<usize>) -> Self {
+        Self {
+            span,
+            values: BTreeMap::new(),
+            settings: BTreeMap::new(),
+        }
+    }
+
+    pub fn error(&self, message: String, label: &str, remedy: impl Into<String>) -> FileError {
+        FileError::at(self.span.clone(), message, label, remedy)
+    }
+
+    /// What a number is set to, and where.
+    fn set(&self, known: Known) -> Result<Option<(f64, Range<usize>)>, FileError> {
+        let Some(written) = self.settings.get(&known) else {
+            return Ok(None);
+        };
+        let text = match (known, written.0.to_ascii_uppercase().as_str()) {
+            (Known::Modulo | Known::Enable, "TRUE") => "1",
+            (Known::Modulo | Known::Enable, "FALSE") => "0",
+            _ => written.0,
+        };
+        let value = number(text).ok_or_else(|| no_number(written))?;
+        Ok(Some((value, written.1.clone())))
+    }
+
+    pub fn needed(&self, known: Known, key: Key) -> Result<(f64, Range<usize>), FileError> {
+        self.set(known)?.ok_or_else(|| {
+            let name = known.name(key);
+            self.error(
+                format!("{} has no {name}", key.said()),
+                "this table",
+                format!("write {name} for it; is the file cut off?"),
+            )
+        })
+    }
+
+    /// What a setting that may be left out is; it is told if it is.
+    fn otherwise(
+        &self,
+        known: Known,
+        key: Key,
+        doubts: &mut Vec<FileError>,
+    ) -> Result<(f64, Range<usize>), FileError> {
+        if let Some(set) = self.set(known)? {
+            return Ok(set);
+        }
+        let name = known.name(key);
+        doubts.push(self.error(
+            format!("{} has no {name}: taken as 0", key.said()),
+            "this table",
+            "on a controller it keeps what was loaded before: state it",
+        ));
+        Ok((0.0, self.span.clone()))
+    }
+
+    fn axis(&self, known: Known, key: Key, reading: &Reading<'_>) -> Result<usize, FileError> {
+        let Some((name, span)) = self.settings.get(&known) else {
+            let known = known.name(key);
+            return Err(self.error(
+                format!("{} has no {known}", key.said()),
+                "this table",
+                format!("write {known} for it; is the file cut off?"),
+            ));
+        };
+        reading
+            .axes
+            .find(name)
+            .ok_or_else(|| unknown_axis(name, span))
+    }
+
+    /// The table that this is.
+    pub fn table(
+        &self,
+        key: Key,
+        keys: &[Key],
+        reading: &Reading<'_>,
+        units: Option<Units>,
+        doubts: &mut Vec<FileError>,
+    ) -> Result<Table, FileError> {
+        let (input, output) = match key {
+            Key::Table(_) => (
+                self.axis(Known::Input, key, reading)?,
+                self.axis(Known::Output, key, reading)?,
+            ),
+            Key::Encoder { axis, .. } => (axis, axis),
+        };
+        let mm = |axis: usize| match (reading.axes.is_rotary(axis), units) {
+            (true, _) => Ok(1.0),
+            (false, Some(units)) => Ok(units.mm()),
+            (false, None) => Err(self.error(
+                "the file does not say whether it is metric".to_owned(),
+                "the first table with a length",
+                "write METRIC or INCH at its begin, or give --units",
+            )),
+        };
+        let (of_input, of_output) = (mm(input)?, mm(output)?);
+        let (modulo, _) = self.flag(Known::Modulo, key, doubts)?;
+        let spacing = self.spacing(key, modulo, of_input, doubts)?;
+        if modulo {
+            self.check_period(key, &spacing, input, reading)?;
+        }
+        let sign = self.sign(key, keys, reading)?;
+        let mut values = Vec::with_capacity(self.values.len());
+        for written in self.values.values() {
+            let value = number(written.0).map(|value| sign * of_output * value);
+            let value = value.filter(|value| value.abs() <= MOST);
+            values.push(value.ok_or_else(|| no_number(written))? as f32);
+        }
+        if modulo {
+            let last = values.pop();
+            if last != values.first().copied() {
+                let span = self.values.values().last().map(|(_, span)| span.clone());
+                return Err(FileError {
+                    span,
+                    ..self.error(
+                        format!("the first and the last value of {} differ", key.said()),
+                        "the last",
+                        "with IS_MODULO=1 both are the same position: make them equal",
+                    )
+                });
+            }
+        }
+        let (mut travel, mut times, mut weight) = (Travel::Both, None, 1.0);
+        if matches!(key, Key::Table(_)) {
+            travel = self.travel(key, doubts)?;
+            times = self.times(key, keys, doubts)?;
+            if let Some((value, _)) = self.set(Known::Weight)? {
+                weight = value as f32;
+            }
+            if let Some((value, span)) = self.set(Known::Enable)?
+                && value != 1.0
+            {
+                return Err(FileError::at(
+                    span,
+                    format!("{} is switched off in the file", key.said()),
+                    "here",
+                    "leave the table out, or write 1",
+                ));
+            }
+        }
+        Ok(Table {
+            input,
+            output,
+            spacing,
+            values,
+            travel,
+            weight,
+            times,
+        })
+    }
+
+    /// True if a table repeats. Generators write −1 for *no*.
+    fn flag(
+        &self,
+        known: Known,
+        key: Key,
+        doubts: &mut Vec<FileError>,
+    ) -> Result<(bool, Range<usize>), FileError> {
+        let (value, span) = self.otherwise(known, key, doubts)?;
+        if value == -1.0 {
+            doubts.push(FileError::at(
+                span.clone(),
+                format!("{}=-1 is taken as 0", known.name(key)),
+                "here",
+                "write 0 if the table does not repeat, 1 if it does",
+            ));
+        }
+        match value {
+            1.0 => Ok((true, span)),
+            0.0 | -1.0 => Ok((false, span)),
+            _ => Err(FileError::at(
+                span,
+                format!("{} is neither 0 nor 1", known.name(key)),
+                "here",
+                "write 1 if the table repeats, otherwise 0",
+            )),
+        }
+    }
+
+    fn travel(&self, key: Key, doubts: &mut Vec<FileError>) -> Result<Travel, FileError> {
+        let (value, span) = self.otherwise(Known::Direction, key, doubts)?;
+        match value {
+            0.0 => Ok(Travel::Both),
+            1.0 => Ok(Travel::Positive),
+            -1.0 => Ok(Travel::Negative),
+            _ => Err(FileError::at(
+                span,
+                "$AN_CEC_DIRECTION is none of 0, 1 and -1",
+                "here",
+                "write 0 for both directions of travel, 1 or -1 for one",
+            )),
+        }
+    }
+
+    /// Place among the tables of the one that this is multiplied by.
+    fn times(
+        &self,
+        key: Key,
+        keys: &[Key],
+        doubts: &mut Vec<FileError>,
+    ) -> Result<Option<usize>, FileError> {
+        let (value, span) = self.otherwise(Known::Times, key, doubts)?;
+        if value == 0.0 {
+            return Ok(None);
+        }
+        let is_number = value > 0.0 && value.fract() == 0.0;
+        let index = is_number
+            .then_some(value as usize)
+            .map(|n| Key::Table(n - 1));
+        match index.and_then(|index| keys.iter().position(|k| *k == index)) {
+            Some(place) => Ok(Some(place)),
+            None => Err(FileError::at(
+                span,
+                match index {
+                    Some(index) => format!(
+                        "{} is multiplied by {}, which is not in the file",
+                        key.said(),
+                        index.said()
+                    ),
+                    None => "$AN_CEC_MULT_BY_TABLE is no number of a table".to_owned(),
+                },
+                "here",
+                "write 0, or the number of a table of the file, which is its index + 1",
+            )),
+        }
+    }
+
+    /// Whether the values of encoders are turned round.
+    fn sign(&self, key: Key, keys: &[Key], reading: &Reading<'_>) -> Result<f64, FileError> {
+        let Key::Encoder { axis, .. } = key else {
+            return Ok(1.0);
+        };
+        let is_of_axis = |k: &&Key| matches!(k, Key::Encoder { axis: a, .. } if *a == axis);
+        if keys.iter().filter(is_of_axis).count() > 1 {
+            return Err(self.error(
+                "both encoders of an axis have a compensation, and one is in use at a time"
+                    .to_owned(),
+                "one of them",
+                "leave the one in the file that the machine runs with",
+            ));
+        }
+        match reading.encoder {
+            Some(EncoderValues::Corrections) => Ok(1.0),
+            Some(EncoderValues::Opposite) => Ok(-1.0),
+            None => Err(self.error(
+                "it is not said what the values of $AA_ENC_COMP are".to_owned(),
+                "the first of them",
+                "give --encoder-values corrections if they are to be added to the command, or opposite if the \
+                 position that is read is corrected by them",
+            )),
+        }
+    }
+}

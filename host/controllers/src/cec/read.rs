@@ -1,0 +1,356 @@
+//! From the text of a file to tables.
+
+use super::axes::Axes;
+use super::multiplied::check_products;
+use super::plausible;
+use super::raw::{MISSING, Raw, number};
+use super::statement::{Statement, statements};
+use super::variable::{Key, Kind, Known};
+use super::{FactorTables, Table};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use trueaxis_model::source::FileError;
+
+/// The unit of lengths in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Units {
+    /// Millimetres.
+    Metric,
+    /// Inches.
+    Inch,
+}
+
+impl Units {
+    /// Millimetres per unit.
+    pub(super) fn mm(self) -> f64 {
+        match self {
+            Self::Metric => 1.0,
+            Self::Inch => 25.4,
+        }
+    }
+}
+
+/// What the values of a measuring-system compensation (`$AA_ENC_COMP`) are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EncoderValues {
+    /// What is to be added to the command, like those of the other tables.
+    Corrections,
+    /// The opposite: what the position read from the encoder is corrected by.
+    Opposite,
+}
+
+/// How a file is to be read.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading<'a> {
+    /// The axes and their names.
+    pub axes: &'a Axes,
+    /// Whether factor tables are added, too.
+    pub factor_tables: FactorTables,
+    /// Unit of lengths, if the file does not say.
+    pub units: Option<Units>,
+    /// What the values of `$AA_ENC_COMP` are, if there are any.
+    pub encoder: Option<EncoderValues>,
+}
+
+/// What was read.
+#[derive(Clone, Debug)]
+pub struct Read {
+    /// In the order of their numbers, after them those of encoders.
+    pub tables: Vec<Table>,
+    /// What is hardly meant, or was taken for granted.
+    pub doubts: Vec<FileError>,
+    /// Limits of the corrections, where their machine data stand in the file.
+    pub limits: Vec<Limit>,
+}
+
+/// What the controller lets the correction of an axis be at most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// Number of the axis.
+    pub axis: usize,
+    /// What is limited.
+    pub limited: Limited,
+    /// The limit, in its unit.
+    pub value: f64,
+    /// Where it stands.
+    pub span: Range<usize>,
+}
+
+/// What a [`Limit`] limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limited {
+    /// The sum of all tables (MD32720), mm or degrees.
+    Sum,
+    /// How fast that changes (MD32730), per cent of the largest speed of the axis.
+    Velocity,
+}
+
+impl Limited {
+    fn of(name: &str) -> Option<Self> {
+        match name {
+            "MA_CEC_MAX_SUM" => Some(Self::Sum),
+            "MA_CEC_MAX_VELO" => Some(Self::Velocity),
+            _ => None,
+        }
+    }
+}
+
+/// Highest number of a table, a value or an encoder: far above what a controller has.
+pub(super) const HIGHEST: usize = 99_999;
+
+/// Tables that a blob holds.
+const MOST_TABLES: usize = 255;
+
+/// Reads a file.
+///
+/// # Errors
+/// [`FileError`] at the first thing that is not understood, or is missing.
+pub fn read(text: &str, reading: &Reading<'_>) -> Result<Read, FileError> {
+    let mut reader = Reader {
+        reading,
+        units: None,
+        raw: BTreeMap::new(),
+        limits: Vec::new(),
+        gap: None,
+        end: None,
+    };
+    for (statement, span) in statements(text)? {
+        reader.take(statement, span)?;
+    }
+    reader.finish()
+}
+
+struct Reader<'t, 'r> {
+    reading: &'r Reading<'r>,
+    units: Option<(Units, Range<usize>)>,
+    raw: BTreeMap<Key, Raw<'t>>,
+    limits: Vec<Limit>,
+    /// Where the first values are left out.
+    gap: Option<Range<usize>>,
+    /// Where the file says that it ends.
+    end: Option<Range<usize>>,
+}
+
+impl<'t> Reader<'t, '_> {
+    fn take(&mut self, statement: Statement<'t>, span: Range<usize>) -> Result<(), FileError> {
+        if self.end.is_some() {
+            return Err(FileError::at(
+                span,
+                "there is something after the end of the program",
+                "here",
+                "leave out the M17 or M30 in between, if it belongs to the tables",
+            ));
+        }
+        match statement {
+            Statement::Place => {}
+            Statement::End => self.end = Some(span),
+            Statement::Gap => {
+                self.gap.get_or_insert(span);
+            }
+            Statement::Units(units) => {
+                if self
+                    .units
+                    .as_ref()
+                    .is_some_and(|(known, _)| *known != units)
+                {
+                    return Err(FileError::at(
+                        span,
+                        "the file has said before that it is in the other unit",
+                        "here",
+                        "leave one of METRIC and INCH",
+                    ));
+                }
+                if !self.raw.is_empty() && self.units.is_none() {
+                    return Err(FileError::at(
+                        span,
+                        "the unit is stated after the first table",
+                        "here",
+                        "write METRIC or INCH at the begin of the file",
+                    ));
+                }
+                self.units = Some((units, span));
+            }
+            Statement::Assignment {
+                name,
+                indices,
+                value,
+            } => self.assign(&name, &indices, value, span)?,
+        }
+        Ok(())
+    }
+
+    /// Keeps what is assigned to a variable.
+    fn assign(
+        &mut self,
+        name: &str,
+        indices: &[&'t str],
+        value: &'t str,
+        span: Range<usize>,
+    ) -> Result<(), FileError> {
+        if let Some(limited) = Limited::of(name) {
+            return self.limit(limited, name, indices, value, span);
+        }
+        let Some((kind, what)) = Known::of(name) else {
+            return Err(FileError::at(
+                span,
+                format!("the variable ${name} is not one of the compensation"),
+                "not understood",
+                "leave nothing in the file but $AN_CEC…, $SN_CEC_TABLE_WEIGHT, $AA_ENC_COMP…, $MA_CEC_MAX_SUM and $MA_CEC_MAX_VELO",
+            ));
+        };
+        let is_value = what == Known::Value;
+        let number = |text: &str| text.parse::<usize>().ok().filter(|n| *n <= HIGHEST);
+        let axis = |text: &str| self.reading.axes.find(text);
+        let key = match (kind, is_value, indices) {
+            (Kind::Table, true, [table, k]) => number(table)
+                .zip(number(k))
+                .map(|(t, k)| (Key::Table(t), k)),
+            (Kind::Table, false, [table]) => number(table).map(|t| (Key::Table(t), 0)),
+            (Kind::Encoder, true, [encoder, k, name]) => {
+                let axis = axis(name).ok_or_else(|| unknown_axis(name, &span))?;
+                number(encoder)
+                    .zip(number(k))
+                    .map(|(encoder, k)| (Key::Encoder { axis, encoder }, k))
+            }
+            (Kind::Encoder, false, [encoder, name]) => {
+                let axis = axis(name).ok_or_else(|| unknown_axis(name, &span))?;
+                number(encoder).map(|encoder| (Key::Encoder { axis, encoder }, 0))
+            }
+            _ => None,
+        };
+        let Some((key, place)) = key else {
+            return Err(FileError::at(
+                span,
+                format!("these are not the indices of ${name}"),
+                "here",
+                "write $AN_CEC[table,point], $AN_CEC_STEP[table], $AA_ENC_COMP[encoder,point,axis], \
+                 $AA_ENC_COMP_STEP[encoder,axis], with whole numbers from 0",
+            ));
+        };
+        let raw = self
+            .raw
+            .entry(key)
+            .or_insert_with(|| Raw::new(span.clone()));
+        let before = match is_value {
+            true => raw.values.insert(place, (value, span.clone())),
+            false => raw.settings.insert(what, (value, span.clone())),
+        };
+        match before {
+            None => Ok(()),
+            Some(_) => Err(twice(span)),
+        }
+    }
+
+    /// Keeps a limit.
+    fn limit(
+        &mut self,
+        limited: Limited,
+        name: &str,
+        indices: &[&str],
+        value: &str,
+        span: Range<usize>,
+    ) -> Result<(), FileError> {
+        let [axis] = indices else {
+            return Err(FileError::at(
+                span,
+                format!("these are not the indices of ${name}"),
+                "here",
+                format!("write ${name}[AX1], with one axis"),
+            ));
+        };
+        let axis = (self.reading.axes.find(axis)).ok_or_else(|| unknown_axis(axis, &span))?;
+        let value = number(value).filter(|value| *value >= 0.0);
+        let value = value.ok_or_else(|| {
+            FileError::at(
+                span.clone(),
+                format!("this is no limit: ${name} is a number from 0"),
+                "here",
+                "write a decimal number with a point, like 0.5",
+            )
+        })?;
+        if (self.limits.iter()).any(|known| known.axis == axis && known.limited == limited) {
+            return Err(twice(span));
+        }
+        self.limits.push(Limit {
+            axis,
+            limited,
+            value,
+            span,
+        });
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Read, FileError> {
+        if self.raw.is_empty() {
+            return Err(FileError::whole(
+                "there is no table in the file",
+                "give a file with $AN_CEC or $AA_ENC_COMP, as the controller archives it (_N_NC_CEC_INI)",
+            ));
+        }
+        let mut doubts = Vec::new();
+        let units = self.units.map(|(units, _)| units).or(self.reading.units);
+        let mut tables = Vec::new();
+        let keys: Vec<Key> = self.raw.keys().copied().collect();
+        for (key, raw) in &self.raw {
+            let made = raw.table(*key, &keys, self.reading, units, &mut doubts);
+            // Where values are left out, that is why they are missing.
+            let made = made.map_err(|error| match (&self.gap, error.label.as_str()) {
+                (Some(gap), MISSING) => FileError {
+                    span: Some(gap.clone()),
+                    label: "left out here".to_owned(),
+                    ..error
+                },
+                _ => error,
+            });
+            tables.push(made?);
+        }
+        if let Some(gap) = self.gap {
+            return Err(FileError::at(
+                gap,
+                "this is not understood: no value is missing here",
+                "here",
+                "leave it out, or write the values",
+            ));
+        }
+        if tables.len() > MOST_TABLES {
+            return Err(FileError::whole(
+                format!("the file has {} tables, and a blob holds 255", tables.len()),
+                "import those of some axes at a time",
+            ));
+        }
+        let raw: Vec<&Raw<'_>> = self.raw.values().collect();
+        check_products(&tables, &raw, self.reading, units)?;
+        plausible::doubts(&tables, &raw, self.reading.axes, &mut doubts);
+        // Like all lengths of the file.
+        for limit in &mut self.limits {
+            if limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis) {
+                limit.value *= units.map_or(1.0, Units::mm);
+            }
+        }
+        Ok(Read {
+            tables,
+            doubts,
+            limits: self.limits,
+        })
+    }
+}
+
+/// Something that has been assigned before.
+fn twice(span: Range<usize>) -> FileError {
+    FileError::at(
+        span,
+        "this is assigned a second time",
+        "here",
+        "leave one of both; two tables have two numbers",
+    )
+}
+
+/// An axis that is not in the map.
+pub(super) fn unknown_axis(name: &str, span: &Range<usize>) -> FileError {
+    FileError::at(
+        span.clone(),
+        format!("the controller's axis `{name}` is not in the map of axes"),
+        "named here",
+        "say with --axes which axis of the machine it is: --axes X=AX1,A=AX4",
+    )
+}

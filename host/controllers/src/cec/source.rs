@@ -1,0 +1,140 @@
+//! A compensation taken apart: its tables as functions, its terms as products of them.
+
+use super::function::{Function, Origin};
+use super::spacing::Spacing;
+use super::{PlanError, Travel};
+use trueaxis::{AuxiliaryKind, Direction, Interpolation, Largest};
+use trueaxis_model::machine::MAX_AXES;
+
+/// A product of functions that is added to an axis.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Number of the axis.
+    pub output: usize,
+    /// Weight, with the values of functions of auxiliary inputs.
+    pub weight: f64,
+    /// The weight may be set at run time.
+    pub adjustable: bool,
+    /// Functions of axes.
+    pub factors: Vec<Function>,
+}
+
+/// All terms, for one tool length and temperatures at their reference.
+#[derive(Clone, Debug)]
+pub struct Source {
+    pub terms: Vec<Term>,
+    /// The tool length (mm), if it is an input.
+    pub length: Option<f64>,
+    /// Sensors whose temperature is taken to be the reference.
+    pub sensors: Vec<String>,
+}
+
+impl Source {
+    /// Takes a compensation apart for a tool length (mm), by default its reference.
+    pub fn new(compensation: &Largest<'_>, length: Option<f64>) -> Result<Self, PlanError> {
+        let axes = compensation.axes().len();
+        if axes > MAX_AXES {
+            return Err(PlanError::Axes(axes));
+        }
+        if !compensation.grids().is_empty() {
+            return Err(PlanError::Grid);
+        }
+        let auxiliaries = compensation.auxiliaries();
+        let mut of = vec![0.0; auxiliaries.len()];
+        let mut known = None;
+        for (value, auxiliary) in of.iter_mut().zip(auxiliaries) {
+            if auxiliary.kind == AuxiliaryKind::ToolLength {
+                *value = length.unwrap_or_else(|| auxiliary.reference.into());
+                known = Some(*value);
+            }
+        }
+        if length.is_some() && known.is_none() {
+            return Err(PlanError::NoLength);
+        }
+        let tables = functions(compensation);
+        let mut terms = Vec::new();
+        for term in compensation.terms() {
+            let mut products = vec![Term {
+                output: usize::from(term.output),
+                weight: term.weight.into(),
+                adjustable: term.limits.is_some(),
+                factors: Vec::new(),
+            }];
+            for table in term.factors {
+                let (function, direction) = &tables[usize::from(*table)];
+                if let Some(auxiliary) = function.input.checked_sub(axes) {
+                    let value = function.at(of[auxiliary]);
+                    products.iter_mut().for_each(|p| p.weight *= value);
+                    continue;
+                }
+                let ways = by_travel(function, *direction);
+                let with = |product: &Term| {
+                    let product = product.clone();
+                    ways.iter().map(move |way| {
+                        let mut product = product.clone();
+                        product.factors.push(way.clone());
+                        product
+                    })
+                };
+                products = products.iter().flat_map(with).collect();
+            }
+            terms.extend(products);
+        }
+        let sensors = auxiliaries
+            .iter()
+            .filter(|a| a.kind == AuxiliaryKind::Temperature)
+            .map(|a| a.name.to_string())
+            .collect();
+        Ok(Self {
+            terms,
+            length: known,
+            sensors,
+        })
+    }
+}
+
+/// All tables with their direction.
+fn functions(compensation: &Largest<'_>) -> Vec<(Function, Direction)> {
+    let mut found = Vec::new();
+    for bank in compensation.banks() {
+        for _ in 0..bank.tables {
+            let table = found.len();
+            let samples = (0..bank.points as usize).filter_map(|k| compensation.sample(table, k));
+            let function = Function {
+                origin: Origin::Table(table, Travel::Both),
+                input: usize::from(bank.input),
+                spacing: Spacing::of(bank),
+                travel: Travel::Both,
+                interpolation: bank.interpolation,
+                values: samples.map(f64::from).collect(),
+            };
+            found.push((function, bank.direction));
+        }
+    }
+    found
+}
+
+/// The function for each direction of travel of which it holds.
+fn by_travel(function: &Function, direction: Direction) -> Vec<Function> {
+    let way = |travel: Travel, sign: f64| {
+        let mut function = function.clone();
+        let Origin::Table(table, _) = function.origin else {
+            return function;
+        };
+        function.origin = Origin::Table(table, travel);
+        function.travel = travel;
+        function.values.iter_mut().for_each(|v| *v *= sign);
+        function
+    };
+    match direction {
+        Direction::Both => vec![function.clone()],
+        Direction::Positive => vec![way(Travel::Positive, 1.0)],
+        Direction::Negative => vec![way(Travel::Negative, 1.0)],
+        Direction::Signed => vec![way(Travel::Positive, 1.0), way(Travel::Negative, -1.0)],
+    }
+}
+
+/// True of functions that a controller can read as they are.
+pub fn is_linear(function: &Function) -> bool {
+    function.interpolation == Interpolation::Linear
+}

@@ -1,0 +1,252 @@
+//! INI files as LinuxCNC reads them: keys may repeat, files are included, lines go on after a backslash.
+//!
+//! A parser of our own: those that exist keep neither the line of a value, which messages name, nor know
+//! `#INCLUDE`, and give `#` within a line a meaning that it does not have here.
+
+use std::ops::Range;
+use std::rc::Rc;
+use trueaxis_model::source::{FileError, Named};
+
+/// A place in a file.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// The file.
+    pub source: Rc<Named>,
+    /// Bytes of the first line of what is there.
+    pub span: Range<usize>,
+}
+
+impl Place {
+    /// Its line, from 1.
+    #[must_use]
+    pub fn line(&self) -> usize {
+        let start = self.span.start.min(self.source.text.len());
+        let before = &self.source.text.as_bytes()[..start];
+        before.iter().filter(|b| **b == b'\n').count() + 1
+    }
+
+    /// What is wrong there.
+    pub fn error(
+        &self,
+        message: impl Into<String>,
+        label: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> FileError {
+        FileError::at(self.span.clone(), message, label, remedy)
+            .within(&self.source.name, &self.source.text)
+    }
+}
+
+/// `KEY = value` in a section.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// The section, without brackets; empty before the first one.
+    pub section: String,
+    /// The key.
+    pub key: String,
+    /// What stands behind the equals sign, without spaces around it.
+    pub value: String,
+    /// Where.
+    pub place: Place,
+}
+
+/// An INI file with what it includes.
+#[derive(Debug)]
+pub struct Ini {
+    entries: Vec<Entry>,
+    sections: Vec<(String, Place)>,
+}
+
+/// Reads a file that another one names; the cause if that fails.
+pub type Reader<'r> = dyn Fn(&str) -> Result<Named, String> + 'r;
+
+/// The lines of a file with their bytes, without their ends.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (&str, Range<usize>)> {
+    let mut next = 0;
+    text.split_inclusive('\n').map(move |line| {
+        let start = next;
+        next += line.len();
+        let line = line.trim_end_matches(['\n', '\r']);
+        (line, start..start + line.len())
+    })
+}
+
+/// Lines with those that they go on in, after a backslash at the end; the place is the first line.
+pub(super) fn joined(text: &str) -> Vec<(String, Range<usize>)> {
+    let mut found: Vec<(String, Range<usize>)> = Vec::new();
+    let mut goes_on = false;
+    for (line, span) in lines(text) {
+        let (part, more) = match line.strip_suffix('\\') {
+            Some(part) => (part, true),
+            None => (line, false),
+        };
+        match found.last_mut() {
+            Some((whole, _)) if goes_on => whole.push_str(part),
+            _ => found.push((part.to_owned(), span)),
+        }
+        goes_on = more;
+    }
+    found
+}
+
+impl Ini {
+    /// Reads a file; `read` opens what it includes, whose names are relative to it.
+    ///
+    /// # Errors
+    /// [`FileError`]: a line that is neither section nor `KEY = value`, an included file that cannot be read or
+    /// includes another one.
+    pub fn read(source: Named, read: &Reader<'_>) -> Result<Self, FileError> {
+        let mut ini = Self {
+            entries: Vec::new(),
+            sections: Vec::new(),
+        };
+        let mut section = String::new();
+        ini.take(&Rc::new(source), &mut section, Some(read))?;
+        Ok(ini)
+    }
+
+    fn take(
+        &mut self,
+        source: &Rc<Named>,
+        section: &mut String,
+        read: Option<&Reader<'_>>,
+    ) -> Result<(), FileError> {
+        for (line, span) in joined(&source.text) {
+            let place = Place {
+                source: Rc::clone(source),
+                span,
+            };
+            let line = line.trim_start_matches('\u{feff}').trim();
+            if let Some(name) = line.strip_prefix("#INCLUDE") {
+                let name = name.trim();
+                let Some(read) = read else {
+                    return Err(place.error(
+                        "an included file includes another one, which LinuxCNC does not do",
+                        "here",
+                        "include it from the INI file itself",
+                    ));
+                };
+                let included = read(name).map_err(|cause| {
+                    place.error(
+                        format!("the included file `{name}` cannot be read: {cause}"),
+                        "named here",
+                        "#INCLUDE takes a path relative to the INI file",
+                    )
+                })?;
+                self.take(&Rc::new(included), section, None)?;
+            } else if line.is_empty() || line.starts_with(['#', ';']) {
+            } else if let Some(rest) = line.strip_prefix('[') {
+                let Some((name, _)) = rest.split_once(']') else {
+                    return Err(place.error(
+                        "a section without its closing bracket",
+                        "here",
+                        "write [NAME]; is the file cut off?",
+                    ));
+                };
+                name.trim().clone_into(section);
+                self.sections.push((section.clone(), place));
+            } else if let Some((key, value)) = line.split_once('=') {
+                self.entries.push(Entry {
+                    section: section.clone(),
+                    key: key.trim().to_owned(),
+                    value: value.trim().to_owned(),
+                    place,
+                });
+            } else {
+                return Err(place.error(
+                    "this is neither a section nor KEY = value",
+                    "here",
+                    "write [SECTION], KEY = value, or a comment with # at its begin; is the file cut off?",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// All values of a key, in order.
+    pub fn all<'i>(&'i self, section: &'i str, key: &'i str) -> impl Iterator<Item = &'i Entry> {
+        let entries = self.entries.iter();
+        entries.filter(move |e| e.section == section && e.key == key)
+    }
+
+    /// The value of a key: the first, as LinuxCNC takes it.
+    #[must_use]
+    pub fn get(&self, section: &str, key: &str) -> Option<&Entry> {
+        self.entries
+            .iter()
+            .find(|e| e.section == section && e.key == key)
+    }
+
+    /// Where a section begins.
+    #[must_use]
+    pub fn section(&self, name: &str) -> Option<&Place> {
+        let mut sections = self.sections.iter();
+        Some(&sections.find(|(found, _)| found == name)?.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(text: &str) -> Named {
+        Named {
+            name: "m.ini".to_owned(),
+            text: text.to_owned(),
+        }
+    }
+
+    fn none(_: &str) -> Result<Named, String> {
+        Err("there is none".to_owned())
+    }
+
+    #[test]
+    fn keys_repeat_lines_go_on_and_comments_are_whole_lines() {
+        let text = "[HAL]\r\n# a comment = 1\n ; another\nHALFILE = a.hal\nHALFILE=b.hal # not a comment\n\
+                    [KINS]\nKINEMATICS = trivkins \\\ncoordinates=XYZ\nJOINTS = 3\n";
+        let ini = Ini::read(source(text), &none).unwrap();
+        let files: Vec<&str> = ini
+            .all("HAL", "HALFILE")
+            .map(|e| e.value.as_str())
+            .collect();
+        assert_eq!(files, ["a.hal", "b.hal # not a comment"]);
+        let kins = ini.get("KINS", "KINEMATICS").unwrap();
+        assert_eq!(kins.value, "trivkins coordinates=XYZ");
+        assert_eq!(kins.place.line(), 7);
+        assert_eq!(ini.get("KINS", "JOINTS").unwrap().place.line(), 9);
+        assert!(ini.get("HAL", "JOINTS").is_none());
+        assert_eq!(ini.section("KINS").unwrap().line(), 6);
+    }
+
+    #[test]
+    fn an_included_file_stands_where_it_is_included() {
+        let read = |name: &str| {
+            assert_eq!(name, "joint.inc");
+            Ok(Named {
+                name: name.to_owned(),
+                text: "\nBACKLASH = 0.01\n[X]\nA = 1\n".to_owned(),
+            })
+        };
+        let ini = Ini::read(source("[JOINT_0]\n#INCLUDE joint.inc\nB = 2\n"), &read).unwrap();
+        let backlash = ini.get("JOINT_0", "BACKLASH").unwrap();
+        assert_eq!(backlash.place.source.name, "joint.inc");
+        assert_eq!(backlash.place.line(), 2);
+        assert_eq!(ini.get("X", "B").unwrap().value, "2");
+    }
+
+    #[test]
+    fn what_is_cut_off_or_not_there_is_named_with_its_line() {
+        for (text, line, message) in [
+            ("[A]\n[JOINT_", 2, "closing bracket"),
+            ("[A]\nB = 1\nMAX_LI", 3, "neither a section"),
+            ("#INCLUDE x.inc", 1, "`x.inc` cannot be read: there is none"),
+        ] {
+            let error = Ini::read(source(text), &none).unwrap_err();
+            assert!(error.message.contains(message), "{}", error.message);
+            assert_eq!(error.line(text), Some(line));
+        }
+        let again = |_: &str| Ok(source("#INCLUDE m.ini"));
+        let error = Ini::read(source("#INCLUDE m.ini"), &again).unwrap_err();
+        assert!(error.message.contains("includes another"));
+    }
+}

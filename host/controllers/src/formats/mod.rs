@@ -1,0 +1,4 @@
+//! Files of LinuxCNC.
+
+pub mod hal;
+pub mod ini;

@@ -1,0 +1,348 @@
+//! What a program does not say: offsets, tools, where the machine stands.
+
+mod linuxcnc;
+
+use super::axes::{self, COUNT, PerLetter, Position};
+use super::modal::{Retract, Units};
+use super::offsets::{Number, System};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use toml::Spanned;
+use trueaxis::Travel;
+use trueaxis_model::source::FileError;
+
+/// All of it. Lengths in mm, angles in degrees.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Setup {
+    /// The unit before a program gives one.
+    pub units: Option<Units>,
+    /// Where the machine stands before the first line.
+    pub start: Position,
+    /// Which way each axis has moved last, before the first line.
+    pub travel: [Travel; COUNT],
+    /// G98 or G99, where it is known which of them holds before the first line.
+    pub retract: Option<Retract>,
+    /// The tool in the spindle before the first line.
+    pub tool: Option<u32>,
+    /// Work coordinate systems.
+    pub systems: BTreeMap<Number, System>,
+    /// The one that holds before the first line.
+    pub selected: Option<Number>,
+    /// G92 offsets that hold before the first line.
+    pub g92: PerLetter,
+    /// Those that G92.3 brings back, if they are known.
+    pub g92_stored: Option<PerLetter>,
+    /// Offset of each tool; that of Z is its length.
+    pub tools: BTreeMap<u32, PerLetter>,
+    /// Lengths of tools (mm) whose offsets are others: those of tools that were touched off.
+    pub lengths: BTreeMap<u32, f64>,
+    /// Where G28 and G30 go.
+    pub homes: [Option<Position>; 2],
+    /// Where M6 goes, of each axis that it moves.
+    pub tool_change: Option<Position>,
+    /// Whether words of a rotary axis mean an angle of whichever turn, where that is said.
+    pub wrapped: [Option<bool>; COUNT],
+}
+
+type Letters = BTreeMap<String, Spanned<f64>>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    units: Spanned<String>,
+    start: Option<Start>,
+    #[serde(default)]
+    offset: BTreeMap<Spanned<String>, Letters>,
+    #[serde(default)]
+    tool: BTreeMap<Spanned<String>, Tool>,
+    #[serde(default)]
+    home: BTreeMap<Spanned<String>, Letters>,
+    tool_change: Option<Letters>,
+    #[serde(default)]
+    axis: BTreeMap<Spanned<String>, AxisEntry>,
+}
+
+#[derive(Deserialize)]
+struct Start {
+    tool: Option<u32>,
+    retract: Option<Spanned<String>>,
+    travel: Option<BTreeMap<String, Spanned<String>>>,
+    #[serde(flatten)]
+    at: BTreeMap<String, f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Tool {
+    length: Spanned<f64>,
+    offset: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisEntry {
+    wrapped: bool,
+}
+
+impl Setup {
+    /// Reads a setup file.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where.
+    pub fn from_toml(text: &str) -> Result<Self, FileError> {
+        let file: File = toml::from_str(text).map_err(|e| FileError::syntax(&e, text))?;
+        let units = match file.units.get_ref().as_str() {
+            "mm" => Units::Millimetre,
+            "inch" => Units::Inch,
+            _ => {
+                return Err(FileError::at(
+                    file.units.span(),
+                    "no unit of length",
+                    "here",
+                    "write \"mm\" or \"inch\"",
+                ));
+            }
+        };
+        let mut setup = Self {
+            units: Some(units),
+            ..Self::default()
+        };
+        if let Some(start) = file.start {
+            setup.tool = start.tool;
+            setup.retract = start.retract.map(|word| retract(&word)).transpose()?;
+            for (letter, value) in &start.at {
+                let axis = axis_of(letter).ok_or_else(|| {
+                    FileError::whole(
+                        format!("[start] {letter}: no axis"),
+                        "write X, Y, Z, A, B, C, U, V, W, `tool`, `travel` or `retract`",
+                    )
+                })?;
+                if !axes::can_be(*value) {
+                    return Err(FileError::whole(
+                        format!(
+                            "[start] {letter}: not a finite number, or beyond {:.0e}",
+                            axes::LARGEST
+                        ),
+                        "write where the machine stands",
+                    ));
+                }
+                setup.start.set(axis, in_mm(axis, *value, units));
+            }
+            for (letter, sign) in start.travel.unwrap_or_default() {
+                let travel = match sign.get_ref().as_str() {
+                    "+" => Travel::Positive,
+                    "-" => Travel::Negative,
+                    _ => Travel::Unknown,
+                };
+                let Some(axis) = axis_of(&letter).filter(|_| travel != Travel::Unknown) else {
+                    return Err(FileError::at(
+                        sign.span(),
+                        "no direction of travel of an axis",
+                        "here",
+                        "write for example travel = { X = \"+\", Y = \"-\" }",
+                    ));
+                };
+                setup.travel[axis] = travel;
+            }
+        }
+        for (name, letters) in &file.offset {
+            let number = number_of(name.get_ref()).ok_or_else(|| {
+                FileError::at(
+                    name.span(),
+                    format!("`{}` is no work coordinate system", name.get_ref()),
+                    "here",
+                    "write [offset.G54] to [offset.G59], [offset.\"G59.1\"] or [offset.\"G54.1 P1\"]",
+                )
+            })?;
+            let mut system = System::default();
+            for (letter, value) in letters {
+                match axis_of(letter) {
+                    Some(axis) => {
+                        system.origin[axis] = in_mm(axis, finite(value)?, units);
+                    }
+                    None if letter == "R" => system.rotation = finite(value)?,
+                    None => return Err(no_axis(value)),
+                }
+            }
+            setup.systems.insert(number, system);
+        }
+        for (name, tool) in &file.tool {
+            let number = name.get_ref().parse().map_err(|_| {
+                FileError::at(name.span(), "no number of a tool", "here", "write [tool.1]")
+            })?;
+            let mut offset = [0.0; COUNT];
+            let length = finite(&tool.length)? * units.mm();
+            offset[2] = match &tool.offset {
+                None => length,
+                Some(offset) => {
+                    setup.lengths.insert(number, length);
+                    finite(offset)? * units.mm()
+                }
+            };
+            setup.tools.insert(number, offset);
+        }
+        for (name, letters) in &file.home {
+            let place = match name.get_ref().as_str() {
+                "G28" => 0,
+                "G30" => 1,
+                _ => {
+                    return Err(FileError::at(
+                        name.span(),
+                        "no place to go home to",
+                        "here",
+                        "write [home.G28] or [home.G30]",
+                    ));
+                }
+            };
+            setup.homes[place] = Some(position(letters, units)?);
+        }
+        if let Some(letters) = &file.tool_change {
+            setup.tool_change = Some(position(letters, units)?);
+        }
+        for (letter, entry) in &file.axis {
+            let axis = axis_of(letter.get_ref()).filter(|axis| axes::is_rotary(*axis));
+            let axis = axis.ok_or_else(|| {
+                FileError::at(
+                    letter.span(),
+                    "no rotary axis",
+                    "here",
+                    "write [axis.A], [axis.B] or [axis.C]",
+                )
+            })?;
+            setup.wrapped[axis] = Some(entry.wrapped);
+        }
+        Ok(setup)
+    }
+}
+
+fn position(letters: &Letters, units: Units) -> Result<Position, FileError> {
+    let mut position = Position::default();
+    for (letter, value) in letters {
+        let axis = axis_of(letter).ok_or_else(|| no_axis(value))?;
+        position.set(axis, in_mm(axis, finite(value)?, units));
+    }
+    Ok(position)
+}
+
+fn retract(word: &Spanned<String>) -> Result<Retract, FileError> {
+    match word.get_ref().as_str() {
+        "G98" => Ok(Retract::Initial),
+        "G99" => Ok(Retract::Plane),
+        _ => Err(FileError::at(
+            word.span(),
+            "neither G98 nor G99",
+            "here",
+            "write \"G98\" (to the level before the cycle) or \"G99\" (to R)",
+        )),
+    }
+}
+
+fn no_axis(value: &Spanned<f64>) -> FileError {
+    FileError::at(
+        value.span(),
+        "this key names no axis",
+        "here",
+        "write X, Y, Z, A, B, C, U, V or W; of an offset also R, its rotation in degrees",
+    )
+}
+
+fn finite(value: &Spanned<f64>) -> Result<f64, FileError> {
+    let number = *value.get_ref();
+    if axes::can_be(number) {
+        return Ok(number);
+    }
+    let cause = format!("not a finite number, or beyond {:.0e}", axes::LARGEST);
+    Err(FileError::at(value.span(), cause, "here", "write a number"))
+}
+
+fn axis_of(letter: &str) -> Option<usize> {
+    match letter.as_bytes() {
+        [letter] => axes::index(*letter),
+        _ => None,
+    }
+}
+
+fn in_mm(axis: usize, value: f64, units: Units) -> f64 {
+    match axes::is_rotary(axis) {
+        true => value,
+        false => value * units.mm(),
+    }
+}
+
+/// The number of a system by its name.
+fn number_of(name: &str) -> Option<Number> {
+    if let Some(number) = name.strip_prefix("G54.1 P") {
+        let number: Number = number.parse().ok()?;
+        return (1..=300).contains(&number).then_some(100 + number);
+    }
+    let tenths = name.strip_prefix('G')?.parse::<f64>().ok()? * 10.0;
+    let whole = (tenths - tenths.round()).abs() < 1e-6;
+    super::codes::system(tenths.round() as u16).filter(|_| whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setup_gives_offsets_in_its_units_and_leaves_the_rest_unknown() {
+        let setup = Setup::from_toml(
+            "units = \"inch\"\n[start]\nX = 1\nA = 2.0\ntool = 3\nretract = \"G99\"\n\
+             travel = { X = \"-\" }\n\
+             [offset.G54]\nX = -10\nR = 5\n[offset.\"G59.1\"]\nA = 4\n[offset.\"G54.1 P7\"]\n\
+             [tool.3]\nlength = 2\n[home.G28]\nZ = 0\n",
+        )
+        .unwrap();
+        assert_eq!(setup.start.at[0], 25.4);
+        assert_eq!(setup.start.at[3], 2.0);
+        assert_eq!(setup.start.known, 0b1001);
+        assert_eq!(setup.travel[0], Travel::Negative);
+        assert_eq!(setup.retract, Some(Retract::Plane));
+        assert_eq!(setup.systems[&1].origin[0], -254.0);
+        assert_eq!(setup.systems[&1].rotation, 5.0);
+        assert_eq!(
+            setup.systems.keys().copied().collect::<Vec<_>>(),
+            [1, 7, 107]
+        );
+        assert_eq!(setup.tools[&3][2], 50.8);
+        assert_eq!(setup.homes[0].unwrap().known, 0b100);
+        assert!(setup.homes[1].is_none());
+    }
+
+    #[test]
+    fn what_is_wrong_in_a_setup_is_shown_at_its_place() {
+        for (text, part) in [
+            ("[start]\nX = 1\n", "units"),
+            ("units = \"m\"", "no unit"),
+            (
+                "units = \"mm\"\n[offset.G53]\nX = 1",
+                "no work coordinate system",
+            ),
+            ("units = \"mm\"\n[offset.G54]\nQ = 1", "no axis"),
+            ("units = \"mm\"\n[offset.G54]\nX = nan", "finite"),
+            ("units = \"mm\"\n[start]\nx = 1", "no axis"),
+            ("units = \"mm\"\n[offset.G54]\nC = 1e40", "beyond 1e8"),
+            ("units = \"mm\"\n[start]\nX = inf", "finite"),
+            ("units = \"mm\"\n[tool.1]\nlength = nan", "finite"),
+            (
+                "units = \"mm\"\n[offset.\"G54.04\"]\nX = 1",
+                "no work coordinate system",
+            ),
+            ("units = \"mm\"\n[axis.X]\nwrapped = true", "no rotary axis"),
+            ("units = \"mm\"\n[axis.C]\n", "missing field"),
+            ("units = \"mm\"\n[tool.a]\nlength = 1", "number of a tool"),
+            ("units = \"mm\"\n[tool.1]\nlenght = 1", "unknown field"),
+            (
+                "units = \"mm\"\n[start]\nretract = \"R\"",
+                "neither G98 nor G99",
+            ),
+            (
+                "units = \"mm\"\n[start]\ntravel = { X = \"up\" }",
+                "direction of travel",
+            ),
+        ] {
+            let error = Setup::from_toml(text).unwrap_err();
+            assert!(error.message.contains(part), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! What controllers read and run: programs in G-code, tables of a Sinumerik, configurations of LinuxCNC, the link
+//! to a board.
+//!
+//! Uses `trueaxis-model` and `trueaxis-tables`.
+#![forbid(unsafe_code)]
+
+pub mod cec;
+pub mod formats;
+pub mod gcode;
+pub mod link;
+pub mod linuxcnc;

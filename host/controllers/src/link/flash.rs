@@ -1,0 +1,311 @@
+//! A blob into a controller: upload, verification, change over.
+
+use super::client::{Client, Controller, LinkError};
+use super::port::Port;
+use std::time::Duration;
+use trueaxis::link::{
+    Activation, AtStart, MOST_CHUNK, Refusal, Request, Slot, SlotState, Upload, short_name,
+};
+use trueaxis::{Header, LoadError};
+use trueaxis_tables::compile::{Progress, Size};
+use trueaxis_tables::target::Shortage;
+use trueaxis_tables::validate::Runtime;
+
+/// Between two questions how far something has come.
+pub(super) const PAUSE: Duration = Duration::from_millis(50);
+/// So many of those questions: a minute.
+const QUESTIONS: u32 = 1200;
+/// The same for a fade, which waits for motion: five seconds.
+const FADE_QUESTIONS: u32 = 100;
+/// How often an upload is begun again, after a restart of the controller or a bad write.
+const ATTEMPTS: u32 = 5;
+
+/// Why a blob was not flashed.
+#[derive(Debug, thiserror::Error)]
+pub enum FlashError {
+    /// The blob itself is damaged.
+    #[error("{0}")]
+    Blob(LoadError),
+    /// It is for another machine.
+    #[error(
+        "the compensation is for `{blob}` ({blob_axes}), the controller has one for `{machine}` ({axes})"
+    )]
+    OtherMachine {
+        /// Machine of the blob.
+        blob: String,
+        /// Its axes.
+        blob_axes: String,
+        /// Machine of the controller.
+        machine: String,
+        /// Its axes.
+        axes: String,
+    },
+    /// The controller holds less than it needs.
+    #[error("the compensation has {} {}, the controller holds {}", .0.needed, .0.what, .0.held)]
+    TooLarge(Shortage),
+    /// The controller does not take it, or the link fails.
+    #[error("{0}")]
+    Link(#[from] LinkError),
+    /// The corrections do not come to zero, or the erase does not end.
+    #[error("the controller does not get ready: {0:?}")]
+    NotReady(Upload),
+    /// What is in the slot afterwards is not what was sent.
+    #[error("slot {0} does not hold what was sent")]
+    NotVerified(Slot),
+}
+
+impl From<Refusal> for FlashError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Link(LinkError::Refused(refusal))
+    }
+}
+
+/// How a change over has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activated {
+    /// It was not asked for: it waits to be activated.
+    No,
+    /// It is in use.
+    Yes,
+    /// It is accepted, and comes in with the next motion.
+    WithMotion,
+}
+
+/// What has been done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Where the blob lies.
+    pub slot: Slot,
+    /// Its number.
+    pub sequence: u32,
+    /// It was the newest already: nothing was written.
+    pub already: bool,
+    /// Bytes that an earlier, interrupted upload had left.
+    pub resumed: u32,
+    /// Whether it is in use.
+    pub activated: Activated,
+    /// What the next start goes by.
+    pub at_start: AtStart,
+}
+
+/// Whether a controller can take a blob: the same machine (unless forced) and enough room.
+///
+/// # Errors
+/// [`FlashError`]
+pub fn check(controller: &Controller, blob: &[u8], force: bool) -> Result<(), FlashError> {
+    let runtime = Runtime::load(blob).map_err(FlashError::Blob)?;
+    let new = runtime.compensation();
+    let letters: String = new.axes().iter().map(|a| char::from(a.name)).collect();
+    let same = short_name(new.machine()) == controller.machine && letters == controller.axes;
+    // Without an active compensation there is nothing to compare with.
+    if !force && !same && !controller.axes.is_empty() {
+        return Err(FlashError::OtherMachine {
+            blob: new.machine().to_owned(),
+            blob_axes: letters,
+            machine: controller.machine.clone(),
+            axes: controller.axes.clone(),
+        });
+    }
+    let shortages = controller.target().shortages(&Size::of(&runtime));
+    if let Some(shortage) = shortages.first() {
+        return Err(FlashError::TooLarge(*shortage));
+    }
+    Ok(())
+}
+
+/// The newest valid slot.
+fn newest(controller: &Controller) -> Option<(Slot, u32, u32, u32)> {
+    let valid =
+        Slot::BOTH
+            .into_iter()
+            .filter_map(|slot| match controller.slots[slot.index()].state {
+                SlotState::Valid {
+                    sequence,
+                    length,
+                    crc,
+                } => Some((slot, sequence, length, crc)),
+                _ => None,
+            });
+    // They count with wrap.
+    valid.reduce(|a, b| {
+        let ahead = b.1.wrapping_sub(a.1);
+        if ahead != 0 && ahead <= u32::MAX / 2 {
+            b
+        } else {
+            a
+        }
+    })
+}
+
+/// Uploads a blob, checks that the controller holds it, and changes over to it if wanted.
+///
+/// An upload of the same blob that was interrupted goes on. A blob that is the newest already is
+/// not written again.
+///
+/// # Errors
+/// [`FlashError`]; the active compensation is as it was.
+pub fn flash<P: Port>(
+    client: &mut Client<P>,
+    controller: &Controller,
+    blob: &[u8],
+    force: bool,
+    activate: bool,
+    progress: &dyn Progress,
+) -> Result<Outcome, FlashError> {
+    check(controller, blob, force)?;
+    let Header { length, crc } = Header::read(blob).map_err(FlashError::Blob)?;
+    let already = |controller: &Controller| {
+        newest(controller).filter(|&(_, _, l, c)| (l, c) == (length, crc))
+    };
+    let (slot, sequence, resumed) = match already(controller) {
+        Some((slot, sequence, ..)) => (slot, sequence, None),
+        None => {
+            let last = match activate {
+                true => Request::CommitInUse { force },
+                false => Request::Commit { force },
+            };
+            let resumed = upload(client, blob, (length, crc), &last, progress)?;
+            progress.stage("verifying", 0);
+            let after = client.hello()?;
+            let Some((slot, sequence, ..)) = already(&after) else {
+                let written = newest(&after).map_or(Slot::A, |found| found.0);
+                return Err(FlashError::NotVerified(written));
+            };
+            (slot, sequence, Some(resumed))
+        }
+    };
+    let mut activated = Activated::No;
+    if activate {
+        progress.stage("changing over", 0);
+        activated = change_over(client, slot, force)?;
+    }
+    Ok(Outcome {
+        slot,
+        sequence,
+        already: resumed.is_none(),
+        resumed: resumed.unwrap_or(0),
+        activated,
+        at_start: client.at_start()?,
+    })
+}
+
+/// Sends all bytes and commits; returns from where it went on.
+fn upload<P: Port>(
+    client: &mut Client<P>,
+    blob: &[u8],
+    (length, crc): (u32, u32),
+    last_request: &Request<'_>,
+    progress: &dyn Progress,
+) -> Result<u32, FlashError> {
+    let mut resumed = None;
+    let mut last = FlashError::NotReady(Upload::None);
+    for _ in 0..ATTEMPTS {
+        let next = match begin(client, (length, crc), progress) {
+            // A block was not erased: once more, then the controller names it.
+            Err(FlashError::Link(LinkError::Refused(
+                refusal @ (Refusal::Spoiled | Refusal::Flash),
+            ))) => {
+                last = refusal.into();
+                continue;
+            }
+            begun => begun?,
+        };
+        let resumed = *resumed.get_or_insert(next);
+        let done =
+            send(client, blob, next, progress).and_then(|()| Ok(client.upload(last_request)?));
+        match done {
+            Ok(_) => return Ok(resumed),
+            // The controller has restarted, or the flash holds something else than was sent.
+            Err(FlashError::Link(LinkError::Refused(
+                refusal @ (Refusal::NoUpload
+                | Refusal::Spoiled
+                | Refusal::Flash
+                | Refusal::OtherBlob
+                | Refusal::Conflict { .. }
+                | Refusal::Missing { .. }),
+            ))) => {
+                last = refusal.into();
+                if let Refusal::Conflict { .. } = refusal {
+                    // Something else has gone up under the same name.
+                    client.upload(&Request::Abort)?;
+                }
+                // The answer to a commit may be lost with the session.
+                let found = newest(&client.hello()?);
+                if found.is_some_and(|(_, _, l, c)| (l, c) == (length, crc)) {
+                    return Ok(resumed);
+                }
+            }
+            Err(error) => {
+                if let FlashError::Link(LinkError::Refused(_)) = error {
+                    // The servo may stand still for this upload: let it go on. That the link
+                    // fails too is no news then.
+                    let _ = client.upload(&Request::Abort);
+                }
+                return Err(error);
+            }
+        }
+    }
+    Err(last)
+}
+
+/// Waits until the controller takes bytes; returns from where on.
+fn begin<P: Port>(
+    client: &mut Client<P>,
+    (length, crc): (u32, u32),
+    progress: &dyn Progress,
+) -> Result<u32, FlashError> {
+    let mut erased = None;
+    let mut state = Upload::None;
+    for _ in 0..QUESTIONS {
+        state = client.upload(&Request::Begin { length, crc })?;
+        match state {
+            Upload::Receiving { next, .. } => return Ok(next),
+            Upload::Erasing { done, blocks } => {
+                if erased.is_none() {
+                    progress.stage("erasing", blocks as usize);
+                }
+                for _ in erased.unwrap_or(0)..done {
+                    progress.step();
+                }
+                erased = Some(done);
+            }
+            _ => {}
+        }
+        client.port().wait(PAUSE);
+    }
+    client.upload(&Request::Abort)?;
+    Err(FlashError::NotReady(state))
+}
+
+/// Sends the bytes from `next` on.
+fn send<P: Port>(
+    client: &mut Client<P>,
+    blob: &[u8],
+    next: u32,
+    progress: &dyn Progress,
+) -> Result<(), FlashError> {
+    let start = next as usize;
+    let rest = blob.get(start..).unwrap_or_default();
+    progress.stage("writing", rest.len().div_ceil(MOST_CHUNK));
+    for (number, bytes) in rest.chunks(MOST_CHUNK).enumerate() {
+        let offset = (start + number * MOST_CHUNK) as u32;
+        client.upload(&Request::Chunk { offset, bytes })?;
+        progress.step();
+    }
+    Ok(())
+}
+
+/// Changes over to a slot, and waits until that is done.
+pub(super) fn change_over<P: Port>(
+    client: &mut Client<P>,
+    slot: Slot,
+    force: bool,
+) -> Result<Activated, LinkError> {
+    for _ in 0..FADE_QUESTIONS {
+        match client.activate(slot, force)? {
+            Activation::Active(Some(active)) if active == slot => return Ok(Activated::Yes),
+            _ => client.port().wait(PAUSE),
+        }
+    }
+    Ok(Activated::WithMotion)
+}

@@ -1,0 +1,235 @@
+//! What speaks against a compensation on a machine as it is configured.
+
+mod connections;
+mod functions;
+mod joints;
+mod topology;
+
+use super::configuration::{Configuration, Joint, millimetres};
+use crate::formats::hal::Command;
+use crate::formats::ini::Place;
+use serde::Serialize;
+use trueaxis::{Axis, Largest};
+use trueaxis_model::machine::Machine;
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// The machine must not run like this.
+    Refused,
+    /// To be looked at.
+    Warning,
+}
+
+/// Something that was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The file that is to be changed.
+    pub file: String,
+    /// The line that it is about.
+    pub line: usize,
+    /// What is wrong.
+    pub reason: String,
+    /// What to write there.
+    pub write: String,
+}
+
+/// What a configuration is held against.
+#[derive(Clone, Copy)]
+pub struct Against<'a> {
+    /// The compensation.
+    pub compensation: &'a Largest<'a>,
+    /// Whether a path of the configuration leads to it; `None` if that cannot be told.
+    pub is_file: &'a dyn Fn(&str) -> Option<bool>,
+    /// The description of the machine, if it is at hand.
+    pub machine: Option<&'a Machine>,
+}
+
+/// What is being checked, and what was found.
+struct Checked<'a> {
+    configuration: &'a Configuration,
+    against: Against<'a>,
+    /// The line that loads the component.
+    component: Option<&'a Command>,
+    findings: Vec<Finding>,
+}
+
+/// All findings, in the order of the checks.
+#[must_use]
+pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding> {
+    let mut checked = Checked {
+        configuration,
+        against,
+        component: configuration.hal.load("trueaxis"),
+        findings: Vec::new(),
+    };
+    for (name, place) in &configuration.hal.programs {
+        checked.warn(
+            place,
+            format!("{name} is a program, which is not read: what it loads, connects and sets is not checked"),
+            format!("HALFILE = {}.hal, with the lines that the program makes", name.trim_end_matches(".tcl")),
+        );
+    }
+    let joints = checked.component();
+    checked.units();
+    checked.topology();
+    for joint in &joints {
+        checked.joint(*joint);
+    }
+    if checked.component.is_some() {
+        checked.functions();
+        for joint in &joints {
+            checked.connections(*joint);
+        }
+        checked.inputs();
+    }
+    checked.findings
+}
+
+impl<'a> Checked<'a> {
+    fn add(&mut self, severity: Severity, place: &Place, reason: String, write: String) {
+        self.findings.push(Finding {
+            severity,
+            file: place.source.name.clone(),
+            line: place.line(),
+            reason,
+            write,
+        });
+    }
+
+    fn refuse(&mut self, place: &Place, reason: String, write: String) {
+        self.add(Severity::Refused, place, reason, write);
+    }
+
+    fn warn(&mut self, place: &Place, reason: String, write: String) {
+        self.add(Severity::Warning, place, reason, write);
+    }
+
+    /// Something that is missing: perhaps a program brings it.
+    fn missing(&mut self, place: &Place, reason: String, write: String) {
+        let severity = match self.configuration.hal.programs.is_empty() {
+            true => Severity::Refused,
+            false => Severity::Warning,
+        };
+        self.add(severity, place, reason, write);
+    }
+
+    fn axis(&self, letter: char) -> Option<(usize, &'a Axis)> {
+        let axes = self.against.compensation.axes();
+        let index = axes.iter().position(|a| char::from(a.name) == letter)?;
+        Some((index, &axes[index]))
+    }
+
+    /// Letters of the compensation's axes.
+    fn letters(&self) -> String {
+        let axes = self.against.compensation.axes().iter();
+        axes.map(|a| char::from(a.name)).collect()
+    }
+
+    /// The line that loads the component; the joints with an axis of the compensation.
+    fn component(&mut self) -> Vec<Joint> {
+        let configuration = self.configuration;
+        let known = configuration.module.letters.clone();
+        let Some(loaded) = self.component else {
+            let units = "[TRAJ]LINEAR_UNITS";
+            self.missing(
+                &configuration.section("HAL").clone(),
+                "the component trueaxis is not loaded".to_owned(),
+                format!("loadrt trueaxis file=FILE.trax axes={known} units={units}"),
+            );
+            return self.covered(&known);
+        };
+        let place = loaded.place.clone();
+        let given = loaded.parameter("axes").unwrap_or("").to_owned();
+        let letters = self.letters();
+        if let Some(none) = letters.chars().find(|l| !given.contains(*l)) {
+            self.refuse(
+                &place,
+                format!("axes={given} has no joint for the axis {none} of the compensation, whose axes are {letters}"),
+                format!("axes={known}"),
+            );
+        }
+        for (number, letter) in given.chars().enumerate() {
+            let expected = known.chars().nth(number);
+            if letter != '-' && !letters.contains(letter) {
+                self.refuse(
+                    &place,
+                    format!("joint {number} has the axis {letter} in axes={given}, which the compensation does not have: its axes are {letters}"),
+                    "axes= with - for this joint, if it is not to be corrected".to_owned(),
+                );
+            } else if letter != '-' && expected.is_some_and(|e| e != letter) {
+                let expected = expected.unwrap_or(' ');
+                self.refuse(
+                    &place,
+                    format!("joint {number} has the axis {letter} in axes={given}, but {expected} in {}", configuration.module.name),
+                    format!("axes={known}"),
+                );
+            } else if number >= configuration.joints {
+                self.refuse(
+                    &place,
+                    format!(
+                        "axes={given} names more joints than [KINS]JOINTS, {}",
+                        configuration.joints
+                    ),
+                    format!("axes={known}"),
+                );
+                break;
+            }
+        }
+        let file = loaded.parameter("file").unwrap_or("");
+        if (self.against.is_file)(file) == Some(false) {
+            self.warn(
+                &place,
+                format!("file={file} is another file than the one that is checked"),
+                "file= with the path of that".to_owned(),
+            );
+        }
+        self.covered(&given)
+    }
+
+    /// Joints whose axis the compensation has.
+    fn covered(&self, letters: &str) -> Vec<Joint> {
+        let joints = letters.chars().enumerate().take(self.configuration.joints);
+        let joints = joints.map(|(number, letter)| Joint { number, letter });
+        joints.filter(|j| self.axis(j.letter).is_some()).collect()
+    }
+
+    fn units(&mut self) {
+        let configuration = self.configuration;
+        let entry = configuration.ini.get("TRAJ", "LINEAR_UNITS");
+        if configuration.mm.is_none() {
+            let place = entry.map_or(configuration.section("TRAJ"), |e| &e.place);
+            self.refuse(
+                &place.clone(),
+                "[TRAJ]LINEAR_UNITS says neither mm nor inch".to_owned(),
+                "LINEAR_UNITS = mm".to_owned(),
+            );
+        }
+        if let Some(loaded) = self.component {
+            let said = loaded.parameter("units").and_then(millimetres);
+            if said.is_none() || configuration.mm.is_some_and(|mm| Some(mm) != said) {
+                self.refuse(
+                    &loaded.place.clone(),
+                    "units= is not what [TRAJ]LINEAR_UNITS says".to_owned(),
+                    "units=[TRAJ]LINEAR_UNITS".to_owned(),
+                );
+            }
+        }
+        if let Some(entry) = configuration.ini.get("TRAJ", "ANGULAR_UNITS")
+            && !entry.value.to_ascii_lowercase().starts_with("deg")
+            && self.letters().contains(['A', 'B', 'C'])
+        {
+            self.refuse(
+                &entry.place.clone(),
+                format!(
+                    "rotary joints are in {}, corrections in degrees",
+                    entry.value
+                ),
+                "ANGULAR_UNITS = degree".to_owned(),
+            );
+        }
+    }
+}

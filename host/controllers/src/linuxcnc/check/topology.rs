@@ -1,0 +1,127 @@
+//! The kinematics module against the machine.
+
+use super::Checked;
+use crate::linuxcnc::kinematics::Shape;
+use trueaxis_model::machine::{Branch, Machine};
+
+/// How far (mm) a rotary axis may be from where the module has it.
+const APART: f64 = 1e-3;
+
+impl Checked<'_> {
+    pub(super) fn topology(&mut self) {
+        let module = self.configuration.module.clone();
+        let letters = self.letters();
+        let rotary: String = letters.chars().filter(|l| "ABC".contains(*l)).collect();
+        if let Some(machine) = self.against.machine {
+            let of_machine: String = machine.axes.iter().map(|a| a.letter.char()).collect();
+            let compiled = self.against.compensation.machine();
+            if machine.name != compiled || of_machine != letters {
+                self.refuse(
+                    &module.place,
+                    format!("the compensation was made for the machine `{compiled}` with axes {letters}, the machine file is that of `{}` with axes {of_machine}", machine.name),
+                    "--machine with the file from which the compensation was made".to_owned(),
+                );
+                return;
+            }
+        }
+        let shape = match (module.name.as_str(), Shape::of(&module.name)) {
+            ("trivkins", _) => return,
+            (_, Some(shape)) => shape,
+            (name, None) => {
+                self.warn(
+                    &module.place,
+                    format!("{name} is not known here: whether each joint is an axis of the machine, and how the axes carry each other, is not checked"),
+                    "nothing; compare `trueaxis pose` with what LinuxCNC shows".to_owned(),
+                );
+                return;
+            }
+        };
+        let rotary_of =
+            |text: &str| -> String { text.chars().filter(|l| "ABC".contains(*l)).collect() };
+        let expected = rotary_of(shape.letters);
+        let same = expected.chars().all(|l| rotary.contains(l)) && rotary.len() == expected.len();
+        if !same {
+            self.refuse(
+                &module.place,
+                format!("{} is for rotary axes {expected}, the compensation has {}", module.name, if rotary.is_empty() { "none" } else { &rotary }),
+                "KINEMATICS = the module of this machine, or compile for the machine of this module".to_owned(),
+            );
+            return;
+        }
+        let Some(machine) = self.against.machine else {
+            return;
+        };
+        let found = [Branch::Workpiece, Branch::Tool].map(|b| Shape::rotary(machine, b));
+        let is = [
+            Some(shape.workpiece.to_owned()),
+            Some(shape.tool.to_owned()),
+        ];
+        if found != is {
+            self.refuse(
+                &module.place,
+                format!("{} is for {}, but the machine is {}", module.name, shape.words(), machine.topology()),
+                "KINEMATICS = the module of this machine, or correct the machine file and compile again".to_owned(),
+            );
+            return;
+        }
+        if !shape.workpiece.is_empty() {
+            self.offsets(machine, shape);
+        }
+    }
+
+    /// Where the rotary axes of a table lie, as the module is told on pins.
+    fn offsets(&mut self, machine: &Machine, shape: Shape) {
+        let (hal, module) = (&self.configuration.hal, &self.configuration.module);
+        let mm = self.configuration.mm.unwrap_or(1.0);
+        let pin = |name: &str| format!("{}.{name}", module.name);
+        // What comes from elsewhere is not known here; a pin that nobody sets is 0.
+        let value = |name: &str| match hal.value(&pin(name)) {
+            Some((value, _)) => Some(value * mm),
+            None => hal.signal(&pin(name)).is_none().then_some(0.0),
+        };
+        let place = |name: &str| {
+            hal.value(&pin(name))
+                .map_or(module.place.clone(), |(_, c)| c.place.clone())
+        };
+        let origin = |letter: char| {
+            let index = machine.index(letter)?;
+            let t = machine.axes[index].frame.t;
+            Some([t.x, t.y, t.z])
+        };
+        let cradle = shape.workpiece.chars().next().unwrap_or(' ');
+        let (Some(table), Some(cradle_at)) = (origin('C'), origin(cradle)) else {
+            return;
+        };
+        let points = ["x-rot-point", "y-rot-point", "z-rot-point"];
+        let mut wrong = Vec::new();
+        for i in 0..2 {
+            if let Some(is) = value(points[i])
+                && (is - table[i]).abs() > APART
+            {
+                wrong.push((points[i], 'C', is, table[i], table[i] / mm));
+            }
+        }
+        // The height of the table is no part of its axis: that of the cradle counts from the point.
+        for (i, offset) in shape.offsets {
+            if let Some((from, offset_is)) = value(points[i]).zip(value(offset))
+                && (from + offset_is - cradle_at[i]).abs() > APART
+                && !wrong.iter().any(|w| w.0 == points[i])
+            {
+                let write = (cradle_at[i] - from) / mm;
+                wrong.push((offset, cradle, from + offset_is, cradle_at[i], write));
+            }
+        }
+        for (name, axis, is, expected, write) in wrong {
+            let direction = ["x", "y", "z"]
+                .iter()
+                .find(|d| name.starts_with(**d))
+                .unwrap_or(&"");
+            let reason = format!(
+                "{} puts the axis {axis} at {direction} = {is} mm, the machine file at {expected} mm",
+                pin(name)
+            );
+            let write = format!("setp {} {}", pin(name), (write * 1e4).round() / 1e4);
+            self.refuse(&place(name), reason, write);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The INI file of a machine with all HAL files that it names.
+
+use super::kinematics::Module;
+use crate::formats::hal::{self, Hal};
+use crate::formats::ini::{Entry, Ini, Place};
+use std::rc::Rc;
+use trueaxis_model::source::{FileError, Named};
+
+/// Opens a file by the name that an INI or HAL file gives it; the cause if that fails.
+pub type Open<'o> = dyn Fn(&str) -> Result<Named, String> + 'o;
+
+/// A configuration as LinuxCNC would find it.
+#[derive(Debug)]
+pub struct Configuration {
+    /// The INI file with what it includes.
+    pub ini: Ini,
+    /// What its HAL files do.
+    pub hal: Hal,
+    /// The INI file itself.
+    pub start: Place,
+    /// Number of joints.
+    pub joints: usize,
+    /// The kinematics.
+    pub module: Module,
+    /// mm in a linear unit of the machine; `None` if it says none that is known.
+    pub mm: Option<f64>,
+}
+
+/// A joint and the letter of its axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Joint {
+    /// Its number.
+    pub number: usize,
+    /// The letter of its axis.
+    pub letter: char,
+}
+
+/// LinuxCNC has no more joints.
+const MOST_JOINTS: usize = 16;
+
+impl Configuration {
+    /// Reads everything; `open` opens what is named.
+    ///
+    /// # Errors
+    /// [`FileError`]: what cannot be read, and what LinuxCNC would not start without.
+    pub fn read(source: Named, open: &Open<'_>) -> Result<Self, FileError> {
+        let start = Place {
+            source: Rc::new(source.clone()),
+            span: 0..0,
+        };
+        let ini = Ini::read(source, open)?;
+        let joints = need(&ini, &start, "KINS", "JOINTS", "3")?;
+        let count = joints.value.parse().ok();
+        let count = count.filter(|n| (1..=MOST_JOINTS).contains(n));
+        let count = count.ok_or_else(|| {
+            let message = format!("`{}` is no number of joints", joints.value);
+            joints
+                .place
+                .error(message, "here", "write JOINTS = 1 to 16")
+        })?;
+        let module = need(&ini, &start, "KINS", "KINEMATICS", "trivkins")?;
+        need(&ini, &start, "HAL", "HALFILE", "machine.hal")?;
+        let mut hal = Hal::default();
+        for key in ["HALFILE", "HALCMD", "POSTGUI_HALFILE"] {
+            for entry in ini.all("HAL", key) {
+                let name = entry.value.split_whitespace().next().unwrap_or("");
+                if key == "HALCMD" {
+                    hal.line(&entry.value, &ini, &entry.place)?;
+                } else if name.ends_with(".tcl") {
+                    hal.programs.push((name.to_owned(), entry.place.clone()));
+                } else {
+                    let source = open(name);
+                    let source = source.map_err(|e| hal::missing(&entry.place, name, &e))?;
+                    hal.take(source, &ini, open)?;
+                }
+            }
+        }
+        let module = Module::read(module, ini.get("TRAJ", "COORDINATES"), &hal, count);
+        let units = ini.get("TRAJ", "LINEAR_UNITS");
+        Ok(Self {
+            mm: units.and_then(|entry| millimetres(&entry.value)),
+            ini,
+            hal,
+            start,
+            joints: count,
+            module,
+        })
+    }
+
+    /// Where a section begins, or the file.
+    #[must_use]
+    pub fn section(&self, name: &str) -> &Place {
+        self.ini.section(name).unwrap_or(&self.start)
+    }
+
+    /// A value of a joint.
+    #[must_use]
+    pub fn of_joint(&self, number: usize, key: &str) -> Option<&Entry> {
+        self.ini.get(&format!("JOINT_{number}"), key)
+    }
+
+    /// A number of a joint, where one stands.
+    #[must_use]
+    pub fn number(&self, joint: usize, key: &str) -> Option<f64> {
+        let value: f64 = self.of_joint(joint, key)?.value.parse().ok()?;
+        value.is_finite().then_some(value)
+    }
+
+    /// mm or degrees in a unit of a joint.
+    #[must_use]
+    pub fn unit(&self, joint: Joint) -> f64 {
+        match joint.letter {
+            'A' | 'B' | 'C' => 1.0,
+            _ => self.mm.unwrap_or(1.0),
+        }
+    }
+}
+
+/// mm in a linear unit.
+#[must_use]
+pub fn millimetres(unit: &str) -> Option<f64> {
+    match unit.to_ascii_lowercase().as_str() {
+        "mm" | "metric" => Some(1.0),
+        "inch" | "in" | "imperial" => Some(25.4),
+        _ => None,
+    }
+}
+
+fn need<'i>(
+    ini: &'i Ini,
+    start: &Place,
+    section: &str,
+    key: &str,
+    example: &str,
+) -> Result<&'i Entry, FileError> {
+    ini.get(section, key).ok_or_else(|| {
+        let place = ini.section(section).unwrap_or(start);
+        place.error(
+            format!("the INI file has no [{section}]{key}"),
+            "not here",
+            format!("write {key} = {example} below [{section}]; is the file cut off?"),
+        )
+    })
+}

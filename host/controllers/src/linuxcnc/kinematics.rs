@@ -1,0 +1,138 @@
+//! Kinematics modules of LinuxCNC: which joint has which axis, and what machine they are for.
+
+use crate::formats::hal::{Command, Hal};
+use crate::formats::ini::{Entry, Place};
+use trueaxis_model::machine::{Branch, Machine};
+
+/// The module that HAL loads, and `[KINS]KINEMATICS` where that cannot be seen.
+#[derive(Clone, Debug)]
+pub struct Module {
+    /// Its name.
+    pub name: String,
+    /// The letter of each joint, where that is known.
+    pub letters: String,
+    /// Where it stands.
+    pub place: Place,
+}
+
+/// What a module takes for granted.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Its letters unless told otherwise.
+    pub letters: &'static str,
+    /// Rotary axes of the workpiece branch, from the foundation outwards.
+    pub workpiece: &'static str,
+    /// Those of the tool branch.
+    pub tool: &'static str,
+    /// Its pins with the offset between the rotary axes: component and name.
+    pub offsets: [(usize, &'static str); 2],
+}
+
+impl Module {
+    pub(super) fn read(
+        entry: &Entry,
+        coordinates: Option<&Entry>,
+        hal: &Hal,
+        joints: usize,
+    ) -> Self {
+        let mut words = entry.value.split_whitespace();
+        let named = words.next().unwrap_or("");
+        let given = words.find_map(|word| word.strip_prefix("coordinates="));
+        // What counts is what HAL loads; the INI file is only where that usually comes from.
+        let loaded = hal.load(named).or_else(|| Self::loaded(hal));
+        let name = loaded.map_or(named, |command| &command.words[1]);
+        let of_hal = loaded.and_then(|command| command.parameter("coordinates"));
+        let letters = if loaded.is_some() { of_hal } else { given };
+        let place = match loaded {
+            Some(command) if name != named || of_hal != given => &command.place,
+            _ => &entry.place,
+        };
+        let usual = match (name, Shape::of(name)) {
+            (_, Some(shape)) => shape.letters,
+            (TRIVIAL, None) => "XYZABCUVW",
+            _ => coordinates.map_or("", |entry| entry.value.as_str()),
+        };
+        let letters = letters.unwrap_or(usual).chars();
+        let letters = letters.filter(|c| !c.is_whitespace()).take(joints);
+        Self {
+            name: name.to_owned(),
+            letters: letters.map(|c| c.to_ascii_uppercase()).collect(),
+            place: place.clone(),
+        }
+    }
+
+    /// The command that loads a module that is known here.
+    fn loaded(hal: &Hal) -> Option<&Command> {
+        let mut loaded = hal.loaded.iter().filter(|c| c.words[0] == "loadrt");
+        loaded.find(|c| {
+            let is_known = |name: &String| name == TRIVIAL || Shape::of(name).is_some();
+            c.words.get(1).is_some_and(is_known)
+        })
+    }
+}
+
+/// The module in which each joint is an axis.
+const TRIVIAL: &str = "trivkins";
+
+impl Shape {
+    /// Of a module with rotary axes that is known here.
+    #[must_use]
+    pub fn of(module: &str) -> Option<Self> {
+        match module {
+            "xyzac-trt-kins" => Some(Self {
+                letters: "XYZAC",
+                workpiece: "AC",
+                tool: "",
+                offsets: [(1, "y-offset"), (2, "z-offset")],
+            }),
+            "xyzbc-trt-kins" => Some(Self {
+                letters: "XYZBC",
+                workpiece: "BC",
+                tool: "",
+                offsets: [(0, "x-offset"), (2, "z-offset")],
+            }),
+            "5axiskins" => Some(Self {
+                letters: "XYZBCW",
+                workpiece: "",
+                tool: "CB",
+                offsets: [(0, ""), (0, "")],
+            }),
+            _ => None,
+        }
+    }
+
+    /// Rotary axes of a branch, from the foundation outwards; `None` if a linear axis is carried by one of
+    /// them.
+    #[must_use]
+    pub fn rotary(machine: &Machine, branch: Branch) -> Option<String> {
+        let axes = machine.axes.iter().filter(|a| a.branch == branch);
+        let mut found = String::new();
+        for axis in axes {
+            if axis.letter.is_rotary() {
+                found.push(axis.letter.char());
+            } else if !found.is_empty() && axis.letter.char() != 'W' {
+                return None;
+            }
+        }
+        Some(found)
+    }
+
+    /// The axes in words.
+    #[must_use]
+    pub fn words(self) -> String {
+        let chain = |letters: &str| {
+            let letters: Vec<String> = letters.chars().map(String::from).collect();
+            letters.join(" carrying ")
+        };
+        match (self.workpiece, self.tool) {
+            (workpiece, "") => format!(
+                "a table with {}, and no rotary axis at the tool",
+                chain(workpiece)
+            ),
+            (_, tool) => format!(
+                "a head with {}, and no rotary axis at the table",
+                chain(tool)
+            ),
+        }
+    }
+}

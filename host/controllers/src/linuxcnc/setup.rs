@@ -1,0 +1,377 @@
+//! HAL lines that bring the component into a configuration, and a first description of the machine.
+
+use super::configuration::{Configuration, Joint};
+use super::kinematics::Shape;
+use std::fmt::Write;
+use trueaxis_model::machine::Letter;
+
+/// What is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    /// `trueaxis.hal`.
+    pub hal: String,
+    /// `machine.toml`.
+    pub machine: String,
+}
+
+/// Joints that have an axis of a machine: each letter once.
+fn axes(configuration: &Configuration) -> Vec<Joint> {
+    let letters = configuration.module.letters.char_indices();
+    let mut found: Vec<Joint> = Vec::new();
+    for (number, letter) in letters {
+        if Letter::new(letter).is_some() && found.iter().all(|j| j.letter != letter) {
+            found.push(Joint { number, letter });
+        }
+    }
+    found
+}
+
+/// The lines and the description; `name` is that of the machine, `blob` the path of the compensation in HAL.
+#[must_use]
+pub fn setup(configuration: &Configuration, name: &str, blob: &str) -> Setup {
+    let (entries, tip) = entries(configuration);
+    Setup {
+        hal: hal(configuration, blob, &entries),
+        machine: machine(configuration, name, &entries, tip),
+    }
+}
+
+fn hal(configuration: &Configuration, blob: &str, entries: &[Entry]) -> String {
+    let hal = &configuration.hal;
+    let letters = configuration.module.letters.chars();
+    let is_axis = |letter: char| entries.iter().any(|e| e.joint.letter == letter);
+    let letters = letters.map(|l| if is_axis(l) { l } else { '-' });
+    let letters: String = letters.collect();
+    let mut text = String::from(
+        "# Brings the component trueaxis into this machine. In the INI file, behind the other HAL files:\n#\n\
+         #   [HAL]\n#   HALFILE = trueaxis.hal\n#\n\
+         # It changes what those have connected; without that line all is as before.\n",
+    );
+    if !hal.programs.is_empty() {
+        let names: Vec<&str> = hal.programs.iter().map(|(name, _)| name.as_str()).collect();
+        let _ = writeln!(
+            text,
+            "# CHECK: {} are programs, which were not read. Places in the thread and signals are guesses.",
+            names.join(", ")
+        );
+    }
+    let _ = writeln!(
+        text,
+        "loadrt trueaxis file={blob} axes={letters} units=[TRAJ]LINEAR_UNITS"
+    );
+    text += &functions(configuration);
+    let joints = letters
+        .chars()
+        .enumerate()
+        .filter(|(_, letter)| *letter != '-');
+    for (number, letter) in joints {
+        text += &joint(configuration, number, letter);
+    }
+    text += "\n# Read only if the compensation depends on it: the length along the tool axis.\n";
+    let length = hal.signal("motion.tooloffset.z");
+    let _ = match length {
+        Some(signal) => writeln!(text, "net {signal} => trueaxis.tool-length"),
+        None => writeln!(
+            text,
+            "net trueaxis-tool-length motion.tooloffset.z => trueaxis.tool-length"
+        ),
+    };
+    text += "\n# Corrections come in, slowly, once the axes are homed.\nsetp trueaxis.enable 1\n";
+    text
+}
+
+/// The two functions, around the motion controller.
+fn functions(configuration: &Configuration) -> String {
+    let is = |name: &str| {
+        let threads = configuration.hal.threads.iter();
+        threads
+            .map(|(thread, functions)| (thread, functions.iter().position(|(f, _)| f == name)))
+            .find_map(|(thread, at)| Some((thread.clone(), at?)))
+    };
+    let Some((thread, controller)) = is("motion-controller") else {
+        return "# CHECK: trueaxis.read must come before motion-controller, trueaxis.write behind it and before the drives.\n\
+                addf trueaxis.read servo-thread 1\naddf trueaxis.write servo-thread -1\n"
+            .to_owned();
+    };
+    let first = match is("motion-command-handler") {
+        Some((of, handler)) if of == thread => handler.min(controller),
+        _ => controller,
+    };
+    // Places count from 1; the second one with trueaxis.read before it.
+    format!(
+        "addf trueaxis.read  {thread} {}\naddf trueaxis.write {thread} {}\n",
+        first + 1,
+        controller + 3
+    )
+}
+
+fn joint(configuration: &Configuration, number: usize, letter: char) -> String {
+    let hal = &configuration.hal;
+    let mut text = format!("\n# Joint {number}, axis {letter}\n");
+    let ours = |pin: &str| format!("trueaxis.joint.{number}.{pin}");
+    let theirs = |pin: &str| format!("joint.{number}.{pin}");
+    for (from, to) in [
+        ("pos-cmd", "pos-in"),
+        ("homed", "homed"),
+        ("homing", "homing"),
+    ] {
+        let _ = match hal.signal(&theirs(from)) {
+            Some(signal) => writeln!(text, "net {signal} => {}", ours(to)),
+            None => writeln!(
+                text,
+                "net trueaxis-{number}-{from} {} => {}",
+                theirs(from),
+                ours(to)
+            ),
+        };
+    }
+    let (command, feedback) = (theirs("motor-pos-cmd"), theirs("motor-pos-fb"));
+    let (drive, back) = (hal.signal(&command), hal.signal(&feedback));
+    for pin in [(&command, drive), (&feedback, back)] {
+        if pin.1.is_some() {
+            let _ = writeln!(text, "unlinkp {}", pin.0);
+        }
+    }
+    let _ = writeln!(
+        text,
+        "net trueaxis-{number}-cmd {command} => {}",
+        ours("motor-cmd-in")
+    );
+    let _ = match drive {
+        Some(signal) => writeln!(text, "net {signal} <= {}", ours("motor-cmd-out")),
+        None => writeln!(
+            text,
+            "# CHECK: {command} was not found connected. Its drive gets the corrected command:\n# net joint-{number}-drive {} => (the drive)",
+            ours("motor-cmd-out")
+        ),
+    };
+    let _ = match back {
+        Some(signal) => writeln!(text, "net {signal} => {}", ours("motor-fb-in")),
+        None => writeln!(
+            text,
+            "# CHECK: {feedback} was not found connected. The feedback of the drive goes to:\n# net joint-{number}-feedback (the drive) => {}",
+            ours("motor-fb-in")
+        ),
+    };
+    let _ = writeln!(
+        text,
+        "net trueaxis-{number}-fb {} => {feedback}",
+        ours("motor-fb-out")
+    );
+    text
+}
+
+/// An axis as it is written.
+struct Entry {
+    joint: Joint,
+    branch: &'static str,
+    reversed: bool,
+    /// Origin (mm), where the module says something.
+    origin: Option<[f64; 3]>,
+    remark: &'static str,
+}
+
+/// The axes of the machine, and where the tip of its tool is along the tool axis.
+fn entries(configuration: &Configuration) -> (Vec<Entry>, f64) {
+    let axes = axes(configuration);
+    match Shape::of(&configuration.module.name) {
+        Some(shape) if shape.tool.is_empty() => table(configuration, &axes, shape),
+        Some(shape) => head(configuration, &axes, shape),
+        None => plain(&axes),
+    }
+}
+
+fn machine(configuration: &Configuration, name: &str, entries: &[Entry], tip: f64) -> String {
+    let quoted = toml::Value::from(name);
+    let mut text = format!(
+        "# A first description, made from the INI file: CHECK marks what that does not tell. See the page on machine\n\
+         # files in the manual, and compare `trueaxis pose` with the machine.\n\
+         name = {quoted}\n\n\
+         # CHECK the order: each branch from the foundation outwards.\n"
+    );
+    for entry in entries {
+        text += &axis(configuration, entry);
+    }
+    let _ = write!(
+        text,
+        "\n[spindle]\naxis = \"z\"\n\n[tool]\n# CHECK: from the spindle frame to the tip of the tool.\ntip_mm = [0.0, 0.0, {tip:?}]\n"
+    );
+    text
+}
+
+fn axis(configuration: &Configuration, entry: &Entry) -> String {
+    let Joint { number, letter } = entry.joint;
+    let rotary = "ABC".contains(letter);
+    let unit = configuration.unit(entry.joint);
+    let (unit_name, usual) = if rotary {
+        ("deg", 360.0)
+    } else {
+        ("mm", 1000.0)
+    };
+    let mut text = String::from("\n[[axis]]\n");
+    let mut line = |key: &str, value: String, remark: &str| {
+        let remark = if remark.is_empty() {
+            String::new()
+        } else {
+            format!("  # {remark}")
+        };
+        let _ = writeln!(text, "{key} = {value}{remark}");
+    };
+    line("name", format!("\"{letter}\""), &format!("joint {number}"));
+    line("branch", format!("{:?}", entry.branch), entry.remark);
+    if let Some(origin) = entry.origin {
+        line("origin_mm", format!("{origin:?}"), "");
+    }
+    let limit = |key: &str| configuration.number(number, key).map(|v| rounded(v * unit));
+    let range = limit("MIN_LIMIT").zip(limit("MAX_LIMIT"));
+    match range.filter(|(low, high)| low < high && low.abs().max(high.abs()) <= 1e5) {
+        Some((low, high)) if rotary && high - low > ENDLESS => {
+            line(
+                "range",
+                "[-180.0, 180.0]".to_owned(),
+                "CHECK: it is taken for an axis without end",
+            );
+            line("modulo", "true".to_owned(), "");
+        }
+        // With some more, so that the soft limits are inside by the largest correction.
+        Some((low, high)) => line(
+            "range",
+            format!(
+                "[{:?}, {:?}]",
+                rounded(low - margin(rotary)),
+                rounded(high + margin(rotary))
+            ),
+            &format!(
+                "the soft limits and {:?} {unit_name} on either side, for the correction",
+                margin(rotary)
+            ),
+        ),
+        None => line(
+            "range",
+            format!("[{:?}, {usual:?}]", -usual),
+            "CHECK: the INI file has no limits",
+        ),
+    }
+    if entry.reversed {
+        line(
+            "reversed",
+            "true".to_owned(),
+            "a positive command moves the carriage the negative way",
+        );
+    }
+    if let Some(speed) = configuration
+        .number(number, "MAX_VELOCITY")
+        .filter(|v| *v > 0.0)
+    {
+        line(
+            "max_speed",
+            format!("{:?}", rounded(speed * unit)),
+            &format!("{unit_name}/s"),
+        );
+    }
+    text
+}
+
+/// A rotary axis with more travel (deg) than this turns without end.
+const ENDLESS: f64 = 1080.0;
+
+/// How far (mm, deg) a travel goes beyond the soft limits: more than corrections usually are.
+fn margin(rotary: bool) -> f64 {
+    if rotary { 0.1 } else { 0.5 }
+}
+
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+/// Three axes and more of which nothing is known: the usual mill.
+fn plain(axes: &[Joint]) -> (Vec<Entry>, f64) {
+    let entries = ordered(axes, "YXABCUV", "ZW").map(|(joint, table)| Entry {
+        joint,
+        branch: if table { "workpiece" } else { "tool" },
+        reversed: table && !"ABC".contains(joint.letter),
+        origin: "ABC".contains(joint.letter).then_some([0.0; 3]),
+        remark: match (table, "ABC".contains(joint.letter)) {
+            (true, true) => "CHECK: what carries it, origin_mm of its axis, which way it turns",
+            (true, false) => "CHECK: does it move the table (then reversed), or the spindle?",
+            (false, _) => "CHECK: does it move the spindle?",
+        },
+    });
+    (entries.collect(), -100.0)
+}
+
+/// A trunnion or its like, with the points of the module.
+fn table(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Entry>, f64) {
+    let module = &configuration.module.name;
+    let mm = configuration.mm.unwrap_or(1.0);
+    let value = |name: &str| {
+        let found = configuration.hal.value(&format!("{module}.{name}"));
+        found.map_or(0.0, |(value, _)| value)
+    };
+    let table = ["x-rot-point", "y-rot-point", "z-rot-point"].map(|p| rounded(value(p) * mm));
+    let mut cradle = table;
+    for (i, offset) in shape.offsets {
+        cradle[i] = rounded(cradle[i] + value(offset) * mm);
+    }
+    let conventional = value("conventional-directions") != 0.0;
+    let order = format!("YX{}", shape.workpiece);
+    let entries = ordered(axes, &order, "Z").map(|(joint, is_table)| {
+        let rotary = "ABC".contains(joint.letter);
+        Entry {
+            joint,
+            branch: if is_table { "workpiece" } else { "tool" },
+            reversed: is_table && (!rotary || conventional),
+            origin: rotary.then_some(if joint.letter == 'C' { table } else { cradle }),
+            remark: match (is_table, rotary) {
+                (true, true) => "origin_mm as the pins of the kinematics say",
+                (true, false) => "CHECK: does it move the table (then reversed), or the spindle?",
+                (false, _) => "CHECK: does it move the spindle?",
+            },
+        }
+    });
+    let offset = value("tool-offset") * mm;
+    (
+        entries.collect(),
+        if offset > 0.0 {
+            rounded(-offset)
+        } else {
+            -100.0
+        },
+    )
+}
+
+/// A fork head.
+fn head(configuration: &Configuration, axes: &[Joint], shape: Shape) -> (Vec<Entry>, f64) {
+    let order = format!("XYZ{}", shape.tool);
+    let entries = ordered(axes, "", &order).map(|(joint, _)| Entry {
+        joint,
+        branch: "tool",
+        reversed: joint.letter == 'B',
+        origin: "ABC".contains(joint.letter).then_some([0.0; 3]),
+        remark: match joint.letter {
+            'B' => "the module turns it against the right hand",
+            'C' => "",
+            _ => "CHECK: does it move the spindle, or the table (then \"workpiece\", reversed)?",
+        },
+    });
+    let pivot = configuration.hal.value("5axiskins.pivot-length");
+    let pivot = pivot.map_or(250.0, |(value, _)| value * configuration.mm.unwrap_or(1.0));
+    (entries.collect(), rounded(-pivot))
+}
+
+/// Axes in the order of the letters of the two branches, and whether each is in the first.
+fn ordered<'a>(
+    axes: &'a [Joint],
+    workpiece: &str,
+    tool: &str,
+) -> impl Iterator<Item = (Joint, bool)> + use<'a> {
+    let both = [(workpiece, true), (tool, false)];
+    let letters: Vec<(char, bool)> = both
+        .iter()
+        .flat_map(|(letters, table)| letters.chars().map(|l| (l, *table)))
+        .collect();
+    letters.into_iter().filter_map(|(letter, table)| {
+        let joint = axes.iter().find(|j| j.letter == letter)?;
+        Some((*joint, table))
+    })
+}

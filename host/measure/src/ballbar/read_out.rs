@@ -1,0 +1,136 @@
+//! What a ball-bar reads on a machine with known errors, along a path, with and without a compensation.
+
+use super::Place;
+use nalgebra::Vector3;
+use trueaxis_model::explain::{Bench, State};
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_tables::validate::{Command, Runtime};
+
+/// A ball-bar that is set up: the workpiece ball where the tool's is when the axes are in the centre.
+pub struct Bar<'a> {
+    bench: &'a Bench<'a>,
+    /// Indices of X, Y and Z.
+    axes: [usize; 3],
+    /// Where the axes are in the centre (mm, deg).
+    centre: Vec<f64>,
+}
+
+/// A reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Read {
+    /// Where the bar points without errors, of length 1, in the workpiece frame.
+    pub direction: Vector3<f64>,
+    /// By how much (mm) it is longer than without errors.
+    pub deviation: f64,
+}
+
+/// A path that an axis cannot follow.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("the path needs {axis} from {low:.3} to {high:.3} mm, its travel is {} to {}", travel[0], travel[1])]
+pub struct OutOfTravel {
+    axis: char,
+    low: f64,
+    high: f64,
+    travel: [f64; 2],
+}
+
+impl<'a> Bar<'a> {
+    /// Sets it up with the axes at `centre` (mm, deg, one per axis). X, Y and Z by index.
+    #[must_use]
+    pub fn new(bench: &'a Bench<'a>, axes: [usize; 3], centre: Vec<f64>) -> Self {
+        Self {
+            bench,
+            axes,
+            centre,
+        }
+    }
+
+    /// The letters X, Y and Z of a machine, if it has them.
+    #[must_use]
+    pub fn axes(machine: &Machine) -> Option<[usize; 3]> {
+        let [x, y, z] = ['X', 'Y', 'Z'].map(|letter| machine.index(letter));
+        Some([x?, y?, z?])
+    }
+
+    /// # Errors
+    /// [`OutOfTravel`]: an axis of the first that cannot follow.
+    pub fn reaches(&self, path: &[Place]) -> Result<(), OutOfTravel> {
+        for (k, &index) in self.axes.iter().enumerate() {
+            let axis = &self.bench.machine.axes[index];
+            let (low, high) = path.iter().fold((0.0_f64, 0.0_f64), |(low, high), place| {
+                (low.min(place.at[k]), high.max(place.at[k]))
+            });
+            let [low, high] = [low, high].map(|off| self.centre[index] + off);
+            // Words have four decimals.
+            if low < axis.travel[0] - 1e-4 || high > axis.travel[1] + 1e-4 {
+                return Err(OutOfTravel {
+                    axis: axis.letter.char(),
+                    low,
+                    high,
+                    travel: axis.travel,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Readings along a path, at the places that are read; the axes go where a compensation takes them. The path in
+    /// order is the motion: an axis has come from the last side it moved on.
+    #[must_use]
+    pub fn read(&self, path: &[Place], runtime: Option<&Runtime<'_>>) -> Vec<Read> {
+        let tip = |position: &[f64], coming: &PerAxis| tip(self.bench, position, coming, runtime);
+        let [nominal_centre, actual_centre] = tip(&self.centre, &PerAxis::default());
+        let mut last = [0.0; 3];
+        let mut coming = PerAxis::default();
+        let mut position = self.centre.clone();
+        let mut readings = Vec::new();
+        for place in path {
+            for (k, &index) in self.axes.iter().enumerate() {
+                let way = place.at[k] - last[k];
+                if way.abs() > MOVES {
+                    coming[index] = way.signum();
+                }
+                position[index] = self.centre[index] + place.at[k];
+            }
+            last = place.at;
+            if !place.is_read {
+                continue;
+            }
+            let [nominal, actual] = tip(&position, &coming);
+            let bar = nominal - nominal_centre;
+            readings.push(Read {
+                direction: bar.normalize(),
+                deviation: (actual - actual_centre).norm() - bar.norm(),
+            });
+        }
+        readings
+    }
+}
+
+/// Where the tip is without errors and really (mm), in the workpiece frame: at a command (mm, deg) to which the axes
+/// have come from the sides `coming`, with the corrections of a compensation, if there is one.
+#[must_use]
+pub fn tip(
+    bench: &Bench<'_>,
+    position: &[f64],
+    coming: &PerAxis,
+    runtime: Option<&Runtime<'_>>,
+) -> [Vector3<f64>; 2] {
+    let machine = bench.machine;
+    let nominal = bench.nominal(&machine.to_kinematic(position)).t;
+    let mut commanded = position.to_vec();
+    if let Some(runtime) = runtime {
+        let command = Command::coming(machine, position, coming);
+        for (q, dq) in commanded.iter_mut().zip(runtime.evaluate(&command)) {
+            *q += f64::from(dq);
+        }
+    }
+    let state = State {
+        q: machine.to_kinematic(&commanded),
+        sign: *coming,
+    };
+    [nominal, bench.actual(&state).t]
+}
+
+/// An axis that moves by less (mm) stands: rounding of sines.
+const MOVES: f64 = 1e-9;

@@ -1,0 +1,165 @@
+//! Simulated probings that show what of each error parameter is left while a compensation is on.
+
+use super::Unknown;
+use crate::formats::artefact::{Artefact, Ball, Bar, Stylus};
+use crate::formats::probings::{Probing, Probings};
+use crate::identify::{Compensated, Options, Problem, compensability, identify};
+use crate::simulate::{self, Disturbances, compensated, corrections, reach};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{MAX_AXES, Machine};
+use trueaxis_tables::validate::Runtime;
+
+/// Balls, which are in places that the tip reaches somewhere.
+const BALLS: usize = 6;
+/// Probings for each parameter, and at least.
+const PER_PARAMETER: usize = 10;
+const LEAST: usize = 240;
+/// Tries for each probing: few rotary positions leave a ball within the travel of the linear axes.
+const TRIES: usize = 200;
+/// Part of the travel at either end that is kept free: corrections and errors need room.
+const MARGIN: f64 = 0.02;
+/// Standard uncertainty of what is known exactly (mm): as small as a bar may be.
+const EXACT: f64 = 1e-6;
+
+/// Balls and where they are probed.
+pub struct Strategy {
+    artefact: Artefact,
+    probings: Probings,
+    parameters: Vec<Parameter>,
+}
+
+impl Strategy {
+    /// Balls all over the space that the tip reaches, each at as many rotary positions, coming from either side.
+    pub fn new(machine: &Machine, errors: &ErrorModel, seed: u64) -> Result<Self, Unknown> {
+        let parameters: Vec<Parameter> = errors.parameters.keys().copied().collect();
+        if parameters.is_empty() {
+            return Err(Unknown::NoParameters);
+        }
+        let perfect = ErrorModel::perfect(machine);
+        let kinematics = Kinematics::new(machine, &perfect);
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let tip = Vector3::from(machine.tip);
+        let rows = LEAST.max(PER_PARAMETER * parameters.len()) / BALLS;
+        let mut balls: Vec<Ball> = Vec::new();
+        let mut probings = Probings {
+            balls: Vec::new(),
+            rows: Vec::new(),
+        };
+        for _ in 0..TRIES {
+            if balls.len() == BALLS {
+                break;
+            }
+            let somewhere = machine.to_kinematic(&drawn(machine, &mut random).position);
+            let place = kinematics.nominal(&somewhere, None).t;
+            let found: Vec<Probing> = (0..TRIES * rows)
+                .filter_map(|_| {
+                    let row = drawn(machine, &mut random);
+                    let q = machine.to_command(&reach(&kinematics, &row, &tip, &place)?);
+                    let row = Probing {
+                        position: q,
+                        ball: balls.len(),
+                        ..row
+                    };
+                    is_inside(machine, &row).then_some(row)
+                })
+                .take(rows)
+                .collect();
+            if found.len() < rows {
+                continue;
+            }
+            let name = format!("{}", balls.len() + 1);
+            probings.balls.push(name.clone());
+            probings.rows.extend(found);
+            balls.push(Ball {
+                name,
+                nominal: Some(place),
+                away: Vector3::z(),
+            });
+        }
+        if balls.len() < BALLS {
+            return Err(Unknown::NotReached);
+        }
+        for (number, row) in probings.rows.iter_mut().enumerate() {
+            row.line = number + 2;
+        }
+        let bar = |pair: &[Ball]| {
+            let (one, other) = (&pair[0], &pair[1]);
+            Some(Bar {
+                balls: [one.name.clone(), other.name.clone()],
+                length: (one.nominal? - other.nominal?).norm(),
+                uncertainty: EXACT,
+            })
+        };
+        Ok(Self {
+            artefact: Artefact {
+                bars: balls.windows(2).filter_map(bar).collect(),
+                balls,
+                stylus: Stylus {
+                    tip: <[f64; 3]>::from(tip).map(Some),
+                    uncertainty: [Some(EXACT); 3],
+                },
+            },
+            probings,
+            parameters,
+        })
+    }
+
+    /// What is left of each parameter with this compensation on.
+    pub fn compensability(
+        &self,
+        machine: &Machine,
+        errors: &ErrorModel,
+        runtime: &Runtime<'_>,
+    ) -> Result<Compensated, Unknown> {
+        let kinematics = runtime.kinematics(machine, errors);
+        let measured = compensated(
+            &kinematics,
+            &self.artefact,
+            &self.probings,
+            &Disturbances::default(),
+            |rows| Ok::<_, simulate::SimulateError>(corrections(kinematics.machine, runtime, rows)),
+        )?;
+        let base = ErrorModel::perfect(machine);
+        let problem = Problem::new(machine, &measured, &self.artefact, &self.parameters, &base);
+        let identified = identify(&problem, Options::default())?;
+        // What was before is known: it was simulated.
+        let mut before = errors.clone();
+        before.standard_uncertainty.clear();
+        Ok(compensability(&problem, &identified, &before))
+    }
+}
+
+/// A probing anywhere in the travel but at its ends.
+fn drawn(machine: &Machine, random: &mut Pcg64Mcg) -> Probing {
+    let mut position = [0.0; MAX_AXES];
+    let mut direction = [0.0; MAX_AXES];
+    for (i, axis) in machine.axes.iter().enumerate() {
+        let [low, high] = axis.travel;
+        let part = MARGIN + (1.0 - 2.0 * MARGIN) * random.random::<f64>();
+        position[i] = low + (high - low) * part;
+        direction[i] = if random.random::<bool>() { 1.0 } else { -1.0 };
+    }
+    Probing {
+        ball: 0,
+        position,
+        direction,
+        spindle: 0.0,
+        run: None,
+        time: None,
+        sigma: None,
+        temperature: None,
+        line: 0,
+    }
+}
+
+fn is_inside(machine: &Machine, row: &Probing) -> bool {
+    machine.axes.iter().zip(row.position).all(|(axis, q)| {
+        let [low, high] = axis.travel;
+        let margin = MARGIN * (high - low);
+        (low + margin..=high - margin).contains(&q)
+    })
+}

@@ -1,0 +1,159 @@
+//! Runs of one axis and the error motions that show in them.
+
+use super::direct_error::DirectError;
+use super::measurement::Line;
+use super::motion::name;
+use nalgebra::DMatrix;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::Machine;
+
+/// Errors (mm, rad) with which gains are measured: far above rounding, the second order far below 1.
+const SMALL: [f64; 2] = [1e-4, 1e-7];
+/// A motion that shows with at least this part of its size is looked for together with others that do; one
+/// that shows with less is a by-effect, which is taken into account where it is known.
+const SHOWS: f64 = 0.3;
+
+/// Runs, and as many motions that show in them and in no others.
+pub struct Block {
+    /// The axis.
+    pub axis: usize,
+    /// Its lines (by index).
+    pub lines: Vec<usize>,
+    /// Components that are looked for.
+    pub components: Vec<usize>,
+    /// At each target, motions from readings.
+    pub inverse: Vec<DMatrix<f64>>,
+}
+
+/// What a line shows (mm or rad per mm or rad) of a motion of its axis at every target.
+pub fn gains(machine: &Machine, line: &Line, component: usize) -> Option<Vec<f64>> {
+    let small = SMALL[usize::from(component >= 3)];
+    let mut errors = ErrorModel::perfect(machine);
+    // The only error that is not the same where the instrument is set to zero.
+    let parameter = Parameter {
+        component,
+        axis: machine.axes[line.setup.moved].letter.char(),
+        kind: ParameterKind::Backlash,
+    };
+    errors.set(machine, parameter, small);
+    let bench = Bench::new(machine, &errors, Default::default());
+    let point = line.setup.point(&bench);
+    let gain = |q: &f64| {
+        let [from, to] = [-1.0, 1.0].map(|direction| line.setup.state(&bench, *q, direction));
+        let (from, to) = (from?, to?);
+        let deviation = bench.deviation_of(&point, &from, &to);
+        Some(bench.reads(line.setup.sense, &deviation, &to.q) / (2.0 * small))
+    };
+    line.positions(machine).iter().map(gain).collect()
+}
+
+/// Components that an instrument is for: angles, or displacements.
+fn components(line: &Line) -> std::ops::Range<usize> {
+    match line.setup.is_angular() {
+        true => 3..6,
+        false => 0..3,
+    }
+}
+
+/// Finds which motions show in which runs.
+pub fn blocks(machine: &Machine, lines: &[(usize, &Line)]) -> Result<Vec<Block>, DirectError> {
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut all_gains = Vec::new();
+    for (k, (file, line)) in lines.iter().enumerate() {
+        let gains: Option<Vec<Vec<f64>>> =
+            components(line).map(|c| gains(machine, line, c)).collect();
+        let gains = gains.ok_or(DirectError::NotFollowed { file: *file })?;
+        let largest = |g: &Vec<f64>| g.iter().fold(0.0, |most: f64, g| most.max(g.abs()));
+        let shown = components(line)
+            .zip(&gains)
+            .filter(|(_, g)| largest(g) > SHOWS);
+        let mut block = Block {
+            axis: line.setup.moved,
+            lines: vec![k],
+            components: shown.map(|(c, _)| c).collect(),
+            inverse: Vec::new(),
+        };
+        all_gains.push(gains);
+        // Together with all that have one in common.
+        let mut apart = Vec::new();
+        for other in blocks {
+            let common = |c: &usize| block.components.contains(c);
+            if other.axis == block.axis && other.components.iter().any(common) {
+                block.lines.splice(0..0, other.lines);
+                block.components.extend(other.components);
+            } else {
+                apart.push(other);
+            }
+        }
+        block.components.sort_unstable();
+        block.components.dedup();
+        apart.push(block);
+        blocks = apart;
+    }
+    for block in &mut blocks {
+        block.invert(machine, lines, &all_gains)?;
+    }
+    // Angles first: displacements rest on them.
+    blocks.sort_by_key(|block| block.components.first().is_some_and(|c| *c < 3));
+    Ok(blocks)
+}
+
+impl Block {
+    fn invert(
+        &mut self,
+        machine: &Machine,
+        lines: &[(usize, &Line)],
+        gains: &[Vec<Vec<f64>>],
+    ) -> Result<(), DirectError> {
+        let (files, own): (Vec<usize>, Vec<&Line>) = self
+            .lines
+            .iter()
+            .map(|k| (lines[*k].0, lines[*k].1))
+            .unzip();
+        let motions = || {
+            let names = self.components.iter().map(|c| name(machine, self.axis, *c));
+            names.collect::<Vec<String>>()
+        };
+        let size = self.components.len();
+        match own.len() {
+            n if n < size || size == 0 => {
+                return Err(DirectError::Mixed {
+                    files,
+                    motions: motions(),
+                });
+            }
+            n if n > size => {
+                return Err(DirectError::Twice {
+                    files,
+                    motions: motions(),
+                });
+            }
+            _ => {}
+        }
+        let alike = |line: &&&Line| {
+            line.targets == own[0].targets
+                && line.means().directions() == own[0].means().directions()
+        };
+        if let Some(k) = own.iter().position(|line| !alike(&line)) {
+            return Err(DirectError::Different {
+                files: [files[0], files[k]],
+            });
+        }
+        let inverse = (0..own[0].targets.len()).map(|target| {
+            let gain = DMatrix::from_fn(size, size, |row, column| {
+                let first = components(own[row]).start;
+                gains[self.lines[row]][self.components[column] - first][target]
+            });
+            // Of three directions in a plane the determinant is 0; of such that can be told well, near 1.
+            let can_be_told = gain.determinant().abs() > SHOWS * SHOWS * SHOWS;
+            let inverse = gain.try_inverse().filter(|_| can_be_told);
+            inverse.ok_or_else(|| DirectError::Mixed {
+                files: files.clone(),
+                motions: motions(),
+            })
+        });
+        self.inverse = inverse.collect::<Result<_, _>>()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,210 @@
+//! What somebody should look at who has measured.
+
+use super::block::gains;
+use super::measurement::{Line, slope};
+use super::motion::name;
+use super::solve::Found;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::Machine;
+
+/// Something to look at.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Doubt {
+    /// An angular motion that is not known has a lever to the measured line.
+    #[error("{motion} is not known: {:.1} µm for each 10 µrad of it are in {shown}, with a lever of {lever:.0} mm", lever.abs() * 1e-2)]
+    Abbe {
+        /// The measurement (by index).
+        file: usize,
+        /// The angular motion.
+        motion: String,
+        /// What was read.
+        shown: String,
+        /// The largest lever (mm) of it.
+        lever: f64,
+    },
+    /// A displacement that is not known shows in part.
+    #[error("{motion} is not known: {:.0} % of it are in {shown}", part.abs() * 1e2)]
+    Oblique {
+        /// The measurement (by index).
+        file: usize,
+        /// The motion.
+        motion: String,
+        /// What was read.
+        shown: String,
+        /// The part that shows.
+        part: f64,
+    },
+    /// An endless axis was measured on a part of its turn.
+    #[error(
+        "{motion} was not measured over {gap:.0}° of the turn: a straight line is assumed there"
+    )]
+    Gap {
+        /// The measurement (by index).
+        file: usize,
+        /// The motion.
+        motion: String,
+        /// What is missing (deg).
+        gap: f64,
+    },
+    /// A straightness leans, and there is a squareness of the same two axes.
+    #[error("{motion} leans by {:.1} µrad and {location} is {:.1} µrad: both are the squareness of the same axes, which may be counted twice", slope * 1e6, value * 1e6)]
+    Slope {
+        /// The straightness.
+        motion: String,
+        /// Its slope (rad).
+        slope: f64,
+        /// The location.
+        location: String,
+        /// Its value (rad).
+        value: f64,
+    },
+}
+
+impl Doubt {
+    /// The measurement (by index) that it is about.
+    #[must_use]
+    pub fn file(&self) -> Option<usize> {
+        match self {
+            Self::Abbe { file, .. } | Self::Oblique { file, .. } | Self::Gap { file, .. } => {
+                Some(*file)
+            }
+            Self::Slope { .. } => None,
+        }
+    }
+
+    /// What to do.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Abbe { .. } => {
+                "measure it too, or give what is known of it with --update: what was found holds on the measured line"
+            }
+            Self::Oblique { .. } => "measure it too, or give what is known of it with --update",
+            Self::Gap { .. } => "measure the whole turn if that matters",
+            Self::Slope { .. } => {
+                "take the slope off the straightness, or leave the squareness out; or write `slopes_beside_squareness = true` into the file if they belong together"
+            }
+        }
+    }
+}
+
+/// A gap of a turn that is so many times the largest step between targets is one.
+const GAP: f64 = 2.0;
+/// Levers (mm) and parts below these are how exactly a line is set up.
+const LEVER: f64 = 1.0;
+const PART: f64 = 0.01;
+/// A slope (rad) that is one.
+const LEANS: f64 = 1e-6;
+
+/// Everything to look at.
+pub fn doubts(machine: &Machine, lines: &[(usize, &Line)], found: &Found) -> Vec<Doubt> {
+    let mut doubts = Vec::new();
+    for (file, line) in lines.iter().filter(|(_, line)| !line.setup.is_angular()) {
+        let axis = line.setup.moved;
+        let from = found.motions.iter().find(|m| m.from == *file);
+        let shown = from.map_or_else(|| line.setup.words(machine), |m| m.name(machine));
+        let unknown = (0..6).filter(|c| found.errors.motions[axis][*c].is_zero());
+        for component in unknown {
+            let gains = gains(machine, line, component).unwrap_or_default();
+            let most = gains.iter().fold(
+                0.0,
+                |most: f64, g| if g.abs() > most.abs() { *g } else { most },
+            );
+            let (motion, shown) = (name(machine, axis, component), shown.clone());
+            if component >= 3 && most.abs() > LEVER {
+                doubts.push(Doubt::Abbe {
+                    file: *file,
+                    motion,
+                    shown,
+                    lever: most,
+                });
+            } else if component < 3 && most.abs() > PART {
+                doubts.push(Doubt::Oblique {
+                    file: *file,
+                    motion,
+                    shown,
+                    part: most,
+                });
+            }
+        }
+    }
+    for motion in &found.motions {
+        let axis = &machine.axes[motion.axis];
+        let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+        let steps = motion.at.windows(2).map(|w| w[1] - w[0]);
+        let step = steps.fold(0.0, f64::max);
+        let gap = (high - low) - (motion.at[motion.at.len() - 1] - motion.at[0]);
+        if axis.modulo && gap > GAP * step {
+            doubts.push(Doubt::Gap {
+                file: motion.from,
+                motion: motion.name(machine),
+                gap: gap.to_degrees(),
+            });
+        }
+    }
+    doubts.extend(counted_twice(machine, &found.errors));
+    doubts
+}
+
+/// Tabulated straightnesses with a slope beside a squareness of the same axes: [`Doubt::Slope`], wherever errors come
+/// from.
+#[must_use]
+pub fn counted_twice(machine: &Machine, errors: &ErrorModel) -> Vec<Doubt> {
+    let linear = |i: &usize| !machine.axes[*i].letter.is_rotary();
+    let all: Vec<usize> = (0..machine.axes.len()).filter(linear).collect();
+    let pairs = || {
+        all.iter()
+            .flat_map(|a| all.iter().filter(move |b| *b != a).map(move |b| [*a, *b]))
+    };
+    // What a square along the second axis shows of a parameter, in parts of its size.
+    let shown = |parameter: Parameter, [aligned, moved]: [usize; 2]| {
+        const SMALL: f64 = 1e-6;
+        let mut small = ErrorModel::perfect(machine);
+        small.set(machine, parameter, SMALL);
+        let bench = Bench::new(machine, &small, Default::default());
+        let span = bench.span(moved, bench.travel(moved));
+        bench.square(aligned, moved, span).size() / (SMALL * trueaxis_model::explain::REACH)
+    };
+    let locations = errors
+        .parameters
+        .iter()
+        .filter(|(p, value)| p.kind == ParameterKind::Inter && p.is_angular() && **value != 0.0);
+    let locations: Vec<(Parameter, f64)> = locations.map(|(p, v)| (*p, *v)).collect();
+    let mut doubts = Vec::new();
+    for moved in &all {
+        let axis = &machine.axes[*moved];
+        for component in (0..3).filter(|c| *c != axis.letter.component()) {
+            let Some(table) = &errors.motions[*moved][component].table else {
+                continue;
+            };
+            let negative = table.negative.as_ref().unwrap_or(&table.positive);
+            let both = table
+                .positive
+                .iter()
+                .zip(negative)
+                .map(|(p, n)| 0.5 * (p + n));
+            let slope = slope(&table.at, &both.collect::<Vec<f64>>());
+            if slope.abs() < LEANS {
+                continue;
+            }
+            let leaning = Parameter {
+                component,
+                axis: axis.letter.char(),
+                kind: ParameterKind::Degree(1),
+            };
+            let pair = pairs().find(|pair| pair[1] == *moved && shown(leaning, *pair) > 0.5);
+            for (location, value) in &locations {
+                if pair.is_some_and(|pair| shown(*location, pair) > 0.5) {
+                    doubts.push(Doubt::Slope {
+                        motion: name(machine, *moved, component),
+                        slope,
+                        location: location.to_string(),
+                        value: *value,
+                    });
+                }
+            }
+        }
+    }
+    doubts
+}

@@ -1,0 +1,141 @@
+//! What was measured, as an error file.
+
+use super::doubts::counted_twice;
+use super::measurement::{Measured, Measurement};
+use super::motion::name;
+use super::solve::Found;
+use std::fmt::Write;
+use trueaxis_model::errors::Table;
+use trueaxis_model::machine::{Axis, Machine};
+
+/// An error file: everything that was known and everything that was measured, which has a comment.
+#[must_use]
+pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Found) -> String {
+    let errors = &found.errors;
+    let mut text = format!("machine = {}\n", toml::Value::from(machine.name.as_str()));
+    if !counted_twice(machine, errors).is_empty() {
+        // What was known was taken into account.
+        text += "slopes_beside_squareness = true\n";
+    }
+    if !errors.parameters.is_empty() {
+        text += "\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n";
+    }
+    for (parameter, value) in &errors.parameters {
+        let _ = write!(text, "{parameter} = {value:.6e}");
+        let location = found.locations.iter().find(|l| l.parameter == *parameter);
+        match location {
+            Some(location) => {
+                let _ = writeln!(text, "  # {}", comment(&measurements[location.from].name));
+            }
+            None => text.push('\n'),
+        }
+    }
+    if !errors.standard_uncertainty.is_empty() {
+        text += "\n[standard_uncertainty]\n";
+    }
+    for (parameter, value) in &errors.standard_uncertainty {
+        let _ = writeln!(text, "{parameter} = {value:.3e}");
+    }
+    let before: Vec<usize> = (0..machine.axes.len())
+        .filter(|i| held(found, *i))
+        .collect();
+    if !before.is_empty() {
+        text += "\n[calibrated]  # mm or deg: where motions are known that were known before\n";
+    }
+    for i in before {
+        let axis = &machine.axes[i];
+        let [low, high] = errors.calibrated[i].map(|q| axis.to_command(q));
+        let _ = writeln!(text, "{} = [{low:?}, {high:?}]", axis.letter);
+    }
+    for (index, axis) in machine.axes.iter().enumerate() {
+        for (component, motion) in errors.motions[index].iter().enumerate() {
+            let Some(table) = &motion.table else {
+                continue;
+            };
+            let name = name(machine, index, component);
+            let _ = writeln!(text, "\n[tabulated.{name}]");
+            let measured = found.motions.iter();
+            let measured = measured.filter(|m| (m.axis, m.component) == (index, component));
+            for motion in measured {
+                let _ = writeln!(text, "# {}", how(machine, &measurements[motion.from]));
+            }
+            let uncertainty = errors.table_uncertainty.get(&(index, component));
+            write_table(&mut text, axis, table, component >= 3, uncertainty);
+        }
+    }
+    text
+}
+
+/// True if an axis has motions that were known before and hold their end values.
+fn held(found: &Found, index: usize) -> bool {
+    let anew = |component: usize| {
+        let mut motions = found.motions.iter();
+        motions.any(|m| (m.axis, m.component) == (index, component))
+    };
+    let motions = found.errors.motions[index].iter().enumerate();
+    let mut old = motions.filter(|(component, _)| !anew(*component));
+    old.any(|(_, motion)| motion.holds())
+}
+
+/// A name in one line.
+fn comment(name: &str) -> String {
+    name.replace(char::is_control, " ")
+}
+
+/// Where it comes from.
+fn how(machine: &Machine, measurement: &Measurement) -> String {
+    let name = comment(&measurement.name);
+    match &measurement.measured {
+        Measured::Line(line) => format!("{name}: {}", line.setup.words(machine)),
+        Measured::Square(_) => name,
+    }
+}
+
+fn write_table(
+    text: &mut String,
+    axis: &Axis,
+    table: &Table,
+    is_angular: bool,
+    uncertainty: Option<&Vec<f64>>,
+) {
+    let (factor, unit) = if is_angular {
+        (1e6, "urad")
+    } else {
+        (1e3, "um")
+    };
+    let mut list = |key: &str, values: &mut dyn Iterator<Item = String>| {
+        let _ = writeln!(text, "{key} = [");
+        let values: Vec<String> = values.collect();
+        for row in values.chunks(12) {
+            let _ = writeln!(text, "    {},", row.join(", "));
+        }
+        text.push_str("]\n");
+    };
+    // Degrees without the rounding of radians.
+    let place = |at: &f64| (axis.to_command(*at) * 1e9).round() / 1e9 + 0.0;
+    list(
+        "at",
+        &mut table.at.iter().map(|at| format!("{:?}", place(at))),
+    );
+    let value = |v: &f64| format!("{:?}", (v * factor * 1e6).round() / 1e6 + 0.0);
+    match &table.negative {
+        None => list("value", &mut table.positive.iter().map(value)),
+        Some(negative) => {
+            list("positive", &mut table.positive.iter().map(value));
+            list("negative", &mut negative.iter().map(value));
+        }
+    }
+    // With four digits, as those of parameters.
+    let uncertain = |u: &f64| format!("{:.3e}", u * factor);
+    match uncertainty {
+        Some(all) if all.windows(2).any(|w| w[0] != w[1]) => {
+            list("standard_uncertainty", &mut all.iter().map(uncertain));
+        }
+        Some(all) => {
+            let one = all.first().map(uncertain);
+            let _ = writeln!(text, "standard_uncertainty = {}", one.unwrap_or_default());
+        }
+        None => {}
+    }
+    let _ = writeln!(text, "unit = \"{unit}\"");
+}

@@ -1,0 +1,277 @@
+//! ISO 230-2: accuracy and repeatability of positioning, in the words and symbols of its clause 3.
+
+use super::Line;
+
+/// What was found at one target position; in mm or rad like the readings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtTarget {
+    /// The target (mm or deg).
+    pub target: f64,
+    /// Mean deviations x̄ᵢ↑ and x̄ᵢ↓.
+    pub mean: [Option<f64>; 2],
+    /// Estimators sᵢ↑ and sᵢ↓ of the standard uncertainty of a run, from two runs on.
+    pub spread: [Option<f64>; 2],
+    /// Reversal value Bᵢ = x̄ᵢ↑ − x̄ᵢ↓.
+    pub reversal: Option<f64>,
+    /// Repeatability Rᵢ↑ = 4sᵢ↑ and Rᵢ↓ = 4sᵢ↓.
+    pub repeatability: [Option<f64>; 2],
+    /// Rᵢ = max(2sᵢ↑ + 2sᵢ↓ + |Bᵢ|, Rᵢ↑, Rᵢ↓).
+    pub both: Option<f64>,
+}
+
+/// The axis as a whole. Index 0 is ↑ (after positive travel), 1 is ↓.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Analysis {
+    /// The targets.
+    pub targets: Vec<AtTarget>,
+    /// Number of runs in each direction.
+    pub runs: [usize; 2],
+    /// Accuracy A↑, A↓: max(x̄ᵢ + 2sᵢ) − min(x̄ᵢ − 2sᵢ).
+    pub accuracy: [Option<f64>; 2],
+    /// The same of both directions: A.
+    pub accuracy_both: Option<f64>,
+    /// Systematic positional deviation E↑, E↓: range of x̄ᵢ.
+    pub systematic: [Option<f64>; 2],
+    /// The same of both directions: E.
+    pub systematic_both: Option<f64>,
+    /// Range M of the mean bidirectional deviations x̄ᵢ = (x̄ᵢ↑ + x̄ᵢ↓)/2.
+    pub mean_range: Option<f64>,
+    /// Reversal value B = max |Bᵢ|.
+    pub reversal: Option<f64>,
+    /// Mean reversal value B̄, with its sign.
+    pub mean_reversal: Option<f64>,
+    /// Repeatability R↑, R↓: the largest Rᵢ of the direction.
+    pub repeatability: [Option<f64>; 2],
+    /// The same of both directions: R.
+    pub repeatability_both: Option<f64>,
+}
+
+/// Evaluates the runs of an axis.
+#[must_use]
+pub fn analysis(line: &Line) -> Analysis {
+    const DIRECTIONS: [f64; 2] = [1.0, -1.0];
+    let runs = |direction: f64| {
+        line.columns
+            .iter()
+            .filter(move |c| c.direction == direction)
+    };
+    let targets: Vec<AtTarget> = (line.targets.iter().enumerate())
+        .map(|(i, target)| {
+            let values = |d| runs(d).map(move |c| c.readings[i]).collect::<Vec<f64>>();
+            let mean = DIRECTIONS.map(|d| mean(&values(d)));
+            let spread = DIRECTIONS.map(|d| spread(&values(d)));
+            let reversal = mean[0].zip(mean[1]).map(|(up, down)| up - down);
+            let repeatability = spread.map(|s| s.map(|s| 4.0 * s));
+            let both = spread[0].zip(spread[1]).zip(reversal);
+            let both = both.map(|((up, down), b)| {
+                let together = 2.0 * up + 2.0 * down + b.abs();
+                together.max(4.0 * up).max(4.0 * down)
+            });
+            AtTarget {
+                target: *target,
+                mean,
+                spread,
+                reversal,
+                repeatability,
+                both,
+            }
+        })
+        .collect();
+    // One of a direction, from two numbers of each target.
+    let of = |f: &dyn Fn(&AtTarget, usize) -> Option<[f64; 2]>| {
+        [0, 1].map(|d| {
+            let ends: Option<Vec<[f64; 2]>> = targets.iter().map(|t| f(t, d)).collect();
+            ends.and_then(|ends| hull(&ends))
+        })
+    };
+    let uncertain = of(&|t, d| {
+        let (x, s) = t.mean[d].zip(t.spread[d])?;
+        Some([x - 2.0 * s, x + 2.0 * s])
+    });
+    let systematic = of(&|t, d| t.mean[d].map(|x| [x, x]));
+    let means = |t: &AtTarget| {
+        let (up, down) = t.mean[0].zip(t.mean[1])?;
+        Some([0.5 * (up + down); 2])
+    };
+    let means: Option<Vec<[f64; 2]>> = targets.iter().map(means).collect();
+    let size = |[low, high]: [f64; 2]| high - low;
+    let together = |[up, down]: [Option<[f64; 2]>; 2]| {
+        let (up, down) = up.zip(down)?;
+        hull(&[up, down]).map(size)
+    };
+    let reversals: Option<Vec<f64>> = targets.iter().map(|t| t.reversal).collect();
+    let largest = |values: Option<Vec<f64>>| values?.into_iter().reduce(f64::max);
+    Analysis {
+        runs: DIRECTIONS.map(|d| runs(d).count()),
+        accuracy: uncertain.map(|ends| ends.map(size)),
+        accuracy_both: together(uncertain),
+        systematic: systematic.map(|ends| ends.map(size)),
+        systematic_both: together(systematic),
+        mean_range: means.and_then(|m| hull(&m)).map(size),
+        reversal: largest((reversals.as_ref()).map(|all| all.iter().map(|b| b.abs()).collect())),
+        mean_reversal: reversals.and_then(|all| mean(&all)),
+        repeatability: [0, 1]
+            .map(|d| largest(targets.iter().map(|t| t.repeatability[d]).collect())),
+        repeatability_both: largest(targets.iter().map(|t| t.both).collect()),
+        targets,
+    }
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Standard deviation with n − 1.
+fn spread(values: &[f64]) -> Option<f64> {
+    let mean = mean(values).filter(|_| values.len() > 1)?;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    Some((squares / (values.len() - 1) as f64).sqrt())
+}
+
+/// From the least to the largest.
+fn hull(ends: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let all = ends.iter().copied();
+    all.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direct::{Column, Setup};
+    use nalgebra::Vector3;
+    use trueaxis_model::explain::Sense;
+
+    fn line(up: &[&[f64]], down: &[&[f64]]) -> Line {
+        let columns = |direction: f64, rows: &[&[f64]]| -> Vec<Column> {
+            let runs = 0..rows.first().map_or(0, |row| row.len());
+            let run = |k: usize| Column {
+                direction,
+                readings: rows.iter().map(|row| row[k]).collect(),
+            };
+            runs.map(run).collect()
+        };
+        Line {
+            setup: Setup {
+                moved: 0,
+                sense: Sense::In(0),
+                counts: 1.0,
+                at: [0.0; 6],
+                offset: Vector3::zeros(),
+                keeps_slope: false,
+            },
+            targets: vec![0.0, 100.0, 250.0, 400.0, 500.0],
+            columns: [columns(1.0, up), columns(-1.0, down)].concat(),
+        }
+    }
+
+    const UP: [&[f64]; 5] = [
+        &[0.0, 0.4, -0.2, 0.3, 0.0],
+        &[2.1, 2.5, 1.9, 2.2, 2.3],
+        &[5.0, 5.6, 4.8, 5.2, 5.4],
+        &[3.1, 3.0, 3.7, 3.3, 3.4],
+        &[7.9, 8.2, 8.4, 7.7, 8.3],
+    ];
+    const DOWN: [&[f64]; 5] = [
+        &[-1.5, -1.1, -1.3, -1.8, -1.3],
+        &[0.2, 0.6, 0.1, 0.5, 0.1],
+        &[2.6, 3.0, 3.4, 2.9, 3.1],
+        &[1.9, 1.2, 1.6, 1.5, 1.3],
+        &[6.1, 6.6, 6.0, 6.4, 5.9],
+    ];
+
+    fn near(found: Option<f64>, expected: f64) -> bool {
+        // Sums of ten numbers of size 10.
+        found.is_some_and(|found| (found - expected).abs() < 1e-13)
+    }
+
+    /// Worked out by hand, in fractions: sums of squares over n − 1 = 4 are variances such as
+    /// (0.1² + 0.3² + 0.3² + 0.2² + 0.1²)/4 = 0.06 at the first target.
+    #[test]
+    fn a_case_that_was_worked_out_by_hand_has_these_parameters() {
+        let found = analysis(&line(&UP, &DOWN));
+        let means = [[0.1, -1.4], [2.2, 0.3], [5.2, 3.0], [3.3, 1.5], [8.1, 6.2]];
+        let variances: [[f64; 2]; 5] = [
+            [0.06, 0.07],
+            [0.05, 0.055],
+            [0.1, 0.085],
+            [0.075, 0.075],
+            [0.085, 0.085],
+        ];
+        let reversals = [1.5, 1.9, 2.2, 1.8, 1.9];
+        for (i, at) in found.targets.iter().enumerate() {
+            for d in 0..2 {
+                assert!(near(at.mean[d], means[i][d]), "{at:?}");
+                assert!(near(at.spread[d], variances[i][d].sqrt()), "{at:?}");
+                assert!(near(at.repeatability[d], 4.0 * variances[i][d].sqrt()));
+            }
+            assert!(near(at.reversal, reversals[i]), "{at:?}");
+            let [up, down] = variances[i].map(f64::sqrt);
+            assert!(near(at.both, 2.0 * up + 2.0 * down + reversals[i]));
+        }
+        assert_eq!(found.runs, [5, 5]);
+        assert!(near(found.reversal, 2.2));
+        assert!(near(
+            found.mean_reversal,
+            (1.5 + 1.9 + 2.2 + 1.8 + 1.9) / 5.0
+        ));
+        // The range of 0.1, 2.2, 5.2, 3.3, 8.1, of −1.4 … 6.2, and from −1.4 to 8.1.
+        assert!(near(found.systematic[0], 8.0) && near(found.systematic[1], 7.6));
+        assert!(near(found.systematic_both, 9.5));
+        // From (0.1 − 1.4)/2 to (8.1 + 6.2)/2.
+        assert!(near(found.mean_range, 7.15 + 0.65));
+        // The third target has the largest spread ↑ and, with its reversal, both.
+        assert!(near(found.repeatability[0], 4.0 * 0.1_f64.sqrt()));
+        assert!(near(found.repeatability[1], 4.0 * 0.085_f64.sqrt()));
+        let third = 2.0 * 0.1_f64.sqrt() + 2.0 * 0.085_f64.sqrt() + 2.2;
+        assert!(near(found.repeatability_both, third));
+        // From the first to the last target.
+        let [first, last, top] = [0.06_f64, 0.07, 0.085].map(f64::sqrt);
+        assert!(near(
+            found.accuracy[0],
+            8.1 + 2.0 * top - (0.1 - 2.0 * first)
+        ));
+        assert!(near(
+            found.accuracy[1],
+            6.2 + 2.0 * top - (-1.4 - 2.0 * last)
+        ));
+        assert!(near(
+            found.accuracy_both,
+            8.1 + 2.0 * top - (-1.4 - 2.0 * last)
+        ));
+        // The same figures from another program.
+        assert!(
+            found
+                .accuracy_both
+                .is_some_and(|a| (a - 10.612_245_452).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn a_repeatability_of_one_direction_counts_if_it_is_larger() {
+        let still: &[f64] = &[0.0; 5];
+        let found = analysis(&line(&UP, &[still; 5]));
+        // The first target: 2·√0.06 + 0 + 0.1 is less than 4·√0.06.
+        assert!(near(found.targets[0].both, 4.0 * 0.06_f64.sqrt()));
+    }
+
+    #[test]
+    fn what_one_run_or_one_direction_does_not_tell_is_not_there() {
+        let one: Vec<&[f64]> = UP.iter().map(|row| &row[..1]).collect();
+        let found = analysis(&line(&one, &[]));
+        assert_eq!(found.runs, [1, 0]);
+        assert!(near(found.systematic[0], 7.9));
+        for missing in [
+            found.systematic[1],
+            found.systematic_both,
+            found.mean_range,
+            found.reversal,
+            found.mean_reversal,
+            found.accuracy[0],
+            found.accuracy_both,
+            found.repeatability[0],
+            found.repeatability_both,
+        ] {
+            assert_eq!(missing, None);
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! What was measured, and how.
+
+use nalgebra::Vector3;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::explain::{Bench, Sense, State};
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// A file with what was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurement {
+    /// Its name, for messages.
+    pub name: String,
+    /// What it has.
+    pub measured: Measured,
+}
+
+/// What a file has.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Measured {
+    /// An axis that moves and an instrument.
+    Line(Line),
+    /// Two axes along the two lines of a square.
+    Square(Square),
+}
+
+/// How an axis was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    /// The axis (by index) whose command moved.
+    pub moved: usize,
+    /// What is read: the tool against the workpiece, in this direction.
+    pub sense: Sense,
+    /// +1 if the instrument counts this as positive, −1 if it counts the opposite; readings of a
+    /// [`Column`] have the sign of the tool already.
+    pub counts: f64,
+    /// Where the other axes stood (mm, rad); of the one that moved, its position nearest to zero. If that is
+    /// rotary and a displacement is read, linear axes follow the ball from there.
+    pub at: PerAxis,
+    /// The measured point (mm) from the tool tip of the machine file, in the directions of the workpiece
+    /// frame at this position; the tool carries it.
+    pub offset: Vector3<f64>,
+    /// True if a slope of a straightness is one of the machine, not of how the straightedge lay.
+    pub keeps_slope: bool,
+}
+
+/// One run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Direction of travel: +1 or −1.
+    pub direction: f64,
+    /// Readings (mm or rad) at the targets: what the tool has gone too far against the workpiece.
+    pub readings: Vec<f64>,
+}
+
+/// Runs of one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// How it was measured.
+    pub setup: Setup,
+    /// Target positions (mm or deg), increasing.
+    pub targets: Vec<f64>,
+    /// The runs.
+    pub columns: Vec<Column>,
+}
+
+/// A square: each axis along its leg, read in the direction of the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Square {
+    /// The two lines.
+    pub lines: [Line; 2],
+    /// What the angle between the legs of the square itself is more than 90° (rad).
+    pub over: f64,
+}
+
+/// Means of the runs in each direction, zero (in the mean of both) at one target.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Means {
+    /// After positive travel (mm or rad), if there are such runs.
+    pub positive: Option<Vec<f64>>,
+    /// After negative travel.
+    pub negative: Option<Vec<f64>>,
+}
+
+impl Means {
+    /// The directions that were run.
+    #[must_use]
+    pub fn directions(&self) -> Vec<f64> {
+        let is_there = [(&self.positive, 1.0), (&self.negative, -1.0)];
+        let there = is_there.iter().filter(|(m, _)| m.is_some());
+        there.map(|(_, direction)| *direction).collect()
+    }
+
+    /// Those of one direction.
+    #[must_use]
+    pub fn of(&self, direction: f64) -> Option<&Vec<f64>> {
+        match direction > 0.0 {
+            true => self.positive.as_ref(),
+            false => self.negative.as_ref(),
+        }
+    }
+
+    /// The mean of both directions, or of the only one.
+    #[must_use]
+    pub fn both(&self) -> Vec<f64> {
+        match (&self.positive, &self.negative) {
+            (Some(p), Some(n)) => p.iter().zip(n).map(|(p, n)| 0.5 * (p + n)).collect(),
+            (Some(one), None) | (None, Some(one)) => one.clone(),
+            (None, None) => Vec::new(),
+        }
+    }
+}
+
+impl Line {
+    /// Means of the runs, not set to zero anywhere.
+    #[must_use]
+    pub fn means(&self) -> Means {
+        let mean = |direction: f64| {
+            let runs = self.columns.iter().filter(|c| c.direction == direction);
+            let runs: Vec<&Column> = runs.collect();
+            let count = runs.len() as f64;
+            (!runs.is_empty()).then(|| {
+                let at = |k: usize| runs.iter().map(|c| c.readings[k]).sum::<f64>() / count;
+                (0..self.targets.len()).map(at).collect()
+            })
+        };
+        Means {
+            positive: mean(1.0),
+            negative: mean(-1.0),
+        }
+    }
+
+    /// The target that is nearest to the axis' zero: errors are counted from there.
+    #[must_use]
+    pub fn zero(&self) -> usize {
+        let near = |a: &usize, b: &usize| {
+            let [a, b] = [a, b].map(|k| self.targets[*k].abs());
+            a.total_cmp(&b)
+        };
+        (0..self.targets.len()).min_by(near).unwrap_or(0)
+    }
+
+    /// The targets in mm or rad.
+    #[must_use]
+    pub fn positions(&self, machine: &Machine) -> Vec<f64> {
+        let axis = &machine.axes[self.setup.moved];
+        self.targets.iter().map(|t| axis.to_kinematic(*t)).collect()
+    }
+
+    /// What the instrument would show (mm or rad) at every target on a machine with its errors, with the
+    /// same zero as [`Self::zeroed`]. `None` if linear axes cannot follow a ball.
+    #[must_use]
+    pub fn shown(&self, bench: &Bench<'_>, directions: &[f64]) -> Option<Means> {
+        let positions = self.positions(bench.machine);
+        let zero = match directions {
+            [one] => *one,
+            _ => 0.0,
+        };
+        let from = self.setup.state(bench, positions[self.zero()], zero)?;
+        let point = self.setup.point(bench);
+        let all = |direction: f64| -> Option<Vec<f64>> {
+            let all = positions.iter().map(|q| {
+                let to = self.setup.state(bench, *q, direction)?;
+                let deviation = bench.deviation_of(&point, &from, &to);
+                Some(bench.reads(self.setup.sense, &deviation, &to.q))
+            });
+            all.collect()
+        };
+        let mut shown = Means {
+            positive: None,
+            negative: None,
+        };
+        for direction in directions {
+            let found = Some(all(*direction)?);
+            match *direction > 0.0 {
+                true => shown.positive = found,
+                false => shown.negative = found,
+            }
+        }
+        Some(self.zeroed(shown))
+    }
+
+    /// The same means with zero, in the mean of both directions, at the target [`Self::zero`].
+    #[must_use]
+    pub fn zeroed(&self, mut means: Means) -> Means {
+        let zero = means.both()[self.zero()];
+        let all = [&mut means.positive, &mut means.negative];
+        for value in all.into_iter().flatten().flatten() {
+            *value -= zero;
+        }
+        means
+    }
+}
+
+impl Setup {
+    /// The measured point in the frame of the tool's pose (mm from the tip).
+    #[must_use]
+    pub fn point(&self, bench: &Bench<'_>) -> Vector3<f64> {
+        bench.nominal(&self.at).r.transpose() * self.offset
+    }
+
+    /// Where the machine is sent for a position (mm, rad) of the axis, coming in a direction. `None` if the
+    /// linear axes cannot follow a ball.
+    #[must_use]
+    pub fn state(&self, bench: &Bench<'_>, position: f64, direction: f64) -> Option<State> {
+        let mut state = State::at(self.at).with(self.moved, position);
+        state.sign[self.moved] = direction;
+        let rotary = bench.machine.axes[self.moved].letter.is_rotary();
+        if rotary && matches!(self.sense, Sense::In(_)) {
+            let point = self.point(bench);
+            let met = bench.nominal(&self.at);
+            let ball = met.t + met.r * point;
+            let tip = ball - bench.nominal(&state.q).r * point;
+            state.q = bench.reach(&state.q, tip)?;
+        }
+        Some(state)
+    }
+
+    /// True if an angle is read.
+    #[must_use]
+    pub fn is_angular(&self) -> bool {
+        !matches!(self.sense, Sense::In(_))
+    }
+
+    /// True if it is read along or about the axis that moves.
+    #[must_use]
+    pub fn is_positioning(&self) -> bool {
+        matches!(self.sense, Sense::In(axis) | Sense::About(axis) if axis == self.moved)
+    }
+
+    /// True if the instrument is held against a straightedge: a line that was laid somehow. An axis that moves
+    /// in nearly the same direction, such as a quill, has none.
+    #[must_use]
+    pub fn is_straightness(&self, machine: &Machine) -> bool {
+        const ALONG: f64 = 0.5;
+        let Sense::In(axis) = self.sense else {
+            return false;
+        };
+        let perfect = ErrorModel::perfect(machine);
+        let bench = Bench::new(machine, &perfect, Default::default());
+        let rotary = machine.axes[self.moved].letter.is_rotary();
+        let [own, read] = [self.moved, axis].map(|i| bench.way(&self.at, i));
+        !rotary && own.dot(&read).abs() < ALONG
+    }
+
+    /// The sense in words: `tool +X`, `tool +Y to +Z`.
+    #[must_use]
+    pub fn words(&self, machine: &Machine) -> String {
+        let letter = |axis: usize| machine.axes[axis].letter;
+        let sign = if self.counts < 0.0 { '-' } else { '+' };
+        match self.sense {
+            Sense::In(axis) | Sense::About(axis) => format!("tool {sign}{}", letter(axis)),
+            Sense::From(a, b) if self.counts < 0.0 => {
+                format!("tool +{} to +{}", letter(b), letter(a))
+            }
+            Sense::From(a, b) => format!("tool +{} to +{}", letter(a), letter(b)),
+        }
+    }
+}
+
+/// Slope of values over positions by least squares.
+#[must_use]
+pub fn slope(positions: &[f64], values: &[f64]) -> f64 {
+    let count = positions.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+    let (q, v) = (mean(positions), mean(values));
+    let pairs = positions.iter().zip(values);
+    let along: f64 = pairs.map(|(p, w)| (p - q) * (w - v)).sum();
+    let across: f64 = positions.iter().map(|p| (p - q).powi(2)).sum();
+    along / across
+}

@@ -1,0 +1,342 @@
+//! Error motions and locations that show what was measured.
+
+use super::block::{Block, blocks};
+use super::direct_error::DirectError;
+use super::doubts::{Doubt, doubts};
+use super::measurement::{Line, Means, Measured, Measurement, Square, slope};
+use super::motion::{FoundMotion, without};
+use super::square::{location, squareness, uncertainty};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::Machine;
+
+/// How it is done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// One number for the backlash of each motion instead of values for both directions.
+    pub one_number: bool,
+}
+
+/// A location that a square shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundLocation {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Its value (rad).
+    pub value: f64,
+    /// Its standard uncertainty (rad) from how runs scatter.
+    pub uncertainty: Option<f64>,
+    /// The measurement (by index).
+    pub from: usize,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Everything: what was known before, and what was measured.
+    pub errors: ErrorModel,
+    /// The motions that were measured.
+    pub motions: Vec<FoundMotion>,
+    /// The locations that were measured.
+    pub locations: Vec<FoundLocation>,
+    /// Slopes (rad) that were removed, with the measurement (by index): how straightedges lay.
+    pub slopes: Vec<(usize, f64)>,
+    /// What to look at.
+    pub doubts: Vec<Doubt>,
+}
+
+/// Rounds; each gains the size of the errors, or the square of the largest by-effect.
+const ROUNDS: usize = 60;
+/// A change of this size (mm, or rad over a lever of a metre) is little more than rounding.
+const DONE: f64 = 2e-11;
+const OVER: f64 = 1000.0;
+
+/// Finds what was measured, beside what is known already.
+///
+/// # Errors
+/// [`DirectError`]: readings that mix motions, the same twice.
+pub fn solve(
+    machine: &Machine,
+    measurements: &[Measurement],
+    known: &ErrorModel,
+    options: Options,
+) -> Result<Found, DirectError> {
+    let mut lines: Vec<(usize, &Line)> = Vec::new();
+    let mut squares: Vec<(usize, &Square)> = Vec::new();
+    for (k, measurement) in measurements.iter().enumerate() {
+        match &measurement.measured {
+            Measured::Line(line) => lines.push((k, line)),
+            Measured::Square(square) => squares.push((k, square)),
+        }
+    }
+    let blocks = blocks(machine, &lines)?;
+    let mut motions: Vec<Vec<FoundMotion>> = blocks
+        .iter()
+        .map(|block| start(machine, block, &lines))
+        .collect();
+    let mut locations = Vec::new();
+    let mut gains = Vec::new();
+    for (file, square) in &squares {
+        let (parameter, gain) =
+            location(machine, square).ok_or(DirectError::NoLocation { file: *file })?;
+        if let Some(other) = (locations.iter()).find(|l: &&FoundLocation| l.parameter == parameter)
+        {
+            return Err(DirectError::Twice {
+                files: vec![other.from, *file],
+                motions: vec![parameter.to_string()],
+            });
+        }
+        gains.push(gain);
+        locations.push(FoundLocation {
+            parameter,
+            value: 0.0,
+            uncertainty: uncertainty(machine, square),
+            from: *file,
+        });
+    }
+    let anew = motions.iter().flatten();
+    let anew: Vec<(usize, usize, bool)> = anew
+        .map(|m| (m.axis, m.component, m.negative.is_some()))
+        .collect();
+    let parameters: Vec<Parameter> = locations.iter().map(|l| l.parameter).collect();
+    let mut model = without(known, machine, &anew, &parameters);
+    let mut slopes = Vec::new();
+    let mut is_done = false;
+    for _ in 0..ROUNDS {
+        let mut change: f64 = 0.0;
+        slopes.clear();
+        for (block, motions) in blocks.iter().zip(&mut motions) {
+            let round = block.round(machine, &model, &lines, motions, &mut slopes);
+            change = change.max(round.ok_or(DirectError::NotConverged)?);
+            put(machine, &mut model, motions);
+        }
+        for (((_, square), location), gain) in squares.iter().zip(&mut locations).zip(&gains) {
+            let bench = Bench::new(machine, &model, Default::default());
+            let left = squareness(machine, square, |line| Some(line.means())).zip(squareness(
+                machine,
+                square,
+                |line| line.shown(&bench, &line.means().directions()),
+            ));
+            let (measured, shown) = left.ok_or(DirectError::NotConverged)?;
+            let step = (measured - square.over - shown) / gain;
+            location.value += step;
+            model.set(machine, location.parameter, location.value);
+            change = change.max(step.abs() * OVER);
+        }
+        if !change.is_finite() {
+            break;
+        }
+        if change < DONE {
+            is_done = true;
+            break;
+        }
+    }
+    if !is_done {
+        return Err(DirectError::NotConverged);
+    }
+    let mut motions: Vec<FoundMotion> = motions.into_iter().flatten().collect();
+    motions.sort_by_key(|m| (m.axis, m.component));
+    if options.one_number {
+        for motion in &mut motions {
+            if let Some(backlash) = motion.backlash() {
+                let parameter = Parameter {
+                    component: motion.component,
+                    axis: machine.axes[motion.axis].letter.char(),
+                    kind: ParameterKind::Backlash,
+                };
+                model.set(machine, parameter, backlash);
+                let uncertainty = motion.backlash_uncertainty().map(|u| (parameter, u));
+                model.standard_uncertainty.extend(uncertainty);
+                *motion = motion.with_one_number();
+            }
+        }
+        put(machine, &mut model, &motions);
+    }
+    for motion in &motions {
+        let of = (motion.axis, motion.component);
+        let values = model.motions[motion.axis][motion.component].table.as_ref();
+        let count = values.map_or(0, |table| table.at.len());
+        let uncertainty = motion.uncertainty.map(|u| (of, vec![u; count]));
+        model.table_uncertainty.extend(uncertainty);
+    }
+    for location in &locations {
+        let uncertainty = location.uncertainty.map(|u| (location.parameter, u));
+        model.standard_uncertainty.extend(uncertainty);
+    }
+    let mut found = Found {
+        errors: model,
+        motions,
+        locations,
+        slopes,
+        doubts: Vec::new(),
+    };
+    found.doubts = doubts(machine, &lines, &found);
+    Ok(found)
+}
+
+/// Motions that are zero yet.
+fn start(machine: &Machine, block: &Block, lines: &[(usize, &Line)]) -> Vec<FoundMotion> {
+    let first = lines[block.lines[0]].1;
+    let at = first.positions(machine);
+    let reverses = first.means().directions().len() == 2;
+    let of = block.lines.iter().map(|k| mean_uncertainty(lines[*k].1));
+    let of: Option<Vec<f64>> = of.collect();
+    let components = block.components.iter().enumerate();
+    components
+        .map(|(row, component)| {
+            // As each reading adds to it, where that is worst.
+            let uncertainty = of.as_ref().map(|of| {
+                let at = block.inverse.iter().map(|inverse| {
+                    let parts = of
+                        .iter()
+                        .enumerate()
+                        .map(|(k, u)| (inverse[(row, k)] * u).powi(2));
+                    parts.sum::<f64>().sqrt()
+                });
+                at.fold(0.0, f64::max)
+            });
+            let weight = |k: &usize| block.inverse[0][(row, *k)].abs();
+            let most = (0..block.lines.len()).max_by(|a, b| weight(a).total_cmp(&weight(b)));
+            FoundMotion {
+                axis: block.axis,
+                component: *component,
+                positive: vec![0.0; at.len()],
+                negative: reverses.then(|| vec![0.0; at.len()]),
+                at: at.clone(),
+                uncertainty,
+                from: lines[block.lines[most.unwrap_or(0)]].0,
+            }
+        })
+        .collect()
+}
+
+/// Standard uncertainty (mm or rad) of the mean of the runs of a direction, from how all of them scatter.
+pub fn mean_uncertainty(line: &Line) -> Option<f64> {
+    let (mut squares, mut freedom, mut least) = (0.0, 0, usize::MAX);
+    let means = line.means();
+    for direction in means.directions() {
+        let runs = line.columns.iter().filter(|c| c.direction == direction);
+        let runs: Vec<_> = runs.collect();
+        let mean = means.of(direction)?;
+        for run in &runs {
+            squares += (run.readings.iter().zip(mean))
+                .map(|(r, m)| (r - m).powi(2))
+                .sum::<f64>();
+        }
+        freedom += (runs.len() - 1) * mean.len();
+        least = least.min(runs.len());
+    }
+    (freedom > 0).then(|| (squares / freedom as f64 / least as f64).sqrt())
+}
+
+impl Block {
+    /// Brings motions nearer to what was measured; by how much (mm, or rad over [`OVER`]).
+    fn round(
+        &self,
+        machine: &Machine,
+        model: &ErrorModel,
+        lines: &[(usize, &Line)],
+        motions: &mut [FoundMotion],
+        slopes: &mut Vec<(usize, f64)>,
+    ) -> Option<f64> {
+        let bench = Bench::new(machine, model, Default::default());
+        let mut left: Vec<Means> = Vec::new();
+        for k in &self.lines {
+            let (file, line) = lines[*k];
+            let (rest, slope) = rest(&bench, line)?;
+            slopes.extend(slope.map(|slope| (file, slope)));
+            left.push(rest);
+        }
+        let before: Vec<FoundMotion> = motions.to_vec();
+        for direction in left[0].directions() {
+            for (k, inverse) in self.inverse.iter().enumerate() {
+                for (row, motion) in motions.iter_mut().enumerate() {
+                    let parts = left.iter().enumerate();
+                    let step: Option<f64> = parts
+                        .map(|(column, left)| Some(inverse[(row, column)] * left.of(direction)?[k]))
+                        .sum();
+                    motion.values(direction)[k] += step?;
+                }
+            }
+        }
+        let mut change: f64 = 0.0;
+        for (motion, before) in motions.iter_mut().zip(&before) {
+            let axis = &machine.axes[motion.axis];
+            close(
+                motion,
+                axis.modulo
+                    .then(|| axis.travel.map(|t| axis.to_kinematic(t))),
+            );
+            let size = if motion.component >= 3 { OVER } else { 1.0 };
+            let now = motion
+                .positive
+                .iter()
+                .chain(motion.negative.iter().flatten());
+            let then = before
+                .positive
+                .iter()
+                .chain(before.negative.iter().flatten());
+            for (now, then) in now.zip(then) {
+                change = change.max((now - then).abs() * size);
+                if now.is_nan() {
+                    return None;
+                }
+            }
+        }
+        Some(change)
+    }
+}
+
+/// The two ends of a turn are one place.
+fn close(motion: &mut FoundMotion, turn: Option<[f64; 2]>) {
+    let Some([low, high]) = turn else {
+        return;
+    };
+    let last = motion.at.len() - 1;
+    let whole = motion.at[last] - motion.at[0];
+    if (whole - (high - low)).abs() > 1e-9 {
+        return;
+    }
+    for values in std::iter::once(&mut motion.positive).chain(&mut motion.negative) {
+        let mean = 0.5 * (values[0] + values[last]);
+        values[0] = mean;
+        values[last] = mean;
+    }
+}
+
+/// What was measured less what a machine shows, and the slope of a straightedge that is not in it.
+fn rest(bench: &Bench<'_>, line: &Line) -> Option<(Means, Option<f64>)> {
+    let measured = line.zeroed(line.means());
+    let shown = line.shown(bench, &measured.directions())?;
+    let less = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| {
+        let (a, b) = (a.as_ref()?, b.as_ref()?);
+        Some(a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
+    };
+    let mut rest = Means {
+        positive: less(&measured.positive, &shown.positive),
+        negative: less(&measured.negative, &shown.negative),
+    };
+    if line.setup.keeps_slope || !line.setup.is_straightness(bench.machine) {
+        return Some((rest, None));
+    }
+    let positions = line.positions(bench.machine);
+    let slope = slope(&positions, &rest.both());
+    let zero = positions[line.zero()];
+    for values in [&mut rest.positive, &mut rest.negative]
+        .into_iter()
+        .flatten()
+    {
+        for (value, q) in values.iter_mut().zip(&positions) {
+            *value -= slope * (q - zero);
+        }
+    }
+    Some((rest, Some(slope)))
+}
+
+/// Puts motions into a model.
+fn put(machine: &Machine, model: &mut ErrorModel, motions: &[FoundMotion]) {
+    for motion in motions {
+        let table = motion.table(&machine.axes[motion.axis]);
+        model.tabulate(motion.axis, motion.component, table);
+    }
+}

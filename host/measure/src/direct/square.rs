@@ -1,0 +1,69 @@
+//! Squareness: two lines, each read in the direction of the other.
+
+use super::measurement::{Line, Means, Square, slope};
+use super::solve::mean_uncertainty;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::{Branch, Machine};
+
+/// Size (rad) of an inclination with which its effect is measured.
+const SMALL: f64 = 1e-6;
+
+/// By how much (rad) the angle between two lines is less than 90°, or more if positive commands read so:
+/// the sum of both slopes, which does not depend on how the square lies.
+pub fn squareness(
+    machine: &Machine,
+    square: &Square,
+    means: impl Fn(&Line) -> Option<Means>,
+) -> Option<f64> {
+    let of = |line: &Line| Some(slope(&line.positions(machine), &means(line)?.both()));
+    Some(of(&square.lines[0])? + of(&square.lines[1])?)
+}
+
+/// The parameter that is the squareness of two axes, and what a square shows of it (rad per rad).
+///
+/// It is that of the axis that is carried by the other, or of the one in the tool branch; of the other one if
+/// that shows nothing.
+pub fn location(machine: &Machine, square: &Square) -> Option<(Parameter, f64)> {
+    let [a, b] = square.lines.each_ref().map(|line| line.setup.moved);
+    let tool = |i: usize| machine.axes[i].branch == Branch::Tool;
+    let order = match (tool(a), tool(b)) {
+        (true, false) => [a, b],
+        (false, true) => [b, a],
+        _ => [a.max(b), a.min(b)],
+    };
+    let candidates = order.into_iter().flat_map(|axis| {
+        (3..6).map(move |component| Parameter {
+            component,
+            axis: machine.axes[axis].letter.char(),
+            kind: ParameterKind::Inter,
+        })
+    });
+    let shown = candidates.filter_map(|parameter| {
+        let mut errors = ErrorModel::perfect(machine);
+        errors.set(machine, parameter, SMALL);
+        let bench = Bench::new(machine, &errors, Default::default());
+        let shown = squareness(machine, square, |line| {
+            line.shown(&bench, &line.means().directions())
+        });
+        Some((parameter, shown? / SMALL))
+    });
+    // Of axes in oblique frames, the first that shows nearly whole.
+    let shown: Vec<(Parameter, f64)> = shown.collect();
+    let whole = shown.iter().find(|(_, gain)| gain.abs() > 0.9);
+    let part = || shown.iter().find(|(_, gain)| gain.abs() > 0.5);
+    whole.or_else(part).copied()
+}
+
+/// Standard uncertainty (rad) of the squareness, from how runs scatter.
+pub fn uncertainty(machine: &Machine, square: &Square) -> Option<f64> {
+    let of = |line: &Line| {
+        let positions = line.positions(machine);
+        let mean = positions.iter().sum::<f64>() / positions.len() as f64;
+        let across: f64 = positions.iter().map(|q| (q - mean).powi(2)).sum();
+        let directions = line.means().directions().len() as f64;
+        Some(mean_uncertainty(line)? / (across * directions).sqrt())
+    };
+    let [a, b] = &square.lines;
+    Some(of(a)?.hypot(of(b)?))
+}

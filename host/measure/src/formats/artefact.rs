@@ -1,0 +1,266 @@
+//! `artefact.toml`: what is known of balls, bars and stylus before the probing.
+
+use nalgebra::Vector3;
+use serde::Deserialize;
+use toml::Spanned;
+use trueaxis_model::machine::Machine;
+use trueaxis_model::source::{Exactly, FileError};
+
+/// What is known of an artefact.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Artefact {
+    /// Its balls.
+    pub balls: Vec<Ball>,
+    /// Distances that are known.
+    pub bars: Vec<Bar>,
+    /// The stylus tip.
+    pub stylus: Stylus,
+}
+
+/// A ball.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ball {
+    /// Its name, as in the probings.
+    pub name: String,
+    /// Its centre in the workpiece frame (mm), to start from.
+    pub nominal: Option<Vector3<f64>>,
+    /// Unit vector from the table, on which its stem stands, to its centre (workpiece frame).
+    pub away: Vector3<f64>,
+}
+
+/// A known distance between the centres of two balls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// Names of the balls.
+    pub balls: [String; 2],
+    /// Length (mm).
+    pub length: f64,
+    /// Its standard uncertainty (mm).
+    pub uncertainty: f64,
+}
+
+/// The stylus tip in the spindle frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stylus {
+    /// Where it is (mm), to start from; that coordinate of the machine's own tool tip otherwise.
+    pub tip: [Option<f64>; 3],
+    /// Standard uncertainty of each coordinate (mm) where it is known: of the length of a stylus that was
+    /// measured outside the machine, across it of one that was zeroed for run-out.
+    pub uncertainty: [Option<f64>; 3],
+}
+
+impl Stylus {
+    /// Where it is in the spindle of a machine (mm).
+    #[must_use]
+    pub fn place(&self, machine: &Machine) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| self.tip[k].unwrap_or(machine.tip[k]))
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    ball: Vec<BallEntry>,
+    #[serde(default)]
+    bar: Vec<BarEntry>,
+    stylus: Option<StylusEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BallEntry {
+    name: Spanned<String>,
+    nominal_mm: Option<Spanned<Exactly<3>>>,
+    away_from_table: Option<Spanned<Exactly<3>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BarEntry {
+    balls: Spanned<Vec<String>>,
+    length_mm: Spanned<f64>,
+    standard_uncertainty_mm: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StylusEntry {
+    tip_mm: Option<Spanned<Exactly<3>>>,
+    length_standard_uncertainty_mm: Option<Spanned<f64>>,
+    x_mm: Option<Spanned<f64>>,
+    y_mm: Option<Spanned<f64>>,
+    z_mm: Option<Spanned<f64>>,
+    x_standard_uncertainty_mm: Option<Spanned<f64>>,
+    y_standard_uncertainty_mm: Option<Spanned<f64>>,
+    z_standard_uncertainty_mm: Option<Spanned<f64>>,
+}
+
+impl StylusEntry {
+    fn read(&self, tool_axis: usize) -> Result<Stylus, FileError> {
+        let mut stylus = Stylus::default();
+        if let Some(tip) = &self.tip_mm {
+            stylus.tip = <[f64; 3]>::from(point(tip)?).map(Some);
+        }
+        if let Some(known) = &self.length_standard_uncertainty_mm {
+            stylus.uncertainty[tool_axis] = Some(positive(known)?);
+        }
+        let each = [
+            (&self.x_mm, &self.x_standard_uncertainty_mm),
+            (&self.y_mm, &self.y_standard_uncertainty_mm),
+            (&self.z_mm, &self.z_standard_uncertainty_mm),
+        ];
+        for (k, (place, known)) in each.into_iter().enumerate() {
+            let name = ["x", "y", "z"][k];
+            if let Some(place) = place {
+                let span = place.span();
+                let value = *place.get_ref();
+                if value.is_nan() || value.abs() >= LARGEST {
+                    return Err(FileError::at(
+                        span,
+                        "this is no place on a machine",
+                        "here",
+                        "write mm in the spindle frame",
+                    ));
+                }
+                if self.tip_mm.is_some() {
+                    return Err(FileError::at(
+                        span,
+                        format!("tip_mm already says where the stylus is in {name}"),
+                        "stated twice",
+                        format!("keep tip_mm or {name}_mm"),
+                    ));
+                }
+                stylus.tip[k] = Some(value);
+            }
+            if let Some(known) = known {
+                if stylus.tip[k].is_none() {
+                    return Err(FileError::at(
+                        known.span(),
+                        format!("an uncertainty in {name} without the coordinate itself"),
+                        "here",
+                        format!(
+                            "add {name}_mm, where the stylus tip is in the spindle frame: 0.0 if it was zeroed for run-out"
+                        ),
+                    ));
+                }
+                stylus.uncertainty[k] = Some(positive(known)?);
+            }
+        }
+        Ok(stylus)
+    }
+}
+
+/// Longest distance that anything on a machine has from anything else (mm).
+const LARGEST: f64 = 1e5;
+
+impl Artefact {
+    /// Reads it; `tool_axis` is along which axis of the spindle frame the stylus points (0, 1, 2).
+    ///
+    /// # Errors
+    /// [`FileError`]: syntax, unknown keys, a ball that is there twice, a bar between balls that are not
+    /// two or not listed, lengths and uncertainties that cannot be.
+    pub fn from_toml(text: &str, tool_axis: usize) -> Result<Self, FileError> {
+        let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let mut artefact = Self::default();
+        for ball in file.ball {
+            let (name, span) = (ball.name.get_ref(), ball.name.span());
+            if artefact.balls.iter().any(|b| b.name == *name) {
+                return Err(FileError::at(
+                    span,
+                    format!("ball `{name}` is there twice"),
+                    "the second one",
+                    "give every ball its own name",
+                ));
+            }
+            artefact.balls.push(Ball {
+                name: name.clone(),
+                nominal: ball.nominal_mm.map(|p| point(&p)).transpose()?,
+                away: (ball.away_from_table).map_or(Ok(Vector3::z()), |d| direction(&d))?,
+            });
+        }
+        for bar in file.bar {
+            artefact.bars.push(read_bar(&bar, &artefact.balls)?);
+        }
+        if let Some(stylus) = file.stylus {
+            artefact.stylus = stylus.read(tool_axis)?;
+        }
+        Ok(artefact)
+    }
+}
+
+fn read_bar(bar: &BarEntry, balls: &[Ball]) -> Result<Bar, FileError> {
+    let span = bar.balls.span();
+    let ends: [String; 2] = bar.balls.get_ref().clone().try_into().map_err(|_| {
+        FileError::at(
+            span.clone(),
+            "a bar has two balls",
+            "here",
+            "write balls = [\"1\", \"2\"]",
+        )
+    })?;
+    if ends[0] == ends[1] {
+        return Err(FileError::at(
+            span,
+            "both ends of the bar are the same ball",
+            "here",
+            "name two balls",
+        ));
+    }
+    if let Some(name) = ends
+        .iter()
+        .find(|name| !balls.iter().any(|b| b.name == **name))
+    {
+        return Err(FileError::at(
+            span,
+            format!("there is no ball `{name}`"),
+            "unknown ball",
+            format!("add [[ball]] with name = \"{name}\" above, or correct the name"),
+        ));
+    }
+    Ok(Bar {
+        balls: ends,
+        length: positive(&bar.length_mm)?,
+        uncertainty: positive(&bar.standard_uncertainty_mm)?,
+    })
+}
+
+fn point(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
+    let point = Vector3::from(value.get_ref().0);
+    if point.iter().all(|v| v.abs() < LARGEST) {
+        return Ok(point);
+    }
+    Err(FileError::at(
+        value.span(),
+        "this is no place on a machine",
+        "here",
+        "write x, y and z in mm",
+    ))
+}
+
+fn direction(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
+    let direction = Vector3::from(value.get_ref().0);
+    let unit = direction.try_normalize(f64::MIN_POSITIVE);
+    unit.filter(|u| u.iter().all(|v| v.is_finite()))
+        .ok_or_else(|| {
+            FileError::at(
+                value.span(),
+                "this is no direction",
+                "here",
+                "write a vector from the table to the ball in the workpiece frame: [0.0, 0.0, 1.0]",
+            )
+        })
+}
+
+fn positive(value: &Spanned<f64>) -> Result<f64, FileError> {
+    let length = *value.get_ref();
+    if length > 0.0 && length < LARGEST {
+        return Ok(length);
+    }
+    Err(FileError::at(
+        value.span(),
+        format!("{length} is no such length"),
+        "here",
+        "write mm, more than 0",
+    ))
+}

@@ -1,0 +1,185 @@
+//! Direct measurements as CSV: lines that begin with `#` say in TOML how it was measured, then come a header
+//! and the readings, a line for each target and a column for each run.
+//!
+//! ```csv
+//! # axis = "X"                     the command that moved
+//! # reads = "tool +X"              what the instrument counts as positive
+//! # unit = "um"
+//! # at = { Y = 150.0, Z = -40.0 }  where the other axes stood
+//! target,+1,-1,+2,-2
+//! 0,0.1,-1.2,0.0,-1.3
+//! 100,2.2,1.0,2.1,1.1
+//! ```
+
+mod heading;
+mod table;
+
+use crate::direct::{Line, Measured, Setup, Square};
+use heading::Heading;
+use std::fmt::Write;
+use trueaxis_model::explain::Sense;
+use trueaxis_model::machine::Machine;
+use trueaxis_model::source::FileError;
+
+/// Reads one file.
+///
+/// # Errors
+/// [`FileError`] with line, cause and remedy: a heading that lacks something or is about another machine, axes
+/// that it does not have, a direction that is none; another separator, a column without direction, what is no
+/// finite number, targets that do not increase or are outside the travel.
+pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
+    let (heading, start) = Heading::read(text, machine)?;
+    match heading.square {
+        None => {
+            let setup = heading.line()?;
+            let (targets, columns) = table::read(text, start, machine, &setup, heading.readings)?;
+            Ok(Measured::Line(Line {
+                setup,
+                targets,
+                columns,
+            }))
+        }
+        Some(over) => {
+            let lines =
+                table::read_square(text, start, machine, &heading.setups, heading.readings)?;
+            Ok(Measured::Square(Square { lines, over }))
+        }
+    }
+}
+
+/// Writes it: readings in µm or µrad with four decimals.
+#[must_use]
+pub fn write(measured: &Measured, machine: &Machine) -> String {
+    match measured {
+        Measured::Line(line) => {
+            let letter = machine.axes[line.setup.moved].letter;
+            let mut text = format!(
+                "# machine = {}\n# axis = \"{letter}\"\n# reads = \"{}\"\n",
+                toml::Value::from(machine.name.as_str()),
+                line.setup.words(machine)
+            );
+            text += &common(&line.setup, machine, &[line.setup.moved]);
+            if line.setup.keeps_slope {
+                text += "# slope = \"keep\"\n";
+            }
+            let _ = writeln!(text, "target,{}", directions(line));
+            rows(&mut text, "", line);
+            text
+        }
+        Measured::Square(square) => {
+            let of = |line: &Line| {
+                let letter = machine.axes[line.setup.moved].letter;
+                format!("{letter} = \"{}\"", line.setup.words(machine))
+            };
+            let [a, b] = &square.lines;
+            let mut text = format!(
+                "# machine = {}\n# reads_along = {{ {}, {} }}\n",
+                toml::Value::from(machine.name.as_str()),
+                of(a),
+                of(b)
+            );
+            text += &common(&a.setup, machine, &[]);
+            if square.over != 0.0 {
+                let _ = writeln!(text, "# square_urad = {:?}", square.over * 1e6);
+            }
+            let _ = writeln!(text, "line,target,{}", directions(a));
+            for line in [a, b] {
+                let letter = machine.axes[line.setup.moved].letter;
+                rows(&mut text, &format!("{letter},"), line);
+            }
+            text
+        }
+    }
+}
+
+/// Unit, position and measured point.
+fn common(setup: &Setup, machine: &Machine, without: &[usize]) -> String {
+    let unit = if setup.is_angular() { "urad" } else { "um" };
+    let mut text = format!("# unit = \"{unit}\"\n");
+    let at = machine.to_command(&setup.at);
+    let others = (0..machine.axes.len()).filter(|i| !without.contains(i));
+    // Degrees without the rounding of radians.
+    let place = |i: usize| (at[i] * 1e9).round() / 1e9 + 0.0;
+    let others = others.map(|i| format!("{} = {:?}", machine.axes[i].letter, place(i)));
+    let others: Vec<String> = others.collect();
+    let _ = writeln!(text, "# at = {{ {} }}", others.join(", "));
+    if setup.offset.norm() > 0.0 {
+        let [x, y, z]: [f64; 3] = setup.offset.into();
+        let _ = writeln!(text, "# offset_mm = [{x:?}, {y:?}, {z:?}]");
+    }
+    text
+}
+
+fn directions(line: &Line) -> String {
+    let mut counts = [0, 0];
+    let names = line.columns.iter().map(|column| {
+        let (count, sign) = match column.direction > 0.0 {
+            true => (&mut counts[0], '+'),
+            false => (&mut counts[1], '-'),
+        };
+        *count += 1;
+        format!("{sign}{count}")
+    });
+    names.collect::<Vec<_>>().join(",")
+}
+
+fn rows(text: &mut String, first: &str, line: &Line) {
+    let factor = if line.setup.is_angular() { 1e6 } else { 1e3 };
+    for (k, target) in line.targets.iter().enumerate() {
+        let _ = write!(text, "{first}{target}");
+        for column in &line.columns {
+            let reading = column.readings[k] * factor * line.setup.counts;
+            // Never "-0.0000".
+            let reading = (reading * 1e4).round() / 1e4 + 0.0;
+            let _ = write!(text, ",{reading:.4}");
+        }
+        text.push('\n');
+    }
+}
+
+/// What is read, in words: `tool +X`, `workpiece -C`, `tool +Y to +Z`; the sense and +1 or −1.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn sense(words: &str, machine: &Machine) -> Result<(Sense, f64), String> {
+    let parts: Vec<&str> = words.split_whitespace().collect();
+    let who = match parts.first() {
+        Some(&"tool") => 1.0,
+        Some(&"workpiece") => -1.0,
+        _ => return Err(format!("`{words}` does not begin with tool or workpiece")),
+    };
+    let axis = |part: &str| -> Result<(usize, f64), String> {
+        let sign = match part.as_bytes().first() {
+            Some(b'+') => 1.0,
+            Some(b'-') => -1.0,
+            _ => return Err(format!("`{part}` has no sign")),
+        };
+        let mut letters = part[1..].chars();
+        let index = letters.next().and_then(|letter| machine.index(letter));
+        match (index, letters.next()) {
+            (Some(index), None) => Ok((index, sign)),
+            _ => Err(format!("the machine has no axis `{}`", &part[1..])),
+        }
+    };
+    let is_rotary = |i: usize| machine.axes[i].letter.is_rotary();
+    match parts[1..] {
+        [one] => {
+            let (i, sign) = axis(one)?;
+            let sense = match is_rotary(i) {
+                true => Sense::About(i),
+                false => Sense::In(i),
+            };
+            Ok((sense, who * sign))
+        }
+        [a, "to", b] => {
+            let ((a, sign_a), (b, sign_b)) = (axis(a)?, axis(b)?);
+            if a == b || is_rotary(a) || is_rotary(b) {
+                return Err(format!(
+                    "`{words}` does not turn from one linear axis towards another"
+                ));
+            }
+            Ok((Sense::From(a, b), who * sign_a * sign_b))
+        }
+        _ => Err(format!("`{words}` names no direction")),
+    }
+}

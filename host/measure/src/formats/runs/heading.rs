@@ -1,0 +1,359 @@
+//! How it was measured: the lines that begin with `#`.
+
+use super::sense;
+use crate::direct::Setup;
+use nalgebra::Vector3;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use toml::Spanned;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::explain::{Bench, Sense};
+use trueaxis_model::formats::units;
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::source::{Exactly, FileError};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entries {
+    machine: Option<Spanned<String>>,
+    axis: Option<Spanned<String>>,
+    reads: Option<Spanned<String>>,
+    reads_along: Option<Spanned<BTreeMap<Spanned<String>, Spanned<String>>>>,
+    unit: Option<Spanned<String>>,
+    reads_position: Option<Spanned<bool>>,
+    at: Option<Spanned<BTreeMap<Spanned<String>, Spanned<f64>>>>,
+    offset_mm: Option<Spanned<Exactly<3>>>,
+    slope: Option<Spanned<String>>,
+    square_urad: Option<Spanned<f64>>,
+}
+
+/// What readings are.
+#[derive(Clone, Copy, Debug)]
+pub struct Readings {
+    /// The mm or rad in a unit of them.
+    pub factor: f64,
+    /// True if they are positions, from which targets have to be taken off.
+    pub are_positions: bool,
+}
+
+/// What a heading says.
+pub struct Heading {
+    /// One line, or the two of a square.
+    pub setups: Vec<Setup>,
+    /// Of a square, what its angle is more than 90° (rad).
+    pub square: Option<f64>,
+    /// What readings are.
+    pub readings: Readings,
+}
+
+/// Farthest (mm) that a measured point can be from the tip, and error (µrad) of a square.
+const FAR: f64 = 1e4;
+const SQUARE: f64 = 1e4;
+
+const EXAMPLE: &str = "# axis = \"X\", # reads = \"tool +X\", # unit = \"um\" and # at = { Y = 0.0, Z = 0.0 }, each in a line that begins with #";
+const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the reading grows: \"tool +X\" (farther in the direction of a positive command of X, seen from the other one), \"tool +C\", \"tool +Y to +Z\" (turning from +Y towards +Z)";
+
+impl Heading {
+    /// Reads it; and where it ends.
+    pub fn read(text: &str, machine: &Machine) -> Result<(Self, usize), FileError> {
+        let end = end(text);
+        // The same bytes without the marks, so that places stay where they are.
+        let mut bare = String::with_capacity(end);
+        for line in text[..end].split_inclusive('\n') {
+            match line.find('#') {
+                Some(at) => {
+                    bare += &" ".repeat(at + 1);
+                    bare += &line[at + 1..];
+                }
+                None => bare += &line.replace('\u{feff}', "   "),
+            }
+        }
+        let entries: Entries = toml::from_str(&bare).map_err(|error| FileError {
+            remedy: format!("the lines with # say how it was measured: {EXAMPLE}"),
+            ..FileError::syntax(&error, &bare)
+        })?;
+        Ok((entries.heading(machine)?, end))
+    }
+
+    /// The only line.
+    pub fn line(&self) -> Result<Setup, FileError> {
+        self.setups.first().cloned().ok_or_else(|| missing("axis"))
+    }
+}
+
+/// Where the lines that begin with `#` end.
+fn end(text: &str) -> usize {
+    let mut end = 0;
+    for line in text.split_inclusive('\n') {
+        let bare = line.trim_start_matches('\u{feff}').trim();
+        if !bare.is_empty() && !bare.starts_with('#') {
+            break;
+        }
+        end += line.len();
+    }
+    end
+}
+
+fn missing(key: &str) -> FileError {
+    FileError::whole(
+        format!("the file does not say `{key}`"),
+        format!("begin it with {EXAMPLE}"),
+    )
+}
+
+fn at(span: Range<usize>, message: String, remedy: impl Into<String>) -> FileError {
+    FileError::at(span, message, "here", remedy)
+}
+
+impl Entries {
+    fn heading(&self, machine: &Machine) -> Result<Heading, FileError> {
+        if let Some(name) = self
+            .machine
+            .as_ref()
+            .filter(|n| *n.get_ref() != machine.name)
+        {
+            return Err(at(
+                name.span(),
+                format!(
+                    "this was measured on `{}`, the machine is `{}`",
+                    name.get_ref(),
+                    machine.name
+                ),
+                "give the machine file of this name, or correct the name if it is the same machine",
+            ));
+        }
+        let mut read = Vec::new();
+        match (&self.axis, &self.reads, &self.reads_along) {
+            (Some(axis), Some(reads), None) => read.push((axis, reads)),
+            (None, None, Some(both)) if both.get_ref().len() == 2 => {
+                read.extend(both.get_ref().iter());
+            }
+            (None, None, Some(both)) => {
+                return Err(at(
+                    both.span(),
+                    format!("a square has two lines, not {}", both.get_ref().len()),
+                    "write # reads_along = { X = \"tool +Y\", Y = \"tool +X\" }",
+                ));
+            }
+            (_, _, Some(both)) => {
+                return Err(at(
+                    both.span(),
+                    "a square has no other axis or direction than those along its lines".to_owned(),
+                    "keep reads_along, or axis and reads",
+                ));
+            }
+            (None, _, None) => return Err(missing("axis")),
+            (_, None, None) => return Err(missing("reads")),
+        }
+        let mut setups = Vec::new();
+        for (axis, reads) in read {
+            setups.push(self.setup(machine, axis, reads)?);
+        }
+        let square = self.square(machine, &setups)?;
+        let Some(unit) = &self.unit else {
+            return Err(missing("unit"));
+        };
+        let angular = setups[0].is_angular();
+        let factor = units::factor(unit.get_ref(), angular)
+            .map_err(|(message, remedy)| at(unit.span(), message, remedy))?;
+        let are_positions = match &self.reads_position {
+            Some(positions) if *positions.get_ref() && !setups[0].is_positioning() => {
+                return Err(at(
+                    positions.span(),
+                    "this reading does not follow the axis that moves".to_owned(),
+                    "leave out reads_position: it is for readings in the direction of the axis itself",
+                ));
+            }
+            positions => positions.as_ref().is_some_and(|p| *p.get_ref()),
+        };
+        Ok(Heading {
+            setups,
+            square,
+            readings: Readings {
+                factor,
+                are_positions,
+            },
+        })
+    }
+
+    fn setup(
+        &self,
+        machine: &Machine,
+        axis: &Spanned<String>,
+        reads: &Spanned<String>,
+    ) -> Result<Setup, FileError> {
+        let moved = index(axis, machine)?;
+        let (sense, counts) = sense(reads.get_ref(), machine)
+            .map_err(|message| at(reads.span(), message, DIRECTIONS))?;
+        if matches!(sense, Sense::About(about) if about != moved) {
+            return Err(at(
+                reads.span(),
+                format!(
+                    "{} is not about {}, which moves",
+                    reads.get_ref(),
+                    axis.get_ref()
+                ),
+                "read about the axis that moves, or from one linear axis to another: \"tool +Y to +Z\"",
+            ));
+        }
+        let perfect = ErrorModel::perfect(machine);
+        let bench = Bench::new(machine, &perfect, Default::default());
+        let mut setup = Setup {
+            moved,
+            sense,
+            counts,
+            at: bench.home(),
+            offset: Vector3::zeros(),
+            keeps_slope: false,
+        };
+        if let Sense::From(a, b) = sense
+            && bench
+                .way(&setup.at, a)
+                .cross(&bench.way(&setup.at, b))
+                .norm()
+                < 0.1
+        {
+            return Err(at(
+                reads.span(),
+                "the two axes move in the same direction".to_owned(),
+                "give two axes that are across each other",
+            ));
+        }
+        setup.at = self.at(machine, &setup, self.reads_along.is_some())?;
+        if let Some(offset) = &self.offset_mm {
+            let Exactly(xyz) = *offset.get_ref();
+            if xyz.iter().any(|v| !v.is_finite() || v.abs() > FAR) {
+                return Err(at(
+                    offset.span(),
+                    "the measured point is nowhere near the tool".to_owned(),
+                    "write x, y and z from the tool tip to the measured point, in mm",
+                ));
+            }
+            setup.offset = Vector3::from(xyz);
+        }
+        if let Some(slope) = &self.slope {
+            setup.keeps_slope = match slope.get_ref().as_str() {
+                "keep" => true,
+                "remove" => false,
+                other => {
+                    return Err(at(
+                        slope.span(),
+                        format!("`{other}` cannot be done with a slope"),
+                        "write keep if the straightedge was aligned with another axis, remove if it lay somehow",
+                    ));
+                }
+            };
+            if !setup.is_straightness(machine) {
+                return Err(at(
+                    slope.span(),
+                    "only a straightness has a slope that may be of the straightedge".to_owned(),
+                    "leave out slope",
+                ));
+            }
+        }
+        Ok(setup)
+    }
+
+    /// Where the axes stood.
+    fn at(&self, machine: &Machine, setup: &Setup, square: bool) -> Result<PerAxis, FileError> {
+        let mut position = setup.at;
+        let mut given = [false; trueaxis_model::machine::MAX_AXES];
+        for (name, value) in self.at.iter().flat_map(|at| at.get_ref()) {
+            let index = index(name, machine)?;
+            let axis = &machine.axes[index];
+            if index == setup.moved && !square {
+                return Err(at(
+                    name.span(),
+                    format!("{} is the axis that moves", axis.letter),
+                    "say where the other axes stood",
+                ));
+            }
+            let [low, high] = axis.travel;
+            let value_mm = *value.get_ref();
+            if !(low..=high).contains(&value_mm) {
+                return Err(at(
+                    value.span(),
+                    format!(
+                        "{} = {value_mm} is outside the travel of {low} to {high}",
+                        axis.letter
+                    ),
+                    "correct the position, or the range of the axis in the machine file",
+                ));
+            }
+            position[index] = axis.to_kinematic(value_mm);
+            given[index] = true;
+        }
+        // Where an angle is read does not depend on linear axes.
+        let needed = (0..machine.axes.len()).filter(|i| *i != setup.moved || square);
+        let mut needed = needed.filter(|i| {
+            let rotary = machine.axes[*i].letter.is_rotary();
+            rotary || !setup.is_angular()
+        });
+        if let Some(lacking) = needed.find(|i| !given[*i]) {
+            let letter = machine.axes[lacking].letter;
+            let message = format!("the file does not say where {letter} stood");
+            let remedy = format!(
+                "add {letter} to # at = {{ … }}: the measured line has a place, and angular motions a lever to it"
+            );
+            return Err(match &self.at {
+                Some(entry) => at(entry.span(), message, remedy),
+                None => FileError::whole(message, remedy),
+            });
+        }
+        Ok(position)
+    }
+
+    /// Of a square, what its angle is more than 90°.
+    fn square(&self, machine: &Machine, setups: &[Setup]) -> Result<Option<f64>, FileError> {
+        let [a, b] = setups else {
+            return match &self.square_urad {
+                Some(over) => Err(at(
+                    over.span(),
+                    "only a square has an error of its own".to_owned(),
+                    "leave out square_urad",
+                )),
+                None => Ok(None),
+            };
+        };
+        let span = self.reads_along.as_ref().map_or(0..0, Spanned::span);
+        if a.sense != Sense::In(b.moved) || b.sense != Sense::In(a.moved) {
+            let [x, y] = [a.moved, b.moved].map(|i| machine.axes[i].letter);
+            return Err(at(
+                span,
+                "along each line of a square, the direction of the other is read".to_owned(),
+                format!(
+                    "write # reads_along = {{ {x} = \"tool +{y}\", {y} = \"tool +{x}\" }}, or - where the reading shrinks"
+                ),
+            ));
+        }
+        let Some(over) = &self.square_urad else {
+            return Ok(Some(0.0));
+        };
+        let urad = *over.get_ref();
+        if !urad.is_finite() || urad.abs() > SQUARE {
+            return Err(at(
+                over.span(),
+                "no square is that wrong".to_owned(),
+                "write what its angle is more than 90°, in µrad",
+            ));
+        }
+        Ok(Some(urad * 1e-6))
+    }
+}
+
+fn index(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> {
+    let mut letters = name.get_ref().chars();
+    let index = letters.next().and_then(|letter| machine.index(letter));
+    match (index, letters.next()) {
+        (Some(index), None) => Ok(index),
+        _ => {
+            let letters: Vec<String> = machine.axes.iter().map(|a| a.letter.to_string()).collect();
+            Err(at(
+                name.span(),
+                format!("the machine has no axis `{}`", name.get_ref()),
+                format!("{} has the axes {}", machine.name, letters.join(" ")),
+            ))
+        }
+    }
+}

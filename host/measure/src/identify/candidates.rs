@@ -1,0 +1,88 @@
+//! What `auto` starts from.
+
+use super::model::direction;
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::machine::{Axis, Machine};
+
+/// What motions of an axis are that turns right round, but not without end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Harmonics: the same after each turn.
+    Harmonics,
+    /// Polynomials: cables wind up.
+    Polynomials,
+}
+
+impl Form {
+    /// Those that differ on this machine.
+    pub(super) fn of(machine: &Machine) -> &'static [Self] {
+        let is_either = |axis: &Axis| turns_round(axis) && !axis.modulo;
+        match machine.axes.iter().any(is_either) {
+            true => &[Self::Harmonics, Self::Polynomials],
+            false => &[Self::Harmonics],
+        }
+    }
+}
+
+/// A full turn, deg.
+const TURN: f64 = 360.0;
+
+fn turns_round(axis: &Axis) -> bool {
+    let [low, high] = axis.travel;
+    axis.letter.is_rotary() && (axis.modulo || high - low >= TURN)
+}
+
+/// All that a machine can have up to a degree: locations, then motions of linear axes and of rotary ones with
+/// less than a turn as polynomials (of degree 1 and more: constants are locations), of others in their form, then
+/// backlash.
+pub(super) fn candidates(
+    machine: &Machine,
+    degree: u8,
+    form: Form,
+    directions: &[bool],
+) -> Vec<Parameter> {
+    let letters: Vec<char> = machine.axes.iter().map(|a| a.letter.char()).collect();
+    let six = |axis: char, kind| {
+        (0..6).map(move |component| Parameter {
+            component,
+            axis,
+            kind,
+        })
+    };
+    let mut parameters: Vec<Parameter> = Vec::new();
+    for axis in letters.iter().copied().chain(['S']) {
+        parameters.extend(six(axis, ParameterKind::Inter));
+    }
+    for k in 1..=degree {
+        for axis in &machine.axes {
+            let letter = axis.letter.char();
+            if turns_round(axis) && (axis.modulo || form == Form::Harmonics) {
+                parameters.extend(six(letter, ParameterKind::Cosine(k)));
+                parameters.extend(six(letter, ParameterKind::Sine(k)));
+            } else {
+                parameters.extend(six(letter, ParameterKind::Degree(k)));
+            }
+        }
+    }
+    if degree == 0 {
+        // Locations alone would leave out what every machine has.
+        let linear = letters.iter().filter(|l| "XYZUVW".contains(**l));
+        parameters.extend(linear.map(|axis| Parameter {
+            component: direction(*axis),
+            axis: *axis,
+            kind: ParameterKind::Degree(1),
+        }));
+    }
+    for (axis, known) in letters.iter().zip(directions) {
+        let own = direction(*axis) + if "ABC".contains(*axis) { 3 } else { 0 };
+        parameters.extend(known.then_some(Parameter {
+            component: own,
+            axis: *axis,
+            kind: ParameterKind::Backlash,
+        }));
+    }
+    // Degrees and harmonics have an end.
+    let mut known = ErrorModel::perfect(machine);
+    parameters.retain(|p| known.set(machine, *p, 0.0));
+    parameters
+}

@@ -1,0 +1,150 @@
+//! What a compensation has done to each error parameter: those before it beside those that are left.
+
+use super::rows::Weights;
+use super::{Identified, Problem, Unknown};
+use nalgebra::DMatrix;
+use trueaxis_model::errors::{ErrorModel, Parameter};
+
+/// A parameter before and after.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compensability {
+    /// Which.
+    pub parameter: Parameter,
+    /// Before, with its standard uncertainty (mm, rad, per mmᵏ or radᵏ); without one it counts as exact.
+    pub before: [f64; 2],
+    /// What is left of it, and its standard uncertainty; none if it was not looked for or cannot be seen.
+    pub after: Option<[f64; 2]>,
+    /// How far it moves the tip at the probings, before and after (mm, mean).
+    pub effect: [f64; 2],
+}
+
+/// Coverage factor of what counts as an error: less could be none.
+const COVERAGE: f64 = 2.0;
+
+impl Compensability {
+    /// The part of it that is gone (source document, Eq. 38): 1 − |after| / |before|, 1 if nothing is left, less
+    /// than 0 if there is more than before; with its standard uncertainty. None if nothing is known of it now, or
+    /// if it was too small before ([`Self::is_small`]).
+    #[must_use]
+    pub fn part(&self) -> Option<[f64; 2]> {
+        let [before, of_before] = self.before;
+        let [after, of_after] = self.after.filter(|_| !self.is_small())?;
+        let ratio = after / before;
+        let uncertainty = of_after.hypot(ratio * of_before) / before.abs();
+        Some([1.0 - ratio.abs(), uncertainty])
+    }
+
+    /// True if it was no larger before than its expanded uncertainty: then there may have been nothing to
+    /// compensate.
+    #[must_use]
+    pub fn is_small(&self) -> bool {
+        let [before, uncertainty] = self.before;
+        before == 0.0 || before.abs() <= COVERAGE * uncertainty
+    }
+}
+
+/// A machine before and after.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compensated {
+    /// The parameters of the model that had a value before, in its order.
+    pub parameters: Vec<Compensability>,
+    /// How far all of them together move the tip at the probings, before and after (mm): mean and largest.
+    pub tip: [[f64; 2]; 2],
+}
+
+/// Compares what was identified with the errors `before`: what is left with a compensation that was on while it
+/// was probed, with what there was without it.
+#[must_use]
+pub fn compensability(
+    problem: &Problem<'_>,
+    identified: &Identified,
+    before: &ErrorModel,
+) -> Compensated {
+    let parameters: Vec<Parameter> = (identified.looked_for.iter().copied())
+        .filter(|p| before.parameters.contains_key(p))
+        .collect();
+    let weights = Weights {
+        rows: vec![1.0; problem.places.len()],
+        least: 1.0,
+    };
+    let unknowns: Vec<Unknown> = parameters.iter().map(|p| Unknown::Parameter(*p)).collect();
+    let found = &identified.place.estimate;
+    let changes = problem.derivatives(&unknowns, found, &weights);
+    let rows = problem.places.len();
+    // Per unit of each parameter (columns), along three coordinates of each row.
+    let changes: DMatrix<f64> = changes.rows(0, 3 * rows).into_owned();
+    let mut compared = Vec::with_capacity(parameters.len());
+    for (column, parameter) in changes.column_iter().zip(&parameters) {
+        let lengths = (0..rows).map(|i| column.fixed_rows::<3>(3 * i).norm());
+        let per_unit = lengths.sum::<f64>() / rows as f64;
+        let value = before.parameters[parameter];
+        let known = before.standard_uncertainty.get(parameter);
+        let after = identified.parameters.iter();
+        let after = after.filter(|e| e.parameter == *parameter);
+        let after = after.map(|e| [e.value, e.uncertainty]).next();
+        compared.push(Compensability {
+            parameter: *parameter,
+            before: [value, known.copied().unwrap_or(0.0)],
+            after,
+            effect: [value, after.map_or(0.0, |[left, _]| left)].map(|v| v.abs() * per_unit),
+        });
+    }
+    let nominal = problem.tips(&ErrorModel::perfect(problem.machine), &found.stylus);
+    let tip = |errors: &ErrorModel| {
+        let tips = problem.tips(errors, &found.stylus);
+        let moved = tips.iter().zip(&nominal);
+        let moved: Vec<f64> = moved
+            .map(|((_, tip), (_, nominal))| (tip - nominal).norm())
+            .collect();
+        let largest = moved.iter().copied().fold(0.0, f64::max);
+        [moved.iter().sum::<f64>() / moved.len() as f64, largest]
+    };
+    Compensated {
+        tip: [tip(before), tip(&identified.errors)],
+        parameters: compared,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(before: [f64; 2], after: Option<[f64; 2]>) -> Compensability {
+        Compensability {
+            parameter: Parameter::parse("EB0A").unwrap(),
+            before,
+            after,
+            effect: [0.0; 2],
+        }
+    }
+
+    #[test]
+    fn the_part_that_is_gone_does_not_ask_for_signs() {
+        // Table 7-2 of the source document: EA0Z, 106.0 before and −11.3 after; EB0Z, 22.0 and 39.0.
+        for (before, after, part) in [
+            (106.0, -11.3, 0.893),
+            (106.0, 11.3, 0.893),
+            (22.0, 39.0, -0.773),
+        ] {
+            let [found, _] = of([before, 0.0], Some([after, 0.0])).part().unwrap();
+            assert!((found - part).abs() < 5e-4, "{found}");
+        }
+        assert_eq!(of([-5.0, 1.0], Some([0.0, 0.0])).part(), Some([1.0, 0.0]));
+    }
+
+    #[test]
+    fn its_uncertainty_is_that_of_both() {
+        let [_, uncertainty] = of([100.0, 3.0], Some([-50.0, 2.0])).part().unwrap();
+        // d(a/b)² = (2/100)² + (0.5·3/100)².
+        assert!((uncertainty - 0.025).abs() < 1e-15);
+    }
+
+    #[test]
+    fn nothing_is_said_of_what_may_not_have_been_there_or_is_not_known() {
+        let small = of([1.9, 1.0], Some([0.5, 1.0]));
+        assert!(small.is_small() && small.part().is_none());
+        assert!(of([0.0, 0.0], Some([0.5, 1.0])).part().is_none());
+        let unseen = of([2.1, 1.0], None);
+        assert!(!unseen.is_small() && unseen.part().is_none());
+    }
+}

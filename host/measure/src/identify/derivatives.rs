@@ -1,0 +1,207 @@
+//! The derivatives of the equations.
+
+use super::Unknown;
+use super::factor::{Alone, Factor};
+use super::rows::{Estimate, LARGEST_LENGTH, Place, Problem, Weights};
+use nalgebra::{DMatrix, Vector3};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use trueaxis_kinematics::Sensitivity;
+use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::MAX_AXES;
+
+/// Larger errors no machine has (rad).
+const LARGEST_ANGLE: f64 = 0.01;
+
+/// An error that is larger than in any machine (mm or rad).
+pub(super) fn largest(parameter: Parameter) -> f64 {
+    match parameter.is_angular() {
+        true => LARGEST_ANGLE,
+        false => LARGEST_LENGTH,
+    }
+}
+
+/// How the tip moves in a probing, in its standard uncertainty.
+struct Effects {
+    /// With each component of the location of each axis and of the spindle, then with each component of the error
+    /// motions of each axis.
+    errors: [[f64; 3]; ERRORS],
+    /// With each coordinate of the stylus.
+    stylus: [[f64; 3]; 3],
+}
+
+const ERRORS: usize = 6 * (2 * MAX_AXES + 1);
+
+impl Effects {
+    fn new(found: Sensitivity, weight: f64, place: &Place) -> Self {
+        let Sensitivity {
+            by_inter,
+            by_intra,
+            by_tool,
+            ..
+        } = found;
+        let axes = by_inter.iter().chain(&by_intra);
+        let mut errors = [[0.0; 3]; ERRORS];
+        for (error, column) in errors.iter_mut().zip(axes.flat_map(|m| m.column_iter())) {
+            *error = (column * weight).into();
+        }
+        let by_stylus = by_tool * place.turned * weight;
+        Self {
+            errors,
+            stylus: by_stylus.into(),
+        }
+    }
+}
+
+impl Problem<'_> {
+    /// The derivatives of [`Self::residuals`]: equations × unknowns.
+    pub(super) fn jacobian(&self, estimate: &Estimate, weights: &Weights) -> DMatrix<f64> {
+        self.derivatives(&self.unknowns, estimate, weights)
+    }
+
+    /// The same by any unknowns.
+    pub(super) fn derivatives(
+        &self,
+        unknowns: &[Unknown],
+        estimate: &Estimate,
+        weights: &Weights,
+    ) -> DMatrix<f64> {
+        let kinematics = Kinematics::new(self.machine, &estimate.errors);
+        let mut jacobian = DMatrix::zeros(self.equations(), unknowns.len());
+        let found: Vec<_> = (self.places.par_iter().zip(&weights.rows))
+            .map(|(place, weight)| {
+                let tip = place.turned * estimate.stylus;
+                let found = kinematics.sensitivity(&place.q, &place.situation, &tip);
+                Effects::new(found, *weight, place)
+            })
+            .collect();
+        let bases = self.bases(unknowns);
+        let equations = jacobian.nrows();
+        // Columns lie behind each other.
+        let columns = jacobian.as_mut_slice().par_chunks_mut(equations);
+        columns.zip(unknowns).for_each(|(column, unknown)| {
+            let (probed, others) = column.split_at_mut(3 * self.places.len());
+            let rows = probed.as_chunks_mut::<3>().0.iter_mut();
+            match *unknown {
+                Unknown::Parameter(parameter) => {
+                    let effect = self.effect(parameter);
+                    let each = rows.zip(&found);
+                    match bases.get(&(parameter.axis, parameter.kind)) {
+                        Some(basis) => each.zip(basis).for_each(|((row, found), basis)| {
+                            *row = found.errors[effect].map(|v| v * basis);
+                        }),
+                        None => each.for_each(|(row, found)| *row = found.errors[effect]),
+                    }
+                }
+                Unknown::Stylus(k) => rows
+                    .zip(&found)
+                    .for_each(|(row, found)| *row = found.stylus[k]),
+                Unknown::Ball(ball, k) => {
+                    let each = rows.zip(&self.places).zip(&weights.rows);
+                    let of_ball = each.filter(|((_, place), _)| place.ball == ball);
+                    of_ball.for_each(|((row, _), weight)| row[k] = -weight);
+                }
+            }
+            others.copy_from_slice(&self.others_by(*unknown, estimate, weights));
+        });
+        jacobian
+    }
+
+    /// Coordinates of balls that no bar has: their derivatives are zero but in the probings of the ball.
+    pub(super) fn alone(&self) -> Vec<Alone> {
+        let of = |(unknown, what): (usize, &Unknown)| {
+            let Unknown::Ball(ball, k) = *what else {
+                return None;
+            };
+            // Places are in the order of balls.
+            let first = self.places.iter().position(|p| p.ball == ball)?;
+            let count = (self.places[first..].iter()).take_while(|p| p.ball == ball);
+            let end = first + count.count();
+            let is_in_bar = self.bars.iter().any(|bar| bar.balls.contains(&ball));
+            (!is_in_bar).then(|| Alone {
+                unknown,
+                rows: (3 * first + k..3 * end).step_by(3),
+            })
+        };
+        self.unknowns.iter().enumerate().filter_map(of).collect()
+    }
+
+    /// Their derivatives by one unknown.
+    fn others_by(&self, unknown: Unknown, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
+        let bars = self.bars.iter().map(|bar| {
+            let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
+            let along = along(a - b) / bar.sigma.max(weights.least);
+            match unknown {
+                Unknown::Ball(ball, k) if ball == bar.balls[0] => along[k],
+                Unknown::Ball(ball, k) if ball == bar.balls[1] => -along[k],
+                _ => 0.0,
+            }
+        });
+        let known = self.known_coordinates().map(|(k, sigma)| match unknown {
+            Unknown::Stylus(i) if i == k => 1.0 / sigma.max(weights.least),
+            _ => 0.0,
+        });
+        bars.chain(known).collect()
+    }
+
+    /// Parameters that show in no row, though they be as large as in no machine.
+    pub(super) fn idle(&self, factor: &Factor, weights: &Weights) -> Vec<usize> {
+        let all = weights.rows.iter().map(|w| w * w).sum::<f64>().sqrt();
+        let whole = |basis: &Vec<f64>| {
+            let bases = basis.iter().zip(&weights.rows);
+            bases.map(|(b, w)| (b * w).powi(2)).sum::<f64>().sqrt()
+        };
+        let bases = self.bases(&self.unknowns);
+        let wholes: BTreeMap<_, f64> = bases.iter().map(|(of, b)| (*of, whole(b))).collect();
+        let columns = factor.unknowns().iter().zip(factor.lengths());
+        let idle = columns.filter(|(i, length)| {
+            let Unknown::Parameter(parameter) = self.unknowns[**i] else {
+                return false;
+            };
+            let largest = largest(parameter);
+            // Of an error motion all of it, not its coefficient.
+            let whole = match wholes.get(&(parameter.axis, parameter.kind)) {
+                Some(whole) => *whole,
+                None => all,
+            };
+            let largest_coefficient = largest * all / whole;
+            whole == 0.0 || **length * largest_coefficient < ((3 * self.places.len()) as f64).sqrt()
+        });
+        idle.map(|(i, _)| *i).collect()
+    }
+
+    /// Which of [`Effects::errors`] is that of a parameter's error.
+    fn effect(&self, parameter: Parameter) -> usize {
+        let spindle = self.machine.axes.len();
+        let axis = self.machine.index(parameter.axis).unwrap_or(spindle);
+        let intra = usize::from(parameter.kind != ParameterKind::Inter);
+        6 * (axis + intra * (MAX_AXES + 1)) + parameter.component
+    }
+
+    /// The error that each kind of parameter among these makes of its axis, if it is 1, in every probing; none of
+    /// those that make 1 in all.
+    fn bases(&self, unknowns: &[Unknown]) -> BTreeMap<(char, ParameterKind), Vec<f64>> {
+        let mut bases = BTreeMap::new();
+        for unknown in unknowns {
+            let Unknown::Parameter(Parameter { axis, kind, .. }) = *unknown else {
+                continue;
+            };
+            let i = self.machine.index(axis).unwrap_or(0);
+            let basis = |place: &Place| match kind {
+                ParameterKind::Backlash => place.situation.sign[i],
+                kind => kind.basis(place.q[i]),
+            };
+            if kind != ParameterKind::Inter {
+                let all = || self.places.iter().map(basis).collect();
+                bases.entry((axis, kind)).or_insert_with(all);
+            }
+        }
+        bases
+    }
+}
+
+/// The direction of a bar; none if its balls are in one place.
+fn along(bar: Vector3<f64>) -> Vector3<f64> {
+    bar.try_normalize(0.0).unwrap_or_default()
+}

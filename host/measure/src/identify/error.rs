@@ -1,0 +1,137 @@
+//! Why nothing could be identified.
+
+use super::Mistake;
+use trueaxis_model::errors::Parameter;
+
+/// Why nothing could be identified.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum IdentifyError {
+    /// Too little was probed.
+    #[error(
+        "{equations} equations, three of each probing, for {unknowns} unknowns: {parameters} parameters, stylus and balls"
+    )]
+    TooFew {
+        /// How many equations there are.
+        equations: usize,
+        /// How many unknowns.
+        unknowns: usize,
+        /// How many of these are error parameters.
+        parameters: usize,
+    },
+    /// The machine does not have it.
+    #[error("the machine has no parameter {parameter}")]
+    NoSuchParameter {
+        /// Which.
+        parameter: Parameter,
+    },
+    /// The iteration does not come to an end.
+    #[error("the probings fit no machine of this model: {rms:.3} mm are left on average")]
+    NotConverged {
+        /// Root of the mean square of the distance from tip to ball (mm).
+        rms: f64,
+    },
+    /// What is seen, or which rows count, changes from round to round.
+    #[error(
+        "after {rounds} rounds it is not settled {what}: {rms:.4} mm are left on average, and most in line {line}"
+    )]
+    Unsettled {
+        /// How often it was tried.
+        rounds: usize,
+        /// What still changes.
+        what: &'static str,
+        /// Root of the mean square of the distance from tip to ball (mm).
+        rms: f64,
+        /// Line of the row that misses most.
+        line: usize,
+    },
+    /// The positions show no parameter, whatever was read there.
+    #[error(
+        "no parameter of this model shows at these positions: each can be made up for by where balls and stylus are"
+    )]
+    NothingSeen,
+    /// Uncertainties or positions are so large or small that nothing can be computed with them.
+    #[error("the equations are no finite numbers")]
+    NotFinite,
+    /// A bar without a direction.
+    #[error("the balls {} and {} of a bar are in the same place to start with", balls[0], balls[1])]
+    SamePlace {
+        /// Its balls.
+        balls: [String; 2],
+    },
+    /// Lengths that are known tell that positions are in another unit.
+    #[error(
+        "{what} is {known:.3} mm, but {found:.4} in the probings: their linear positions look like {unit}"
+    )]
+    OtherUnit {
+        /// What is known.
+        what: String,
+        /// How long it is (mm).
+        known: f64,
+        /// How long it is if the positions are mm.
+        found: f64,
+        /// `metres` or `inches`.
+        unit: &'static str,
+    },
+    /// The file fits the machine only if it is read in another way.
+    #[error("{}", .0.what)]
+    Mistake(Mistake),
+    /// Rows that do not go with the others, so far off that nothing is found with them.
+    #[error("some rows are so far off that nothing can be identified with them: {}", .sentences.join("; "))]
+    Suspected {
+        /// What is suspected.
+        sentences: Vec<String>,
+    },
+    /// Bars that the probings do not fit.
+    #[error("the probings fit a machine of this model, but not with the lengths of bars: {}", told(.bars))]
+    Bars {
+        /// Balls, length in the artefact and between the balls of the probings (mm).
+        bars: Vec<([String; 2], f64, f64)>,
+    },
+}
+
+fn told(bars: &[([String; 2], f64, f64)]) -> String {
+    let bars = bars.iter().map(|([a, b], length, found)| {
+        format!("{a} to {b} is {length:.4} mm in the artefact and {found:.4} mm in the probings")
+    });
+    bars.collect::<Vec<_>>().join("; ")
+}
+
+impl IdentifyError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &str {
+        match self {
+            Self::Mistake(mistake) => &mistake.remedy,
+            Self::Suspected { .. } => {
+                "correct these rows, leave them out (--without), or let rows that fit badly count less (--robust)"
+            }
+            Self::TooFew { .. } => {
+                "probe at more rotary positions, or give a model with fewer parameters"
+            }
+            Self::NoSuchParameter { .. } => {
+                "leave it out: parameters are of axes of the machine, harmonics of rotary ones, up to the eighth"
+            }
+            Self::NothingSeen => {
+                "probe at other rotary positions, or give another model; balls tell nothing of a machine whose rotary axes stand"
+            }
+            Self::NotConverged { .. } => {
+                "look whether the machine file describes this machine (trueaxis pose), whether positions are machine coordinates in mm and degrees without tool length, and whether balls have the right names"
+            }
+            Self::Unsettled { .. } => {
+                "give a model with fewer parameters, or probe at more rotary positions; look at that row, and remove it if it is wrong"
+            }
+            Self::NotFinite => {
+                "look for positions and uncertainties (sigma_um, standard_uncertainty_mm) that cannot be"
+            }
+            Self::SamePlace { .. } => {
+                "correct nominal_mm of the two balls in the artefact, or leave it out"
+            }
+            Self::OtherUnit { .. } => {
+                "write linear positions in mm, or correct the artefact and the tool of the machine file"
+            }
+            Self::Bars { .. } => {
+                "correct the length of the bar, or leave it out; a model with scales (EXX1, EYY1, EZZ1) takes in a scale of the whole machine"
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What was identified, as an error file.
+
+use super::{Estimated, Identified};
+use crate::formats::probings::Probings;
+use std::fmt::Write;
+use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::machine::Machine;
+
+/// Narrowest range (mm or deg) that an error file may call calibrated.
+const NARROWEST: f64 = 1.0;
+
+/// An error file: parameters in the order of the model, standard uncertainties, the name of the file that has
+/// their covariances, the range that was probed. Parameters that were not looked for are kept.
+#[must_use]
+pub fn error_file(
+    machine: &Machine,
+    probings: &Probings,
+    identified: &Identified,
+    covariance: &str,
+) -> String {
+    let mut text = format!(
+        "machine = {}\n\n[parameters]  # mm, rad, mm/mm; coefficients per mm or rad to their degree\n",
+        toml::Value::from(machine.name.as_str())
+    );
+    let found = |p: Parameter| {
+        identified
+            .parameters
+            .iter()
+            .find(|e: &&Estimated| e.parameter == p)
+    };
+    for unseen in &identified.unseen {
+        let _ = writeln!(text, "# {}", unseen.sentence());
+    }
+    let kept = identified
+        .errors
+        .parameters
+        .iter()
+        .filter(|(p, _)| found(**p).is_none());
+    let kept: Vec<_> = kept.collect();
+    if !kept.is_empty() {
+        text += "# Not identified, but known before:\n";
+        for (parameter, value) in kept {
+            let _ = writeln!(text, "{parameter} = {value:e}");
+        }
+        text += "# Identified:\n";
+    }
+    for e in &identified.parameters {
+        let _ = writeln!(text, "{} = {:.6e}", e.parameter, e.value);
+    }
+    text += "\n[standard_uncertainty]\n";
+    for e in &identified.parameters {
+        let _ = writeln!(text, "{} = {:.3e}", e.parameter, e.uncertainty);
+    }
+    let known = identified.errors.standard_uncertainty.iter();
+    for (parameter, uncertainty) in known.filter(|(p, _)| found(**p).is_none()) {
+        let _ = writeln!(text, "{parameter} = {uncertainty:e}");
+    }
+    let _ = write!(
+        text,
+        "\n[uncertainty]\ncovariance = {}\n",
+        toml::Value::from(covariance)
+    );
+    text += "\n[calibrated]  # mm or deg: the range that was probed\n";
+    for (i, axis) in machine.axes.iter().enumerate() {
+        // Motions that were known before were known there.
+        let is_kept =
+            |p: &Parameter| p.axis == axis.letter.char() && p.kind != ParameterKind::Inter;
+        if identified
+            .errors
+            .parameters
+            .keys()
+            .any(|p| is_kept(p) && found(*p).is_none())
+        {
+            let [low, high] = identified.errors.calibrated[i].map(|q| axis.to_command(q));
+            let _ = writeln!(text, "{} = [{low:.3}, {high:.3}]", axis.letter);
+            continue;
+        }
+        let positions = probings.rows.iter().map(|row| row.position[i]);
+        let low = positions
+            .clone()
+            .fold(f64::INFINITY, f64::min)
+            .max(axis.travel[0]);
+        let high = positions
+            .fold(f64::NEG_INFINITY, f64::max)
+            .min(axis.travel[1]);
+        if high - low >= NARROWEST {
+            let _ = writeln!(text, "{} = [{low:.3}, {high:.3}]", axis.letter);
+        }
+    }
+    text
+}

@@ -1,0 +1,135 @@
+//! What probings will tell, before anybody makes them: the equations of [`identify`](super::identify()) at the
+//! machine as it is assumed to be.
+
+use super::Unknown;
+use super::factor::Factor;
+use super::rows::{Estimate, Problem, Weights};
+use super::solve::STIFF;
+use super::structure::Structure;
+use super::unseen::Unseen;
+use super::{IdentifyError, root_mean_square};
+use nalgebra::{DMatrix, DVector, Vector3};
+use trueaxis_model::errors::{ErrorModel, Parameter};
+
+/// What probings will tell.
+#[derive(Clone, Debug)]
+pub struct Foreseen {
+    /// The parameters that will be seen, in the order of the model.
+    pub parameters: Vec<Parameter>,
+    /// Their covariance, in this order (mm, rad, per mmᵏ or radᵏ).
+    pub covariance: DMatrix<f64>,
+    /// What will not be seen.
+    pub unseen: Vec<Unseen>,
+    /// How many unknowns are looked for, setup included.
+    pub unknowns: usize,
+    /// How many of these will be seen.
+    pub rank: usize,
+    /// Condition number of the Jacobian, with columns of one length, of what will be seen.
+    pub condition: f64,
+    /// The numbers of the unknowns that will be seen.
+    pub(crate) kept: Vec<usize>,
+    /// For each of [`Self::unseen`], how all unknowns change together without any probing noticing it.
+    pub(crate) hidden: Vec<DVector<f64>>,
+}
+
+impl Foreseen {
+    /// Standard uncertainty of each parameter, as `identify` will state it.
+    #[must_use]
+    pub fn uncertainties(&self) -> Vec<f64> {
+        let variances = self.covariance.diagonal();
+        variances.iter().map(|v| v.sqrt()).collect()
+    }
+}
+
+/// Where no uncertainty of a row is stated (mm).
+const UNSTATED: f64 = 1e-3;
+
+impl Problem<'_> {
+    /// What these probings will tell: the positions at which the assumed machine is on the balls, with the
+    /// standard uncertainties that the rows state (1 µm where they do not).
+    ///
+    /// # Errors
+    /// [`IdentifyError::TooFew`] and [`IdentifyError::NoSuchParameter`] as `identify` will say it.
+    pub fn foresee(&self, assumed: &ErrorModel) -> Result<Foreseen, IdentifyError> {
+        self.can_be_solved()?;
+        let (count, equations) = (self.unknowns.len(), self.equations());
+        let stated: Vec<f64> = self.stated();
+        let sigma = root_mean_square(stated.iter().copied());
+        let left = sigma * (3.0 * (equations - count) as f64 / equations as f64).sqrt();
+        let weights = |least| Weights {
+            rows: stated.iter().map(|s| s.recip()).collect(),
+            least,
+        };
+        let weights = weights(STIFF * left);
+        let jacobian = self.jacobian(&self.assumed(assumed), &weights);
+        let Structure { kept, given_up } = Structure::of(self, 0.0)?;
+        let factor = Factor::new(&jacobian, kept.clone(), &self.alone());
+        let factor = factor.ok_or(IdentifyError::NotFinite)?;
+        let parameters: Vec<Parameter> = (kept.iter())
+            .filter_map(|i| match self.unknowns[*i] {
+                Unknown::Parameter(parameter) => Some(parameter),
+                _ => None,
+            })
+            .collect();
+        let covariance = factor.covariance(parameters.len());
+        let covariance = covariance.ok_or(IdentifyError::NotConverged { rms: f64::NAN })?;
+        let hidden = given_up.iter().map(|one| {
+            let mut change = DVector::zeros(count);
+            change[one.number] = -1.0;
+            for (i, part) in &one.others {
+                change[*i] += part;
+            }
+            change
+        });
+        Ok(Foreseen {
+            hidden: hidden.collect(),
+            unseen: given_up.iter().map(|g| g.unseen.clone()).collect(),
+            parameters,
+            covariance,
+            unknowns: count,
+            rank: kept.len(),
+            condition: factor.condition(),
+            kept,
+        })
+    }
+
+    /// The derivatives of every probing by all unknowns, in its standard uncertainties and in the order of the
+    /// file, three rows each; then those of what is known besides.
+    pub(crate) fn equations_at(&self, errors: &ErrorModel) -> (Vec<DMatrix<f64>>, DMatrix<f64>) {
+        let weights = Weights {
+            rows: self.stated().iter().map(|s| s.recip()).collect(),
+            least: 0.0,
+        };
+        let jacobian = self.jacobian(&self.assumed(errors), &weights);
+        let probed = 3 * self.places.len();
+        let mut blocks = vec![DMatrix::zeros(0, 0); self.places.len()];
+        for (i, place) in self.places.iter().enumerate() {
+            blocks[place.row] = jacobian.rows(3 * i, 3).into_owned();
+        }
+        let others = jacobian.rows(probed, jacobian.nrows() - probed);
+        (blocks, others.into_owned())
+    }
+
+    /// The standard uncertainty of a coordinate of each probing (mm).
+    fn stated(&self) -> Vec<f64> {
+        let stated = self.places.iter().map(|p| p.sigma.unwrap_or(UNSTATED));
+        stated.collect()
+    }
+
+    /// A machine with such errors, with balls where the tip is.
+    fn assumed(&self, errors: &ErrorModel) -> Estimate {
+        let mut estimate = self.start();
+        let tips = self.tips(errors, &estimate.stylus);
+        for (number, ball) in estimate.balls.iter_mut().enumerate() {
+            let of_ball = tips.iter().filter(|(b, _)| *b == number);
+            let (sum, count) = of_ball.fold((Vector3::zeros(), 0.0), |(sum, count), (_, tip)| {
+                (sum + tip, count + 1.0)
+            });
+            if count > 0.0 {
+                *ball = sum / count;
+            }
+        }
+        estimate.errors = errors.clone();
+        estimate
+    }
+}

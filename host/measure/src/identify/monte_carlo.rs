@@ -1,0 +1,268 @@
+//! One identification after the other, of simulated probings with ever new noise, and with lengths of bars and stylus
+//! that are off as far as they are uncertain.
+//!
+//! The machine and the balls stay where they are, so one Jacobian and one factorisation serve all: the residuals
+//! are those of the exact machine, and steps go on until nothing moves.
+
+use super::rows::Estimate;
+use super::solve::descend;
+use super::{Identified, IdentifyError, Model, Options, Problem, automatic, identify};
+use crate::formats::artefact::Artefact;
+use crate::formats::probings::Probings;
+use crate::simulate::{self, Disturbances, SimulateError};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_tables::uncertainty;
+
+/// What is simulated and looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// Its errors. Parameters that these probings cannot tell from others are taken out.
+    pub errors: &'a ErrorModel,
+    /// Where the balls are.
+    pub artefact: &'a Artefact,
+    /// How they are probed.
+    pub strategy: &'a Probings,
+    /// What is looked for.
+    pub model: &'a Model,
+    /// Standard deviation of a coordinate (mm).
+    pub noise: f64,
+}
+
+/// What became of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Normalised {
+    /// Which.
+    pub parameter: Parameter,
+    /// Its standard uncertainty with the noise as simulated.
+    pub uncertainty: f64,
+    /// Mean of its errors, each by the standard uncertainty that the identification states: 0 if there is no
+    /// bias.
+    pub mean: f64,
+    /// Standard deviation of these: 1 if uncertainties are what noise does.
+    pub deviation: f64,
+}
+
+/// What became of all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// How many identifications.
+    pub seeds: usize,
+    /// Each parameter that can be seen.
+    pub parameters: Vec<Normalised>,
+    /// Mean of the noise that was found (mm).
+    pub noise: f64,
+    /// Positions in the probed range, of all identifications together, at which the volumetric error was looked
+    /// at.
+    pub positions: usize,
+    /// Of these, where the error that is left at the tip is within its 95 % band.
+    pub tips_inside: usize,
+    /// The same of the tool's direction.
+    pub directions_inside: usize,
+    /// The lowest part of positions inside the band in any one identification: the errors of one are alike.
+    pub least_inside: f64,
+}
+
+/// Why there is none.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TrialError {
+    /// It cannot be probed.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// It cannot be identified.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+    /// The machine has no such model.
+    #[error(transparent)]
+    Model(#[from] super::ModelError),
+    /// A factorisation does not serve all.
+    #[error("the noise of seed {seed} leads so far that it takes another factorisation")]
+    Far {
+        /// Which.
+        seed: u64,
+    },
+}
+
+/// Positions at which the volumetric error is looked at.
+const POSITIONS: usize = 100;
+/// Keeps what lengths are off by apart from the noise of probings.
+const OWN: u64 = 0x00ba_4500;
+
+/// What one identification found.
+struct Once {
+    /// Errors of parameters by their stated uncertainties.
+    normalised: Vec<f64>,
+    noise: f64,
+    /// Tips and directions inside their bands.
+    inside: [usize; 2],
+}
+
+/// Identifies so many times, with the seeds from 1; `step` is called after each.
+///
+/// # Errors
+/// [`TrialError`]: what cannot be probed, identified, or not with one factorisation.
+pub fn monte_carlo(
+    trial: &Trial<'_>,
+    seeds: usize,
+    step: &(dyn Fn() + Sync),
+) -> Result<Outcome, TrialError> {
+    let Trial { machine, .. } = *trial;
+    let first = trial.first(trial.errors)?;
+    // What cannot be told has no true value either.
+    let mut truth = trial.errors.clone();
+    for unseen in &first.unseen {
+        if let super::Unknown::Parameter(parameter) = unseen.unknown {
+            truth.set(machine, parameter, 0.0);
+        }
+    }
+    let first = trial.first(&truth)?;
+    let clean = trial.probed(&truth, 0.0, 0)?;
+    let perfect = ErrorModel::perfect(machine);
+    let problem = Problem::new(machine, &clean, trial.artefact, &first.looked_for, &perfect);
+    let place = &first.place;
+    let jacobian = problem.jacobian(&place.estimate, &place.weights);
+    let positions = positions(machine, &clean);
+    let leaves = uncertainty::leaves(machine, &first.errors, &first.known, &positions);
+    let bands: Vec<[f64; 2]> = (leaves.par_iter())
+        .map(|at| [at.tip_band(), at.direction_band()])
+        .collect();
+    let real = Kinematics::new(machine, &truth);
+    let once = |seed: u64| -> Result<Once, TrialError> {
+        let measured = simulate::disturbed(machine, &clean, &trial.disturbances(trial.noise, seed));
+        let mut random = Pcg64Mcg::seed_from_u64(seed ^ OWN);
+        let problem = problem.with_positions(&measured);
+        let problem = problem.with_chance_lengths(&mut random);
+        let mut estimate: Estimate = place.estimate.clone();
+        if !descend(
+            &problem,
+            &mut estimate,
+            &jacobian,
+            &place.factor,
+            &place.weights,
+        ) {
+            return Err(TrialError::Far { seed });
+        }
+        let square = problem.residuals(&estimate, &place.weights).norm_squared();
+        // In the deviation that the factor's weights stand for.
+        let scale = (square / first.freedom as f64).sqrt();
+        let off = |e: &super::Estimated| {
+            let [found, real] = [&estimate.errors, &truth]
+                .map(|errors| errors.parameters.get(&e.parameter).copied().unwrap_or(0.0));
+            (found - real) / (e.uncertainty * scale)
+        };
+        let found = Kinematics::new(machine, &estimate.errors);
+        let mut inside = [0; 2];
+        for ((q, situation), band) in positions.iter().zip(&bands) {
+            let [found, real] = [&found, &real].map(|k| k.actual(q, situation, &Switches::ALL));
+            let tip = (found.t - real.t).norm();
+            let along = machine.tool_axis;
+            let turned = (found.r.column(along) - real.r.column(along)).norm();
+            inside[0] += usize::from(tip <= band[0] * scale);
+            inside[1] += usize::from(turned <= band[1] * scale);
+        }
+        step();
+        Ok(Once {
+            normalised: first.parameters.iter().map(off).collect(),
+            noise: first.noise * scale,
+            inside,
+        })
+    };
+    let all: Vec<Once> = (1..=seeds as u64)
+        .into_par_iter()
+        .map(once)
+        .collect::<Result<_, _>>()?;
+    let count = seeds as f64;
+    let normalised = |(i, e): (usize, &super::Estimated)| {
+        let mean = all.iter().map(|once| once.normalised[i]).sum::<f64>() / count;
+        let squares = all.iter().map(|once| (once.normalised[i] - mean).powi(2));
+        Normalised {
+            parameter: e.parameter,
+            uncertainty: e.uncertainty * trial.noise / first.noise,
+            mean,
+            deviation: (squares.sum::<f64>() / (count - 1.0)).sqrt(),
+        }
+    };
+    let least = all.iter().map(|once| once.inside[0]).min();
+    Ok(Outcome {
+        seeds,
+        parameters: first
+            .parameters
+            .iter()
+            .enumerate()
+            .map(normalised)
+            .collect(),
+        noise: all.iter().map(|once| once.noise).sum::<f64>() / count,
+        positions: seeds * POSITIONS,
+        tips_inside: all.iter().map(|once| once.inside[0]).sum(),
+        directions_inside: all.iter().map(|once| once.inside[1]).sum(),
+        least_inside: least.map_or(0.0, |least| least as f64 / POSITIONS as f64),
+    })
+}
+
+impl Trial<'_> {
+    fn disturbances(&self, noise: f64, seed: u64) -> Disturbances {
+        Disturbances {
+            noise,
+            seed,
+            ..Disturbances::default()
+        }
+    }
+
+    fn probed(&self, errors: &ErrorModel, noise: f64, seed: u64) -> Result<Probings, TrialError> {
+        let kinematics = Kinematics::new(self.machine, errors);
+        let disturbances = self.disturbances(noise, seed);
+        let probed = simulate::probings(&kinematics, self.artefact, self.strategy, &disturbances)?;
+        Ok(probed)
+    }
+
+    /// What is identified from probings with noise, all the way.
+    fn first(&self, errors: &ErrorModel) -> Result<Identified, TrialError> {
+        let measured = self.probed(errors, self.noise, 0)?;
+        let perfect = ErrorModel::perfect(self.machine);
+        if *self.model == Model::Auto {
+            let chosen = automatic(
+                self.machine,
+                &measured,
+                self.artefact,
+                &perfect,
+                Options::default(),
+            );
+            return Ok(chosen?.identified);
+        }
+        let parameters = self.model.parameters(self.machine, 0, &[])?;
+        let problem = Problem::new(
+            self.machine,
+            &measured,
+            self.artefact,
+            &parameters,
+            &perfect,
+        );
+        Ok(identify(&problem, Options::default())?)
+    }
+}
+
+/// Random positions in the range that was probed.
+fn positions(machine: &Machine, probed: &Probings) -> Vec<(PerAxis, Situation)> {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let ranges: Vec<[f64; 2]> = (0..machine.axes.len())
+        .map(|i| {
+            let all = probed.rows.iter().map(|row| row.position[i]);
+            let low = all.clone().fold(f64::INFINITY, f64::min);
+            [low, all.fold(f64::NEG_INFINITY, f64::max)]
+        })
+        .collect();
+    let mut position = || -> (PerAxis, Situation) {
+        let drawn = ranges
+            .iter()
+            .map(|[low, high]| low + (high - low) * random.random::<f64>());
+        let drawn: Vec<f64> = drawn.collect();
+        (machine.to_kinematic(&drawn), Situation::default())
+    };
+    (0..POSITIONS).map(|_| position()).collect()
+}

@@ -1,0 +1,434 @@
+//! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
+
+use super::unseen::Spindle;
+use super::{IdentifyError, Row, Unknown};
+use crate::formats::artefact::Artefact;
+use crate::formats::probings::Probings;
+use crate::simulate::{normal, turned};
+use nalgebra::{DVector, Matrix3, Vector3};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// What was probed on which machine, and what is looked for.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// What is looked for: parameters, stylus, balls.
+    pub unknowns: Vec<Unknown>,
+    /// The probings, in an order that does not depend on that of the file.
+    pub(super) places: Vec<Place>,
+    /// Names of the balls, in the order of the file.
+    pub(super) balls: Vec<String>,
+    pub(super) bars: Vec<Bar>,
+    stylus: Stylus,
+    /// Where balls are, to start from.
+    nominal: Vec<Option<Vector3<f64>>>,
+    pub(super) base: ErrorModel,
+    pub(super) spindle: Spindle,
+}
+
+/// A probing.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub ball: usize,
+    /// Its row in the file, and its line.
+    pub row: usize,
+    pub line: usize,
+    pub q: PerAxis,
+    pub situation: Situation,
+    /// How the spindle has turned the stylus, and its angle (deg).
+    pub turned: Matrix3<f64>,
+    pub spindle: f64,
+    /// Standard uncertainty of a coordinate (mm), where it is stated.
+    pub sigma: Option<f64>,
+}
+
+/// A distance that is known.
+#[derive(Clone, Debug)]
+pub(super) struct Bar {
+    pub balls: [usize; 2],
+    /// Its length and its standard uncertainty (mm).
+    pub length: f64,
+    pub sigma: f64,
+}
+
+#[derive(Clone, Debug)]
+struct Stylus {
+    tip: Vector3<f64>,
+    sigma: [Option<f64>; 3],
+}
+
+/// How much each equation counts.
+#[derive(Clone, Debug)]
+pub(super) struct Weights {
+    /// The inverse standard uncertainty of each probing (mm).
+    pub rows: Vec<f64>,
+    /// Bars and stylus are taken to be known no better than this (mm), as long as the machine is not known: they
+    /// would else forbid every step that is not quite right.
+    pub least: f64,
+}
+
+/// Values of all unknowns.
+#[derive(Clone, Debug)]
+pub(super) struct Estimate {
+    pub errors: ErrorModel,
+    pub stylus: Vector3<f64>,
+    pub balls: Vec<Vector3<f64>>,
+}
+
+/// Larger errors no machine has (mm).
+pub(super) const LARGEST_LENGTH: f64 = 1.0;
+/// Least lever (mm): the size of a ball.
+const LEAST_LEVER: f64 = 1.0;
+
+impl<'a> Problem<'a> {
+    /// Puts it together: `base` is what is known of the machine, or what to start from. Balls of the artefact
+    /// that were not probed are left out, and bars to them.
+    #[must_use]
+    pub fn new(
+        machine: &'a Machine,
+        probings: &Probings,
+        artefact: &Artefact,
+        parameters: &[Parameter],
+        base: &ErrorModel,
+    ) -> Self {
+        let index = |name: &String| probings.balls.iter().position(|b| b == name);
+        let place = |row: usize| {
+            let probing = &probings.rows[row];
+            Place {
+                ball: probing.ball,
+                row,
+                line: probing.line,
+                q: machine.to_kinematic(&probing.position),
+                situation: Situation {
+                    sign: probing.direction,
+                    ..Situation::default()
+                },
+                turned: turned(machine.tool_axis, probing.spindle),
+                spindle: probing.spindle,
+                sigma: probing.sigma,
+            }
+        };
+        let mut balls: Vec<usize> = (0..probings.balls.len()).collect();
+        balls.sort_by_key(|b| &probings.balls[*b]);
+        let coordinates = |b: usize| (0..3).map(move |i| Unknown::Ball(b, i));
+        let parameters = parameters.iter().map(|p| Unknown::Parameter(*p));
+        let setup = (0..3).map(Unknown::Stylus);
+        let setup = setup.chain(balls.into_iter().flat_map(coordinates));
+        let nominal = |name: &String| artefact.balls.iter().find(|b| b.name == *name)?.nominal;
+        Self {
+            machine,
+            unknowns: parameters.chain(setup).collect(),
+            places: order(probings).into_iter().map(place).collect(),
+            balls: probings.balls.clone(),
+            bars: (artefact.bars.iter())
+                .filter_map(|bar| {
+                    Some(Bar {
+                        balls: [index(&bar.balls[0])?, index(&bar.balls[1])?],
+                        length: bar.length,
+                        sigma: bar.uncertainty,
+                    })
+                })
+                .collect(),
+            stylus: Stylus {
+                tip: artefact.stylus.place(machine),
+                sigma: artefact.stylus.uncertainty,
+            },
+            nominal: probings.balls.iter().map(nominal).collect(),
+            base: base.clone(),
+            spindle: Spindle {
+                tool_axis: machine.tool_axis,
+                is_indexed: (probings.rows.windows(2)).any(|w| w[0].spindle != w[1].spindle),
+            },
+        }
+    }
+
+    /// The machine as it is known, with balls where the stylus was.
+    pub(super) fn start(&self) -> Estimate {
+        let mut sums = vec![(Vector3::zeros(), 0.0); self.balls.len()];
+        for (ball, tip) in self.tips(&self.base, &self.stylus.tip) {
+            let (sum, count) = &mut sums[ball];
+            *sum += tip;
+            *count += 1.0;
+        }
+        let balls = (sums.iter().zip(&self.nominal))
+            .map(|((sum, count), nominal)| nominal.unwrap_or(sum / *count))
+            .collect();
+        Estimate {
+            errors: self.base.clone(),
+            stylus: self.stylus.tip,
+            balls,
+        }
+    }
+
+    /// How far linear axes move from their mean (mm, root of the mean square).
+    pub(super) fn lever(&self) -> f64 {
+        let linear =
+            (0..self.machine.axes.len()).filter(|i| !self.machine.axes[*i].letter.is_rotary());
+        let count = self.places.len() as f64;
+        let variances = linear.map(|i| {
+            let mean = self.places.iter().map(|p| p.q[i]).sum::<f64>() / count;
+            self.places
+                .iter()
+                .map(|p| (p.q[i] - mean).powi(2))
+                .sum::<f64>()
+                / count
+        });
+        // Where nothing moves, nothing is seen either.
+        variances.sum::<f64>().sqrt().max(LEAST_LEVER)
+    }
+
+    /// How many equations there are.
+    pub(super) fn equations(&self) -> usize {
+        3 * self.places.len() + self.bars.len() + self.known_coordinates().count()
+    }
+
+    /// Refuses what no rows can tell: parameters that the machine does not have, and too few equations.
+    pub(super) fn can_be_solved(&self) -> Result<(), IdentifyError> {
+        let mut machine = ErrorModel::perfect(self.machine);
+        let mut parameters = 0;
+        for unknown in &self.unknowns {
+            let Unknown::Parameter(parameter) = *unknown else {
+                continue;
+            };
+            if !machine.set(self.machine, parameter, 0.0) {
+                return Err(IdentifyError::NoSuchParameter { parameter });
+            }
+            parameters += 1;
+        }
+        let (equations, unknowns) = (self.equations(), self.unknowns.len());
+        // One equation more, or nothing would be known of the noise.
+        if equations <= unknowns {
+            return Err(IdentifyError::TooFew {
+                equations,
+                unknowns,
+                parameters,
+            });
+        }
+        Ok(())
+    }
+
+    /// Where the stylus is stated to be (mm, spindle frame).
+    pub(super) fn stated_stylus(&self) -> Vector3<f64> {
+        self.stylus.tip
+    }
+
+    /// Where balls are stated to be (mm, workpiece frame).
+    pub(super) fn stated_balls(&self) -> &[Option<Vector3<f64>>] {
+        &self.nominal
+    }
+
+    /// Coordinates of the stylus that are known, with their uncertainty.
+    pub(super) fn known_coordinates(&self) -> impl Iterator<Item = (usize, f64)> {
+        (self.stylus.sigma.iter().enumerate()).filter_map(|(i, sigma)| Some((i, (*sigma)?)))
+    }
+
+    /// The ball of each probing, and where the tip of a machine is then (mm, workpiece frame).
+    pub(super) fn tips(
+        &self,
+        errors: &ErrorModel,
+        stylus: &Vector3<f64>,
+    ) -> Vec<(usize, Vector3<f64>)> {
+        let kinematics = Kinematics::new(self.machine, errors);
+        let own = Vector3::from(self.machine.tip);
+        let tip = |place: &Place| {
+            let pose = kinematics.actual(&place.q, &place.situation, &Switches::ALL);
+            pose.r * (place.turned * stylus - own) + pose.t
+        };
+        self.places
+            .par_iter()
+            .map(|place| (place.ball, tip(place)))
+            .collect()
+    }
+
+    /// How far the tip is from the ball in each probing (mm, workpiece frame).
+    pub(super) fn misses(&self, estimate: &Estimate) -> Vec<Vector3<f64>> {
+        let tips = self.tips(&estimate.errors, &estimate.stylus).into_iter();
+        tips.map(|(ball, tip)| tip - estimate.balls[ball]).collect()
+    }
+
+    /// The equations that are no probings: what is left of each, in its standard uncertainties.
+    fn others(&self, estimate: &Estimate, weights: &Weights) -> Vec<f64> {
+        let bars = self.bars.iter().map(|bar| {
+            let [a, b] = bar.balls.map(|i| estimate.balls[i]);
+            ((a - b).norm() - bar.length) / bar.sigma.max(weights.least)
+        });
+        let known = self.known_coordinates();
+        bars.chain(
+            known.map(|(i, sigma)| {
+                (estimate.stylus[i] - self.stylus.tip[i]) / sigma.max(weights.least)
+            }),
+        )
+        .collect()
+    }
+
+    /// What is left of all equations, in their standard uncertainties: those of probings are the inverse of
+    /// `weights`.
+    pub(super) fn residuals(&self, estimate: &Estimate, weights: &Weights) -> DVector<f64> {
+        let misses = self.misses(estimate);
+        let probed = misses.iter().zip(&weights.rows).flat_map(|(miss, w)| {
+            let scaled = miss * *w;
+            [scaled.x, scaled.y, scaled.z]
+        });
+        let all: Vec<f64> = probed.chain(self.others(estimate, weights)).collect();
+        DVector::from_vec(all)
+    }
+
+    /// The line of the row that misses most, and by how much (mm).
+    pub(super) fn worst(&self, misses: &[Vector3<f64>]) -> (usize, f64) {
+        let rows = self.places.iter().zip(misses.iter().map(Vector3::norm));
+        let worst = rows.max_by(|a, b| a.1.total_cmp(&b.1));
+        worst.map_or((0, 0.0), |(place, miss)| (place.line, miss))
+    }
+
+    /// Lengths (mm) that are known beforehand, each with its name and how long it is in an estimate: of bars, or
+    /// else between nominal places of balls, or else of the stylus.
+    pub(super) fn lengths(&self, estimate: &Estimate) -> Vec<(String, f64, f64)> {
+        let one = |[a, b]: [usize; 2], known: f64| {
+            let found = (estimate.balls[a] - estimate.balls[b]).norm();
+            let what = format!(
+                "the distance of balls {} and {}",
+                self.balls[a], self.balls[b]
+            );
+            (what, known, found)
+        };
+        if !self.bars.is_empty() {
+            return self
+                .bars
+                .iter()
+                .map(|bar| one(bar.balls, bar.length))
+                .collect();
+        }
+        let all = 0..self.balls.len();
+        let pairs = all.clone().flat_map(|a| (0..a).map(move |b| [a, b]));
+        let mut lengths: Vec<(String, f64, f64)> = pairs
+            .filter_map(|[a, b]| {
+                let known = (self.nominal[a]? - self.nominal[b]?).norm();
+                (known > 0.0).then(|| one([a, b], known))
+            })
+            .collect();
+        if lengths.is_empty() {
+            // If it cannot be seen, it is what it is stated to be.
+            let [known, found] = [self.stylus.tip, estimate.stylus].map(|tip| tip.norm());
+            if known > 0.0 {
+                lengths.push(("the stylus".to_owned(), known, found));
+            }
+        }
+        lengths
+    }
+
+    /// The same problem with other positions of the axes, in the order of the file.
+    pub(super) fn with_positions(&self, probings: &Probings) -> Self {
+        let mut other = self.clone();
+        for place in &mut other.places {
+            place.q = self
+                .machine
+                .to_kinematic(&probings.rows[place.row].position);
+        }
+        other
+    }
+
+    /// The same problem with lengths of bars and coordinates of the stylus that are off by chance, as their standard
+    /// uncertainties say.
+    pub(super) fn with_chance_lengths(mut self, random: &mut Pcg64Mcg) -> Self {
+        for bar in &mut self.bars {
+            bar.length += bar.sigma * normal(random);
+        }
+        let known: Vec<(usize, f64)> = self.known_coordinates().collect();
+        for (i, sigma) in known {
+            self.stylus.tip[i] += sigma * normal(random);
+        }
+        self
+    }
+
+    /// The same problem with nothing looked for but balls and stylus.
+    pub(super) fn of_setup(&self) -> Self {
+        let mut other = self.clone();
+        let is_setup = |u: &Unknown| !matches!(u, Unknown::Parameter(_));
+        other.unknowns.retain(is_setup);
+        other
+    }
+
+    /// The same problem with a stylus that nobody knows.
+    pub(super) fn without_stylus(&self) -> Self {
+        let mut other = self.clone();
+        other.stylus.sigma = [None; 3];
+        other
+    }
+
+    /// The same problem without its bars.
+    pub(super) fn without_bars(&self) -> Self {
+        Self {
+            bars: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// What is left, in the order of the file.
+    pub(super) fn rows(
+        &self,
+        before: &[Vector3<f64>],
+        after: &[Vector3<f64>],
+        trusted: &[bool],
+    ) -> Vec<Row> {
+        let mut order: Vec<usize> = (0..self.places.len()).collect();
+        order.sort_by_key(|i| self.places[*i].row);
+        let row = |i: usize| Row {
+            before: before[i],
+            after: after[i],
+            is_trusted: trusted[i],
+        };
+        order.into_iter().map(row).collect()
+    }
+
+    /// Adds a step to the unknowns.
+    pub(super) fn moved(&self, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
+        let mut next = estimate.clone();
+        for (unknown, step) in self.unknowns.iter().zip(step.iter()) {
+            // What has been given up stays without a value.
+            if *step == 0.0 {
+                continue;
+            }
+            match *unknown {
+                Unknown::Parameter(parameter) => {
+                    let before = next
+                        .errors
+                        .parameters
+                        .get(&parameter)
+                        .copied()
+                        .unwrap_or(0.0);
+                    next.errors.set(self.machine, parameter, before + step);
+                }
+                Unknown::Stylus(k) => next.stylus[k] += step,
+                Unknown::Ball(ball, k) => next.balls[ball][k] += step,
+            }
+        }
+        next
+    }
+}
+
+/// Rows of probings in an order that depends on what they say alone: sums of floating-point numbers depend on
+/// theirs a little.
+pub(super) fn order(probings: &Probings) -> Vec<usize> {
+    let mut rows: Vec<usize> = (0..probings.rows.len()).collect();
+    rows.sort_by_cached_key(|row| {
+        let row = &probings.rows[*row];
+        (
+            probings.balls[row.ball].clone(),
+            row.position.map(ordered),
+            row.direction.map(ordered),
+            [row.spindle, row.sigma.unwrap_or(0.0)].map(ordered),
+        )
+    });
+    rows
+}
+
+/// A number in the order of its value, for sorting.
+fn ordered(value: f64) -> i64 {
+    let bits = value.to_bits() as i64;
+    bits ^ (((bits >> 63) as u64) >> 1) as i64
+}

@@ -1,0 +1,50 @@
+//! What is looked for.
+
+use std::fmt;
+use trueaxis_model::errors::{Parameter, ParameterKind};
+
+/// One unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// An error parameter (mm, rad, per mmᵏ or radᵏ).
+    Parameter(Parameter),
+    /// A coordinate (0, 1, 2) of the stylus tip in the spindle frame (mm).
+    Stylus(usize),
+    /// A coordinate of a ball in the workpiece frame (mm).
+    Ball(usize, usize),
+}
+
+impl Unknown {
+    /// How soon it is given up where several cannot be told apart: setup last, then by degree; of scales
+    /// that of X first, so that the others are relative to it.
+    pub(super) fn dispensable(self) -> (u8, u8, u8) {
+        match self {
+            Self::Ball(..) => (0, 0, 0),
+            Self::Stylus(_) => (1, 0, 0),
+            Self::Parameter(parameter) => {
+                let degree = match parameter.kind {
+                    ParameterKind::Inter | ParameterKind::Backlash => 0,
+                    ParameterKind::Degree(k) => k,
+                    ParameterKind::Cosine(k) | ParameterKind::Sine(k) => k + 1,
+                };
+                let first = match (parameter.kind, parameter.axis, parameter.component) {
+                    (ParameterKind::Degree(1), 'X', 0) => 2,
+                    (ParameterKind::Degree(1), 'Y', 1) => 1,
+                    _ => 0,
+                };
+                (2, degree, first)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let coordinate = |i: &usize| ["x", "y", "z"][*i];
+        match self {
+            Self::Parameter(parameter) => parameter.fmt(f),
+            Self::Stylus(i) => write!(f, "the stylus' {}", coordinate(i)),
+            Self::Ball(_, i) => write!(f, "the balls' {}", coordinate(i)),
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! What these probings cannot tell.
+
+use super::Unknown;
+use nalgebra::DMatrix;
+use std::cmp::Reverse;
+use trueaxis_model::errors::ParameterKind;
+
+/// An unknown that cannot be told from others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unseen {
+    /// It has no value.
+    pub unknown: Unknown,
+    /// What it is confounded with, and by how much of it each of these is off: the value found for it is
+    /// the true one plus this times the true one of `unknown`.
+    pub with: Vec<(Unknown, f64)>,
+    /// How the spindle was used.
+    pub spindle: Spindle,
+}
+
+/// The spindle in the probings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spindle {
+    /// Along which axis of its frame the stylus points (0, 1, 2).
+    pub tool_axis: usize,
+    /// True if it was at more than one angle.
+    pub is_indexed: bool,
+}
+
+/// Parts of a confounded combination smaller than this are not named (of what the largest does in the
+/// probings).
+const NAMED: f64 = 0.01;
+/// An unknown may be given up if it has this part in what is not seen, of the largest part of any.
+const PART: f64 = 0.3;
+/// Parts below this are rounding.
+const NOTHING: f64 = 1e-6;
+
+/// An unknown that is given up, by its number, and by how much the others change per unit of it that they take
+/// over.
+#[derive(Clone, Debug)]
+pub(super) struct GivenUp {
+    pub number: usize,
+    pub others: Vec<(usize, f64)>,
+    pub unseen: Unseen,
+}
+
+impl GivenUp {
+    /// One that does nothing.
+    pub fn idle(number: usize, unknown: Unknown, spindle: Spindle) -> Self {
+        Self {
+            number,
+            others: Vec::new(),
+            unseen: Unseen {
+                unknown,
+                with: Vec::new(),
+                spindle,
+            },
+        }
+    }
+}
+
+/// Picks as many unknowns as there are combinations that cannot be seen: columns of `hidden`, orthonormal,
+/// in units in which each unknown by itself does as much in the probings as any other; `units` are these.
+pub(super) fn given_up(
+    unknowns: &[Unknown],
+    hidden: &DMatrix<f64>,
+    units: &[f64],
+    spindle: Spindle,
+) -> Vec<GivenUp> {
+    let mut rest = hidden.clone();
+    let mut chosen: Vec<usize> = Vec::new();
+    while rest.ncols() > 0 {
+        let part = |i: usize| rest.row(i).norm();
+        let is_parameter = |i: &usize| matches!(unknowns[*i], Unknown::Parameter(_));
+        let all = || (0..unknowns.len()).filter(|i| !chosen.contains(i));
+        let largest = all().filter(is_parameter).map(part).fold(0.0, f64::max);
+        // If no parameter is in it, it is the setup.
+        let setup = largest < NOTHING;
+        let largest = if setup {
+            all().map(part).fold(0.0, f64::max)
+        } else {
+            largest
+        };
+        let candidates = all().filter(|i| (setup || is_parameter(i)) && part(*i) >= PART * largest);
+        let Some(next) = candidates.max_by_key(|i| (unknowns[*i].dispensable(), *i)) else {
+            break;
+        };
+        rest = without(&rest, next);
+        chosen.push(next);
+    }
+    // What it takes of the others to make up for each of them.
+    let own = DMatrix::from_fn(chosen.len(), hidden.ncols(), |i, j| hidden[(chosen[i], j)]);
+    let made_up = match own.try_inverse() {
+        Some(inverse) => hidden * inverse,
+        None => DMatrix::zeros(unknowns.len(), chosen.len()),
+    };
+    let others = |column: usize, least: f64| -> Vec<(usize, f64)> {
+        (0..unknowns.len())
+            .filter(|i| !chosen.contains(i) && made_up[(*i, column)].abs() > least)
+            .map(|i| (i, -made_up[(i, column)] * units[i] / units[chosen[column]]))
+            .collect()
+    };
+    let of = |column: usize| {
+        let named = others(column, NAMED).into_iter();
+        let mut with: Vec<(Unknown, f64)> = named.map(|(i, part)| (unknowns[i], part)).collect();
+        with.sort_by_key(|(unknown, _)| Reverse(unknown.dispensable()));
+        GivenUp {
+            number: chosen[column],
+            others: others(column, 0.0),
+            unseen: Unseen {
+                unknown: unknowns[chosen[column]],
+                with,
+                spindle,
+            },
+        }
+    };
+    (0..chosen.len()).map(of).collect()
+}
+
+/// The combinations of columns in which a row has no part, orthonormal.
+fn without(columns: &DMatrix<f64>, row: usize) -> DMatrix<f64> {
+    let part = columns.row(row).transpose();
+    let Some(unit) = part.try_normalize(f64::MIN_POSITIVE) else {
+        return columns.columns(1, columns.ncols() - 1).into_owned();
+    };
+    // A reflection that turns the row's part into the first column, which goes.
+    let mut mirror = unit.clone();
+    mirror[0] += if unit[0] < 0.0 { -1.0 } else { 1.0 };
+    let norm = mirror.norm_squared();
+    let reflected = columns - (columns * &mirror) * mirror.transpose() * (2.0 / norm);
+    reflected.columns(1, columns.ncols() - 1).into_owned()
+}
+
+impl Unseen {
+    /// What tells it from where the stylus is.
+    fn stylus_remedy(&self) -> &'static str {
+        let is_along = |(u, _): &(Unknown, f64)| *u == Unknown::Stylus(self.spindle.tool_axis);
+        match (self.with.iter().any(is_along), self.spindle.is_indexed) {
+            (true, _) => {
+                "give the length of the stylus with its uncertainty (length_standard_uncertainty_mm in the artefact)"
+            }
+            (false, false) => {
+                "index the spindle; if it cannot be oriented, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact"
+            }
+            (false, true) => "index the spindle by half a turn, at more rotary positions",
+        }
+    }
+
+    /// What there is to be said about it.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let name = self.unknown.to_string();
+        let is_backlash =
+            matches!(self.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
+        let parameters: Vec<String> = (self.with.iter())
+            .filter(|(u, _)| matches!(u, Unknown::Parameter(_)))
+            .map(|(u, _)| u.to_string())
+            .collect();
+        let is_scale = |u: &Unknown| match u {
+            Unknown::Parameter(p) => {
+                p.kind == ParameterKind::Degree(1)
+                    && "XYZUVW".find(p.axis).is_some_and(|i| i % 3 == p.component)
+            }
+            _ => false,
+        };
+        let scales = |(u, part): &&(Unknown, f64)| is_scale(u) && (part.abs() - 1.0).abs() < 0.05;
+        let common = self.with.iter().filter(scales).count();
+        if is_scale(&self.unknown) && common == 2 {
+            return format!(
+                "{name} and {} differ by a common scale only: there is no length reference (a bar in the artefact), so they are relative to {name}",
+                parameters.join(", ")
+            );
+        }
+        if self
+            .with
+            .iter()
+            .any(|(u, _)| matches!(u, Unknown::Stylus(_)))
+        {
+            let stylus: Vec<String> = (self.with.iter())
+                .filter(|(u, _)| matches!(u, Unknown::Stylus(_)))
+                .map(|(u, _)| u.to_string())
+                .collect();
+            return format!(
+                "{name} cannot be told from {}: {}",
+                [stylus, parameters].concat().join(", "),
+                self.stylus_remedy()
+            );
+        }
+        if parameters.is_empty() {
+            let others: Vec<String> = self.with.iter().map(|(u, _)| u.to_string()).collect();
+            return match others.is_empty() {
+                true if is_backlash => format!(
+                    "{name} is not known: no row says from which direction the axis came (a column such as A_dir)"
+                ),
+                true => format!("{name} does nothing at these positions"),
+                false => format!("{name} cannot be told from where the balls are"),
+            };
+        }
+        format!("{name} cannot be told from {}", parameters.join(", "))
+    }
+}

@@ -1,0 +1,283 @@
+//! What could be probed: balls at rotary positions, where the stylus reaches them.
+
+use super::touches::{Probe, Touching, touching};
+use crate::formats::artefact::Artefact;
+use crate::formats::probings::{Probing, Probings};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use trueaxis_model::machine::{MAX_AXES, Machine};
+
+/// Why a ball cannot be probed somewhere.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unreachable {
+    /// Nobody knows where it is.
+    #[error("it has no nominal_mm in the artefact")]
+    NoPlace,
+    /// The linear axes do not get there.
+    #[error("the linear axes cannot bring the stylus there")]
+    NoWay,
+    /// The stylus would come from the table.
+    #[error(
+        "the stylus would be {degrees:.0}° from the direction in which the ball stands away from the table"
+    )]
+    Cone {
+        /// The angle.
+        degrees: f64,
+    },
+    /// An axis would leave its travel.
+    #[error("{axis} = {position:.3} is outside its travel")]
+    Travel {
+        /// The axis.
+        axis: char,
+        /// Where it would have to be (mm, deg).
+        position: f64,
+    },
+}
+
+/// What a strategy may use.
+#[derive(Clone, Debug)]
+pub struct Setup<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// Balls and stylus.
+    pub artefact: &'a Artefact,
+    /// Names of the balls that may be used.
+    pub balls: Vec<String>,
+    /// How they are touched.
+    pub probe: Probe,
+    /// Standard uncertainty of a coordinate of a probing (mm).
+    pub sigma: f64,
+}
+
+/// Positions that rotary axes and spindle may take (deg).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Allowed {
+    /// Of each axis; nothing for linear ones.
+    pub axes: Vec<Vec<f64>>,
+    /// Of the spindle.
+    pub spindle: Vec<f64>,
+    /// From where each axis may come: 0 if that does not matter.
+    pub directions: Vec<Vec<f64>>,
+}
+
+/// Why allowed positions cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{reason}")]
+pub struct AllowedError {
+    /// What is wrong.
+    pub reason: String,
+    /// What to write instead.
+    pub remedy: &'static str,
+}
+
+/// How to write them.
+const REMEDY: &str =
+    "write AXIS=FROM:TO:STEP in degrees, separated by commas: A=-60:60:15,C=0:330:30,S=0:300:60";
+/// Steps through a travel (deg) if nothing else is said.
+const STEPS: usize = 16;
+const TURN: f64 = 360.0;
+const WIDE: f64 = 30.0;
+/// Of the spindle, where it is indexed.
+const SPINDLE: [f64; 6] = [0.0, 60.0, 120.0, 180.0, 240.0, 300.0];
+/// So many positions of one axis are enough.
+const MOST: usize = 721;
+/// What an axis travels before it stands where it came to from a direction (deg).
+pub(super) const RUN_UP: f64 = 2.0;
+
+impl Allowed {
+    /// The whole travel of each rotary axis in steps of a sixteenth, or 30° where it turns right round, without
+    /// indexing the spindle; `directions` says of which axes it matters from where they come.
+    #[must_use]
+    pub fn of(machine: &Machine, directions: &[bool]) -> Self {
+        let axes = machine.axes.iter().map(|axis| {
+            let [low, high] = axis.travel;
+            if !axis.letter.is_rotary() {
+                Vec::new()
+            } else if axis.modulo {
+                steps(0.0, TURN - WIDE, WIDE)
+            } else if high - low >= TURN {
+                // From zero on, so that it is among them.
+                let (from, to) = ((low / WIDE).ceil() * WIDE, (high / WIDE).floor() * WIDE);
+                steps(from, to, WIDE)
+            } else {
+                steps(low, high, (high - low) / STEPS as f64)
+            }
+        });
+        Self {
+            axes: axes.collect(),
+            spindle: vec![0.0],
+            directions: (directions.iter())
+                .map(|matters| if *matters { vec![1.0, -1.0] } else { vec![0.0] })
+                .collect(),
+        }
+    }
+
+    /// Lets the spindle turn right round, in steps of 60°.
+    pub fn index_spindle(&mut self) {
+        self.spindle = SPINDLE.to_vec();
+    }
+
+    /// Takes other positions from a text such as `A=-60:60:15,S=0:300:60`; one position is `A=0`.
+    ///
+    /// # Errors
+    /// [`AllowedError`]: an axis that does not turn, numbers that are none, positions outside the travel.
+    pub fn restrict(&mut self, machine: &Machine, text: &str) -> Result<(), AllowedError> {
+        let bad = |reason: String| AllowedError {
+            reason,
+            remedy: REMEDY,
+        };
+        let mut named = Vec::new();
+        for part in text.split(',').map(str::trim) {
+            let (name, range) = (part.split_once('='))
+                .ok_or_else(|| bad(format!("`{part}` says no positions of an axis")))?;
+            if named.contains(&name) {
+                return Err(bad(format!("{name} is there twice")));
+            }
+            named.push(name);
+            let numbers: Option<Vec<f64>> = (range.split(':'))
+                .map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+                .collect();
+            let positions = match numbers.as_deref() {
+                Some([one]) => vec![*one],
+                Some([from, to, step])
+                    if to >= from && *step > 0.0 && (to - from) / step < MOST as f64 =>
+                {
+                    steps(*from, *to, *step)
+                }
+                _ => return Err(bad(format!("`{part}` are no positions"))),
+            };
+            if name == "S" {
+                self.spindle = positions;
+                continue;
+            }
+            let letter = name.chars().next().filter(|_| name.len() == 1);
+            let axis = letter.and_then(|l| machine.index(l));
+            let Some(index) = axis.filter(|i| machine.axes[*i].letter.is_rotary()) else {
+                return Err(bad(format!("{name} is no rotary axis of {}", machine.name)));
+            };
+            let axis = &machine.axes[index];
+            let [low, high] = axis.travel;
+            if let Some(outside) =
+                (positions.iter()).find(|p| !axis.modulo && !(low..=high).contains(*p))
+            {
+                return Err(bad(format!(
+                    "{name} = {outside} is outside the travel of {low} to {high}"
+                )));
+            }
+            self.axes[index] = positions;
+        }
+        Ok(())
+    }
+}
+
+fn steps(from: f64, to: f64, step: f64) -> Vec<f64> {
+    // As many as fit, but for rounding.
+    let count = ((to - from) / step + 1e-9).floor() as usize;
+    (0..=count).map(|i| from + i as f64 * step).collect()
+}
+
+/// More need more time and memory than they are worth: they are thinned out at random.
+const MANY: usize = 4000;
+
+impl Setup<'_> {
+    /// All that can be reached; with the reason, the first probing that cannot.
+    #[must_use]
+    pub fn candidates(&self, allowed: &Allowed) -> (Probings, Option<(Probing, Unreachable)>) {
+        let mut rows = vec![Probing {
+            ball: 0,
+            position: [0.0; MAX_AXES],
+            direction: [0.0; MAX_AXES],
+            spindle: 0.0,
+            run: None,
+            time: None,
+            sigma: Some(self.sigma),
+            temperature: None,
+            line: 0,
+        }];
+        let with = |rows: Vec<Probing>, values: &[f64], set: fn(&mut Probing, usize, f64), i| {
+            let each = |row: Probing| {
+                values.iter().map(move |value| {
+                    let mut row = row.clone();
+                    set(&mut row, i, *value);
+                    row
+                })
+            };
+            rows.into_iter().flat_map(each).collect::<Vec<Probing>>()
+        };
+        for (i, positions) in allowed.axes.iter().enumerate() {
+            if !positions.is_empty() {
+                rows = with(rows, positions, |row, i, v| row.position[i] = v, i);
+            }
+        }
+        let numbers: Vec<f64> = (0..self.balls.len()).map(|b| b as f64).collect();
+        rows = with(rows, &numbers, |row, _, v| row.ball = v as usize, 0);
+        let reached: Vec<Result<Probing, Box<(Probing, Unreachable)>>> = (rows.into_par_iter())
+            .map(|row| match self.touching(&row) {
+                Ok(touching) => Ok(self.at(row, &touching)),
+                Err(reason) => Err(Box::new((row, reason))),
+            })
+            .collect();
+        let first = reached
+            .iter()
+            .find_map(|r| r.as_ref().err().map(|why| (**why).clone()));
+        let mut rows: Vec<Probing> = reached.into_iter().filter_map(Result::ok).collect();
+        rows = with(rows, &allowed.spindle, |row, _, v| row.spindle = v, 0);
+        if allowed.spindle.iter().any(|s| *s != 0.0) {
+            // A stylus that is not in the middle moves with the spindle.
+            rows.retain_mut(|row| match self.touching(row) {
+                Ok(touching) => {
+                    *row = self.at(row.clone(), &touching);
+                    true
+                }
+                Err(_) => false,
+            });
+        }
+        for (i, directions) in allowed.directions.iter().enumerate() {
+            rows = with(rows, directions, |row, i, v| row.direction[i] = v, i);
+        }
+        rows.retain(|row| self.has_run_up(row));
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        if rows.len() > MANY {
+            rows.shuffle(&mut random);
+            rows.truncate(MANY);
+        }
+        let balls = self.balls.clone();
+        (Probings { balls, rows }, first)
+    }
+
+    /// A row with its linear axes where it is touched.
+    fn at(&self, mut row: Probing, touching: &Touching) -> Probing {
+        for (i, axis) in self.machine.axes.iter().enumerate() {
+            if !axis.letter.is_rotary() {
+                row.position[i] = touching.centre[i];
+            }
+        }
+        row
+    }
+
+    /// The touches of a row whose ball is one of [`Self::balls`].
+    ///
+    /// # Errors
+    /// [`Unreachable`].
+    pub fn touching(&self, row: &Probing) -> Result<Touching, Unreachable> {
+        let name = &self.balls[row.ball];
+        let ball = self.artefact.balls.iter().find(|b| b.name == *name);
+        let ball = ball.ok_or(Unreachable::NoPlace)?;
+        touching(self.machine, self.artefact, ball, row, &self.probe)
+    }
+
+    /// True if every axis can come from the direction that a row wants.
+    fn has_run_up(&self, row: &Probing) -> bool {
+        (0..self.machine.axes.len()).all(|i| self.can_come(row, i))
+    }
+
+    /// True if an axis can come from the direction that a row wants.
+    pub(super) fn can_come(&self, row: &Probing, i: usize) -> bool {
+        let axis = &self.machine.axes[i];
+        let from = row.position[i] - row.direction[i] * RUN_UP;
+        let [low, high] = axis.travel;
+        axis.modulo || row.direction[i] == 0.0 || (low..=high).contains(&from)
+    }
+}

@@ -1,0 +1,237 @@
+//! A strategy for a time that there is.
+
+use super::band::Band;
+use super::candidates::{Allowed, Setup, Unreachable};
+use super::exchange::{Exchange, Measure};
+use super::judge::band;
+use super::order::{ordered, repeated};
+use crate::formats::probings::{Probing, Probings};
+use crate::identify::{Foreseen, IdentifyError, Problem, Unknown};
+use nalgebra::DMatrix;
+use trueaxis_model::errors::{ErrorModel, Parameter};
+
+/// What a strategy is made best for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Criterion {
+    /// All unknowns together: the determinant of their covariance (D-optimal). Beside another strategy, each
+    /// parameter, and the volumetric error too.
+    Parameters,
+    /// The volumetric error: its mean variance at the tip over the travel (I-optimal). Beside another strategy, its
+    /// direction too.
+    #[default]
+    Volume,
+}
+
+/// What is wanted of a strategy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// How many probings it has, repeated ones included.
+    pub probings: usize,
+    /// What it is made best for.
+    pub criterion: Criterion,
+}
+
+/// Why there is no strategy.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DesignError {
+    /// Nothing can be reached.
+    #[error("no ball can be probed at any of the allowed positions: ball `{ball}` first: {reason}")]
+    NothingReached {
+        /// A ball.
+        ball: String,
+        /// Why not.
+        reason: Unreachable,
+    },
+    /// No position is allowed.
+    #[error("no ball can be probed: there are no allowed positions")]
+    NothingAllowed,
+    /// There is too little time.
+    #[error(
+        "{probings} probings are too few for {unknowns} unknowns (parameters, stylus and balls)"
+    )]
+    TooFew {
+        /// How many there may be.
+        probings: usize,
+        /// How many unknowns can be seen.
+        unknowns: usize,
+        /// How many probings would do, at least.
+        least: usize,
+    },
+    /// All positions together are too few.
+    #[error("at all {probings} positions that are allowed and can be reached: {error}")]
+    TooFewPositions {
+        /// How many there are.
+        probings: usize,
+        /// What is wrong.
+        error: IdentifyError,
+    },
+}
+
+/// One probing in so many is repeated, to show drift.
+const REPEATED: usize = 20;
+
+/// How many probings of a strategy of so many are the first one once more.
+pub(super) fn repeats(probings: usize) -> usize {
+    probings.div_ceil(REPEATED + 1)
+}
+
+/// All that can be chosen from, as equations.
+pub(super) struct Choice {
+    pub candidates: Probings,
+    /// What all of them together would tell.
+    pub foreseen: Foreseen,
+    /// Of the unknowns that can be seen.
+    rows: Vec<DMatrix<f64>>,
+    fixed: DMatrix<f64>,
+    /// The volumetric error that these leave.
+    pub band: Band,
+}
+
+impl Choice {
+    pub fn new(
+        setup: &Setup<'_>,
+        allowed: &Allowed,
+        parameters: &[Parameter],
+        assumed: &ErrorModel,
+    ) -> Result<Self, DesignError> {
+        let (candidates, first) = setup.candidates(allowed);
+        if candidates.rows.is_empty() {
+            return Err(match first {
+                Some((row, reason)) => DesignError::NothingReached {
+                    ball: setup.balls[row.ball].clone(),
+                    reason,
+                },
+                None => DesignError::NothingAllowed,
+            });
+        }
+        let perfect = ErrorModel::perfect(setup.machine);
+        let problem = Problem::new(
+            setup.machine,
+            &candidates,
+            setup.artefact,
+            parameters,
+            &perfect,
+        );
+        let foreseen = problem
+            .foresee(assumed)
+            .map_err(|error| DesignError::TooFewPositions {
+                probings: candidates.rows.len(),
+                error,
+            })?;
+        let (rows, fixed) = problem.equations_at(assumed);
+        let kept = |matrix: &DMatrix<f64>| matrix.select_columns(&foreseen.kept);
+        Ok(Self {
+            rows: rows.iter().map(kept).collect(),
+            fixed: kept(&fixed),
+            band: band(setup, &foreseen.parameters, &candidates, assumed),
+            candidates,
+            foreseen,
+        })
+    }
+
+    /// How many probings there must be at least.
+    pub fn least(&self) -> usize {
+        (self.foreseen.rank + 1)
+            .saturating_sub(self.fixed.nrows())
+            .div_ceil(3)
+    }
+
+    /// `effect`: what of the parameters matters.
+    pub fn exchange(&self, effect: &DMatrix<f64>) -> Exchange {
+        Exchange::new(&self.rows, &self.fixed, &self.with_setup(effect))
+    }
+
+    /// The same with columns for balls and stylus, of which nothing matters.
+    pub fn with_setup(&self, effect: &DMatrix<f64>) -> DMatrix<f64> {
+        let setup = self.foreseen.kept.len() - self.foreseen.parameters.len();
+        effect.clone().insert_columns(effect.ncols(), setup, 0.0)
+    }
+
+    /// Chosen rows in the order in which they are probed, with repeated ones.
+    pub fn strategy(&self, setup: &Setup<'_>, chosen: &[usize], repeats: usize) -> Probings {
+        let rows = chosen.iter().map(|i| self.candidates.rows[*i].clone());
+        let rows = repeated(ordered(setup.machine, rows.collect()), repeats);
+        numbered(&self.candidates.balls, rows)
+    }
+}
+
+/// Rows as a file has them: balls in the order in which they come, lines below a header.
+fn numbered(names: &[String], rows: Vec<Probing>) -> Probings {
+    let mut strategy = Probings::default();
+    for (i, row) in rows.into_iter().enumerate() {
+        let name = &names[row.ball];
+        let known = strategy.balls.iter().position(|b| b == name);
+        let ball = known.unwrap_or_else(|| {
+            strategy.balls.push(name.clone());
+            strategy.balls.len() - 1
+        });
+        strategy.rows.push(Probing {
+            ball,
+            line: i + 2,
+            ..row
+        });
+    }
+    strategy
+}
+
+/// A matrix whose square is this one, which is symmetric and has no negative eigenvalues but for rounding.
+pub(super) fn root(square: &DMatrix<f64>) -> DMatrix<f64> {
+    let eigen = square.clone().symmetric_eigen();
+    let mut root = eigen.eigenvectors.transpose();
+    for (mut row, value) in root.row_iter_mut().zip(eigen.eigenvalues.iter()) {
+        row *= value.max(0.0).sqrt();
+    }
+    root
+}
+
+/// The parameters that cannot be told from the stylus at all allowed positions together, without indexing the spindle.
+///
+/// # Errors
+/// [`DesignError`]: nothing that can be reached, too few positions.
+pub fn needs_spindle(
+    setup: &Setup<'_>,
+    allowed: &Allowed,
+    parameters: &[Parameter],
+    assumed: &ErrorModel,
+) -> Result<Vec<Parameter>, DesignError> {
+    let all = Choice::new(setup, allowed, parameters, assumed)?.foreseen;
+    // Along the tool the spindle moves nothing.
+    let is_stylus = |(unknown, _): &(Unknown, f64)| matches!(unknown, Unknown::Stylus(k) if *k != setup.machine.tool_axis);
+    let needs = all.unseen.iter().filter_map(|unseen| match unseen.unknown {
+        Unknown::Parameter(parameter) if unseen.with.iter().any(is_stylus) => Some(parameter),
+        _ => None,
+    });
+    Ok(needs.collect())
+}
+
+/// Proposes a strategy of allowed positions: the choice by exchange that leaves least, in an order that moves
+/// little, and with the first probing repeated for drift.
+///
+/// # Errors
+/// [`DesignError`]: nothing that can be reached, too little time.
+pub fn design(
+    setup: &Setup<'_>,
+    allowed: &Allowed,
+    parameters: &[Parameter],
+    assumed: &ErrorModel,
+    wanted: impl Fn(usize) -> Wanted,
+) -> Result<Probings, DesignError> {
+    let choice = Choice::new(setup, allowed, parameters, assumed)?;
+    let wanted = wanted(choice.foreseen.rank);
+    let repeats = repeats(wanted.probings);
+    let least = choice.least();
+    if wanted.probings < least + repeats {
+        return Err(DesignError::TooFew {
+            probings: wanted.probings,
+            unknowns: choice.foreseen.rank,
+            least: least + repeats.max(1),
+        });
+    }
+    let mut exchange = choice.exchange(&root(&choice.band.mean_squares()[0]));
+    let measure = match wanted.criterion {
+        Criterion::Parameters => Measure::Determinant,
+        Criterion::Volume => Measure::Effect,
+    };
+    exchange.choose(wanted.probings - repeats, measure);
+    Ok(choice.strategy(setup, &exchange.chosen(), repeats))
+}

@@ -1,0 +1,138 @@
+//! What a strategy will tell.
+
+use super::band::{Band, Spread};
+use super::candidates::{Setup, Unreachable};
+use super::remedy::{Remedy, foreseen, remedies};
+use crate::formats::probings::{Probing, Probings};
+use crate::identify::{Foreseen, IdentifyError};
+use crate::simulate::{Disturbances, SimulateError, probings};
+use trueaxis_model::errors::{ErrorModel, Parameter};
+use trueaxis_model::kinematics::Kinematics;
+
+/// What a strategy will tell.
+#[derive(Clone, Debug)]
+pub struct Judgement {
+    /// The strategy with the positions at which the assumed machine is on the balls, and with uncertainties.
+    pub strategy: Probings,
+    /// Parameters, their covariance, what is not seen.
+    pub foreseen: Foreseen,
+    /// Standard uncertainty of the tip over the travel (mm).
+    pub tip: Spread,
+    /// Of the tool direction (rad).
+    pub direction: Spread,
+    /// For each of the parameters that are not seen, a probing with which it would be.
+    pub remedies: Vec<Remedy>,
+    /// Rows that the probe does not reach.
+    pub unreachable: Vec<(Probing, Unreachable)>,
+}
+
+/// Why a strategy cannot be judged.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum JudgeError {
+    /// A row cannot be.
+    #[error(transparent)]
+    Strategy(#[from] SimulateError),
+    /// It has too few rows.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+}
+
+/// Positions at which the volumetric error is looked at: the mean is certain to some 2 %.
+const POSITIONS: usize = 1000;
+
+/// A strategy with the positions at which the assumed machine is on the balls, and with the uncertainty of the
+/// setup where its own rows do not all have one.
+///
+/// # Errors
+/// [`SimulateError`]: a ball without a place, a position outside the travel.
+pub fn placed(
+    setup: &Setup<'_>,
+    strategy: &Probings,
+    assumed: &ErrorModel,
+) -> Result<Probings, SimulateError> {
+    let kinematics = Kinematics::new(setup.machine, assumed);
+    let nothing = Disturbances::default();
+    let mut placed = probings(&kinematics, setup.artefact, strategy, &nothing)?;
+    for (row, wanted) in placed.rows.iter_mut().zip(&strategy.rows) {
+        for (i, axis) in setup.machine.axes.iter().enumerate() {
+            if axis.letter.is_rotary() {
+                // Without the rounding of radians.
+                row.position[i] = wanted.position[i];
+            }
+        }
+    }
+    if placed.rows.iter().any(|row| row.sigma.is_none()) {
+        for row in &mut placed.rows {
+            row.sigma = Some(setup.sigma);
+        }
+    }
+    Ok(placed)
+}
+
+/// Judges a strategy by the equations of `identify`.
+///
+/// # Errors
+/// [`JudgeError`]: rows that cannot be, or too few.
+pub fn judge(
+    setup: &Setup<'_>,
+    parameters: &[Parameter],
+    strategy: &Probings,
+    assumed: &ErrorModel,
+) -> Result<Judgement, JudgeError> {
+    let mut judgement = judge_alone(setup, parameters, strategy, assumed)?;
+    let setup = Setup {
+        balls: judgement.strategy.balls.clone(),
+        ..setup.clone()
+    };
+    let (strategy, foreseen) = (&judgement.strategy, &judgement.foreseen);
+    let perfect = ErrorModel::perfect(setup.machine);
+    judgement.remedies = remedies(&setup, parameters, &perfect, strategy, assumed, foreseen);
+    Ok(judgement)
+}
+
+/// The same without remedies, which take longest.
+pub(super) fn judge_alone(
+    setup: &Setup<'_>,
+    parameters: &[Parameter],
+    strategy: &Probings,
+    assumed: &ErrorModel,
+) -> Result<Judgement, JudgeError> {
+    let strategy = placed(setup, strategy, assumed)?;
+    let perfect = ErrorModel::perfect(setup.machine);
+    let foreseen = foreseen(setup, parameters, &perfect, &strategy, assumed)?;
+    let band = band(setup, &foreseen.parameters, &strategy, assumed);
+    let [tip, direction] = band.spread(&foreseen.covariance);
+    let of_strategy = Setup {
+        balls: strategy.balls.clone(),
+        ..setup.clone()
+    };
+    let unreachable = strategy.rows.iter().filter_map(|row| {
+        let reason = of_strategy.touching(row).err()?;
+        Some((row.clone(), reason))
+    });
+    Ok(Judgement {
+        unreachable: unreachable.collect(),
+        remedies: Vec::new(),
+        strategy,
+        foreseen,
+        tip,
+        direction,
+    })
+}
+
+/// The volumetric error after probings at these positions.
+pub(super) fn band(
+    setup: &Setup<'_>,
+    parameters: &[Parameter],
+    probings: &Probings,
+    assumed: &ErrorModel,
+) -> Band {
+    let axes = 0..setup.machine.axes.len();
+    let probed = axes.map(|i| {
+        let positions = probings.rows.iter().map(|row| row.position[i]);
+        let low = positions.clone().fold(f64::INFINITY, f64::min);
+        [low, positions.fold(f64::NEG_INFINITY, f64::max)]
+    });
+    let probed: Vec<[f64; 2]> = probed.collect();
+    Band::new(setup.machine, assumed, parameters, &probed, POSITIONS)
+}

@@ -1,0 +1,166 @@
+//! Which probing would show what the others do not.
+
+use super::candidates::{Allowed, Setup};
+use super::touches::Probe;
+use crate::formats::artefact::{Artefact, Ball};
+use crate::formats::probings::{Probing, Probings};
+use crate::identify::{Foreseen, Identified, IdentifyError, Problem, Unknown};
+use nalgebra::{DVector, Vector3};
+use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::Machine;
+
+/// A probing that shows what the others do not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remedy {
+    /// What is not seen without it.
+    pub unseen: Unknown,
+    /// The probing; its ball is one of the strategy's.
+    pub add: Option<Probing>,
+}
+
+/// For so many parameters that are not seen another position is looked for.
+const REMEDIES: usize = 12;
+/// Of the spindle, where one is added.
+const SPINDLE: [f64; 4] = [0.0, 90.0, 180.0, 270.0];
+
+/// For each parameter that was looked for and is not seen, a probing of the same balls that would show it: of the machine
+/// as it was identified, with `base` known before, balls and stylus where they were found, and the stylus no
+/// farther from the direction in which a ball stands away from the table than it was.
+#[must_use]
+pub fn would_show(
+    machine: &Machine,
+    probings: &Probings,
+    artefact: &Artefact,
+    base: &ErrorModel,
+    identified: &Identified,
+) -> Vec<Remedy> {
+    let is_unseen = |u: &Unknown| identified.unseen.iter().any(|unseen| unseen.unknown == *u);
+    let is_parameter = |u: &Unknown| matches!(u, Unknown::Parameter(_));
+    let mut unseen = identified.unseen.iter().map(|u| u.unknown);
+    if !unseen.any(|u| is_parameter(&u)) {
+        return Vec::new();
+    }
+    let ball = |(name, place): (&String, &Vector3<f64>)| Ball {
+        name: name.clone(),
+        nominal: Some(*place),
+        away: (artefact.balls.iter())
+            .find(|b| b.name == *name)
+            .map_or(Vector3::z(), |b| b.away),
+    };
+    let mut found = artefact.clone();
+    found.balls = (probings.balls.iter().zip(&identified.balls))
+        .map(ball)
+        .collect();
+    found.stylus.tip = <[f64; 3]>::from(identified.stylus).map(Some);
+    let mut strategy = probings.clone();
+    if strategy.rows.iter().any(|row| row.sigma.is_none()) {
+        for row in &mut strategy.rows {
+            row.sigma = Some(identified.noise);
+        }
+    }
+    let usual = Probe::default();
+    let setup = Setup {
+        machine,
+        artefact: &found,
+        balls: probings.balls.clone(),
+        probe: Probe {
+            cone: usual.cone.max(widest(machine, probings, &found)),
+            ..usual
+        },
+        sigma: identified.noise,
+    };
+    let assumed = &identified.errors;
+    let parameters = &identified.looked_for;
+    let foreseen = foreseen(&setup, parameters, base, &strategy, assumed);
+    let Ok(foreseen) = foreseen else {
+        return Vec::new();
+    };
+    let mut remedies = remedies(&setup, parameters, base, &strategy, assumed, &foreseen);
+    remedies.retain(|remedy| is_unseen(&remedy.unseen));
+    remedies
+}
+
+/// The largest angle (rad) at which the stylus was from the direction in which a ball stands away from the table.
+fn widest(machine: &Machine, probings: &Probings, artefact: &Artefact) -> f64 {
+    let perfect = ErrorModel::perfect(machine);
+    let kinematics = Kinematics::new(machine, &perfect);
+    let angle = |row: &Probing| {
+        let pose = kinematics.nominal(&machine.to_kinematic(&row.position), None);
+        let to_spindle = Vector3::from(machine.direction(&pose));
+        // What touches there computes must not be a rounding more.
+        let angle = to_spindle
+            .dot(&artefact.balls[row.ball].away)
+            .clamp(-1.0, 1.0);
+        angle.acos() + 1e-9
+    };
+    probings.rows.iter().map(angle).fold(0.0, f64::max)
+}
+
+/// What probings of a machine will tell of which `base` is known.
+pub(super) fn foreseen(
+    setup: &Setup<'_>,
+    parameters: &[Parameter],
+    base: &ErrorModel,
+    strategy: &Probings,
+    assumed: &ErrorModel,
+) -> Result<Foreseen, IdentifyError> {
+    let problem = Problem::new(setup.machine, strategy, setup.artefact, parameters, base);
+    problem.foresee(assumed)
+}
+
+/// For each parameter that is not seen the one probing that shows most of it, if it then is seen.
+pub(super) fn remedies(
+    setup: &Setup<'_>,
+    parameters: &[Parameter],
+    base: &ErrorModel,
+    strategy: &Probings,
+    assumed: &ErrorModel,
+    foreseen: &Foreseen,
+) -> Vec<Remedy> {
+    let is_parameter = |u: &Unknown| matches!(u, Unknown::Parameter(_));
+    let unseen = foreseen.unseen.iter().zip(&foreseen.hidden);
+    let unseen: Vec<_> = (unseen.filter(|(u, _)| is_parameter(&u.unknown)))
+        .take(REMEDIES)
+        .collect();
+    if unseen.is_empty() {
+        return Vec::new();
+    }
+    let backlash = |letter: char| {
+        let of = |p: &&Parameter| p.kind == ParameterKind::Backlash && p.axis == letter;
+        parameters.iter().find(of).is_some()
+    };
+    let machine = setup.machine;
+    let directions: Vec<bool> = (machine.axes.iter())
+        .map(|a| backlash(a.letter.char()))
+        .collect();
+    let mut allowed = Allowed::of(machine, &directions);
+    allowed.spindle = SPINDLE.to_vec();
+    let (candidates, _) = setup.candidates(&allowed);
+    if candidates.rows.is_empty() {
+        return Vec::new();
+    }
+    let problem = Problem::new(machine, &candidates, setup.artefact, parameters, base);
+    let (equations, _) = problem.equations_at(assumed);
+    let shown = |i: usize, hidden: &DVector<f64>| (&equations[i] * hidden).norm();
+    let remedy = |unknown: Unknown, hidden: &DVector<f64>, indexed: bool| {
+        let rows = (0..equations.len()).filter(|i| indexed || candidates.rows[*i].spindle == 0.0);
+        let most = rows.max_by(|a, b| {
+            let [a, b] = [a, b].map(|i| shown(*i, hidden));
+            a.total_cmp(&b)
+        })?;
+        let mut with = strategy.clone();
+        let row = candidates.rows[most].clone();
+        with.rows.push(row.clone());
+        let then = self::foreseen(setup, parameters, base, &with, assumed).ok()?;
+        let is_seen = then.unseen.iter().all(|u| u.unknown != unknown)
+            && then.unseen.len() < foreseen.unseen.len();
+        is_seen.then_some(row)
+    };
+    let each = unseen.into_iter().map(|(unseen, hidden)| Remedy {
+        unseen: unseen.unknown,
+        // Not every spindle can be indexed.
+        add: remedy(unseen.unknown, hidden, false).or_else(|| remedy(unseen.unknown, hidden, true)),
+    });
+    each.collect()
+}

@@ -1,0 +1,363 @@
+//! Position sets with a name: those by which the source document calibrates and validates.
+//!
+//! *Chase-the-ball* follows one ball through rotary positions (Bringmann and Knapp 2006; Table 5-4), *RUMBA* probes
+//! every ball of an artefact without known lengths at the same ones (Table 5-3), *SAMBA* has a scale bar besides, turns
+//! the spindle, and probes at each position the balls that are free (Table 4-1). The lists are those of the document for
+//! its machines; other machines get them for their own two rotary axes.
+
+use super::candidates::{Setup, Unreachable};
+use crate::formats::probings::{self, Probing, Probings};
+use std::fmt;
+use trueaxis_model::machine::{Branch, MAX_AXES, Machine};
+use trueaxis_model::source::FileError;
+
+/// A position set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Set {
+    /// One ball, 60 pairs of rotary positions (Table 5-4).
+    ChaseTheBall,
+    /// Each ball, 42 pairs (Table 5-3).
+    Rumba,
+    /// A bar and master balls, 32 positions of spindle and rotary axes (Table 4-1).
+    Samba,
+}
+
+impl Set {
+    /// All of them.
+    pub const EVERY: [Self; 3] = [Self::ChaseTheBall, Self::Rumba, Self::Samba];
+
+    /// Its name in the command.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ChaseTheBall => "chase-the-ball",
+            Self::Rumba => "rumba",
+            Self::Samba => "samba",
+        }
+    }
+
+    /// How far (deg) the stylus leans from where a ball stands away from the table, at most: SAMBA turns the table by a
+    /// quarter.
+    #[must_use]
+    pub fn cone(self) -> Option<f64> {
+        (self == Self::Samba).then_some(90.0)
+    }
+
+    /// The document's list, on its own machine, and there the axis that tilts and the one that turns.
+    fn listed(self) -> Result<(Probings, [usize; 2]), FileError> {
+        let (machine, text, tilts) = match self {
+            Self::ChaseTheBall => (
+                KOLIBRI,
+                include_str!("../../../../examples/kolibri/validation.csv"),
+                'A',
+            ),
+            Self::Rumba => (
+                KOLIBRI,
+                include_str!("../../../../examples/kolibri/strategy.csv"),
+                'A',
+            ),
+            Self::Samba => (
+                HU40,
+                include_str!("../../../../examples/hu40/strategy.csv"),
+                'B',
+            ),
+        };
+        let machine = Machine::from_toml(machine)?;
+        let listed = probings::read(text, &machine, false)?;
+        let axes = [tilts, 'C'].map(|letter| machine.index(letter).unwrap_or_default());
+        Ok((listed, axes))
+    }
+}
+
+const KOLIBRI: &str = include_str!("../../../../examples/kolibri/machine.toml");
+const HU40: &str = include_str!("../../../../examples/hu40/machine.toml");
+
+impl fmt::Display for Set {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A set on a machine.
+#[derive(Clone, Debug)]
+pub struct Positions {
+    /// The probings, in the order of the document.
+    pub strategy: Probings,
+    /// Rows of the set that cannot be probed: ball, row and reason.
+    pub left_out: Vec<(String, Probing, Unreachable)>,
+}
+
+/// Why a machine or an artefact does not have a set.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SetError {
+    /// It has another number of rotary axes.
+    #[error("{set} turns balls with two rotary axes: {machine} has {rotary}")]
+    Axes {
+        /// The set.
+        set: Set,
+        /// Name of the machine.
+        machine: String,
+        /// Its rotary axes.
+        rotary: usize,
+    },
+    /// One ball is followed, not several.
+    #[error("chase-the-ball follows one ball, not {balls}")]
+    OneBall {
+        /// How many were named.
+        balls: usize,
+    },
+    /// SAMBA needs a length.
+    #[error("samba needs a bar, and the artefact has none")]
+    NoBar,
+    /// And balls besides those of the bar.
+    #[error("samba needs master balls besides the two of the bar")]
+    NoMasterBall,
+    /// Nothing of it can be probed.
+    #[error("nothing of {set} can be probed: ball {ball}: {reason}")]
+    NothingReached {
+        /// The set.
+        set: Set,
+        /// A ball.
+        ball: String,
+        /// Why not.
+        reason: Unreachable,
+    },
+    /// A list of the document cannot be read.
+    #[error("{0}")]
+    Listed(FileError),
+}
+
+impl SetError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Axes { .. } => {
+                "leave --set out: a strategy is then proposed for any machine, of balls and what turns them"
+            }
+            Self::OneBall { .. } => "name one ball with --balls, or use --set rumba",
+            Self::NoBar => {
+                "write [[bar]] with balls, length_mm and standard_uncertainty_mm, or use --set rumba"
+            }
+            Self::NoMasterBall => {
+                "write [[ball]] with name and nominal_mm for each, or name them with --balls"
+            }
+            Self::NothingReached { .. } => {
+                "correct the balls' nominal_mm and away_from_table, or allow more with --cone"
+            }
+            Self::Listed(_) => "this is an error of the program",
+        }
+    }
+}
+
+/// Positions of scaled axes are whole tenths of a degree.
+const TENTHS: f64 = 10.0;
+/// What is so near to one is one: rounding.
+const NEAR: f64 = 1e-12;
+const TURN: f64 = 360.0;
+
+/// A set for a machine and its artefact: without what the stylus or an axis does not reach.
+///
+/// The tilting axis goes as far as in the document, or in proportion as far as its travel allows on either side; the
+/// turning axis, which is that with the larger travel, takes the same angles, whole turns apart where its travel is
+/// smaller.
+///
+/// # Errors
+/// [`SetError`].
+pub fn positions(setup: &Setup<'_>, set: Set) -> Result<Positions, SetError> {
+    let machine = setup.machine;
+    let [tilts, turns] = rotary(machine, set)?;
+    let (listed, [listed_tilts, listed_turns]) = set.listed().map_err(SetError::Listed)?;
+    let extent = |axis: usize| {
+        let all = listed.rows.iter().map(|row| row.position[axis]);
+        all.fold([0.0_f64; 2], |[low, high], p| [low.min(p), high.max(p)])
+    };
+    let [tilt_extent, turn_extent] = [listed_tilts, listed_turns].map(extent);
+    let mut found = Positions {
+        strategy: Probings {
+            balls: setup.balls.clone(),
+            rows: Vec::new(),
+        },
+        left_out: Vec::new(),
+    };
+    for (ball, row) in of_balls(setup, set, &listed)? {
+        let mut position = [0.0; MAX_AXES];
+        let mut direction = [0.0; MAX_AXES];
+        position[tilts] = scaled(
+            row.position[listed_tilts],
+            tilt_extent,
+            machine.axes[tilts].travel,
+        );
+        position[turns] = turned(row.position[listed_turns], turn_extent, machine, turns);
+        direction[tilts] = row.direction[listed_tilts];
+        direction[turns] = row.direction[listed_turns];
+        let mut row = Probing {
+            ball,
+            position,
+            direction,
+            spindle: row.spindle,
+            ..row.clone()
+        };
+        for i in [tilts, turns] {
+            if !setup.can_come(&row, i) {
+                row.direction[i] = 0.0;
+            }
+        }
+        match setup.touching(&row) {
+            Err(reason) => found
+                .left_out
+                .push((setup.balls[ball].clone(), row, reason)),
+            // Whole turns apart, two of the document can be one.
+            Ok(_) if found.strategy.rows.iter().any(|r| is_same(r, &row)) => {}
+            Ok(_) => {
+                row.line = found.strategy.rows.len() + 2;
+                found.strategy.rows.push(row);
+            }
+        }
+    }
+    if found.strategy.rows.is_empty()
+        && let Some((ball, _, reason)) = found.left_out.first()
+    {
+        return Err(SetError::NothingReached {
+            set,
+            ball: ball.clone(),
+            reason: reason.clone(),
+        });
+    }
+    Ok(only_used(found))
+}
+
+fn is_same(a: &Probing, b: &Probing) -> bool {
+    (a.ball, a.spindle) == (b.ball, b.spindle)
+        && a.position == b.position
+        && a.direction == b.direction
+}
+
+/// Names of the balls that are probed, in the order in which they come.
+fn only_used(mut found: Positions) -> Positions {
+    let mut balls: Vec<String> = Vec::new();
+    for row in &mut found.strategy.rows {
+        let name = &found.strategy.balls[row.ball];
+        row.ball = balls.iter().position(|b| b == name).unwrap_or_else(|| {
+            balls.push(name.clone());
+            balls.len() - 1
+        });
+    }
+    found.strategy.balls = balls;
+    found
+}
+
+/// The axis that tilts and the one that turns.
+fn rotary(machine: &Machine, set: Set) -> Result<[usize; 2], SetError> {
+    let all: Vec<usize> = (0..machine.axes.len())
+        .filter(|i| machine.axes[*i].letter.is_rotary())
+        .collect();
+    let [a, b] = all[..] else {
+        return Err(SetError::Axes {
+            set,
+            machine: machine.name.clone(),
+            rotary: all.len(),
+        });
+    };
+    let travel = |i: usize| {
+        let axis = &machine.axes[i];
+        match axis.modulo {
+            true => f64::INFINITY,
+            false => axis.travel[1] - axis.travel[0],
+        }
+    };
+    // Of two that turn as far, the one nearer to the workpiece: axes of its branch are listed outwards.
+    let a_turns = match travel(a).total_cmp(&travel(b)) {
+        std::cmp::Ordering::Greater => true,
+        std::cmp::Ordering::Less => false,
+        std::cmp::Ordering::Equal => machine.axes[b].branch != Branch::Workpiece,
+    };
+    Ok(if a_turns { [b, a] } else { [a, b] })
+}
+
+/// A position as it is where the travel allows the whole extent of its side, or in proportion.
+fn scaled(position: f64, [least, most]: [f64; 2], [low, high]: [f64; 2]) -> f64 {
+    let part = match position > 0.0 {
+        true => (high / most).clamp(0.0, 1.0),
+        false if position < 0.0 => (low / least).clamp(0.0, 1.0),
+        false => 1.0,
+    };
+    let moved = match part < 1.0 {
+        // Towards zero, so that it stays inside.
+        true => (position * part * TENTHS * (1.0 + NEAR)).trunc() / TENTHS,
+        false => position,
+    };
+    moved.clamp(low, high)
+}
+
+/// The same angle inside the travel, if there is one.
+fn turned(position: f64, extent: [f64; 2], machine: &Machine, axis: usize) -> f64 {
+    let axis = &machine.axes[axis];
+    let [low, high] = axis.travel;
+    if axis.modulo {
+        return (position - low).rem_euclid(TURN) + low;
+    }
+    let same = [0.0, -TURN, TURN].map(|turn| position + turn);
+    let inside = same.into_iter().find(|p| (low..=high).contains(p));
+    inside.unwrap_or_else(|| scaled(position, extent, [low, high]))
+}
+
+/// The rows of the list for the balls of the artefact: the number of a ball of the setup, and a row.
+fn of_balls(
+    setup: &Setup<'_>,
+    set: Set,
+    listed: &Probings,
+) -> Result<Vec<(usize, Probing)>, SetError> {
+    let first = || listed.rows.iter().filter(|row| row.ball == 0);
+    match set {
+        Set::ChaseTheBall if setup.balls.len() > 1 => Err(SetError::OneBall {
+            balls: setup.balls.len(),
+        }),
+        Set::ChaseTheBall | Set::Rumba => Ok((0..setup.balls.len())
+            .flat_map(|ball| first().map(move |row| (ball, row.clone())))
+            .collect()),
+        Set::Samba => {
+            let index = |name: &String| setup.balls.iter().position(|b| b == name);
+            let bar = setup.artefact.bars.iter().find_map(|bar| {
+                let [one, other] = &bar.balls;
+                Some([index(one)?, index(other)?])
+            });
+            let bar = bar.ok_or(SetError::NoBar)?;
+            let masters: Vec<usize> = (0..setup.balls.len())
+                .filter(|b| !bar.contains(b))
+                .collect();
+            if masters.is_empty() {
+                return Err(SetError::NoMasterBall);
+            }
+            // In the list the balls of the bar are 1 and 2.
+            let ball = |row: &Probing| -> Option<usize> {
+                let number: usize = listed.balls[row.ball].parse().ok()?;
+                match number.checked_sub(1)? {
+                    at @ (0 | 1) => Some(bar[at]),
+                    at => masters.get(at - 2).copied(),
+                }
+            };
+            let rows = listed.rows.iter();
+            Ok(rows
+                .filter_map(|row| Some((ball(row)?, row.clone())))
+                .collect())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_stay_inside_smaller_travels_in_proportion() {
+        let extent = [-55.0, 55.0];
+        assert_eq!(scaled(55.0, extent, [-120.0, 120.0]), 55.0);
+        assert_eq!(scaled(55.0, extent, [-120.0, 30.0]), 30.0);
+        assert_eq!(scaled(-55.0, extent, [-120.0, 30.0]), -55.0);
+        // 20 of 55 on 30: 10.909, towards zero.
+        assert!((scaled(20.0, extent, [-120.0, 30.0]) - 10.9).abs() < 1e-12);
+        // An axis that does not reach the other side stays at its end.
+        assert_eq!(scaled(-20.0, extent, [5.0, 90.0]), 5.0);
+    }
+}

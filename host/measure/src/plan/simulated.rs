@@ -1,0 +1,109 @@
+//! Touches as a machine with known errors would give them.
+
+use super::touches::{PER_BALL, Probe, touching};
+use crate::formats::artefact::Artefact;
+use crate::formats::probings::Probings;
+use crate::simulate::turned;
+use crate::simulate::{Disturbances, SimulateError, normal, three_linear};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use trueaxis_model::errors::Situation;
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// Halvings of a touch: 30 mm become 30 fm.
+const HALVINGS: usize = 50;
+
+/// Axis positions (mm, deg) at which the stylus of a machine touches the balls of an artefact on the way of each
+/// touch of a strategy, which was planned for balls at their `planned` places; five for each row. Of the
+/// disturbances noise (of each touch along each linear axis) and drift.
+///
+/// # Errors
+/// [`SimulateError`]: a ball without a place, one that is not touched.
+pub fn simulated_touches(
+    kinematics: &Kinematics<'_>,
+    planned: &Artefact,
+    artefact: &Artefact,
+    strategy: &Probings,
+    probe: &Probe,
+    disturbances: &Disturbances,
+) -> Result<Vec<PerAxis>, SimulateError> {
+    let machine = kinematics.machine;
+    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
+    let tip = artefact.stylus.place(machine);
+    let last = (strategy.rows.len().max(2) - 1) as f64;
+    let mut touched = Vec::new();
+    for (number, row) in strategy.rows.iter().enumerate() {
+        let name = &strategy.balls[row.ball];
+        let place = |artefact: &Artefact| {
+            let ball = artefact.balls.iter().find(|b| b.name == *name)?;
+            Some((ball.clone(), ball.nominal?))
+        };
+        let missing = || SimulateError::NoPlace { ball: name.clone() };
+        let (ball, _) = place(planned).ok_or_else(missing)?;
+        let (_, centre) = place(artefact).ok_or_else(missing)?;
+        let centre = centre + Vector3::from(disturbances.drift) * (number as f64 / last);
+        let not_reached = || SimulateError::NotReached {
+            line: row.line,
+            ball: name.clone(),
+        };
+        let way = touching(machine, planned, &ball, row, probe).map_err(|_| not_reached())?;
+        let tip = turned(machine.tool_axis, row.spindle) * tip;
+        let situation = Situation {
+            sign: row.direction,
+            ..Situation::default()
+        };
+        let is_free = |position: &PerAxis| {
+            let q = machine.to_kinematic(position);
+            let found = kinematics.sensitivity(&q, &situation, &tip);
+            (found.point - centre).norm() > probe.radius
+        };
+        for touch in &way.touches {
+            let mut position =
+                between(&touch.begin, &touch.end, is_free).ok_or_else(not_reached)?;
+            disturb(machine, &mut position, disturbances.noise, &mut random);
+            touched.push(position);
+        }
+    }
+    debug_assert_eq!(touched.len(), PER_BALL * strategy.rows.len());
+    Ok(touched)
+}
+
+/// Where a way is no longer free.
+fn between(begin: &PerAxis, end: &PerAxis, is_free: impl Fn(&PerAxis) -> bool) -> Option<PerAxis> {
+    if !is_free(begin) || is_free(end) {
+        return None;
+    }
+    let at = |part: f64| std::array::from_fn(|i| begin[i] + part * (end[i] - begin[i]));
+    let (mut free, mut blocked) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (free + blocked);
+        if is_free(&at(middle)) {
+            free = middle;
+        } else {
+            blocked = middle;
+        }
+    }
+    Some(at(blocked))
+}
+
+fn disturb(machine: &Machine, position: &mut PerAxis, noise: f64, random: &mut Pcg64Mcg) {
+    for i in three_linear(machine).into_iter().flatten() {
+        position[i] += noise * normal(random);
+    }
+}
+
+/// The log that LinuxCNC writes of touches: X Y Z A B C U V W, with six decimals.
+#[must_use]
+pub fn touch_log(machine: &Machine, touches: &[PerAxis]) -> String {
+    let line = |position: &PerAxis| {
+        let of = |letter| machine.index(letter).map_or(0.0, |i| position[i]);
+        let words: Vec<String> = "XYZABCUVW"
+            .chars()
+            .map(|l| format!("{:.6}", of(l)))
+            .collect();
+        words.join(" ") + "\n"
+    };
+    touches.iter().map(line).collect()
+}

@@ -1,0 +1,206 @@
+//! The five touches by which a probe finds the centre of a ball.
+
+use super::candidates::Unreachable;
+use crate::formats::artefact::{Artefact, Ball};
+use crate::formats::probings::Probing;
+use crate::simulate::turned;
+use crate::simulate::{reach, three_linear};
+use nalgebra::{Matrix3, Vector3};
+use trueaxis_model::errors::{ErrorModel, Situation};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// How many touches a ball gets.
+pub const PER_BALL: usize = 5;
+
+/// Four of them are so far above the equator of the ball, seen from the spindle (rad): on the equator only the
+/// touch at the pole would say how high the ball is, and one that is wrong would not be noticed.
+const LATITUDE: f64 = std::f64::consts::PI / 6.0;
+
+/// What the touches are made with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// From the centre of a ball to that of the stylus tip when they touch (mm): both radii.
+    pub radius: f64,
+    /// How far away from the ball a touch begins (mm).
+    pub clearance: f64,
+    /// How far beyond the nominal surface it may go on (mm).
+    pub search: f64,
+    /// Largest angle of the stylus from the direction in which a ball stands away from the table (rad).
+    pub cone: f64,
+}
+
+impl Default for Probe {
+    /// A ball of 20 mm and a stylus tip of 6 mm, touches from 5 mm before to 3 mm behind the surface, and the stylus up
+    /// to 60° from the direction in which the ball stands away from the table.
+    fn default() -> Self {
+        Self {
+            radius: 13.0,
+            clearance: 5.0,
+            search: 3.0,
+            cone: 60.0_f64.to_radians(),
+        }
+    }
+}
+
+/// A touch, as axis positions (mm, deg).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// Beside the ball, as high as where it is approached from.
+    pub over: PerAxis,
+    /// Where the touch begins.
+    pub begin: PerAxis,
+    /// Where it ends if nothing is touched.
+    pub end: PerAxis,
+}
+
+/// How one ball is probed, as axis positions (mm, deg).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Touching {
+    /// With the stylus centre on that of the ball.
+    pub centre: PerAxis,
+    /// As far from the ball along the stylus as the travel allows: where axes turn.
+    pub away: PerAxis,
+    /// Above the pole: where touches begin and end.
+    pub above: PerAxis,
+    /// The touches: at the pole, then about the tool axis.
+    pub touches: [Touch; PER_BALL],
+}
+
+/// Nothing is farther away than this (mm).
+const FAR: f64 = 1e4;
+/// From the end of the travel (mm).
+const SPARE: f64 = 0.5;
+
+/// The touches of a probing: of a ball whose place is known, on the machine as it should be.
+///
+/// # Errors
+/// [`Unreachable`] if the stylus would come from the side of the table, or an axis would leave its travel.
+pub fn touching(
+    machine: &Machine,
+    artefact: &Artefact,
+    ball: &Ball,
+    probing: &Probing,
+    probe: &Probe,
+) -> Result<Touching, Unreachable> {
+    let centre = ball.nominal.ok_or(Unreachable::NoPlace)?;
+    let perfect = ErrorModel::perfect(machine);
+    let kinematics = Kinematics::new(machine, &perfect);
+    let tip = artefact.stylus.place(machine);
+    let tip = turned(machine.tool_axis, probing.spindle) * tip;
+    let linear = three_linear(machine).ok_or(Unreachable::NoWay)?;
+    let q = reach(&kinematics, probing, &tip, &centre).ok_or(Unreachable::NoWay)?;
+    let pose = trueaxis_kinematics::Nominal::new(machine).pose(&q, None);
+    let to_spindle = Vector3::from(machine.direction(&pose));
+    let angle = to_spindle.dot(&ball.away).clamp(-1.0, 1.0).acos();
+    if angle > probe.cone {
+        return Err(Unreachable::Cone {
+            degrees: angle.to_degrees(),
+        });
+    }
+    let found = kinematics.sensitivity(&q, &Situation::default(), &tip);
+    let ways = linear.map(|i| {
+        let axis = &machine.axes[i];
+        let way: Vector3<f64> = found.by_intra[i].column(axis.letter.component()).into();
+        if axis.reversed { -way } else { way }
+    });
+    let to_axes = Matrix3::from_columns(&ways).try_inverse();
+    let to_axes = to_axes.ok_or(Unreachable::NoWay)?;
+    let at = |way: &Vector3<f64>| {
+        let mut moved = q;
+        for (i, step) in linear.into_iter().zip((to_axes * way).iter()) {
+            moved[i] += step;
+        }
+        machine.to_command(&moved)
+    };
+    // Halfway between the directions of the first linear axis, or of the stem, where that shows.
+    let across = |v: &Vector3<f64>| v - to_spindle * v.dot(&to_spindle);
+    let stem = across(&ball.away);
+    let first = (stem.norm() > ANGLE).then_some(stem);
+    let first = first.unwrap_or_else(|| across(&longest(&ways, &across)));
+    let side = first.normalize();
+    let other = to_spindle.cross(&side);
+    let near = probe.radius + probe.clearance;
+    let above = to_spindle * near;
+    let touch = |number: usize| {
+        let out = match number.checked_sub(1) {
+            None => to_spindle,
+            Some(k) => {
+                let turn = (k as f64 + 0.5) * std::f64::consts::FRAC_PI_2;
+                (side * turn.cos() + other * turn.sin()) * LATITUDE.cos()
+                    + to_spindle * LATITUDE.sin()
+            }
+        };
+        // Beside the ball the way down must be clear of it too.
+        let begin = match number {
+            0 => out * near,
+            _ => out * (near / LATITUDE.cos()),
+        };
+        Touch {
+            over: at(&(across(&begin) + above)),
+            begin: at(&begin),
+            end: at(&(out * (probe.radius - probe.search))),
+        }
+    };
+    let mut touching = Touching {
+        centre: machine.to_command(&q),
+        away: at(&above),
+        above: at(&above),
+        touches: std::array::from_fn(touch),
+    };
+    for position in touching.positions() {
+        inside(machine, position)?;
+    }
+    let mut farthest = FAR;
+    let step = to_axes * to_spindle;
+    for (i, step) in linear.into_iter().zip(step.iter()) {
+        let axis = &machine.axes[i];
+        let step = axis.to_command(*step);
+        if !axis.modulo && step.abs() > ANGLE {
+            let end = if step > 0.0 {
+                axis.travel[1] - SPARE
+            } else {
+                axis.travel[0] + SPARE
+            };
+            farthest = farthest.min((end - touching.above[i]) / step);
+        }
+    }
+    touching.away = at(&(to_spindle * (near + farthest.max(0.0))));
+    Ok(touching)
+}
+
+/// Directions that differ by less are the same (rad).
+const ANGLE: f64 = 1e-6;
+
+/// The direction of a linear axis that is most across the tool.
+fn longest(ways: &[Vector3<f64>], across: &impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Vector3<f64> {
+    let mut longest = ways[0];
+    for way in ways {
+        // The first of two that are alike.
+        if across(way).norm() > across(&longest).norm() + ANGLE {
+            longest = *way;
+        }
+    }
+    longest
+}
+
+impl Touching {
+    fn positions(&self) -> impl Iterator<Item = &PerAxis> {
+        let touches = self.touches.iter();
+        let of = touches.flat_map(|t| [&t.over, &t.begin, &t.end]);
+        of.chain([&self.above, &self.centre])
+    }
+}
+
+fn inside(machine: &Machine, position: &PerAxis) -> Result<(), Unreachable> {
+    for (axis, position) in machine.axes.iter().zip(position) {
+        let [low, high] = axis.travel;
+        if !axis.modulo && !(low..=high).contains(position) {
+            return Err(Unreachable::Travel {
+                axis: axis.letter.char(),
+                position: *position,
+            });
+        }
+    }
+    Ok(())
+}

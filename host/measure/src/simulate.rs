@@ -1,0 +1,241 @@
+//! Measurements as a machine with known errors would give them.
+
+pub mod ballbar;
+mod compensated;
+pub mod runs;
+
+use crate::formats::artefact::Artefact;
+use crate::formats::probings::{Probing, Probings};
+pub use compensated::{applied, compensated, corrections};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use trueaxis_model::errors::Situation;
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+
+/// What is not as it should be with the measurement itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disturbances {
+    /// Standard deviation of each coordinate of a probing (mm).
+    pub noise: f64,
+    /// Movement of the workpiece frame from the first to the last row (mm), along each of its axes.
+    pub drift: [f64; 3],
+    /// Part of the rows, 0 to 1, that are off by `outlier` besides.
+    pub outliers: f64,
+    /// How far (mm), in a random direction.
+    pub outlier: f64,
+    /// Where random numbers begin.
+    pub seed: u64,
+}
+
+/// Why a probing cannot be simulated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulateError {
+    /// Nobody knows where a ball is.
+    #[error("ball `{ball}` has no nominal_mm in the artefact")]
+    NoPlace {
+        /// Its name.
+        ball: String,
+    },
+    /// The machine has no three linear axes that reach every place.
+    #[error("line {line}: the linear axes cannot bring the stylus to ball `{ball}` there")]
+    NotReached {
+        /// Line of the strategy.
+        line: usize,
+        /// The ball.
+        ball: String,
+    },
+    /// It is too far away.
+    #[error("line {line}: ball `{ball}` is at {axis} = {position:.3}, outside its travel")]
+    Outside {
+        /// Line of the strategy.
+        line: usize,
+        /// The ball.
+        ball: String,
+        /// The axis.
+        axis: char,
+        /// Where it would have to be (mm).
+        position: f64,
+    },
+    /// The corrections of a compensation change as much as the position does.
+    #[error(
+        "line {line}: ball `{ball}` is not found while the compensation is on: its corrections do not settle"
+    )]
+    Unsettled {
+        /// Line of the strategy.
+        line: usize,
+        /// The ball.
+        ball: String,
+    },
+}
+
+/// Where the axes are when the stylus is on each ball of a strategy: its rotary axes and its spindle as they
+/// are there, its linear ones where the tip of the actual machine meets the ball.
+///
+/// # Errors
+/// [`SimulateError`]: a ball without a place, one that cannot be reached.
+pub fn probings(
+    kinematics: &Kinematics<'_>,
+    artefact: &Artefact,
+    strategy: &Probings,
+    disturbances: &Disturbances,
+) -> Result<Probings, SimulateError> {
+    let none = vec![[0.0; MAX_AXES]; strategy.rows.len()];
+    let mut measured = on_balls(kinematics, artefact, strategy, disturbances.drift, &none)?;
+    disturb_all(kinematics.machine, &mut measured, disturbances);
+    in_travel(kinematics.machine, &measured)?;
+    Ok(measured)
+}
+
+/// The strategy with the positions that are commanded when the tip of the actual machine is on the balls and each
+/// axis is `off` its command by so much (mm, deg).
+fn on_balls(
+    kinematics: &Kinematics<'_>,
+    artefact: &Artefact,
+    strategy: &Probings,
+    drift: [f64; 3],
+    off: &[PerAxis],
+) -> Result<Probings, SimulateError> {
+    let machine = kinematics.machine;
+    let tip = artefact.stylus.place(machine);
+    let mut commanded = strategy.clone();
+    let last = (strategy.rows.len().max(2) - 1) as f64;
+    for ((number, row), off) in commanded.rows.iter_mut().enumerate().zip(off) {
+        let name = &strategy.balls[row.ball];
+        let ball = (artefact.balls.iter())
+            .find(|b| b.name == *name)
+            .and_then(|b| b.nominal);
+        let ball = ball.ok_or_else(|| SimulateError::NoPlace { ball: name.clone() })?;
+        let drift = Vector3::from(drift) * (number as f64 / last);
+        let tip = turned(machine.tool_axis, row.spindle) * tip;
+        let mut real = row.clone();
+        for (position, off) in real.position.iter_mut().zip(off) {
+            *position += off;
+        }
+        let q = reach(kinematics, &real, &tip, &(ball + drift)).ok_or_else(|| {
+            SimulateError::NotReached {
+                line: row.line,
+                ball: name.clone(),
+            }
+        })?;
+        let real = machine.to_command(&q);
+        row.position = std::array::from_fn(|i| real[i] - off[i]);
+    }
+    Ok(commanded)
+}
+
+fn in_travel(machine: &Machine, measured: &Probings) -> Result<(), SimulateError> {
+    for row in &measured.rows {
+        for (axis, position) in machine.axes.iter().zip(row.position) {
+            let [low, high] = axis.travel;
+            if !axis.modulo && !(low..=high).contains(&position) {
+                return Err(SimulateError::Outside {
+                    line: row.line,
+                    ball: measured.balls[row.ball].clone(),
+                    axis: axis.letter.char(),
+                    position,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Probings that were simulated without noise, with the noise and the outliers that [`probings`] would have
+/// given them; drift is not added.
+#[must_use]
+pub fn disturbed(machine: &Machine, clean: &Probings, disturbances: &Disturbances) -> Probings {
+    let mut measured = clean.clone();
+    disturb_all(machine, &mut measured, disturbances);
+    measured
+}
+
+fn disturb_all(machine: &Machine, measured: &mut Probings, disturbances: &Disturbances) {
+    let mut random = Pcg64Mcg::seed_from_u64(disturbances.seed);
+    for row in &mut measured.rows {
+        disturb(machine, row, disturbances, &mut random);
+    }
+}
+
+/// Steps to a ball: each gains the relative size of the errors.
+const STEPS: usize = 20;
+/// The tip is on the ball (mm): rounding of positions of 1 m.
+const REACHED: f64 = 1e-11;
+
+/// Linear positions at which the tip is on the ball (mm, rad).
+pub(crate) fn reach(
+    kinematics: &Kinematics<'_>,
+    row: &Probing,
+    tip: &Vector3<f64>,
+    ball: &Vector3<f64>,
+) -> Option<PerAxis> {
+    let situation = Situation {
+        sign: row.direction,
+        ..Situation::default()
+    };
+    let q = kinematics.machine.to_kinematic(&row.position);
+    on_ball(kinematics, &q, &situation, tip, ball)
+}
+
+/// The same from these positions of all axes on (mm, rad).
+pub(crate) fn on_ball(
+    kinematics: &Kinematics<'_>,
+    start: &PerAxis,
+    situation: &Situation,
+    tip: &Vector3<f64>,
+    ball: &Vector3<f64>,
+) -> Option<PerAxis> {
+    let machine = kinematics.machine;
+    let linear = three_linear(machine)?;
+    let mut q = *start;
+    for _ in 0..STEPS {
+        let found = kinematics.sensitivity(&q, situation, tip);
+        let miss = found.point - ball;
+        if miss.norm() < REACHED {
+            return Some(q);
+        }
+        let ways = linear.map(|i| {
+            let axis = &machine.axes[i];
+            let way: Vector3<f64> = found.by_intra[i].column(axis.letter.component()).into();
+            if axis.reversed { -way } else { way }
+        });
+        let step = Matrix3::from_columns(&ways).try_inverse()? * miss;
+        for (i, step) in linear.into_iter().zip(step.iter()) {
+            q[i] -= step;
+        }
+    }
+    None
+}
+
+/// The first three linear axes.
+pub(crate) fn three_linear(machine: &Machine) -> Option<[usize; 3]> {
+    let linear = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
+    linear.take(3).collect::<Vec<_>>().try_into().ok()
+}
+
+fn disturb(machine: &Machine, row: &mut Probing, by: &Disturbances, random: &mut Pcg64Mcg) {
+    let mut off = Vector3::from_fn(|_, _| normal(random)) * by.noise;
+    // Drawn in any case, so that the noise of a seed is the same with outliers and without.
+    let (chance, direction) = (
+        random.random::<f64>(),
+        Vector3::from_fn(|_, _| normal(random)),
+    );
+    if chance < by.outliers {
+        off += direction.normalize() * by.outlier;
+    }
+    for (i, off) in three_linear(machine).into_iter().flatten().zip(off.iter()) {
+        row.position[i] += off;
+    }
+}
+
+/// How a spindle that is indexed by so much (deg) turns the stylus in its frame.
+pub(crate) fn turned(tool_axis: usize, degrees: f64) -> Matrix3<f64> {
+    *Rotation3::from_axis_angle(&Vector3::ith_axis(tool_axis), degrees.to_radians()).matrix()
+}
+
+/// A number of the standard normal distribution (Box and Muller).
+pub fn normal(random: &mut Pcg64Mcg) -> f64 {
+    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+    radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
+}

@@ -1,0 +1,105 @@
+//! Circular tests (ISO 230-4) with a ball-bar.
+
+use super::runs::OfReadings;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use std::fmt::Write;
+use trueaxis_model::explain::{Bench, State};
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// A circle in the plane of two linear axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Circle {
+    /// The two axes (by index): the angle counts from the first towards the second.
+    pub plane: [usize; 2],
+    /// Where the axes are in its centre (mm, rad).
+    pub centre: PerAxis,
+    /// Radius (mm).
+    pub radius: f64,
+    /// Readings of a turn.
+    pub count: u32,
+}
+
+/// What the bar reads at an angle: how much (mm) the radius is more than on a machine without errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtAngle {
+    /// The angle (deg).
+    pub angle: f64,
+    /// Turning from the first axis towards the second, counter-clockwise.
+    pub counter_clockwise: f64,
+    /// Turning back.
+    pub clockwise: f64,
+}
+
+/// How far (rad) before a position its direction of travel is looked at.
+const BEFORE: f64 = 1e-6;
+
+/// A turn in each direction. The centre is where the tool was set up, coming from anywhere.
+#[must_use]
+pub fn circle(bench: &Bench<'_>, circle: &Circle, disturbed: &OfReadings) -> Vec<AtAngle> {
+    let mut random = Pcg64Mcg::seed_from_u64(disturbed.seed);
+    let centre = State::at(circle.centre);
+    let radial = |angle: f64, way: f64| {
+        let mut state = centre;
+        let [a, b] = circle.plane;
+        state.q[a] += circle.radius * angle.cos();
+        state.q[b] += circle.radius * angle.sin();
+        let before = angle - way * BEFORE;
+        state.sign[a] = (-way * before.sin()).signum();
+        state.sign[b] = (way * before.cos()).signum();
+        let actual = bench.actual(&state).t - bench.actual(&centre).t;
+        let nominal = bench.nominal(&state.q).t - bench.nominal(&centre.q).t;
+        actual.norm() - nominal.norm()
+    };
+    let count = circle.count.max(1);
+    let mut read = |way: f64, turn: u32| -> Vec<f64> {
+        (0..count)
+            .map(|step| {
+                let step = f64::from(step);
+                let angle = std::f64::consts::TAU * step / f64::from(count);
+                // Back from 360° if it turns clockwise.
+                let time = match way > 0.0 {
+                    true => step,
+                    false => f64::from(count) - step,
+                } + f64::from(turn * count);
+                radial(angle, way) + disturbed.draw(&mut random, time / f64::from(2 * count))
+            })
+            .collect()
+    };
+    let (forth, back) = (read(1.0, 0), read(-1.0, 1));
+    let both = forth.into_iter().zip(back).enumerate();
+    both.map(|(step, (counter_clockwise, clockwise))| AtAngle {
+        angle: 360.0 * step as f64 / f64::from(count),
+        counter_clockwise,
+        clockwise,
+    })
+    .collect()
+}
+
+/// As CSV: angle (deg) and radial deviations (µm) in both directions.
+#[must_use]
+pub fn write(machine: &Machine, circle: &Circle, all: &[AtAngle]) -> String {
+    let letter = |i: usize| machine.axes[i].letter;
+    let [a, b] = circle.plane.map(letter);
+    let centre = machine.to_command(&circle.centre);
+    let places = machine.axes.iter().zip(centre);
+    let places = places.map(|(axis, at)| format!("{} = {at:?}", axis.letter));
+    let places: Vec<String> = places.collect();
+    let mut text = format!(
+        "# machine = {}\n# plane = \"{a}{b}\"\n# radius_mm = {:?}\n# at = {{ {} }}\n# unit = \"um\"\nangle,ccw,cw\n",
+        toml::Value::from(machine.name.as_str()),
+        circle.radius,
+        places.join(", ")
+    );
+    for one in all {
+        let um = |mm: f64| (mm * 1e7).round() / 1e4 + 0.0;
+        let _ = writeln!(
+            text,
+            "{},{:.4},{:.4}",
+            (one.angle * 1e9).round() / 1e9,
+            um(one.counter_clockwise),
+            um(one.clockwise)
+        );
+    }
+    text
+}

@@ -1,0 +1,111 @@
+//! Runs of a laser, a straightedge, a level, a calibrator or a square.
+
+use super::normal;
+use crate::direct::{Line, Means, Square};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use trueaxis_model::explain::Bench;
+use trueaxis_model::machine::Machine;
+
+/// What is not as it should be with readings (mm, or rad where angles are read).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OfReadings {
+    /// Standard deviation of a reading.
+    pub noise: f64,
+    /// What the reading drifts by from the first to the last.
+    pub drift: f64,
+    /// Part of the readings, 0 to 1, that are off by `outlier` besides.
+    pub outliers: f64,
+    /// How far, up or down.
+    pub outlier: f64,
+    /// Where random numbers begin.
+    pub seed: u64,
+}
+
+impl OfReadings {
+    /// What is added to a reading at a part of the time, 0 to 1.
+    pub(super) fn draw(&self, random: &mut Pcg64Mcg, time: f64) -> f64 {
+        let noise = self.noise * normal(random);
+        // Drawn in any case, so that the noise of a seed is the same with outliers and without.
+        let (chance, up) = (random.random::<f64>(), random.random::<bool>());
+        let outlier = match (chance < self.outliers, up) {
+            (false, _) => 0.0,
+            (true, true) => self.outlier,
+            (true, false) => -self.outlier,
+        };
+        noise + outlier + self.drift * time
+    }
+}
+
+/// The readings of a line: its setup, targets and runs are kept. A straightedge is aligned at both ends,
+/// unless its slope is to be kept. `None` if linear axes cannot follow a ball.
+#[must_use]
+pub fn line(bench: &Bench<'_>, line: &Line, disturbed: &OfReadings) -> Option<Line> {
+    let mut shown = line.shown(bench, &line.means().directions())?;
+    if line.setup.is_straightness(bench.machine) && !line.setup.keeps_slope {
+        let slope = ends(bench.machine, line, &shown);
+        lay(bench.machine, line, &mut shown, slope);
+    }
+    let mut random = Pcg64Mcg::seed_from_u64(disturbed.seed);
+    read(line, &shown, disturbed, &mut random)
+}
+
+/// The readings of a square that is aligned with its first line at both ends.
+#[must_use]
+pub fn square(bench: &Bench<'_>, square: &Square, disturbed: &OfReadings) -> Option<Square> {
+    let mut random = Pcg64Mcg::seed_from_u64(disturbed.seed);
+    let [a, b] = &square.lines;
+    let mut along_a = a.shown(bench, &a.means().directions())?;
+    let mut along_b = b.shown(bench, &b.means().directions())?;
+    let slope = ends(bench.machine, a, &along_a);
+    lay(bench.machine, a, &mut along_a, slope);
+    // The square turned the other way in this direction, by its own error more.
+    lay(bench.machine, b, &mut along_b, -slope - square.over);
+    let a = read(a, &along_a, disturbed, &mut random)?;
+    let b = read(b, &along_b, disturbed, &mut random)?;
+    Some(Square {
+        lines: [a, b],
+        over: square.over,
+    })
+}
+
+/// The slope from the first to the last target.
+fn ends(machine: &Machine, line: &Line, shown: &Means) -> f64 {
+    let (positions, both) = (line.positions(machine), shown.both());
+    let last = both.len() - 1;
+    (both[last] - both[0]) / (positions[last] - positions[0])
+}
+
+/// Takes a slope off.
+fn lay(machine: &Machine, line: &Line, shown: &mut Means, slope: f64) {
+    let positions = line.positions(machine);
+    for values in [&mut shown.positive, &mut shown.negative]
+        .into_iter()
+        .flatten()
+    {
+        for (value, q) in values.iter_mut().zip(&positions) {
+            *value -= slope * (q - positions[0]);
+        }
+    }
+}
+
+/// Run after run, each in its direction.
+fn read(line: &Line, shown: &Means, disturbed: &OfReadings, random: &mut Pcg64Mcg) -> Option<Line> {
+    let mut line = line.clone();
+    let count = line.targets.len();
+    let last = ((count * line.columns.len()).max(2) - 1) as f64;
+    let mut number = 0;
+    for column in &mut line.columns {
+        let values = shown.of(column.direction)?;
+        column.readings = vec![0.0; count];
+        for step in 0..count {
+            let k = match column.direction > 0.0 {
+                true => step,
+                false => count - 1 - step,
+            };
+            column.readings[k] = values[k] + disturbed.draw(random, f64::from(number) / last);
+            number += 1;
+        }
+    }
+    Some(line)
+}

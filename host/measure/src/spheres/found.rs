@@ -1,0 +1,267 @@
+//! The probings that a log holds.
+
+use super::fit::{Centre, Fitted, fit};
+use super::log::Touched;
+use super::resumed::whole_rows;
+use crate::formats::probings::{Probing, Probings};
+use crate::plan::PER_BALL;
+use crate::simulate::reach;
+use crate::simulate::turned;
+use nalgebra::Vector3;
+use trueaxis_model::errors::{ErrorModel, Situation};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::Machine;
+use trueaxis_model::source::FileError;
+
+/// Rotary axes stand this far (deg) from where the strategy wants them, at most.
+const NEAR: f64 = 0.01;
+/// Touches of one ball are no farther apart than this many times those of another: balls are of different sizes.
+const APART: f64 = 3.0;
+/// A ball stays within this (mm) where it is, whatever the errors of the machine are.
+const ELSEWHERE: f64 = 5.0;
+/// No touch is farther from its sphere (mm).
+const OFF: f64 = 1.0;
+const TURN: f64 = 360.0;
+
+/// What a log holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The probings of rows whose touches are all there, in the order of the strategy.
+    pub probings: Probings,
+    /// Their touches, five for each.
+    pub touches: Vec<Touched>,
+    /// The other rows, in words.
+    pub missing: Vec<String>,
+    /// The spheres.
+    pub fitted: Fitted,
+}
+
+/// The probings that a log of a strategy holds, with a `radius` from the centre of a ball to that of the stylus tip
+/// (mm) that is known, or one that is found for each ball. `errors` are those that are known of the machine: they
+/// make a sphere of what it shows of a ball, by some parts of a thousand.
+///
+/// # Errors
+/// [`FileError`]: a log of another strategy, missing touches, touches that are no part of a sphere.
+pub fn to_probings(
+    machine: &Machine,
+    strategy: &Probings,
+    log: &[Touched],
+    radius: Option<f64>,
+    errors: &ErrorModel,
+) -> Result<Found, FileError> {
+    let (strategy, touches, missing) = match belongs(machine, strategy, log) {
+        Ok(()) => (strategy.clone(), log.to_vec(), Vec::new()),
+        Err(error) => whole_rows(machine, strategy, log).ok_or(error)?,
+    };
+    let (strategy, log) = (&strategy, &touches[..]);
+    let kinematics = Kinematics::new(machine, errors);
+    let mut spheres = Vec::new();
+    for (row, touches) in strategy.rows.iter().zip(log.chunks(PER_BALL)) {
+        let tip = turned(machine.tool_axis, row.spindle) * Vector3::from(machine.tip);
+        let point = |touched: &Touched| {
+            let q = machine.to_kinematic(&touched.position);
+            let situation = Situation {
+                sign: row.direction,
+                ..Situation::default()
+            };
+            kinematics.sensitivity(&q, &situation, &tip).point
+        };
+        spheres.push(Centre {
+            ball: row.ball,
+            touches: touches.iter().map(point).collect(),
+        });
+    }
+    together(strategy, log, &spheres)?;
+    let no_sphere = |probing: usize| {
+        let (row, touches) = (&strategy.rows[probing], &log[PER_BALL * probing..]);
+        FileError::at(
+            touches[0].span.start..touches[PER_BALL - 1].span.end,
+            format!(
+                "the five touches of {} are no part of a sphere",
+                named(machine, strategy, row)
+            ),
+            "these",
+            "a touch is missing above, or the radius is another, or this is the log of another strategy; else probe this ball again, at the pole and around it",
+        )
+    };
+    let fitted = fit(&spheres, strategy.balls.len(), radius).map_err(|e| no_sphere(e.probing))?;
+    let off = |left: &Vec<f64>| left.iter().any(|left| left.abs() > OFF);
+    if let Some(probing) = fitted.left.iter().position(off) {
+        return Err(no_sphere(probing));
+    }
+    for (number, row) in strategy.rows.iter().enumerate() {
+        let same = strategy.rows.iter().position(|r| r.ball == row.ball);
+        let first = same.unwrap_or(number);
+        if !missing.is_empty()
+            && (fitted.centres[number] - fitted.centres[first]).norm() > ELSEWHERE
+        {
+            return Err(FileError::at(
+                log[PER_BALL * number].span.clone(),
+                format!(
+                    "{} is elsewhere than in line {} of the strategy, and touches are missing: {}",
+                    named(machine, strategy, row),
+                    strategy.rows[first].line,
+                    missing.join(", ")
+                ),
+                "here",
+                "give the strategy from which the program was written",
+            ));
+        }
+    }
+    let mut probings = strategy.clone();
+    for (number, row) in probings.rows.iter_mut().enumerate() {
+        let touches = &log[PER_BALL * number..][..PER_BALL];
+        row.position = std::array::from_fn(|i| {
+            touches.iter().map(|t| t.position[i]).sum::<f64>() / PER_BALL as f64
+        });
+        let tip = turned(machine.tool_axis, row.spindle) * Vector3::from(machine.tip);
+        let q = reach(&kinematics, row, &tip, &fitted.centres[number]);
+        row.position = machine.to_command(&q.ok_or_else(|| no_sphere(number))?);
+    }
+    Ok(Found {
+        probings,
+        touches,
+        missing,
+        fitted,
+    })
+}
+
+/// A row of a strategy, for people.
+pub(super) fn named(machine: &Machine, strategy: &Probings, row: &Probing) -> String {
+    let axes = machine.axes.iter().zip(row.position);
+    let rotary = axes.filter(|(axis, _)| axis.letter.is_rotary());
+    let at: Vec<String> = rotary
+        .map(|(axis, p)| format!("{} = {p}", axis.letter))
+        .collect();
+    format!(
+        "ball {} at {} (line {} of the strategy)",
+        strategy.balls[row.ball],
+        at.join(", "),
+        row.line
+    )
+}
+
+/// Checks that there are as many touches as the strategy has, with the rotary axes where it has them.
+fn belongs(machine: &Machine, strategy: &Probings, log: &[Touched]) -> Result<(), FileError> {
+    for (number, touched) in log.iter().enumerate() {
+        let Some(row) = strategy.rows.get(number / PER_BALL) else {
+            return Err(FileError::at(
+                touched.span.clone(),
+                format!(
+                    "there are {} touches, where the strategy has {} rows of {PER_BALL}",
+                    log.len(),
+                    strategy.rows.len()
+                ),
+                "the first one too many",
+                "give the strategy from which the program was written; a log of several runs has to be divided",
+            ));
+        };
+        let Some(axis) = elsewhere(machine, row, touched) else {
+            continue;
+        };
+        let letter = machine.axes[axis].letter;
+        let (column, span) = touched.cells[axis].clone();
+        let touch = number % PER_BALL;
+        let next = strategy.rows.get(number / PER_BALL + 1);
+        let last = (number / PER_BALL)
+            .checked_sub(1)
+            .map(|i| &strategy.rows[i]);
+        let is_at = |row: Option<&Probing>| {
+            row.is_some_and(|row| elsewhere(machine, row, touched).is_none())
+        };
+        let (message, remedy) = if touch > 0 && is_at(next) {
+            (
+                format!(
+                    "only {touch} of {PER_BALL} touches are there of {}",
+                    named(machine, strategy, row)
+                ),
+                "probe again with the program of this strategy; or leave this row out of log and strategy",
+            )
+        } else if touch == 0 && is_at(last) {
+            (
+                format!(
+                    "a sixth touch, where {} should begin",
+                    named(machine, strategy, row)
+                ),
+                "remove the touch that is there twice",
+            )
+        } else {
+            (
+                format!(
+                    "column {column}: {letter} = {}, where it should be touch {} of {}",
+                    touched.position[axis],
+                    touch + 1,
+                    named(machine, strategy, row)
+                ),
+                "this is the log of another strategy, or touches are missing above: give the strategy from which the program was written",
+            )
+        };
+        return Err(FileError::at(span, message, "here", remedy));
+    }
+    let (rows, touches) = (log.len() / PER_BALL, log.len() % PER_BALL);
+    match (strategy.rows.get(rows), log.last()) {
+        (Some(row), Some(last)) => Err(FileError::at(
+            last.span.clone(),
+            format!(
+                "the log ends here, with {touches} of {PER_BALL} touches of {}; {rows} of {} rows are whole",
+                named(machine, strategy, row),
+                strategy.rows.len()
+            ),
+            "the last touch",
+            "probe to the end; or give a strategy with the whole rows only, and remove the touches behind them",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// A rotary axis that does not stand where a row has it.
+pub(super) fn elsewhere(machine: &Machine, row: &Probing, touched: &Touched) -> Option<usize> {
+    (0..machine.axes.len()).find(|i| {
+        let axis = &machine.axes[*i];
+        let off = touched.position[*i] - row.position[*i];
+        let off = if axis.modulo {
+            off - (off / TURN).round() * TURN
+        } else {
+            off
+        };
+        axis.letter.is_rotary() && off.abs() > NEAR
+    })
+}
+
+/// Checks that touches of one ball are about as far apart as those of others: where one is missing, a ball gets
+/// touches of the next.
+fn together(strategy: &Probings, log: &[Touched], spheres: &[Centre]) -> Result<(), FileError> {
+    let widest = |sphere: &Centre| {
+        let points = &sphere.touches;
+        let pairs = points
+            .iter()
+            .flat_map(|a| points.iter().map(move |b| (a - b).norm()));
+        pairs.fold(0.0, f64::max)
+    };
+    let widths: Vec<f64> = spheres.iter().map(widest).collect();
+    let least = widths.iter().copied().fold(f64::INFINITY, f64::min);
+    for (number, (sphere, width)) in spheres.iter().zip(&widths).enumerate() {
+        if *width <= APART * least {
+            continue;
+        }
+        let far = |i: &usize| -> f64 {
+            sphere
+                .touches
+                .iter()
+                .map(|p| (p - sphere.touches[*i]).norm())
+                .sum()
+        };
+        let farthest = (0..sphere.touches.len()).max_by(|a, b| far(a).total_cmp(&far(b)));
+        let touched = &log[PER_BALL * number + farthest.unwrap_or(0)];
+        return Err(FileError::at(
+            touched.span.clone(),
+            format!(
+                "this touch is {width:.1} mm from others of ball {} (line {} of the strategy), where those of another are {least:.1} mm apart",
+                strategy.balls[sphere.ball], strategy.rows[number].line
+            ),
+            "too far away",
+            "a touch is missing above, or this is the log of another strategy: give the strategy from which the program was written",
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,106 @@
+//! The log of a program that was ended early, or begun again.
+
+use super::found::{elsewhere, named};
+use super::log::Touched;
+use crate::formats::probings::{Probing, Probings};
+use crate::plan::PER_BALL;
+use std::ops::Range;
+use trueaxis_model::machine::Machine;
+
+/// A program that goes back more often than this is another one.
+const BEGUN: usize = 5;
+
+/// The rows of a strategy whose touches are all in the log, these touches, and the other rows in words; none if no row
+/// is whole, or touches are of no row.
+///
+/// Touches with rotary axes that stay are of rows that have them there, one after the other. A program that is begun
+/// again repeats rows: the last time counts, and of more than five touches of one row the last five.
+pub(super) fn whole_rows(
+    machine: &Machine,
+    strategy: &Probings,
+    log: &[Touched],
+) -> Option<(Probings, Vec<Touched>, Vec<String>)> {
+    let is_at = |row: &Probing, touched: &Touched| elsewhere(machine, row, touched).is_none();
+    let same = |a: &Probing, b: &Probing| {
+        (0..machine.axes.len())
+            .all(|i| !machine.axes[i].letter.is_rotary() || a.position[i] == b.position[i])
+    };
+    let groups = runs(strategy.rows.len(), |a, b| {
+        same(&strategy.rows[a], &strategy.rows[b])
+    });
+    let mut found: Vec<Option<&[Touched]>> = vec![None; strategy.rows.len()];
+    let mut count = vec![0; strategy.rows.len()];
+    let mut next = 0;
+    let mut begun = 0;
+    let mut at = 0;
+    while at < log.len() {
+        let fits = |group: &Range<usize>| is_at(&strategy.rows[group.start], &log[at]);
+        // On from where the log is, or else where it was begun again.
+        let ahead = (next..groups.len()).find(|g| fits(&groups[*g]));
+        let number = ahead.or_else(|| (0..next).rev().find(|g| fits(&groups[*g])))?;
+        begun += usize::from(number < next);
+        if begun > BEGUN {
+            return None;
+        }
+        let rows = groups[number].clone();
+        let stay = log[at..]
+            .iter()
+            .take_while(|t| is_at(&strategy.rows[rows.start], t));
+        let touches = &log[at..at + stay.count()];
+        at += touches.len();
+        let wanted = rows.len() * PER_BALL;
+        if rows.len() == 1 {
+            count[rows.start] = touches.len().min(PER_BALL);
+            if let Some(begin) = touches.len().checked_sub(PER_BALL) {
+                found[rows.start] = Some(&touches[begin..]);
+            }
+        } else {
+            // Which of several balls lacks a touch, nothing tells but for the end of the log.
+            let is_told = touches.len() == wanted || (at == log.len() && touches.len() < wanted);
+            for (row, place) in rows.clone().zip(0..) {
+                let own = touches.get(place * PER_BALL..(place + 1) * PER_BALL);
+                if is_told && own.is_some() {
+                    found[row] = own;
+                }
+                let there = touches.len().saturating_sub(place * PER_BALL).min(PER_BALL);
+                count[row] = if is_told { there } else { 0 };
+            }
+        }
+        next = number + 1;
+    }
+    let mut kept = Probings::default();
+    let (mut touches, mut missing) = (Vec::new(), Vec::new());
+    for ((row, found), count) in strategy.rows.iter().zip(found).zip(count) {
+        let Some(own) = found else {
+            missing.push(format!(
+                "{count} of {PER_BALL} touches of {}",
+                named(machine, strategy, row)
+            ));
+            continue;
+        };
+        touches.extend_from_slice(own);
+        let name = &strategy.balls[row.ball];
+        let known = kept.balls.iter().position(|b| b == name);
+        let ball = known.unwrap_or_else(|| {
+            kept.balls.push(name.clone());
+            kept.balls.len() - 1
+        });
+        kept.rows.push(Probing {
+            ball,
+            ..row.clone()
+        });
+    }
+    (!kept.rows.is_empty()).then_some((kept, touches, missing))
+}
+
+/// Ranges of neighbours that are the same.
+fn runs(count: usize, same: impl Fn(usize, usize) -> bool) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for i in 0..count {
+        match runs.last_mut() {
+            Some(run) if same(run.start, i) => run.end = i + 1,
+            _ => runs.push(i..i + 1),
+        }
+    }
+    runs
+}

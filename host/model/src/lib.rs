@@ -1,0 +1,14 @@
+//! Machine tools and their error parameters: what their files say, poses at positions, what an instrument would
+//! show of each parameter. Around the types of `trueaxis-kinematics`.
+//!
+//! Uses the kinematics and, for positions as a controller reads them, the runtime.
+#![forbid(unsafe_code)]
+
+pub mod errors;
+pub mod explain;
+pub mod formats;
+pub mod kinematics;
+pub mod machine;
+pub mod motion;
+pub mod pose;
+pub mod source;

@@ -1,0 +1,279 @@
+//! The error budget: what each parameter does over the travel if it alone is wrong.
+
+use super::volumetric::quality;
+use super::words::{in_words, name};
+use super::worst::{FEW, Of, Search};
+use super::{ReportError, Subject};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
+use trueaxis_model::explain::{Alone, Said};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
+
+/// Random positions: a mean over so many is known to 2 % where errors scatter as much as they are large.
+const POSITIONS: usize = 2000;
+/// Of these, those at which it is looked what no correction takes away.
+const CORRECTED: usize = 200;
+/// What changes the tool's direction by less than this (µrad) on average need not be looked at.
+const TURNS: f64 = 0.01;
+/// Coverage factor of expanded uncertainties: 95 %.
+const EXPANDED: f64 = 2.0;
+
+/// What parameters do by themselves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Budget {
+    /// Random positions of the travel.
+    pub positions: usize,
+    /// What every parameter does, the largest mean of the tip first.
+    pub shares: Vec<Share>,
+}
+
+/// What one parameter does by itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Share {
+    /// Its name, as in the error file; `EXX (table)` of a measured motion.
+    pub name: String,
+    /// What it is.
+    pub words: String,
+    /// Its value (mm, rad, per mm or rad to its degree); none of a measured motion.
+    pub value: Option<f64>,
+    /// Its standard uncertainty in the same unit, if it is known.
+    pub standard_uncertainty: Option<f64>,
+    /// The volumetric error of a machine on which it alone is wrong: means at random positions, and the largest that a
+    /// search finds.
+    pub alone: Quality,
+    /// The mean volumetric error that its expanded uncertainty (k = 2) can make.
+    pub expanded_uncertainty_mean_um: Option<f64>,
+    /// The largest volumetric error that its expanded uncertainty (k = 2) can make.
+    pub expanded_uncertainty_max_um: Option<f64>,
+    /// The same of the tool's direction.
+    pub expanded_uncertainty_max_urad: Option<f64>,
+    /// What the exact kinematic correction leaves of the tool's direction on average; none if there is no
+    /// correction somewhere.
+    pub uncorrected_urad: Option<f64>,
+}
+
+/// How much is found out about each parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// What it does.
+    Alone,
+    /// What its uncertainty does, too, and what no correction takes away.
+    Everything,
+}
+
+/// Looks at each parameter by itself.
+pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError> {
+    let (machine, errors) = (subject.machine, subject.errors);
+    let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
+    let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
+    let all = Alone::all(machine, errors);
+    let shares = all
+        .par_iter()
+        .map(|alone| share(subject, alone, &commands, depth));
+    let mut shares = shares.collect::<Result<Vec<Share>, ReportError>>()?;
+    let size = |share: &Share| {
+        let Quality {
+            translation_um,
+            direction_urad,
+        } = share.alone;
+        (translation_um.mean, direction_urad.mean)
+    };
+    shares.sort_by(|a, b| {
+        let (a, b) = (size(a), size(b));
+        b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1))
+    });
+    Ok(Budget {
+        positions: POSITIONS,
+        shares,
+    })
+}
+
+fn share(
+    subject: &Subject<'_>,
+    alone: &Alone<'_>,
+    commands: &[Command],
+    depth: Depth,
+) -> Result<Share, ReportError> {
+    let quality = does(subject, alone, commands, depth)?;
+    let (value, standard_uncertainty) = match &alone.said {
+        Said::Parameter(value) => (
+            Some(*value),
+            uncertainty(subject, alone).filter(|u| *u > 0.0),
+        ),
+        Said::PerKelvin { per_kelvin, .. } => (Some(*per_kelvin), None),
+        Said::Table | Said::TableReversal => (None, None),
+    };
+    let is_whole = depth == Depth::Everything;
+    let spread = match standard_uncertainty {
+        Some(u) if is_whole => {
+            let unsure = alone.instead(alone.parameter, EXPANDED * u);
+            Some(does(subject, &unsure, commands, depth)?)
+        }
+        _ => None,
+    };
+    let turns = quality.direction_urad.mean > TURNS;
+    let uncorrected_urad = match turns {
+        _ if !is_whole => None,
+        true => left(subject, alone, &commands[..CORRECTED.min(commands.len())]),
+        false => Some(0.0),
+    };
+    Ok(Share {
+        name: name(alone),
+        words: in_words(alone),
+        value,
+        standard_uncertainty,
+        alone: quality,
+        expanded_uncertainty_mean_um: spread.map(|s| s.translation_um.mean),
+        expanded_uncertainty_max_um: spread.map(|s| s.translation_um.max),
+        expanded_uncertainty_max_urad: spread.map(|s| s.direction_urad.max),
+        uncorrected_urad,
+    })
+}
+
+/// Its standard uncertainty, from a file of covariances or beside its value.
+fn uncertainty(subject: &Subject<'_>, alone: &Alone<'_>) -> Option<f64> {
+    let covariance = subject.errors.covariance();
+    let known = covariance.parameters.iter();
+    let place = known.clone().position(|p| *p == alone.parameter)?;
+    Some(covariance.matrix[(place, place)].sqrt())
+}
+
+/// The situation with the temperature of the one sensor that a model of one parameter has.
+fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) -> Situation {
+    let mut kelvin = [0.0; MAX_SENSORS];
+    if let Said::PerKelvin { sensor, .. } = &alone.said {
+        let sensors = &subject.errors.sensors;
+        if let Some(index) = sensors.iter().position(|s| s.sensor == *sensor) {
+            kelvin[0] = situation.kelvin[index];
+        }
+    }
+    Situation {
+        kelvin,
+        ..*situation
+    }
+}
+
+/// The volumetric error that it makes by itself; of the verdict alone maxima are those at the commands.
+fn does(
+    subject: &Subject<'_>,
+    alone: &Alone<'_>,
+    commands: &[Command],
+    depth: Depth,
+) -> Result<Quality, ReportError> {
+    let (machine, errors) = (subject.machine, subject.errors);
+    let (model, _) = alone.model(1.0);
+    let kinematics = Kinematics::new(machine, &model);
+    let zero = subject.subtracted.zero(machine, &model)?;
+    let errors_at = |command: &Command| {
+        let (q, at) = command.kinematic(machine);
+        let error = kinematics.volumetric_error(&q, &zero, &situation(subject, alone, &at));
+        [error.t.norm(), direction(machine, &error)]
+    };
+    let found: Vec<[f64; 2]> = commands.iter().map(errors_at).collect();
+    let mut found = quality(found.into_iter());
+    let left = |command: &Command, of: Of| errors_at(command)[of as usize];
+    if depth == Depth::Everything {
+        let few = &commands[..FEW.min(commands.len())];
+        Search { machine, errors }.raise(&mut found, few, &left);
+    }
+    Ok(found)
+}
+
+/// What the kinematic correction leaves of the tool's direction (µrad) on average.
+fn left(subject: &Subject<'_>, alone: &Alone<'_>, commands: &[Command]) -> Option<f64> {
+    let (model, _) = alone.model(1.0);
+    let kinematics = Kinematics::new(subject.machine, &model).with_policy(subject.policy);
+    let left = commands.iter().map(|command| {
+        let (q, at) = command.kinematic(subject.machine);
+        let at = situation(subject, alone, &at);
+        let dq = kinematics.correction(&q, &at, &Switches::ALL).ok()?.dq;
+        let error = kinematics.volumetric_error(&q, &dq, &at);
+        Some(direction(subject.machine, &error) * 1e6)
+    });
+    let left: Option<Vec<f64>> = left.collect();
+    left.map(|left| left.iter().sum::<f64>() / left.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueaxis_model::errors::ErrorModel;
+    use trueaxis_model::machine::Machine;
+
+    fn kolibri(errors: &str) -> (Machine, ErrorModel) {
+        let text = include_str!("../../../examples/kolibri/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let text = format!("machine = \"Kolibri\"\n{errors}");
+        let errors = ErrorModel::with_files(&text, &machine, &|_| Err(String::new())).unwrap();
+        (machine, errors)
+    }
+
+    #[test]
+    fn a_share_is_what_the_parameter_does_to_the_exact_poses() {
+        let (machine, errors) = kolibri(
+            "[parameters]\nEB0A = 1e-3\nEYY1 = 20e-6\nEXXb = 4e-3\nEZ0C = 5e-3\nEZX2 = 1e-7\n",
+        );
+        let subject = Subject::new(&machine, &errors, None, 7);
+        let found = budget(&subject, Depth::Everything).unwrap();
+        let kinematics = Kinematics::new(&machine, &errors);
+        let commands = random_commands(&kinematics, Region::Travel, POSITIONS, 7).unwrap();
+        for (parameter, value) in &errors.parameters {
+            let mut only = ErrorModel::perfect(&machine);
+            assert!(only.set(&machine, *parameter, *value));
+            let kinematics = Kinematics::new(&machine, &only);
+            let distance = commands.iter().map(|command| {
+                let (q, situation) = command.kinematic(&machine);
+                let nominal = kinematics.nominal(&q, None);
+                let actual = kinematics.actual(&q, &situation, &Switches::ALL);
+                let turn = nominal
+                    .r
+                    .column(machine.tool_axis)
+                    .dot(&actual.r.column(machine.tool_axis));
+                [
+                    (actual.t - nominal.t).norm() * 1e3,
+                    turn.clamp(-1.0, 1.0).acos() * 1e6,
+                ]
+            });
+            let distances: Vec<[f64; 2]> = distance.collect();
+            let mean = |k: usize| distances.iter().map(|d| d[k]).sum::<f64>() / POSITIONS as f64;
+            let share = found
+                .shares
+                .iter()
+                .find(|s| s.name == parameter.to_string())
+                .unwrap();
+            let tip = share.alone.translation_um;
+            // Rounding of positions of 1 m; of the cosine of a small angle, half of its last digit.
+            assert!(
+                (tip.mean - mean(0)).abs() < 1e-9,
+                "{parameter}: {tip:?} {}",
+                mean(0)
+            );
+            let direction = share.alone.direction_urad.mean;
+            assert!(
+                (direction - mean(1)).abs() < 0.05,
+                "{parameter}: {direction} {}",
+                mean(1)
+            );
+        }
+        let scale = found.shares.iter().find(|s| s.name == "EZ0C").unwrap();
+        assert!((scale.alone.translation_um.max - 5.0).abs() < 1e-9);
+        assert_eq!(scale.expanded_uncertainty_max_um, None);
+    }
+
+    #[test]
+    fn an_uncertainty_does_what_a_parameter_of_its_size_does_twice() {
+        let (machine, errors) =
+            kolibri("[parameters]\nEZ0C = 5e-3\n[standard_uncertainty]\nEZ0C = 1e-3\n");
+        let found = budget(&Subject::new(&machine, &errors, None, 1), Depth::Everything).unwrap();
+        let share = &found.shares[0];
+        assert_eq!(share.standard_uncertainty, Some(1e-3));
+        for um in [
+            share.expanded_uncertainty_mean_um,
+            share.expanded_uncertainty_max_um,
+        ] {
+            assert!((um.unwrap() - 2.0).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! What a machine's errors are, what a compensation does about them, and how well both are known: figures for
+//! programs ([`Report`]), and a page for people ([`page()`]).
+//!
+//! A report is data first: everything that the page shows as a figure is in it, with its unit in its name, and the
+//! page is made of nothing else and of the [`Model`] that its drawings move.
+//!
+//! Uses `trueaxis-model`, `trueaxis-tables` and `trueaxis-measure`.
+#![forbid(unsafe_code)]
+
+mod budget;
+mod compare;
+mod document;
+mod figures;
+mod identification;
+pub mod model;
+mod motions;
+mod page;
+pub mod picture;
+mod reach;
+mod tables;
+mod tested;
+mod verdict;
+mod volumetric;
+mod words;
+mod worst;
+
+use budget::Depth;
+pub use budget::{Budget, Share};
+pub use compare::{Change, Changes, Figure, changes};
+pub use document::{Document, File};
+pub use identification::{Identification, Probed};
+pub use model::Model;
+pub use motions::{AxisMotions, Motion};
+pub use page::{page, pictures};
+use serde::{Deserialize, Serialize};
+pub use tables::{Along, AxisUse, Class, Curve, Formula, Tables};
+pub use tested::{CircleFound, CircularTest, Diagonal, Positioning, PositioningFound, Tests};
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::kinematics::{NotConverged, Policy};
+use trueaxis_model::machine::Machine;
+use trueaxis_tables::compile::{CompileError, Proof};
+use trueaxis_tables::policy::of_blob;
+use trueaxis_tables::schemes::{self, SchemeError};
+use trueaxis_tables::uncertainty::OverTravel;
+use trueaxis_tables::validate::{DrawError, Runtime};
+pub use volumetric::{Known, Volumetric};
+pub use words::{figure, unit};
+pub use worst::{Place, Worst};
+
+/// The version of what is written: it grows when a name changes its meaning.
+pub const FORMAT: u32 = 1;
+
+/// A compensation, and what it was found to do.
+#[derive(Clone, Copy)]
+pub struct Compensation<'a> {
+    /// Its tables.
+    pub runtime: &'a Runtime<'a>,
+    /// The comparison with the exact model.
+    pub proof: &'a Proof,
+    /// What uncertain parameters leave, if an uncertainty is known.
+    pub uncertainty: Option<&'a OverTravel>,
+    /// The position (mm, deg, one per axis) whose correction the tables leave out.
+    pub zero_at: Option<&'a [f64]>,
+    /// The tolerance (µm) that it is held to.
+    pub tolerance_um: f64,
+}
+
+/// All figures of a report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// What there is to say first, a sentence each.
+    pub verdict: Vec<String>,
+    /// What it is about.
+    pub document: Document,
+    /// What could not be shown, and why.
+    pub remarks: Vec<String>,
+    /// The volumetric error before and after.
+    pub volumetric: Volumetric,
+    /// Where the tip is farthest off.
+    pub worst: Worst,
+    /// What each parameter does by itself.
+    pub budget: Budget,
+    /// What no table corrects, and why, a sentence each.
+    pub beyond: Vec<String>,
+    /// The tables, if there are some.
+    pub tables: Option<Tables>,
+    /// What tests of the machine would find.
+    pub tests: Tests,
+    /// The error motions of its axes.
+    pub axes: Vec<AxisMotions>,
+    /// How the errors were found, if that is known.
+    pub identification: Option<Identification>,
+    /// What has changed since an older report, if there is one.
+    pub changes: Option<Changes>,
+}
+
+/// Why there is no report.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The position that is left out is none.
+    #[error(transparent)]
+    Zero(#[from] SchemeError),
+    /// Random positions cannot be drawn.
+    #[error(transparent)]
+    Draw(#[from] DrawError),
+    /// The bounds of the tables cannot be found.
+    #[error(transparent)]
+    Bounds(#[from] CompileError),
+}
+
+impl ReportError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Zero(error) => error.remedy(),
+            Self::Draw(error) => CompileError::from(*error).remedy(),
+            Self::Bounds(error) => error.remedy(),
+        }
+    }
+}
+
+impl From<NotConverged> for ReportError {
+    fn from(error: NotConverged) -> Self {
+        Self::Draw(error.into())
+    }
+}
+
+/// Everything about a machine with its errors, as it is and with a compensation, if there is one.
+///
+/// # Errors
+/// [`ReportError`] where positions cannot be drawn, or the one that is left out is wrong. A kinematic correction
+/// that fails somewhere is no error, but said in the report.
+pub fn report(
+    machine: &Machine,
+    errors: &ErrorModel,
+    compensation: Option<Compensation<'_>>,
+    identification: Option<Identification>,
+    document: Document,
+) -> Result<Report, ReportError> {
+    let subject = Subject::new(machine, errors, compensation, document.seed);
+    let mut remarks = Vec::new();
+    let mut volumetric = volumetric::volumetric(&subject, &mut remarks)?;
+    let worst = worst::worst(&subject, &mut volumetric)?;
+    let budget = budget::budget(&subject, Depth::Everything)?;
+    let tables = compensation.map(|c| tables::tables(&subject, c.runtime));
+    let tests = tested::tests(&subject, &mut remarks);
+    let identification = identification.filter(|found| {
+        let is_this = found.machine == machine.name;
+        if !is_this {
+            remarks.push(format!(
+                "The identification is left out: it is of the machine `{}`.",
+                found.machine
+            ));
+        }
+        is_this
+    });
+    let probed = identification.as_ref().map(|found| &found.probed[..]);
+    let axes = motions::motions(&subject, probed.unwrap_or_default());
+    let mut beyond = reach::beyond(&subject, &volumetric, &budget);
+    beyond.extend(reach::never_probed(&axes));
+    let mut report = Report {
+        format: FORMAT,
+        verdict: Vec::new(),
+        document,
+        remarks,
+        beyond,
+        volumetric,
+        worst,
+        budget,
+        tables: tables.transpose()?,
+        tests,
+        axes,
+        identification,
+        changes: None,
+    };
+    report.verdict = verdict::sentences(&report.volumetric, &report.budget.shares);
+    Ok(report)
+}
+
+/// What there is to say first, and the parameters that do most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The first sentences of a report.
+    pub sentences: Vec<String>,
+    /// What every parameter does, the largest mean at the tip first.
+    pub shares: Vec<Share>,
+}
+
+/// The verdict of a report, without the rest of it; positions are drawn with `seed`.
+///
+/// # Errors
+/// As [`report`].
+pub fn verdict(
+    machine: &Machine,
+    errors: &ErrorModel,
+    compensation: Option<Compensation<'_>>,
+    seed: u64,
+) -> Result<Verdict, ReportError> {
+    let subject = Subject::new(machine, errors, compensation, seed);
+    let volumetric = volumetric::volumetric(&subject, &mut Vec::new())?;
+    let shares = budget::budget(&subject, Depth::Alone)?.shares;
+    Ok(Verdict {
+        sentences: verdict::sentences(&volumetric, &shares),
+        shares,
+    })
+}
+
+/// What a report is about.
+struct Subject<'a> {
+    machine: &'a Machine,
+    errors: &'a ErrorModel,
+    policy: Policy,
+    compensation: Option<Compensation<'a>>,
+    seed: u64,
+    /// What the tables leave out.
+    subtracted: schemes::Options,
+}
+
+impl<'a> Subject<'a> {
+    fn new(
+        machine: &'a Machine,
+        errors: &'a ErrorModel,
+        compensation: Option<Compensation<'a>>,
+        seed: u64,
+    ) -> Self {
+        let policy = compensation.map_or(Policy::default(), |c| {
+            of_blob(c.runtime.compensation().policy())
+        });
+        Self {
+            machine,
+            errors,
+            policy,
+            compensation,
+            seed,
+            subtracted: schemes::Options {
+                policy,
+                zero_at: compensation.and_then(|c| c.zero_at).map(<[f64]>::to_vec),
+                ..schemes::Options::default()
+            },
+        }
+    }
+}

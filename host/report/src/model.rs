@@ -1,0 +1,236 @@
+//! What the page of a report computes with: machine, errors and tables as numbers, and positions at which
+//! this program says what must come of them.
+//!
+//! Frames are twelve numbers, three rows of `[R | t]`; lengths mm, angles rad, travels and corrections as in
+//! commands (mm, deg).
+
+mod check;
+mod tables;
+
+use check::Check;
+use serde::Serialize;
+use tables::Tables;
+use trueaxis_kinematics::ParameterKind;
+use trueaxis_model::errors::{ErrorModel, Motion};
+use trueaxis_model::kinematics::Htm;
+use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_model::pose::carries;
+use trueaxis_tables::validate::Runtime;
+
+/// A pose: three rows of rotation and translation (mm).
+pub type Frame = [f64; 12];
+
+/// Everything that a page needs to move the machine, with and without its tables.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Model {
+    /// The axes, each branch from the foundation outwards.
+    pub axes: Vec<Axis>,
+    /// The spindle frame in the foundation frame, all axes at zero.
+    pub spindle: Frame,
+    /// The workpiece frame in the foundation frame, all axes at zero.
+    pub workpiece: Frame,
+    /// The tool axis in the spindle frame: 0, 1, 2 for x, y, z.
+    pub tool_axis: usize,
+    /// The tool tip in the spindle frame (mm).
+    pub tip: [f64; 3],
+    /// Range of the tool length (mm) if the length is an input.
+    pub length_range: Option<[f64; 2]>,
+    /// Sensors of temperature that errors depend on.
+    pub sensors: Vec<Sensor>,
+    /// Inter-axis errors `[x y z a b c]` (mm, rad) of each axis, then of the spindle.
+    pub locations: Vec<[f64; 6]>,
+    /// How those change with temperature.
+    pub locations_per_kelvin: Vec<LocationChange>,
+    /// The compensation, if there is one.
+    pub tables: Option<Tables>,
+    /// What every correction is counted from (mm, deg), before and after: that of the position whose correction
+    /// the tables leave out, or nothing.
+    pub zero: Vec<f64>,
+    /// What this program computes at positions all over the travel.
+    pub checks: Vec<Check>,
+}
+
+/// An axis with its error motions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Axis {
+    /// Its letter.
+    pub letter: char,
+    /// `workpiece` or `tool`: what it carries.
+    pub carries: &'static str,
+    /// True if it turns what it carries, false if it moves it.
+    pub rotary: bool,
+    /// Along or about which axis of its frame: 0, 1, 2 for x, y, z.
+    pub component: usize,
+    /// −1 if a positive command moves its carriage the negative way, otherwise 1.
+    pub sense: f64,
+    /// Travel limits (mm or deg); of an endless axis its turn.
+    pub travel: [f64; 2],
+    /// True if it turns without end.
+    pub endless: bool,
+    /// Its frame in the foundation frame, all axes at zero.
+    pub frame: Frame,
+    /// Where its error motions are known (mm or rad).
+    pub calibrated: [f64; 2],
+    /// Its error motions in x y z a b c; `None` where there is none.
+    pub motions: [Option<ErrorMotion>; 6],
+}
+
+/// An error motion: the sum of all that it has (mm or rad, over mm or rad).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ErrorMotion {
+    /// Coefficients of degree 0, 1, 2 …
+    pub coefficients: Vec<f64>,
+    /// Coefficients of cosine and sine of 1, 2, 3 … times the angle.
+    pub harmonics: Vec<[f64; 2]>,
+    /// Half of the reversal value.
+    pub backlash: f64,
+    /// Measured values.
+    pub tabulated: Option<Tabulated>,
+    /// How coefficients change with temperature.
+    pub per_kelvin: Vec<CoefficientChange>,
+    /// True if it holds its end value outside the calibrated range.
+    pub holds: bool,
+}
+
+/// Measured values of an error motion, linear in between.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tabulated {
+    /// Positions (mm or rad).
+    pub at: Vec<f64>,
+    /// Values (mm or rad) after positive travel, or after any.
+    pub positive: Vec<f64>,
+    /// Values after negative travel, where they differ.
+    pub negative: Option<Vec<f64>>,
+}
+
+/// A sensor of temperature.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sensor {
+    /// Its name.
+    pub name: String,
+    /// Differences to its reference (K) that matter.
+    pub range_kelvin: [f64; 2],
+}
+
+/// A change of an inter-axis error with temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LocationChange {
+    /// The axis, or the number of axes for the spindle.
+    pub index: usize,
+    /// Component 0…5 of `[x y z a b c]`.
+    pub component: usize,
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Change (mm or rad) per kelvin.
+    pub per_kelvin: f64,
+}
+
+/// A change of a coefficient of an error motion with temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CoefficientChange {
+    /// `degree`, `cosine` or `sine`.
+    pub of: &'static str,
+    /// Of which degree, or of how many times the angle.
+    pub k: u8,
+    /// Index of the sensor.
+    pub sensor: usize,
+    /// Change per kelvin.
+    pub per_kelvin: f64,
+}
+
+impl Model {
+    /// Everything about a machine with its errors, and with a compensation that belongs to it
+    /// ([`belongs`](trueaxis_tables::compile::belongs)).
+    #[must_use]
+    pub fn new(machine: &Machine, errors: &ErrorModel, runtime: Option<&Runtime<'_>>) -> Self {
+        Self::relative_to(machine, errors, runtime, &[0.0; MAX_AXES])
+    }
+
+    /// The same of tables that leave out a correction (mm, rad): the machine's datum is corrected by as much,
+    /// before and after, as [`Measured`](trueaxis_tables::validate::Measured) has it.
+    #[must_use]
+    pub fn relative_to(
+        machine: &Machine,
+        errors: &ErrorModel,
+        runtime: Option<&Runtime<'_>>,
+        zero: &PerAxis,
+    ) -> Self {
+        let axes = machine.axes.iter().enumerate().map(|(index, axis)| Axis {
+            letter: axis.letter.char(),
+            carries: carries(axis.branch),
+            rotary: axis.letter.is_rotary(),
+            component: axis.letter.component(),
+            sense: if axis.reversed { -1.0 } else { 1.0 },
+            travel: axis.travel,
+            endless: axis.modulo,
+            frame: frame(&axis.frame),
+            calibrated: errors.calibrated[index],
+            motions: errors.motions[index].each_ref().map(motion),
+        });
+        let sensors = errors.sensors.iter().map(|sensor| Sensor {
+            name: sensor.sensor.clone(),
+            range_kelvin: sensor.range_kelvin,
+        });
+        let changes = errors.inter_thermal.iter().map(|change| LocationChange {
+            index: change.index,
+            component: change.component,
+            sensor: change.sensor,
+            per_kelvin: change.per_kelvin,
+        });
+        Self {
+            axes: axes.collect(),
+            spindle: frame(&machine.spindle),
+            workpiece: frame(&machine.workpiece),
+            tool_axis: machine.tool_axis,
+            tip: machine.tip,
+            length_range: machine.length_range,
+            sensors: sensors.collect(),
+            locations: errors.inter[..=machine.axes.len()].to_vec(),
+            locations_per_kelvin: changes.collect(),
+            tables: runtime.map(|runtime| Tables::of(runtime.compensation())),
+            zero: machine.to_command(zero)[..machine.axes.len()].to_vec(),
+            checks: check::checks(machine, errors, runtime, zero),
+        }
+    }
+}
+
+/// A pose as three rows of rotation and translation (mm).
+fn frame(pose: &Htm) -> Frame {
+    std::array::from_fn(|k| match (k / 4, k % 4) {
+        (row, 3) => pose.t[row],
+        (row, column) => pose.r[(row, column)],
+    })
+}
+
+fn motion(motion: &Motion) -> Option<ErrorMotion> {
+    let per_kelvin = motion.thermal.iter().map(|change| {
+        let (of, k) = match change.kind {
+            ParameterKind::Cosine(k) => ("cosine", k),
+            ParameterKind::Sine(k) => ("sine", k),
+            ParameterKind::Degree(k) => ("degree", k),
+            // A motion has no other coefficients that change.
+            ParameterKind::Inter | ParameterKind::Backlash => ("degree", 0),
+        };
+        CoefficientChange {
+            of,
+            k,
+            sensor: change.sensor,
+            per_kelvin: change.per_kelvin,
+        }
+    });
+    (!motion.is_zero()).then(|| ErrorMotion {
+        coefficients: motion.coefficients.to_vec(),
+        harmonics: motion.harmonics.to_vec(),
+        backlash: motion.backlash,
+        tabulated: motion.table.as_ref().map(|table| Tabulated {
+            at: table.at.clone(),
+            positive: table.positive.clone(),
+            negative: table.negative.clone(),
+        }),
+        per_kelvin: per_kelvin.collect(),
+        holds: motion.holds(),
+    })
+}
+
+#[cfg(test)]
+mod tests;

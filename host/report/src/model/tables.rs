@@ -1,0 +1,141 @@
+//! The tables of a compensation, with everything that evaluates them (`docs/src/format.md`).
+
+use serde::Serialize;
+use trueaxis::{Direction, Interpolation, Largest};
+use trueaxis_tables::policy::Told;
+
+/// Tables, terms and grids. Samples include their scale: of tables stored as integers the sum is the same to
+/// the rounding of f32, of others to the bit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tables {
+    /// What rotary axes are corrected for.
+    #[serde(flatten)]
+    pub policy: Told,
+    /// The banks; tables are numbered through them in order.
+    pub banks: Vec<Bank>,
+    /// The terms, in stored order.
+    pub terms: Vec<Term>,
+    /// The grids, in stored order.
+    pub grids: Vec<Grid>,
+}
+
+/// Tables over the same points of one input.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bank {
+    /// Number of the input: the axes in order, then tool length and sensors.
+    pub input: u8,
+    /// Position of the first point.
+    pub start: f32,
+    /// Distance between points.
+    pub step: f32,
+    /// The input wraps after as many steps as there are points.
+    pub modulo: bool,
+    /// `both`, `positive`, `negative` or `signed`: see [`Direction`].
+    pub direction: &'static str,
+    /// Uniform cubic B-splines instead of straight lines.
+    pub cubic: bool,
+    /// The samples of each table.
+    pub tables: Vec<Vec<f32>>,
+}
+
+/// Weight × product of tables → one axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Term {
+    /// Number of the axis.
+    pub output: u8,
+    /// Weight.
+    pub weight: f32,
+    /// Numbers of the tables, in the order of multiplication.
+    pub factors: Vec<u8>,
+}
+
+/// Corrections of several axes at the nodes of a rectangular grid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Grid {
+    /// One to three inputs, the first varies slowest.
+    pub inputs: Vec<GridInput>,
+    /// Numbers of the axes.
+    pub outputs: Vec<u8>,
+    /// One value of each output after the other, node by node.
+    pub samples: Vec<f32>,
+}
+
+/// One input of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GridInput {
+    /// Number of the input, as of a bank.
+    pub input: u8,
+    /// Position of the first node.
+    pub start: f32,
+    /// Distance between nodes.
+    pub step: f32,
+    /// Number of nodes.
+    pub points: u32,
+    /// The input wraps after as many steps as there are nodes.
+    pub modulo: bool,
+}
+
+impl Tables {
+    /// All of a compensation, with its weights as stored.
+    #[must_use]
+    pub fn of(compensation: &Largest<'_>) -> Self {
+        let mut next = 0;
+        let banks = compensation.banks().iter().map(|bank| {
+            let first = next;
+            next += usize::from(bank.tables);
+            let table = |number: usize| {
+                let points = 0..bank.points as usize;
+                let samples = points.map(|point| compensation.sample(number, point));
+                samples.flatten().collect()
+            };
+            Bank {
+                input: bank.input,
+                start: bank.start,
+                step: bank.step,
+                modulo: bank.modulo,
+                direction: match bank.direction {
+                    Direction::Both => "both",
+                    Direction::Positive => "positive",
+                    Direction::Negative => "negative",
+                    Direction::Signed => "signed",
+                },
+                cubic: bank.interpolation == Interpolation::Cubic,
+                tables: (first..next).map(table).collect(),
+            }
+        });
+        let terms = compensation.terms().map(|term| Term {
+            output: term.output,
+            weight: term.weight,
+            factors: term.factors.to_vec(),
+        });
+        let grids = compensation.grids().iter().enumerate();
+        let grids = grids.map(|(number, grid)| {
+            let nodes = 0..grid.nodes() as usize;
+            let samples = nodes.flat_map(|node| {
+                let outputs = 0..grid.outputs.len();
+                outputs.filter_map(move |output| compensation.grid_sample(number, node, output))
+            });
+            Grid {
+                inputs: grid
+                    .axes
+                    .iter()
+                    .map(|axis| GridInput {
+                        input: axis.input,
+                        start: axis.start,
+                        step: axis.step,
+                        points: axis.points,
+                        modulo: axis.modulo,
+                    })
+                    .collect(),
+                outputs: grid.outputs.to_vec(),
+                samples: samples.collect(),
+            }
+        });
+        Self {
+            policy: compensation.policy().into(),
+            banks: banks.collect(),
+            terms: terms.collect(),
+            grids: grids.collect(),
+        }
+    }
+}

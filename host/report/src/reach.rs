@@ -1,0 +1,96 @@
+//! What tables cannot correct, and why.
+
+use super::words::figure;
+use super::{AxisMotions, Budget, Subject, Volumetric};
+use trueaxis_model::kinematics::Policy;
+
+/// A mean error of direction (µrad) that is worth a sentence.
+const MATTERS: f64 = 0.1;
+
+/// Sentences on what stays, whatever the tables.
+pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let machine = subject.machine;
+    let rotary = machine.axes.iter().filter(|a| a.letter.is_rotary()).count();
+    if let Some(best) = &volumetric.kinematic {
+        let (mean, max) = (best.direction_urad.mean, best.direction_urad.max);
+        if max >= MATTERS {
+            let why = match (rotary, subject.policy) {
+                (0, _) => "the machine has no rotary axis that could turn the tool back",
+                (_, Policy::Position) => {
+                    "the policy `position` leaves rotary axes as they are commanded"
+                }
+                (1, _) => "one rotary axis can turn the tool back in one plane only",
+                (_, Policy::Orientation) => {
+                    "the policy `orientation` weighs rotation about the tool's own axis as much as its direction"
+                }
+                (_, Policy::Direction { .. }) => {
+                    "where the tool is parallel to a rotary axis, that axis cannot change its direction, and damping keeps its corrections small around there"
+                }
+            };
+            sentences.push(format!(
+                "Of the tool's direction {} µrad stay on average, {} at most: {why}.",
+                figure(mean),
+                figure(max)
+            ));
+        }
+        if best.translation_um.max >= 1e-3 {
+            sentences.push(format!(
+                "At the tip {} µm stay at most, whatever the tables.",
+                figure(best.translation_um.max)
+            ));
+        }
+    }
+    let left = |share: &super::Share| share.uncorrected_urad.unwrap_or(0.0);
+    let mut worst: Vec<_> = budget.shares.iter().collect();
+    worst.sort_by(|a, b| left(b).total_cmp(&left(a)));
+    let named = worst.iter().take(3).filter(|share| left(share) >= MATTERS);
+    let named: Vec<String> = named
+        .map(|share| {
+            let all = figure(share.alone.direction_urad.mean);
+            format!("{} ({} of {all} µrad)", share.name, figure(left(share)))
+        })
+        .collect();
+    if !named.is_empty() {
+        sentences.push(format!(
+            "Least within reach of the axes: {}.",
+            named.join(", ")
+        ));
+    }
+    if let Some(um) = volumetric.um_per_mm_of_tool_length
+        && um >= 1e-3
+    {
+        sentences.push(format!(
+            "The tables hold for one length of the tool: {} µm more for each mm that it is longer or shorter.",
+            figure(um)
+        ));
+    }
+    if let Some(compensation) = subject.compensation
+        && compensation.proof.partly_calibrated
+        && let Some(outside) = &compensation.proof.outside
+    {
+        sentences.push(format!(
+            "Where the errors are not known (outside of the calibrated ranges) their end values are taken: what is true there, nobody has measured. By these the tables leave up to {} µm at random positions there.",
+            figure(outside.after.translation_um.max)
+        ));
+    }
+    sentences
+}
+
+/// What probings have not seen, if the errors come from probings.
+pub fn never_probed(axes: &[AxisMotions]) -> Option<String> {
+    let parts: Vec<String> = (axes.iter())
+        .filter_map(|axis| {
+            let [from, to] = axis.probed?;
+            let is_part = from > axis.travel[0] || to < axis.travel[1];
+            let [from, to] = [from, to].map(|q| format!("{q:.1}").replace('-', "−"));
+            is_part.then(|| format!("{} outside of {from} to {to} {}", axis.axis, axis.unit))
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "Never probed: {}. What was found is carried on there.",
+            parts.join(", ")
+        )
+    })
+}

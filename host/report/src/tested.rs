@@ -1,0 +1,420 @@
+//! Tests that owners know, on the machine as its errors describe it, before and with the tables: circles
+//! (ISO 230-4), body diagonals (ISO 230-6), positioning of linear axes (ISO 230-2).
+
+use super::Subject;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use trueaxis_measure::ballbar::{Bar, Circle, Place, Turns, tip};
+use trueaxis_measure::direct::iso230_2::analysis;
+use trueaxis_measure::direct::{Column, Line, Setup};
+use trueaxis_model::explain::{Bench, Sense};
+use trueaxis_model::machine::PerAxis;
+use trueaxis_tables::validate::Runtime;
+
+/// Lengths of ball-bars (mm), the longest that the travels allow is used.
+const BARS: [f64; 6] = [300.0, 250.0, 150.0, 100.0, 50.0, 25.0];
+/// Steps of a turn: of 1.5°, so that the middles of quarters are among them.
+const STEPS: i32 = 240;
+/// Steps with which a turn is run in and out.
+const OVERSHOOT: i32 = 30;
+/// Targets along an axis and along a diagonal.
+const TARGETS: u32 = 20;
+
+/// What tests would find.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Tests {
+    /// Where the axes stand that do not move, and where circles have their centre (mm, deg): `X = 0, …`.
+    pub at: String,
+    /// Circles.
+    pub circles: Vec<CircularTest>,
+    /// Body diagonals of the working volume of X, Y and Z.
+    pub diagonals: Vec<Diagonal>,
+    /// Linear axes.
+    pub positioning: Vec<Positioning>,
+}
+
+/// A circular test in both directions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CircularTest {
+    /// `XY`, `YZ` or `ZX`: angles are from the first towards the second.
+    pub plane: String,
+    /// Radius of the path.
+    pub radius_mm: f64,
+    /// Without tables.
+    pub before: CircleFound,
+    /// With the tables.
+    pub after: Option<CircleFound>,
+}
+
+/// What a circle shows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CircleFound {
+    /// Bidirectional circular deviation G(b).
+    pub deviation_um: f64,
+    /// Radial deviations F: largest and smallest.
+    pub radial_um: [f64; 2],
+    /// Circular hysteresis H.
+    pub hysteresis_um: f64,
+    /// Angles (deg) of both turns, the second backwards.
+    pub angles_deg: Vec<f64>,
+    /// Radial deviations there, from the nominal radius.
+    pub readings_um: Vec<f64>,
+}
+
+/// A body diagonal, run there and back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagonal {
+    /// Its directions: `+X+Y−Z`.
+    pub name: String,
+    /// Its length.
+    pub length_mm: f64,
+    /// Positions along it from its beginning.
+    pub at_mm: Vec<f64>,
+    /// Deviations along it without tables: there, and back.
+    pub before_um: [Vec<f64>; 2],
+    /// The same with the tables.
+    pub after_um: Option<[Vec<f64>; 2]>,
+    /// Range of all deviations, before: what ISO 230-6 calls the bidirectional systematic deviation E.
+    pub systematic_before_um: f64,
+    /// The same with the tables.
+    pub systematic_after_um: Option<f64>,
+}
+
+/// A linear axis, run in both directions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Positioning {
+    /// Its letter.
+    pub axis: char,
+    /// Targets.
+    pub at_mm: Vec<f64>,
+    /// Without tables.
+    pub before: PositioningFound,
+    /// With the tables.
+    pub after: Option<PositioningFound>,
+}
+
+/// What ISO 230-2 makes of it. A model does not scatter: accuracy A is E, repeatability R is B.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PositioningFound {
+    /// Deviations after positive and after negative travel.
+    pub deviations_um: [Vec<f64>; 2],
+    /// Bidirectional systematic deviation E.
+    pub systematic_um: Option<f64>,
+    /// Range M of the mean bidirectional deviations.
+    pub mean_range_um: Option<f64>,
+    /// Reversal value B.
+    pub reversal_um: Option<f64>,
+}
+
+/// Runs all tests.
+pub fn tests(subject: &Subject<'_>, remarks: &mut Vec<String>) -> Tests {
+    let (machine, errors) = (subject.machine, subject.errors);
+    let bench = Bench::new(machine, errors, Default::default());
+    let runtime = subject.compensation.map(|c| c.runtime);
+    let home = machine.to_command(&bench.home());
+    // Linear axes in the middle of their travels, rotary ones at zero.
+    let middle = |i: usize| {
+        let axis = &machine.axes[i];
+        match axis.letter.is_rotary() {
+            true => home[i],
+            false => 0.5 * (axis.travel[0] + axis.travel[1]),
+        }
+    };
+    let centre: Vec<f64> = (0..machine.axes.len()).map(middle).collect();
+    let places = machine.axes.iter().zip(&centre);
+    let at: Vec<String> = places
+        .map(|(axis, q)| format!("{} = {}", axis.letter, crate::picture::tick(*q)))
+        .collect();
+    let linear = bench.linear();
+    let positioning = linear.map(|i| positioning(&bench, i, &centre, runtime));
+    let mut tests = Tests {
+        at: at.join(", "),
+        positioning: positioning.collect(),
+        ..Tests::default()
+    };
+    let Some(axes) = Bar::axes(machine) else {
+        remarks.push(
+            "Circular tests and diagonals are for axes X, Y and Z, which this machine does not have."
+                .to_owned(),
+        );
+        return tests;
+    };
+    for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+        if let Some(found) = circular(&bench, axes, [a, b], &centre, runtime) {
+            tests.circles.push(found);
+        }
+    }
+    if tests.circles.len() < 3 {
+        remarks.push(format!(
+            "Travels of less than {} mm leave no room for a circular test.",
+            2.0 * BARS[BARS.len() - 1]
+        ));
+    }
+    for signs in [
+        [1.0, 1.0, 1.0],
+        [-1.0, 1.0, 1.0],
+        [1.0, -1.0, 1.0],
+        [1.0, 1.0, -1.0],
+    ] {
+        tests
+            .diagonals
+            .push(diagonal(&bench, axes, signs, &centre, runtime));
+    }
+    tests
+}
+
+/// A circle in the plane of two of X, Y and Z; none if no bar is short enough.
+fn circular(
+    bench: &Bench<'_>,
+    axes: [usize; 3],
+    [a, b]: [usize; 2],
+    centre: &[f64],
+    runtime: Option<&Runtime<'_>>,
+) -> Option<CircularTest> {
+    let travel = |k: usize| bench.machine.axes[axes[k]].travel;
+    let half = |k: usize| 0.5 * (travel(k)[1] - travel(k)[0]);
+    let room = half(a).min(half(b));
+    let radius = BARS.into_iter().find(|radius| *radius <= room)?;
+    let angle = |step: i32| (f64::from(step) * 360.0 / f64::from(STEPS)).to_radians();
+    let place = |step: i32, is_read: bool| {
+        let mut at = [0.0; 3];
+        (at[a], at[b]) = (radius * angle(step).cos(), radius * angle(step).sin());
+        Place { at, is_read }
+    };
+    let is_read = |step: i32| (0..=STEPS).contains(&step);
+    let forth = (-OVERSHOOT..=STEPS + OVERSHOOT).map(|k| place(k, is_read(k)));
+    let back = (-OVERSHOOT..=STEPS + OVERSHOOT)
+        .rev()
+        .map(|k| place(k, is_read(k)));
+    let path: Vec<Place> = forth.chain(back).collect();
+    let bar = Bar::new(bench, axes, centre.to_vec());
+    bar.reaches(&path).ok()?;
+    let found = |runtime: Option<&Runtime<'_>>| {
+        let readings = bar.read(&path, runtime);
+        let steps = (0..=STEPS).chain((0..=STEPS).rev());
+        let all: Vec<(f64, f64)> = steps
+            .zip(&readings)
+            .map(|(step, read)| (angle(step), read.deviation))
+            .collect();
+        let (forth, back) = all.split_at(STEPS as usize + 1);
+        let turns = Turns {
+            counter_clockwise: forth.to_vec(),
+            clockwise: back.to_vec(),
+        };
+        let circle = Circle::of(radius, &turns).ok()?;
+        Some(CircleFound {
+            deviation_um: circle.bidirectional? * 1e3,
+            radial_um: circle.radial.map(|r| r * 1e3),
+            hysteresis_um: circle.hysteresis? * 1e3,
+            angles_deg: all.iter().map(|(angle, _)| angle.to_degrees()).collect(),
+            readings_um: all.iter().map(|(_, reading)| reading * 1e3).collect(),
+        })
+    };
+    let letter = |k: usize| ['X', 'Y', 'Z'][k];
+    Some(CircularTest {
+        plane: [a, b].map(letter).iter().collect(),
+        radius_mm: radius,
+        before: found(None)?,
+        after: runtime.and_then(|runtime| found(Some(runtime))),
+    })
+}
+
+/// Deviations (µm) along a straight way, there and back, from where it begins: `position` and the sides it comes
+/// from, at parts of the way.
+fn along(
+    bench: &Bench<'_>,
+    runtime: Option<&Runtime<'_>>,
+    way: Vector3<f64>,
+    at: impl Fn(f64, f64) -> (Vec<f64>, PerAxis),
+) -> [Vec<f64>; 2] {
+    let deviation = |part: f64, direction: f64| {
+        let (position, coming) = at(part, direction);
+        let [nominal, actual] = tip(bench, &position, &coming, runtime);
+        (actual - nominal).dot(&way) * 1e3
+    };
+    let start = deviation(0.0, 1.0);
+    let parts = || (0..=TARGETS).map(|k| f64::from(k) / f64::from(TARGETS));
+    [1.0, -1.0].map(|direction| {
+        parts()
+            .map(|part| deviation(part, direction) - start)
+            .collect()
+    })
+}
+
+fn range(both: &[Vec<f64>; 2]) -> f64 {
+    let all = both.iter().flatten();
+    let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    high - low
+}
+
+fn diagonal(
+    bench: &Bench<'_>,
+    axes: [usize; 3],
+    signs: [f64; 3],
+    centre: &[f64],
+    runtime: Option<&Runtime<'_>>,
+) -> Diagonal {
+    let machine = bench.machine;
+    let ends = [0, 1, 2].map(|k| {
+        let [low, high] = machine.axes[axes[k]].travel;
+        if signs[k] > 0.0 {
+            [low, high]
+        } else {
+            [high, low]
+        }
+    });
+    let at = |part: f64, direction: f64| {
+        let mut position = centre.to_vec();
+        let mut coming = PerAxis::default();
+        for k in 0..3 {
+            position[axes[k]] = ends[k][0] + part * (ends[k][1] - ends[k][0]);
+            coming[axes[k]] = signs[k] * direction;
+        }
+        (position, coming)
+    };
+    let nominal = |part| bench.nominal(&machine.to_kinematic(&at(part, 1.0).0)).t;
+    let whole = nominal(1.0) - nominal(0.0);
+    let way = whole.normalize();
+    let before = along(bench, None, way, at);
+    let after = runtime.map(|runtime| along(bench, Some(runtime), way, at));
+    let name = signs.iter().zip(['X', 'Y', 'Z']);
+    let name =
+        name.map(|(sign, letter)| format!("{}{letter}", if *sign > 0.0 { '+' } else { '−' }));
+    let length = whole.norm();
+    Diagonal {
+        name: name.collect(),
+        length_mm: length,
+        at_mm: (0..=TARGETS)
+            .map(|k| length * f64::from(k) / f64::from(TARGETS))
+            .collect(),
+        systematic_before_um: range(&before),
+        systematic_after_um: after.as_ref().map(range),
+        before_um: before,
+        after_um: after,
+    }
+}
+
+fn positioning(
+    bench: &Bench<'_>,
+    index: usize,
+    centre: &[f64],
+    runtime: Option<&Runtime<'_>>,
+) -> Positioning {
+    let machine = bench.machine;
+    let [low, high] = machine.axes[index].travel;
+    let target = |part: f64| low + part * (high - low);
+    let at = |part: f64, direction: f64| {
+        let mut position = centre.to_vec();
+        let mut coming = PerAxis::default();
+        position[index] = target(part);
+        coming[index] = direction;
+        (position, coming)
+    };
+    let way = bench.way(&machine.to_kinematic(centre), index);
+    let targets: Vec<f64> = (0..=TARGETS)
+        .map(|k| target(f64::from(k) / f64::from(TARGETS)))
+        .collect();
+    let found = |runtime: Option<&Runtime<'_>>| {
+        let deviations = along(bench, runtime, way, at);
+        let column = |direction: usize| Column {
+            direction: [1.0, -1.0][direction],
+            readings: deviations[direction].iter().map(|d| d * 1e-3).collect(),
+        };
+        let analysis = analysis(&Line {
+            setup: Setup {
+                moved: index,
+                sense: Sense::In(index),
+                counts: 1.0,
+                at: machine.to_kinematic(centre),
+                offset: Vector3::zeros(),
+                keeps_slope: false,
+            },
+            targets: targets.clone(),
+            columns: vec![column(0), column(1)],
+        });
+        let um = |mm: Option<f64>| mm.map(|mm| mm * 1e3);
+        PositioningFound {
+            systematic_um: um(analysis.systematic_both),
+            mean_range_um: um(analysis.mean_range),
+            reversal_um: um(analysis.reversal),
+            deviations_um: deviations,
+        }
+    };
+    Positioning {
+        axis: machine.axes[index].letter.char(),
+        before: found(None),
+        after: runtime.map(|runtime| found(Some(runtime))),
+        at_mm: targets,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueaxis_model::errors::{ErrorModel, Parameter};
+    use trueaxis_model::machine::Machine;
+
+    fn found(parameters: &[(&str, f64)]) -> (Machine, Tests) {
+        let text = include_str!("../../../examples/mill-21/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, value) in parameters {
+            assert!(errors.set(&machine, Parameter::parse(name).unwrap(), *value));
+        }
+        let mut remarks = Vec::new();
+        let tests = super::tests(&Subject::new(&machine, &errors, None, 1), &mut remarks);
+        assert!(remarks.is_empty(), "{remarks:?}");
+        (machine, tests)
+    }
+
+    #[test]
+    fn squareness_is_a_circular_deviation_of_so_much_of_the_radius() {
+        let (_, tests) = found(&[("EC0X", 40e-6)]);
+        let planes: Vec<&str> = tests.circles.iter().map(|c| &*c.plane).collect();
+        assert_eq!(planes, ["XY", "YZ", "ZX"]);
+        let [xy, yz, zx] = [0, 1, 2].map(|k| &tests.circles[k].before);
+        let expected = 40e-6 * tests.circles[0].radius_mm * 1e3;
+        // Of second order: some µm squared by the radius.
+        assert!((xy.deviation_um - expected).abs() < 1e-3, "{xy:?}");
+        assert!((xy.radial_um[0] - 0.5 * expected).abs() < 1e-3);
+        assert!((xy.radial_um[1] + 0.5 * expected).abs() < 1e-3);
+        for other in [yz, zx] {
+            assert!(other.deviation_um < 1e-3, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_scale_and_a_backlash_are_what_positioning_and_diagonals_show() {
+        let (machine, tests) = found(&[("EXX1", 20e-6), ("EXXb", 3e-3)]);
+        let travel = |letter: char| {
+            let [low, high] = machine.axes[machine.index(letter).unwrap()].travel;
+            high - low
+        };
+        let x = tests.positioning.iter().find(|p| p.axis == 'X').unwrap();
+        // Rounding of positions of 1 m.
+        let near = |a: Option<f64>, b: f64| (a.unwrap() - b).abs() < 1e-8;
+        let scale = 20e-6 * travel('X') * 1e3;
+        assert!(near(x.before.mean_range_um, scale), "{x:?}");
+        assert!(near(x.before.reversal_um, 6.0), "{x:?}");
+        assert!(near(x.before.systematic_um, scale + 6.0), "{x:?}");
+        let y = tests.positioning.iter().find(|p| p.axis == 'Y').unwrap();
+        assert!(near(y.before.systematic_um, 0.0), "{y:?}");
+        for diagonal in &tests.diagonals {
+            let length = travel('X').hypot(travel('Y')).hypot(travel('Z'));
+            assert!((diagonal.length_mm - length).abs() < 1e-9);
+            // The part of X along the diagonal.
+            let part = travel('X') / length;
+            let [forth, back] = &diagonal.before_um;
+            assert!(
+                (forth.last().unwrap().abs() - scale * part).abs() < 1e-8,
+                "{diagonal:?}"
+            );
+            assert!(
+                ((forth[0] - back[0]).abs() - 6.0 * part).abs() < 1e-8,
+                "{diagonal:?}"
+            );
+            let range = (scale + 6.0) * part;
+            assert!((diagonal.systematic_before_um - range).abs() < 1e-8);
+        }
+    }
+}

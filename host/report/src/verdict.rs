@@ -1,0 +1,256 @@
+//! What there is to say first.
+
+use super::words::{capital, figure};
+use super::{Share, Volumetric};
+use trueaxis_tables::validate::Quality;
+
+/// Errors below this on average (µm, µrad) are none.
+const NOTHING: f64 = 5e-5;
+
+/// The verdict, a sentence each: what the machine will do, what causes most of its error, what tables leave of it. Of
+/// all figures the mean over the travel.
+pub fn sentences(volumetric: &Volumetric, shares: &[Share]) -> Vec<String> {
+    let before = &volumetric.before;
+    if is_nothing(before) && shares.is_empty() {
+        return vec!["No error of this machine is known: there is nothing to correct.".to_owned()];
+    }
+    if is_nothing(before) {
+        return vec!["The errors that are known change nothing at the tool.".to_owned()];
+    }
+    vec![
+        expected(volumetric),
+        cause(before, shares),
+        left(volumetric),
+    ]
+}
+
+/// What the machine will do: with tables, where they leave it and how well its parameters are known.
+fn expected(volumetric: &Volumetric) -> String {
+    match (&volumetric.after, &volumetric.known) {
+        (None, _) => format!(
+            "Without tables the machine is off by {} on average over the travel.",
+            means(&volumetric.before)
+        ),
+        (Some(_), None) => {
+            "How far off the machine will be with these tables cannot be said: the errors have no uncertainties."
+                .to_owned()
+        }
+        (Some(after), Some(known)) => {
+            let exact = match known.exact {
+                0 => String::new(),
+                exact => format!(" ({exact} of {} count as exact)", exact + known.uncertain),
+            };
+            // The length of a sum is no more than the sum of the lengths.
+            let within = |left: f64, band: f64| figure(left + band);
+            format!(
+                "With these tables the machine will be off by no more than about {} µm at the tip and {} µrad in direction (95 %, on average over the travel), by what is not known of its parameters{exact} and what the tables leave.",
+                within(after.translation_um.mean, known.band.translation_um.mean),
+                within(after.direction_urad.mean, known.band.direction_urad.mean)
+            )
+        }
+    }
+}
+
+/// The means of tip and direction.
+fn means(quality: &Quality) -> String {
+    format!(
+        "{} µm and {} µrad",
+        figure(quality.translation_um.mean),
+        figure(quality.direction_urad.mean)
+    )
+}
+
+fn is_nothing(quality: &Quality) -> bool {
+    quality.translation_um.max < NOTHING && quality.direction_urad.max < NOTHING
+}
+
+/// Which parameter causes how much of the error: at the tip, or of the direction if there is none at the tip.
+fn cause(before: &Quality, shares: &[Share]) -> String {
+    let at_tip = before.translation_um.mean >= NOTHING;
+    let mean = |quality: &Quality| match at_tip {
+        true => quality.translation_um.mean,
+        false => quality.direction_urad.mean,
+    };
+    let unit = match at_tip {
+        true => "µm",
+        false => "µrad of the tool's direction",
+    };
+    let most = shares.iter().max_by(|a, b| {
+        let (a, b) = (mean(&a.alone), mean(&b.alone));
+        a.total_cmp(&b)
+    });
+    let all = mean(before);
+    match most {
+        None => format!("The error is {} {unit} on average.", figure(all)),
+        Some(most) => {
+            let (words, name) = (capital(&most.words), &most.name);
+            let alone = mean(&most.alone);
+            match alone <= all {
+                true => format!(
+                    "{words} ({name}) causes {} of {} {unit} on average.",
+                    figure(alone),
+                    figure(all)
+                ),
+                false => format!(
+                    "{words} ({name}) by itself would cause {} {unit} on average; together with the others it is {} {unit}.",
+                    figure(alone),
+                    figure(all)
+                ),
+            }
+        }
+    }
+}
+
+/// What a correction leaves by itself, and how well the parameters are known.
+fn left(volumetric: &Volumetric) -> String {
+    let left = match (&volumetric.after, &volumetric.kinematic) {
+        (Some(after), _) => format!("The tables themselves leave {} on average", means(after)),
+        (None, Some(best)) => format!("The best tables would leave {} on average", means(best)),
+        (None, None) => "What tables would leave cannot be said".to_owned(),
+    };
+    match &volumetric.known {
+        Some(known) => format!(
+            "{left}; the parameters are known to ±{} µm and ±{} µrad (95 %).",
+            figure(known.band.translation_um.mean),
+            figure(known.band.direction_urad.mean)
+        ),
+        // It has been said first.
+        None if volumetric.after.is_some() => format!("{left}."),
+        None => format!("{left}; how well the parameters are known is not said."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueaxis_tables::validate::Statistics;
+
+    fn quality(tip: f64, direction: f64) -> Quality {
+        let all = |v: f64| Statistics {
+            mean: v,
+            rms: v,
+            p95: v,
+            max: 2.0 * v,
+        };
+        Quality {
+            translation_um: all(tip),
+            direction_urad: all(direction),
+        }
+    }
+
+    fn share(name: &str, words: &str, tip: f64, direction: f64) -> Share {
+        Share {
+            name: name.to_owned(),
+            words: words.to_owned(),
+            value: None,
+            standard_uncertainty: None,
+            alone: quality(tip, direction),
+            expanded_uncertainty_mean_um: None,
+            expanded_uncertainty_max_um: None,
+            expanded_uncertainty_max_urad: None,
+            uncorrected_urad: None,
+        }
+    }
+
+    fn volumetric(before: Quality, after: Option<Quality>) -> Volumetric {
+        Volumetric {
+            positions: 1,
+            before,
+            after,
+            kinematic: None,
+            difference_um: None,
+            difference_urad: None,
+            meets_tolerance: None,
+            um_per_mm_of_tool_length: None,
+            known: after.map(|_| super::super::Known {
+                band: quality(2.06, 4.0),
+                uncertain: 1,
+                exact: 0,
+            }),
+        }
+    }
+
+    #[test]
+    fn the_largest_at_the_tip_is_named_and_what_the_tables_leave() {
+        let shares = [
+            share("EZ0S", "the spindle's Z position", 55.6, 0.0),
+            share("EA0Z", "the inclination of axis Z about X", 21.0, 106.0),
+        ];
+        let found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        assert_eq!(
+            sentences(&found, &shares),
+            [
+                "With these tables the machine will be off by no more than about 2.1 µm at the tip and 5.7 µrad in direction \
+                 (95 %, on average over the travel), by what is not known of its parameters and what the tables leave.",
+                "The spindle's Z position (EZ0S) causes 56 of 66 µm on average.",
+                "The tables themselves leave 0.050 µm and 1.7 µrad on average; \
+                 the parameters are known to ±2.1 µm and ±4.0 µrad (95 %).",
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_not_known_is_said_first() {
+        let mut found = volumetric(quality(66.2, 89.0), Some(quality(0.05, 1.7)));
+        if let Some(known) = &mut found.known {
+            known.exact = 2;
+        }
+        let said = sentences(&found, &[]);
+        assert!(
+            said[0].contains("its parameters (2 of 3 count as exact) and"),
+            "{said:?}"
+        );
+        found.known = None;
+        let said = sentences(&found, &[]);
+        assert!(
+            said[0].contains("cannot be said: the errors have no uncertainties"),
+            "{said:?}"
+        );
+        assert!(
+            said[2].starts_with("The tables themselves leave 0.050 µm"),
+            "{said:?}"
+        );
+        found.after = None;
+        let said = sentences(&found, &[]);
+        assert_eq!(
+            said[0],
+            "Without tables the machine is off by 66 µm and 89 µrad on average over the travel."
+        );
+    }
+
+    #[test]
+    fn errors_that_take_each_other_away_and_those_of_direction_alone_are_told_as_such() {
+        let shares = [share("EX0S", "the spindle's X position", 100.0, 0.0)];
+        let found = sentences(&volumetric(quality(82.0, 0.0), None), &shares);
+        assert_eq!(
+            found[1],
+            "The spindle's X position (EX0S) by itself would cause 100 µm on average; together with the others it is 82 µm."
+        );
+        let shares = [share(
+            "EA0S",
+            "the spindle's inclination about X",
+            0.0,
+            30.0,
+        )];
+        let found = sentences(&volumetric(quality(0.0, 30.0), None), &shares);
+        assert_eq!(
+            found[1],
+            "The spindle's inclination about X (EA0S) causes 30 of 30 µrad of the tool's direction on average."
+        );
+    }
+
+    #[test]
+    fn a_machine_without_known_errors_has_a_verdict() {
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &[]);
+        assert_eq!(
+            found,
+            ["No error of this machine is known: there is nothing to correct."]
+        );
+        let shares = [share("EX0X", "the X position of axis X", 0.0, 0.0)];
+        let found = sentences(&volumetric(quality(0.0, 0.0), None), &shares);
+        assert_eq!(
+            found,
+            ["The errors that are known change nothing at the tool."]
+        );
+    }
+}

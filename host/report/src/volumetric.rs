@@ -1,0 +1,122 @@
+//! The volumetric error over the travel: without correction, with the tables, with the best correction there is.
+
+use super::{ReportError, Subject};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use trueaxis_model::errors::Switches;
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_tables::uncertainty::over_travel;
+use trueaxis_tables::validate::{Quality, Region, Statistics, direction, random_commands};
+
+/// Random positions where no compensation was compared at its own.
+pub const POSITIONS: usize = 5000;
+
+/// The volumetric error over the whole travel: mean, root mean square and 95 % at random positions. A report's maxima
+/// are the largest that a search finds from the worst of these on; a verdict's those at these positions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Volumetric {
+    /// How many.
+    pub positions: usize,
+    /// Without correction, but for that of the reference position.
+    pub before: Quality,
+    /// With the tables, if there are some.
+    pub after: Option<Quality>,
+    /// With the exact kinematic correction, which no tables can do better; if it can be found everywhere.
+    pub kinematic: Option<Quality>,
+    /// Largest difference of the tables to the kinematic correction at the tip, where the tolerance must hold.
+    pub difference_um: Option<f64>,
+    /// The same of the tool's direction, or of a rotary axis.
+    pub difference_urad: Option<f64>,
+    /// True if the tables keep the tolerance.
+    pub meets_tolerance: Option<bool>,
+    /// Change of the tip's error with the length of the tool, where that is no input of the tables.
+    pub um_per_mm_of_tool_length: Option<f64>,
+    /// What uncertain parameters leave, if an uncertainty is known.
+    pub known: Option<Known>,
+}
+
+/// How well the errors are known.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Known {
+    /// 95 % band of what the uncertainty of parameters and measured motions leaves.
+    pub band: Quality,
+    /// Parameters and measured motions with an uncertainty.
+    pub uncertain: usize,
+    /// Those without one, which count as exact.
+    pub exact: usize,
+}
+
+/// Looks at the machine.
+pub fn volumetric(
+    subject: &Subject<'_>,
+    remarks: &mut Vec<String>,
+) -> Result<Volumetric, ReportError> {
+    let kinematics = Kinematics::new(subject.machine, subject.errors).with_policy(subject.policy);
+    let known = match subject.compensation {
+        Some(compensation) => compensation.uncertainty.cloned(),
+        None => over_travel(&kinematics, subject.seed)?,
+    };
+    let known = known.map(|found| Known {
+        band: found.travel,
+        uncertain: found.parameters + found.tables,
+        exact: found.exact + found.exact_tables,
+    });
+    if known.is_none() && !subject.errors.parameters.is_empty() {
+        remarks.push(
+            "The errors have no uncertainties: how far they are to be believed cannot be said."
+                .to_owned(),
+        );
+    }
+    if let Some(compensation) = subject.compensation {
+        let (all, inside) = (&compensation.proof.travel, compensation.proof.inside());
+        return Ok(Volumetric {
+            positions: all.positions,
+            before: all.before,
+            after: Some(all.after),
+            kinematic: Some(all.kinematic),
+            difference_um: Some(inside.difference_um),
+            difference_urad: Some(inside.difference_urad),
+            meets_tolerance: Some(inside.meets(compensation.tolerance_um)),
+            um_per_mm_of_tool_length: compensation.proof.um_per_mm_of_tool_length,
+            known,
+        });
+    }
+    let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
+    let found: Vec<([f64; 2], Option<[f64; 2]>)> = (commands.par_iter())
+        .map(|command| {
+            let (q, situation) = command.kinematic(subject.machine);
+            let left = |dq| {
+                let error = kinematics.volumetric_error(&q, &dq, &situation);
+                [error.t.norm(), direction(subject.machine, &error)]
+            };
+            let exact = kinematics.correction(&q, &situation, &Switches::ALL).ok();
+            (left(Default::default()), exact.map(|exact| left(exact.dq)))
+        })
+        .collect();
+    let failed = found.iter().filter(|(_, exact)| exact.is_none()).count();
+    if failed > 0 {
+        remarks.push(format!(
+            "At {failed} of {POSITIONS} random positions there is no kinematic correction: the errors are far too large there."
+        ));
+    }
+    let exact: Option<Vec<[f64; 2]>> = found.iter().map(|(_, exact)| *exact).collect();
+    Ok(Volumetric {
+        positions: POSITIONS,
+        before: quality(found.iter().map(|(before, _)| *before)),
+        after: None,
+        kinematic: exact.map(|exact| quality(exact.into_iter())),
+        difference_um: None,
+        difference_urad: None,
+        meets_tolerance: None,
+        um_per_mm_of_tool_length: None,
+        known,
+    })
+}
+
+/// Of errors of tip (mm) and direction (rad).
+pub fn quality(errors: impl Iterator<Item = [f64; 2]> + Clone) -> Quality {
+    Quality {
+        translation_um: Statistics::of(errors.clone().map(|[tip, _]| tip * 1e3)),
+        direction_urad: Statistics::of(errors.map(|[_, direction]| direction * 1e6)),
+    }
+}

@@ -1,0 +1,246 @@
+//! Parameters and figures as people say them.
+
+use trueaxis_model::errors::{Parameter, ParameterKind};
+use trueaxis_model::explain::{Alone, Said, number};
+
+const AXES: [char; 3] = ['X', 'Y', 'Z'];
+
+/// The unit that a parameter is shown in, and by what its value (mm, rad) is multiplied for it; no factor if it is
+/// shown as it is in files.
+#[must_use]
+pub fn unit(parameter: Parameter) -> (Option<f64>, &'static str) {
+    match (parameter.kind, parameter.is_angular()) {
+        (ParameterKind::Degree(1), false) if "XYZUVW".contains(parameter.axis) => {
+            (Some(1e6), "µm/m")
+        }
+        (ParameterKind::Degree(k), angular) if k > 0 => (
+            None,
+            if angular {
+                "rad per mm or rad to the degree"
+            } else {
+                "mm per mm or rad to the degree"
+            },
+        ),
+        (_, true) => (Some(1e6), "µrad"),
+        (_, false) => (Some(1e3), "µm"),
+    }
+}
+
+/// The value of a parameter with its unit: `−0.87 µm/m`; of a coefficient of a motion `12.00 µrad/m²`, per kelvin
+/// `1.50 µm/K`. As in files if it is not a parameter.
+pub fn quantity(name: &str, value: f64) -> String {
+    let (name, per_kelvin) = match name.split_once(" (per K") {
+        Some((name, _)) => (name, "/K"),
+        None => (name, ""),
+    };
+    let text = match Parameter::parse(name).map(shown) {
+        Some((factor, unit)) => format!("{:.2} {unit}{per_kelvin}", value * factor),
+        None => number(value),
+    };
+    text.replace('-', "−")
+}
+
+/// As [`unit`], and of coefficients of motions in µm or µrad per metre or radian to their degree.
+fn shown(parameter: Parameter) -> (f64, String) {
+    let coefficient = match (unit(parameter), parameter.kind) {
+        ((Some(factor), unit), _) => return (factor, unit.to_owned()),
+        (_, ParameterKind::Degree(k)) => k,
+        ((None, unit), _) => return (1.0, unit.to_owned()),
+    };
+    let (small, unit) = match parameter.is_angular() {
+        true => (1e6, "µrad"),
+        false => (1e3, "µm"),
+    };
+    let (metres, per) = match is_rotary(parameter.axis) {
+        true => (1.0, "rad"),
+        false => (1e3_f64, "m"),
+    };
+    let degree = match coefficient {
+        1 => String::new(),
+        2 => "²".to_owned(),
+        3 => "³".to_owned(),
+        k => format!("^{k}"),
+    };
+    (
+        small * metres.powi(i32::from(coefficient)),
+        format!("{unit}/{per}{degree}"),
+    )
+}
+
+/// The name of one thing that an error file says: `EZ0S`, `EXX (table)`.
+pub fn name(alone: &Alone<'_>) -> String {
+    let name = alone.parameter.to_string();
+    let motion = &name[..3.min(name.len())];
+    match &alone.said {
+        Said::Parameter(_) => name,
+        Said::Table => format!("{motion} (table)"),
+        Said::TableReversal => format!("{motion} (reversal)"),
+        Said::PerKelvin { sensor, .. } => format!("{name} (per K of {sensor})"),
+    }
+}
+
+/// What it is: `the spindle's Z position`.
+pub fn in_words(alone: &Alone<'_>) -> String {
+    let Parameter {
+        component,
+        axis,
+        kind,
+    } = alone.parameter;
+    let about = AXES[component % 3];
+    let angular = alone.parameter.is_angular();
+    let own = along(axis);
+    let rotary = is_rotary(axis);
+    let motion = || motion_in_words(component, axis);
+    let words = match (&alone.said, kind) {
+        (Said::Table, _) => format!("{}, as measured", motion()),
+        (Said::TableReversal, _) => format!("{}, between its two directions", motion()),
+        (_, ParameterKind::Inter) => match (axis, angular) {
+            ('S', false) => format!("the spindle's {about} position"),
+            ('S', true) => format!("the spindle's inclination about {about}"),
+            (_, true) if rotary && about == own => format!("the zero position of axis {axis}"),
+            (_, false) => format!("the {about} position of axis {axis}"),
+            (_, true) => format!("the inclination of axis {axis} about {about}"),
+        },
+        (_, ParameterKind::Backlash) if angular == rotary && about == own => {
+            format!("the backlash of {axis}")
+        }
+        (_, ParameterKind::Backlash) => {
+            format!("{}, between its two directions", motion())
+        }
+        (_, ParameterKind::Degree(1)) if !rotary && !angular && about == own => {
+            format!("the scale of {axis}")
+        }
+        (_, ParameterKind::Degree(0)) => format!("a constant in {}", motion()),
+        (_, ParameterKind::Degree(1)) => format!("a slope in {}", motion()),
+        (_, ParameterKind::Degree(k)) => format!("degree {k} of {}", motion()),
+        (_, ParameterKind::Cosine(1) | ParameterKind::Sine(1)) => {
+            format!("once a turn in {}", motion())
+        }
+        (_, ParameterKind::Cosine(k) | ParameterKind::Sine(k)) => {
+            format!("{k} times a turn in {}", motion())
+        }
+    };
+    match &alone.said {
+        Said::PerKelvin { sensor, .. } => format!("{words}, as {sensor} warms"),
+        _ => words,
+    }
+}
+
+/// True if it is the letter of a rotary axis.
+pub fn is_rotary(axis: char) -> bool {
+    matches!(axis, 'A' | 'B' | 'C')
+}
+
+/// The coordinate axis that an axis goes along or turns about.
+fn along(axis: char) -> char {
+    match axis {
+        'X' | 'U' | 'A' => 'X',
+        'Y' | 'V' | 'B' => 'Y',
+        _ => 'Z',
+    }
+}
+
+/// What an error motion is, by its component 0…5 of an axis: `the straightness of X in Y`.
+pub fn motion_in_words(component: usize, axis: char) -> String {
+    let about = AXES[component % 3];
+    match (is_rotary(axis), component >= 3, about == along(axis)) {
+        (false, false, true) => format!("the positioning of {axis}"),
+        (false, false, false) => format!("the straightness of {axis} in {about}"),
+        (false, true, true) => format!("the roll of {axis}"),
+        (false, true, false) => format!("the tilt of {axis} about {about} as it moves"),
+        (true, true, true) => format!("the angular positioning of {axis}"),
+        (true, false, true) => format!("the axial motion of {axis}"),
+        (true, false, false) => format!("the radial motion of {axis} in {about}"),
+        (true, true, false) => format!("the tilt of {axis} about {about} as it turns"),
+    }
+}
+
+/// With a capital letter.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => String::new(),
+    }
+}
+
+/// A figure with two digits, or as many as it has before the point; a true minus sign.
+#[must_use]
+pub fn figure(value: f64) -> String {
+    let size = value.abs();
+    let digits = match size {
+        v if v >= 9.95 => 0,
+        v if v >= 0.995 => 1,
+        v if v >= 0.0995 => 2,
+        v if v >= 0.009_95 => 3,
+        _ => 4,
+    };
+    let text = format!("{size:.digits$}");
+    match text.parse::<f64>() {
+        Ok(0.0) => "0".to_owned(),
+        _ if value < 0.0 => format!("−{text}"),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueaxis_model::errors::ErrorModel;
+    use trueaxis_model::machine::Machine;
+
+    #[test]
+    fn parameters_are_shown_in_the_units_of_the_command() {
+        assert_eq!(quantity("EC0A", -868.045_322_881e-6), "−868.05 µrad");
+        assert_eq!(quantity("EZ0S", 0.0556), "55.60 µm");
+        assert_eq!(quantity("EYY1", -609.86e-6), "−609.86 µm/m");
+        assert_eq!(quantity("EXX2", 2e-9), "2.00 µm/m²");
+        assert_eq!(quantity("EBX3", -1.234_567_8e-15), "−1.23 µrad/m³");
+        assert_eq!(quantity("ECA1", -17.3e-3), "−17300.00 µrad/rad");
+        assert_eq!(quantity("EXC4", 0.5e-3), "0.50 µm/rad^4");
+        assert_eq!(quantity("EZ0S (per K of head)", 1.5e-3), "1.50 µm/K");
+        assert_eq!(quantity("EXX1 (per K of X)", 11e-6), "11.00 µm/m/K");
+    }
+
+    #[test]
+    fn figures_have_two_digits() {
+        for (value, text) in [
+            (55.6, "56"),
+            (137.24, "137"),
+            (9.96, "10"),
+            (1.78, "1.8"),
+            (0.0456, "0.046"),
+            (0.0019, "0.0019"),
+            (-2.06, "−2.1"),
+            (0.000_01, "0"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn parameters_are_named_as_people_say_them() {
+        let text = include_str!("../../../examples/huron-k2x8/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, words) in [
+            ("EZ0S", "the spindle's Z position"),
+            ("EA0S", "the spindle's inclination about X"),
+            ("EC0C", "the zero position of axis C"),
+            ("EB0A", "the inclination of axis A about Y"),
+            ("EY0C", "the Y position of axis C"),
+            ("EXX1", "the scale of X"),
+            ("EYX2", "degree 2 of the straightness of X in Y"),
+            ("EXXb", "the backlash of X"),
+            ("ECCb", "the backlash of C"),
+            ("EAX0", "a constant in the roll of X"),
+            ("EZCc2", "2 times a turn in the axial motion of C"),
+        ] {
+            errors.clone_from(&ErrorModel::perfect(&machine));
+            let parameter = Parameter::parse(name).unwrap();
+            assert!(errors.set(&machine, parameter, 1e-5), "{name}");
+            assert_eq!(in_words(&Alone::all(&machine, &errors)[0]), words, "{name}");
+        }
+    }
+}

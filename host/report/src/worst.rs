@@ -1,0 +1,363 @@
+//! The largest errors over the travel, as a search finds them, and where.
+
+use super::{ReportError, Subject, Volumetric};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use trueaxis::Travel;
+use trueaxis_model::errors::{ErrorModel, Switches};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_tables::compile::seed_over_travel;
+use trueaxis_tables::uncertainty::Uncertain;
+use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
+
+/// Rounds, and how much of an axis to both sides each looks at: all of it, once more after the others have moved, then
+/// closer.
+const ROUNDS: [f64; 4] = [1.0, 1.0, 0.07, 0.005];
+/// Steps of a round along each axis.
+const STEPS: u32 = 16;
+/// What is not larger by this part is no larger: the last bit of a mathematical library must not decide.
+const LARGER: f64 = 1e-9;
+/// Positions from which a search for a maximum goes on.
+const STARTS: usize = 3;
+/// Random positions from which a search goes on where each of them takes long, or where many errors are looked at.
+pub const FEW: usize = 500;
+/// Places that are listed.
+const LISTED: usize = 6;
+/// Places that are nearer than this part of the travel, along every axis, are one.
+const NEAR: f64 = 0.25;
+
+/// Where the tip is farthest off.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Worst {
+    /// Without correction, the worst first, none near another.
+    pub before: Vec<Place>,
+    /// The same with the tables; empty if there are none.
+    pub after: Vec<Place>,
+}
+
+/// A place, and the error there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Positions of the axes (mm, deg).
+    pub position: Vec<f64>,
+    /// Whence each axis has come: 1 from below, −1 from above, 0 if it does not matter.
+    pub direction: Vec<i8>,
+    /// Tool length (mm) if it is an input, then temperatures (K from their reference).
+    pub auxiliaries: Vec<f64>,
+    /// Error of the tip.
+    pub tip_um: f64,
+    /// Error of the tool's direction.
+    pub direction_urad: f64,
+}
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Of {
+    /// The error of the tip (mm).
+    Tip,
+    /// The error of the tool's direction (rad).
+    Direction,
+}
+
+/// An error at a command.
+pub type Left<'a> = dyn Fn(&Command, Of) -> f64 + Sync + 'a;
+
+/// Looks for the largest errors: they become the maxima of what is known at random positions.
+pub fn worst(subject: &Subject<'_>, found: &mut Volumetric) -> Result<Worst, ReportError> {
+    let (machine, errors) = (subject.machine, subject.errors);
+    let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
+    // The positions that means are of.
+    let seed = match subject.compensation {
+        Some(_) => seed_over_travel(subject.seed),
+        None => subject.seed,
+    };
+    let commands = random_commands(&kinematics, Region::Travel, found.positions, seed)?;
+    let few = &commands[..FEW.min(commands.len())];
+    let zero = subject.subtracted.zero(machine, errors)?;
+    let search = Search { machine, errors };
+    let with = |command: &Command, dq: &PerAxis, of: Of| {
+        let (q, situation) = command.kinematic(machine);
+        let error = kinematics.volumetric_error(&q, dq, &situation);
+        match of {
+            Of::Tip => error.t.norm(),
+            Of::Direction => direction(machine, &error),
+        }
+    };
+    let before = |command: &Command, of: Of| with(command, &zero, of);
+    let mut worst = Worst {
+        before: search.places(&mut found.before, &commands, &before),
+        after: Vec::new(),
+    };
+    if let (Some(compensation), Some(after)) = (subject.compensation, &mut found.after) {
+        let left = |command: &Command, of: Of| {
+            let corrections = compensation.runtime.evaluate(command).map(f64::from);
+            let dq = machine.to_kinematic(&corrections);
+            with(command, &std::array::from_fn(|i| dq[i] + zero[i]), of)
+        };
+        worst.after = search.places(after, &commands, &left);
+    }
+    if let Some(best) = &mut found.kinematic {
+        let left = |command: &Command, of: Of| {
+            let (q, situation) = command.kinematic(machine);
+            let exact = kinematics.correction(&q, &situation, &Switches::ALL);
+            // Where there is no correction, there is nothing that it leaves.
+            exact.map_or(0.0, |exact| with(command, &exact.dq, of))
+        };
+        search.raise(best, few, &left);
+    }
+    if let Some(known) = &mut found.known {
+        let covariance = errors.covariance();
+        let uncertain = Uncertain::new(machine, errors, &covariance);
+        let left = |command: &Command, of: Of| {
+            let (q, situation) = command.kinematic(machine);
+            let leaves = uncertain.leaves(&q, &situation);
+            match of {
+                Of::Tip => leaves.tip_band(),
+                Of::Direction => leaves.direction_band(),
+            }
+        };
+        search.raise(&mut known.band, few, &left);
+    }
+    Ok(worst)
+}
+
+/// A search over all inputs of a command: positions, directions of travel, tool length, temperatures.
+pub struct Search<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// Its errors, which have the temperatures.
+    pub errors: &'a ErrorModel,
+}
+
+/// An error, and the command at which it is.
+type Sized = (f64, Command);
+
+impl Search<'_> {
+    /// Raises the maxima to those that a search from the worst of `commands` finds.
+    pub fn raise(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
+        for of in [Of::Tip, Of::Direction] {
+            self.raise_of(of, found, commands, left);
+        }
+    }
+
+    /// Raises the maximum of one of both.
+    fn raise_of(&self, of: Of, found: &mut Quality, commands: &[Command], left: &Left<'_>) {
+        let all = self.climbed(&sized(commands, left, of), STARTS, left, of);
+        raise(found, of, all.first());
+    }
+
+    /// Raises the maxima, and lists the worst places of the tip, none near another.
+    fn places(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) -> Vec<Place> {
+        self.raise_of(Of::Direction, found, commands, left);
+        let all = sized(commands, left, Of::Tip);
+        let climbed = self.climbed(&all, LISTED, left, Of::Tip);
+        raise(found, Of::Tip, climbed.first());
+        let chosen = self.apart(climbed.iter().chain(&all), LISTED);
+        chosen
+            .iter()
+            .map(|place| self.place(place.1, left))
+            .collect()
+    }
+
+    /// The first of them of which none is near another.
+    fn apart<'s>(&self, all: impl Iterator<Item = &'s Sized>, count: usize) -> Vec<Sized> {
+        let mut chosen: Vec<Sized> = Vec::new();
+        for one in all {
+            if chosen.len() == count {
+                break;
+            }
+            if !chosen.iter().any(|other| self.is_near(&other.1, &one.1)) {
+                chosen.push(*one);
+            }
+        }
+        chosen
+    }
+
+    fn is_near(&self, a: &Command, b: &Command) -> bool {
+        let axes = self.machine.axes.iter();
+        let mut both = axes.zip(a.axes.iter().zip(&b.axes));
+        both.all(|(axis, (a, b))| {
+            f64::from((a - b).abs()) < NEAR * (axis.travel[1] - axis.travel[0])
+        })
+    }
+
+    fn place(&self, mut command: Command, left: &Left<'_>) -> Place {
+        let axes = self.machine.axes.len();
+        let errors = |command: &Command| [Of::Tip, Of::Direction].map(|of| left(command, of));
+        let here = errors(&command);
+        for axis in 0..axes {
+            let mut unknown = command;
+            unknown.travel[axis] = Travel::Unknown;
+            if errors(&unknown) == here {
+                command = unknown;
+            }
+        }
+        let whence = |travel: &Travel| match travel {
+            Travel::Positive => 1,
+            Travel::Negative => -1,
+            Travel::Unknown => 0,
+        };
+        Place {
+            position: command.axes[..axes]
+                .iter()
+                .copied()
+                .map(f64::from)
+                .collect(),
+            direction: command.travel[..axes].iter().map(whence).collect(),
+            auxiliaries: (self.auxiliaries().zip(command.auxiliaries))
+                .map(|(_, value)| f64::from(value))
+                .collect(),
+            tip_um: here[0] * 1e3,
+            direction_urad: here[1] * 1e6,
+        }
+    }
+
+    /// Ranges of tool length and temperatures, as far as they are inputs.
+    fn auxiliaries(&self) -> impl Iterator<Item = [f64; 2]> {
+        let sensors = self.errors.sensors.iter().map(|sensor| sensor.range_kelvin);
+        self.machine.length_range.into_iter().chain(sensors)
+    }
+
+    /// Some of the worst, none near another, each gone on to where it is worse; the worst first.
+    fn climbed(&self, all: &[Sized], starts: usize, left: &Left<'_>, of: Of) -> Vec<Sized> {
+        let starts = self.apart(all.iter(), starts);
+        let climb = |start: &Sized| self.climb(*start, &|command| left(command, of));
+        let climbed: Vec<Sized> = starts.par_iter().map(climb).collect();
+        sorted(climbed)
+    }
+
+    /// From a command, one input after the other, to where it is worse.
+    fn climb(&self, start: Sized, size: &dyn Fn(&Command) -> f64) -> Sized {
+        let axes = self.machine.axes.iter().map(|axis| axis.travel);
+        let ranges: Vec<[f64; 2]> = axes.chain(self.auxiliaries()).collect();
+        let count = self.machine.axes.len();
+        let mut best = start;
+        let take = |command: Command, best: &mut Sized| {
+            let found = size(&command);
+            if found > best.0 * (1.0 + LARGER) {
+                *best = (found, command);
+            }
+        };
+        for part in ROUNDS {
+            for (input, range) in ranges.iter().enumerate() {
+                let mut command = best.1;
+                for value in around(*value(&mut command, count, input), *range, part) {
+                    *self::value(&mut command, count, input) = value;
+                    take(command, &mut best);
+                }
+            }
+            for axis in 0..count {
+                for travel in [Travel::Positive, Travel::Negative] {
+                    let mut command = best.1;
+                    command.travel[axis] = travel;
+                    take(command, &mut best);
+                }
+            }
+        }
+        best
+    }
+}
+
+fn raise(found: &mut Quality, of: Of, worst: Option<&Sized>) {
+    let (statistics, factor) = match of {
+        Of::Tip => (&mut found.translation_um, 1e3),
+        Of::Direction => (&mut found.direction_urad, 1e6),
+    };
+    statistics.max = worst
+        .map_or(0.0, |(size, _)| size * factor)
+        .max(statistics.max);
+}
+
+/// An input of a command: an axis, or one of the others.
+fn value(command: &mut Command, axes: usize, input: usize) -> &mut f32 {
+    match input.checked_sub(axes) {
+        None => &mut command.axes[input],
+        Some(other) => &mut command.auxiliaries[other],
+    }
+}
+
+/// Values around one, by a part of a range to both sides, as the runtime sees them and not beyond its ends.
+fn around(here: f32, [low, high]: [f64; 2], part: f64) -> impl Iterator<Item = f32> {
+    let half = part * (high - low);
+    let (from, to) = (
+        (f64::from(here) - half).max(low),
+        (f64::from(here) + half).min(high),
+    );
+    (0..=STEPS).map(move |k| {
+        let value = from + (to - from) * f64::from(k) / f64::from(STEPS);
+        (value as f32).max(low as f32).min(high as f32)
+    })
+}
+
+/// Commands with their errors, the largest first.
+fn sized(commands: &[Command], left: &Left<'_>, of: Of) -> Vec<Sized> {
+    sorted(commands.par_iter().map(|c| (left(c, of), *c)).collect())
+}
+
+/// The largest first; what differs by less than 1e-9 mm or rad stays in its order.
+fn sorted(mut all: Vec<Sized>) -> Vec<Sized> {
+    let rounded = |size: f64| (size * 1e9).round();
+    all.sort_by(|a, b| rounded(b.0).total_cmp(&rounded(a.0)));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueaxis_model::errors::Parameter;
+
+    /// The mill with some errors.
+    fn subject(parameters: &[(&str, f64)]) -> (Machine, ErrorModel) {
+        let text = include_str!("../../../examples/mill-21/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        let mut errors = ErrorModel::perfect(&machine);
+        for (name, value) in parameters {
+            assert!(errors.set(&machine, Parameter::parse(name).unwrap(), *value));
+        }
+        (machine, errors)
+    }
+
+    #[test]
+    fn the_worst_place_of_three_scales_is_a_corner_of_the_travel() {
+        let scales = [("EXX1", 20e-6), ("EYY1", 30e-6), ("EZZ1", -10e-6)];
+        let (machine, errors) = subject(&scales);
+        let subject = Subject::new(&machine, &errors, None, 1);
+        let mut found = super::super::volumetric::volumetric(&subject, &mut Vec::new()).unwrap();
+        let at_random = found.before.translation_um.max;
+        let worst = worst(&subject, &mut found).unwrap();
+        let most = |letter: char| {
+            let [low, high] = machine.axes[machine.index(letter).unwrap()].travel;
+            low.abs().max(high.abs())
+        };
+        let way = ['X', 'Y', 'Z'].map(most);
+        let corner = (0.02 * way[0]).hypot(0.03 * way[1]).hypot(0.01 * way[2]);
+        let max = found.before.translation_um.max;
+        // Ends of the travel are whole numbers, which f32 holds; the rest is rounding of positions of 1 m.
+        assert!((max - corner).abs() < 1e-8, "{max} {corner}");
+        assert!(max > at_random);
+        assert_eq!(worst.before[0].tip_um, max);
+        for (axis, at) in machine.axes.iter().zip(&worst.before[0].position) {
+            assert!(axis.travel.contains(at), "{}: {at}", axis.letter);
+        }
+        assert_eq!(worst.before[0].direction, [0; 3]);
+        assert!(worst.before.is_sorted_by(|a, b| a.tip_um >= b.tip_um));
+        assert!(worst.after.is_empty());
+    }
+
+    #[test]
+    fn whence_axes_have_come_is_said_where_it_matters() {
+        let (machine, errors) = subject(&[("EXX1", 20e-6), ("EXXb", 5e-3)]);
+        let subject = Subject::new(&machine, &errors, None, 1);
+        let mut found = super::super::volumetric::volumetric(&subject, &mut Vec::new()).unwrap();
+        let worst = worst(&subject, &mut found).unwrap();
+        let x = machine.index('X').unwrap();
+        let place = &worst.before[0];
+        for (axis, direction) in place.direction.iter().enumerate() {
+            assert_eq!(*direction != 0, axis == x, "{place:?}");
+        }
+        let expected = 0.02 * place.position[x].abs() + 5.0;
+        // Rounding of positions of 1 m.
+        assert!((place.tip_um - expected).abs() < 1e-8, "{place:?}");
+    }
+}

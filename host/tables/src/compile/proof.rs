@@ -1,0 +1,289 @@
+//! What a blob does to the volumetric error, on fresh random positions.
+
+use super::{CompileError, Progress};
+use crate::validate::{
+    DrawError, Measured, Region, Runtime, Verification, holds_anywhere, is_partly_calibrated,
+    random_commands,
+};
+use rayon::prelude::*;
+use serde::Serialize;
+use trueaxis::AuxiliaryKind;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// Change of tool length (mm) with which the sensitivity is measured.
+const LENGTH_CHANGE: f64 = 10.0;
+/// Positions at which it is.
+const LENGTH_POSITIONS: usize = 1000;
+/// Keeps the positions of a verification apart from those with which bounds were found.
+const FRESH: u64 = 0x00f0_0d00;
+
+/// What a compensation does.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Proof {
+    /// Over the whole travel.
+    #[serde(flatten)]
+    pub travel: Verification,
+    /// True if calibrated ranges leave out a part of the travel. If not, `outside` is no more than
+    /// where corrections lead past an end of it.
+    pub partly_calibrated: bool,
+    /// Where no error motion holds its end value, neither at the command nor at the corrected
+    /// position, farther than one correction from measured points; if there are motions that do.
+    pub inside: Option<Verification>,
+    /// Within one correction of a measured point, if a position is: a motion bends where the corrected position
+    /// passes the point, which depends on all axes, so that no table that reads commands is exact there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub near_points: Option<Verification>,
+    /// Where an error motion holds its end value, if a position is there. Where a motion begins to hold its end value,
+    /// the exact correction has a bend that depends on all axes: tables cannot follow it.
+    pub outside: Option<Verification>,
+    /// At the positions of the rotary axes for which alone the tables are made, if they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held: Option<Held>,
+    /// Translational error per mm that the tool is longer or shorter (µm/mm), where the tool
+    /// length is not an input.
+    pub um_per_mm_of_tool_length: Option<f64>,
+}
+
+impl Proof {
+    /// Where the tolerance must hold: where no error motion holds its end value, farther than one correction from
+    /// measured points, and where the rotary axes are for which the tables are made.
+    #[must_use]
+    pub fn inside(&self) -> &Verification {
+        match &self.held {
+            Some(held) => &held.found,
+            None => self.inside.as_ref().unwrap_or(&self.travel),
+        }
+    }
+
+    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by
+    /// what the policy makes of that, where no error motion holds its end value.
+    #[must_use]
+    pub fn meets(&self, um: f64) -> bool {
+        self.inside().meets(um)
+    }
+}
+
+/// What a compensation does where the rotary axes are for which it is made.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Held {
+    /// Letters of the axes, and where they are (deg).
+    pub axes: Vec<(char, f64)>,
+    /// At random positions of the linear axes, where no error motion holds its end value if there are such.
+    #[serde(flatten)]
+    pub found: Verification,
+}
+
+/// A blob that was made for something else.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the blob was made for {blob}, not for {machine}")]
+pub struct Mismatch {
+    /// What the blob says.
+    pub blob: String,
+    /// What the machine and its errors say.
+    pub machine: String,
+}
+
+/// Checks that a blob was made for this machine: name, axes in order, auxiliary inputs.
+///
+/// # Errors
+/// [`Mismatch`] with the first difference.
+pub fn belongs(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+) -> Result<(), Mismatch> {
+    let compensation = runtime.compensation();
+    let differ = |what: &str, blob: String, machine: String| {
+        if blob == machine {
+            return Ok(());
+        }
+        let show = |s: String| {
+            if s.is_empty() {
+                format!("no {what}")
+            } else {
+                format!("{what} {s}")
+            }
+        };
+        Err(Mismatch {
+            blob: show(blob),
+            machine: show(machine),
+        })
+    };
+    differ(
+        "the machine",
+        format!("`{}`", compensation.machine()),
+        format!("`{}`", machine.name),
+    )?;
+    let axes: String = compensation
+        .axes()
+        .iter()
+        .map(|a| char::from(a.name))
+        .collect();
+    differ(
+        "the axes",
+        axes,
+        machine.axes.iter().map(|a| a.letter.char()).collect(),
+    )?;
+    let auxiliaries: Vec<String> = compensation
+        .auxiliaries()
+        .iter()
+        .map(|a| match a.kind {
+            AuxiliaryKind::ToolLength => "the tool length".to_owned(),
+            AuxiliaryKind::Temperature => format!("sensor `{}`", a.name),
+        })
+        .collect();
+    let length = machine.length_range.map(|_| "the tool length".to_owned());
+    let sensors = errors
+        .sensors
+        .iter()
+        .map(|s| format!("sensor `{}`", s.sensor));
+    let wanted: Vec<String> = length.into_iter().chain(sensors).collect();
+    differ(
+        "auxiliary inputs",
+        auxiliaries.join(", "),
+        wanted.join(", "),
+    )
+}
+
+/// The seed with which [`prove`] draws positions of the whole travel.
+pub fn seed_over_travel(seed: u64) -> u64 {
+    seed ^ FRESH
+}
+
+/// Compares a blob with the exact model at `random` positions of each region; `zero` (mm, rad) is
+/// what was subtracted from its tables ([`Options::zero`](crate::schemes::Options::zero)).
+///
+/// # Errors
+/// [`CompileError`] where the kinematic correction fails or next to nothing is calibrated.
+pub fn prove(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    random: usize,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Proof, CompileError> {
+    let kinematics = runtime.kinematics(machine, errors);
+    let measure = |region: Region, seed: u64| {
+        let commands = random_commands(&kinematics, region, random, seed)?;
+        progress.stage("verifying", commands.len());
+        let step = || progress.step();
+        let measured = Measured::new(machine, errors, runtime, zero, commands, step)?;
+        Ok::<_, CompileError>(measured)
+    };
+    let travel = measure(Region::Travel, seed_over_travel(seed))?;
+    let (mut inside, mut near_points, mut outside) = (None, None, None);
+    let partly_calibrated = is_partly_calibrated(machine, errors);
+    if holds_anywhere(machine, errors) {
+        // Nearly all of the travel, or else as many again as there are in it.
+        let in_travel = travel.inside().filter(|_| !partly_calibrated);
+        (inside, near_points) = match in_travel {
+            Some(inside) => (Some(inside), travel.near_points()),
+            None => {
+                let measured = measure(Region::Inside, seed ^ FRESH ^ 1)?;
+                (measured.inside(), measured.near_points())
+            }
+        };
+        outside = travel.outside();
+    }
+    let um_per_mm_of_tool_length = match machine.length_range {
+        Some(_) => None,
+        None => Some(length_sensitivity(machine, errors, runtime, zero, seed)?),
+    };
+    Ok(Proof {
+        travel: travel.everywhere(),
+        partly_calibrated,
+        inside,
+        near_points,
+        outside,
+        held: None,
+        um_per_mm_of_tool_length,
+    })
+}
+
+/// The same, and what it does where rotary axes are `held` (their numbers, deg), if any are: there the tolerance
+/// must hold then.
+///
+/// # Errors
+/// As [`prove`].
+#[expect(clippy::too_many_arguments)]
+pub fn prove_held(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    held: &[(usize, f64)],
+    random: usize,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Proof, CompileError> {
+    let proof = prove(machine, errors, runtime, zero, random, seed, progress)?;
+    if held.is_empty() {
+        return Ok(proof);
+    }
+    let kinematics = runtime.kinematics(machine, errors);
+    let mut commands = random_commands(&kinematics, Region::Travel, random, seed ^ FRESH ^ 3)?;
+    for (axis, position) in held {
+        for command in &mut commands {
+            command.axes[*axis] = *position as f32;
+        }
+    }
+    progress.stage("verifying", commands.len());
+    let step = || progress.step();
+    let measured = Measured::new(machine, errors, runtime, zero, commands, step)?;
+    let axes = held
+        .iter()
+        .map(|(i, q)| (machine.axes[*i].letter.char(), *q));
+    let held = Held {
+        axes: axes.collect(),
+        found: measured.inside().unwrap_or_else(|| measured.everywhere()),
+    };
+    Ok(Proof {
+        held: Some(held),
+        ..proof
+    })
+}
+
+/// Largest change of the translational error (µm) per mm of tool length, with corrections for
+/// the machine's own tool.
+fn length_sensitivity(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    seed: u64,
+) -> Result<f64, DrawError> {
+    let kinematics = runtime.kinematics(machine, errors);
+    let own = machine.tool_length();
+    let shorter = (own - LENGTH_CHANGE).max(0.0);
+    let longer = shorter + 2.0 * LENGTH_CHANGE;
+    let commands = random_commands(
+        &kinematics,
+        Region::Travel,
+        LENGTH_POSITIONS,
+        seed ^ FRESH ^ 2,
+    )?;
+    Ok(commands
+        .par_iter()
+        .map(|command| {
+            let (q, situation) = command.kinematic(machine);
+            let table: Vec<f64> = runtime
+                .evaluate(command)
+                .iter()
+                .map(|c| f64::from(*c))
+                .collect();
+            let mut dq = machine.to_kinematic(&table);
+            for (d, z) in dq.iter_mut().zip(zero) {
+                *d += z;
+            }
+            let error = |length: f64| {
+                let mut situation = situation;
+                situation.length = Some(length);
+                kinematics.volumetric_error(&q, &dq, &situation).t
+            };
+            (error(longer) - error(shorter)).norm() * 1e3 / (longer - shorter)
+        })
+        .reduce(|| 0.0, f64::max))
+}

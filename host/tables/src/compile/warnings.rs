@@ -1,0 +1,304 @@
+//! What a user should know about a compensation that is no error.
+
+use super::bounds::{Peak, Survey};
+use super::{AxisBounds, Proof};
+use crate::policy::tolerance_urad;
+use crate::validate::{Runtime, Verification};
+use serde::Serialize;
+use trueaxis_model::errors::{Parameter, ParameterKind, Switches};
+use trueaxis_model::kinematics::{Kinematics, Linearised, NotConverged, Policy, Twist};
+use trueaxis_model::machine::Machine;
+
+/// Corrections above these are unusual on a machine tool: mm, deg.
+const LARGE: [f64; 2] = [1.0, 0.1];
+
+/// The error that causes most of a correction.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Culprit {
+    /// Its name, as in the error file.
+    pub parameter: String,
+    /// Its part of the correction (mm, deg).
+    pub part: f64,
+}
+
+/// Something to look at.
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Warning {
+    /// A correction is larger than machines usually need.
+    #[error("the correction of {axis} reaches {correction:.3} {unit} at {place}{}", blame(.culprit, .unit))]
+    Large {
+        /// The axis.
+        axis: char,
+        /// Largest correction (mm, deg).
+        correction: f64,
+        /// `mm` or `deg`.
+        unit: &'static str,
+        /// Where.
+        place: String,
+        /// What causes most of it.
+        culprit: Option<Culprit>,
+    },
+    /// A correction is larger than the bound of its axis, which will cut it off.
+    #[error(
+        "the correction of {axis} reaches {correction:.4} {unit}, over its bound of {bound:.4} {unit}: it will be cut off"
+    )]
+    OverBound {
+        /// The axis.
+        axis: char,
+        /// Largest correction (mm, deg).
+        correction: f64,
+        /// The bound (mm, deg).
+        bound: f64,
+        /// `mm` or `deg`.
+        unit: &'static str,
+    },
+    /// The volumetric error is larger after than before.
+    #[error("{what} is worse after than before: {after:.4} {unit} instead of {before:.4} {unit}{}", .place)]
+    Worse {
+        /// Which figure: mean or largest, translation or direction.
+        what: &'static str,
+        /// Without correction (µm, µrad).
+        before: f64,
+        /// With the tables (µm, µrad).
+        after: f64,
+        /// `µm` or `µrad`.
+        unit: &'static str,
+        /// In which part of the travel, if it is a part.
+        place: &'static str,
+    },
+    /// At some positions the tool's direction is worse after than before, though it should be nowhere.
+    #[error(
+        "the tool's direction is worse after than before by more than 1 µrad at {count} of {positions} positions"
+    )]
+    Turned {
+        /// How many.
+        count: usize,
+        /// Out of so many.
+        positions: usize,
+    },
+    /// A table in a product ends before the travel of its axis: it holds its end value there,
+    /// which is wrong kinematics.
+    #[error(
+        "table {table} of {axis} covers {from} to {to} only, less than the travel, and stands in a product"
+    )]
+    ShortTable {
+        /// Number of the table.
+        table: usize,
+        /// The axis it reads.
+        axis: char,
+        /// First point (mm, deg).
+        from: f32,
+        /// Last point (mm, deg).
+        to: f32,
+    },
+}
+
+fn blame(culprit: &Option<Culprit>, unit: &str) -> String {
+    match culprit {
+        Some(c) => format!(", {:.3} {unit} of it because of {}", c.part, c.parameter),
+        None => String::new(),
+    }
+}
+
+/// Corrections over the usual size.
+pub fn large(survey: &Survey<'_>) -> Result<Vec<Warning>, NotConverged> {
+    let mut warnings = Vec::new();
+    let kinematics = &survey.kinematics;
+    for ((axis, bound), peak) in kinematics
+        .machine
+        .axes
+        .iter()
+        .zip(survey.bounds())
+        .zip(&survey.largest)
+    {
+        if peak.value > LARGE[usize::from(axis.letter.is_rotary())] {
+            warnings.push(culprit(kinematics, &bound, peak)?);
+        }
+    }
+    Ok(warnings)
+}
+
+/// Names the place of a correction and the error that causes most of it, by the linearised model.
+pub fn culprit(
+    kinematics: &Kinematics<'_>,
+    bound: &AxisBounds,
+    peak: &Peak,
+) -> Result<Warning, NotConverged> {
+    let at = &peak.at;
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let (q, situation) = at.kinematic(machine);
+    let index = machine.index(bound.axis).unwrap_or(0);
+    let axis = &machine.axes[index];
+    let solver = kinematics
+        .jacobian(&q, situation.length)
+        .solver(kinematics.policy)
+        .ok_or(NotConverged {
+            step: f64::INFINITY,
+            iterations: 0,
+        })?;
+    let linearised = Linearised::new(kinematics, &q, &situation);
+    let part = |twist: &Twist, value: f64| axis.to_command(solver.correct(twist)[index] * value);
+    let mut parts: Vec<Culprit> = Vec::new();
+    for (parameter, value) in &errors.parameters {
+        if let Some(column) = linearised.column(*parameter) {
+            parts.push(Culprit {
+                parameter: parameter.to_string(),
+                part: part(&column, *value),
+            });
+        }
+    }
+    // Tabulated motions count as a constant of their value here.
+    for (i, carrier) in machine.axes.iter().enumerate() {
+        let intra = errors.intra_at(machine, i, q[i], &situation, &Switches::ALL);
+        for (component, value) in intra.into_iter().flatten().enumerate() {
+            let constant = Parameter {
+                component,
+                axis: carrier.letter.char(),
+                kind: ParameterKind::Degree(0),
+            };
+            if errors.motions[i][component].table.is_some()
+                && let Some(column) = linearised.column(constant)
+            {
+                let name = constant.to_string();
+                let parameter = format!("the table {}", &name[..name.len() - 1]);
+                parts.push(Culprit {
+                    parameter,
+                    part: part(&column, value),
+                });
+            }
+        }
+    }
+    let place: Vec<String> = machine
+        .axes
+        .iter()
+        .zip(at.axes)
+        .map(|(axis, q)| format!("{} = {q:.1}", axis.letter))
+        .collect();
+    Ok(Warning::Large {
+        axis: bound.axis,
+        correction: peak.correction,
+        unit: bound.unit,
+        place: place.join(", "),
+        culprit: parts
+            .into_iter()
+            .max_by(|a, b| a.part.abs().total_cmp(&b.part.abs())),
+    })
+}
+
+/// Corrections (mm, deg, one per axis) that verification found over their bounds.
+#[must_use]
+pub fn over_bounds(bounds: &[AxisBounds], largest: &[f64]) -> Vec<Warning> {
+    let over = bounds.iter().zip(largest);
+    over.filter(|(bound, largest)| **largest > f64::from(bound.value_bound))
+        .map(|(bound, largest)| Warning::OverBound {
+            axis: bound.axis,
+            correction: *largest,
+            bound: f64::from(bound.value_bound),
+            unit: bound.unit,
+        })
+        .collect()
+}
+
+/// Tables in products that end before the travel of their axis.
+pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
+    let compensation = runtime.compensation();
+    let mut warnings = Vec::new();
+    let mut first = 0;
+    for bank in compensation.banks() {
+        let tables = first..first + usize::from(bank.tables);
+        first = tables.end;
+        let Some(axis) = machine.axes.get(usize::from(bank.input)) else {
+            continue;
+        };
+        let (from, to) = (bank.start, bank.end());
+        // Points are f32: the ends may be off by their rounding.
+        let slack = 1e-5 * (axis.travel[1] - axis.travel[0]);
+        if bank.modulo
+            || (f64::from(from) <= axis.travel[0] + slack
+                && f64::from(to) >= axis.travel[1] - slack)
+        {
+            continue;
+        }
+        for table in tables {
+            let in_product = compensation
+                .terms()
+                .any(|t| t.factors.len() > 1 && t.factors.iter().any(|f| usize::from(*f) == table));
+            if in_product {
+                warnings.push(Warning::ShortTable {
+                    table,
+                    axis: axis.letter.char(),
+                    from,
+                    to,
+                });
+            }
+        }
+    }
+    warnings
+}
+
+/// Where the volumetric error is larger after than before by more than the tolerance (µm) can explain.
+#[must_use]
+pub fn worse(proof: &Proof, tolerance: f64) -> Vec<Warning> {
+    let mut parts: Vec<(&Verification, &str)> = match (&proof.inside, &proof.outside) {
+        (Some(inside), outside) if proof.partly_calibrated => {
+            let outside = outside
+                .iter()
+                .map(|found| (found, ", where an error motion holds its end value"));
+            let inside = (inside, ", where no error motion holds its end value");
+            std::iter::once(inside).chain(outside).collect()
+        }
+        _ => vec![(&proof.travel, "")],
+    };
+    let held = proof.held.iter();
+    parts.extend(held.map(|held| {
+        (
+            &held.found,
+            ", where the rotary axes are for which the tables are made",
+        )
+    }));
+    let mut warnings = Vec::new();
+    for (found, place) in parts {
+        let urad = tolerance_urad(found.policy, tolerance);
+        let [before, after] = [&found.before, &found.after];
+        let [from, to] = [&before.translation_um, &after.translation_um];
+        let [turned_from, turned_to] = [&before.direction_urad, &after.direction_urad];
+        for (what, before, after, unit, slack) in [
+            ("the mean translation", from.mean, to.mean, "µm", tolerance),
+            ("the largest translation", from.max, to.max, "µm", tolerance),
+            (
+                "the mean tool direction",
+                turned_from.mean,
+                turned_to.mean,
+                "µrad",
+                urad,
+            ),
+            (
+                "the largest tool direction",
+                turned_from.max,
+                turned_to.max,
+                "µrad",
+                urad,
+            ),
+        ] {
+            if after > before + slack {
+                warnings.push(Warning::Worse {
+                    what,
+                    before,
+                    after,
+                    unit,
+                    place,
+                });
+            }
+        }
+        if let Policy::Direction { .. } = found.policy
+            && found.direction_worse > 0
+        {
+            warnings.push(Warning::Turned {
+                count: found.direction_worse,
+                positions: found.positions,
+            });
+        }
+    }
+    warnings
+}

@@ -1,0 +1,65 @@
+//! A compensation without tables: what every scheme begins with.
+
+use crate::policy::stored;
+use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Draft};
+use trueaxis_model::kinematics::Kinematics;
+
+/// Knows the machine, its inputs and the policy, and corrects nothing.
+pub fn blank(kinematics: &Kinematics<'_>) -> Draft {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let length = machine.length_range.map(|_| {
+        auxiliary(
+            AuxiliaryKind::ToolLength,
+            "tool length",
+            machine.tool_length(),
+        )
+    });
+    let sensors = errors.sensors.iter().map(|thermal| {
+        auxiliary(
+            AuxiliaryKind::Temperature,
+            &thermal.sensor,
+            thermal.reference_celsius,
+        )
+    });
+    Draft {
+        machine: machine.name.clone(),
+        policy: stored(kinematics.policy),
+        axes: machine
+            .axes
+            .iter()
+            .map(|axis| Axis {
+                name: axis.letter.char() as u8,
+                travel: if axis.modulo {
+                    [-f32::MAX, f32::MAX]
+                } else {
+                    axis.travel.map(|t| t as f32)
+                },
+                period: if axis.modulo { 360.0 } else { 0.0 },
+                // Bounds are set from what the tables really do, once that is known.
+                value_bound: 1.0,
+                rate_bound: 1.0,
+                hysteresis: axis.hysteresis as f32,
+                ramp_rate: 1.0,
+            })
+            .collect(),
+        auxiliaries: length.into_iter().chain(sensors).collect(),
+        banks: Vec::new(),
+        terms: Vec::new(),
+        grids: Vec::new(),
+    }
+}
+
+fn auxiliary(kind: AuxiliaryKind, name: &str, reference: f64) -> Auxiliary {
+    let mut short = trueaxis::Name::new();
+    for c in name.chars() {
+        // Sensor names are checked when the file is read; 16 bytes always fit.
+        if short.push(c).is_err() {
+            break;
+        }
+    }
+    Auxiliary {
+        kind,
+        name: short,
+        reference: reference as f32,
+    }
+}

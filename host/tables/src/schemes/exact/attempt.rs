@@ -1,0 +1,111 @@
+//! One choice of functions, tables and terms.
+
+use super::basis::{Basis, Choice};
+use super::core;
+use super::cover::{Cover, Minimize, Structure};
+use super::limits::BASIS_SHARE;
+use super::sampling::{Component, Sampler};
+use super::tables::Found;
+use crate::target::Target;
+use rayon::prelude::*;
+use trueaxis_model::kinematics::{NotConverged, Policy};
+use trueaxis_model::machine::PerAxis;
+
+/// Bases and terms for one choice of what may be left out.
+pub struct Attempt {
+    bases: Vec<Basis>,
+    pub structure: Structure,
+    /// More terms or tables would be needed than the target holds.
+    pub is_full: bool,
+    /// What was left out, in units of the tolerance.
+    pub left_out: f64,
+}
+
+impl Attempt {
+    /// The functions of every variable.
+    pub fn bases(&self) -> &[Basis] {
+        &self.bases
+    }
+
+    /// With what its tables are sampled from.
+    pub fn found<'a>(
+        &'a self,
+        sampler: &'a Sampler<'a>,
+        components: &'a [Component],
+        tolerance: &'a PerAxis,
+    ) -> Found<'a> {
+        Found {
+            sampler,
+            components,
+            bases: &self.bases,
+            tolerance,
+            structure: &self.structure,
+        }
+    }
+}
+
+/// Finds the functions of every variable, for what may leave out `share` of the tolerance.
+pub fn bases(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    tolerance: &PerAxis,
+    minimize: Minimize,
+    share: f64,
+) -> Result<Vec<Basis>, NotConverged> {
+    let choice = Choice {
+        degree: if minimize == Minimize::Tables { 5 } else { 4 },
+        leave: BASIS_SHARE * share,
+    };
+    let variables = sampler.variables.par_iter().enumerate();
+    let found = variables.map(|(v, variable)| match variable.is_rich() {
+        true => Basis::find(v, sampler, components, tolerance, choice),
+        false => Ok(Basis::of_lever(variable)),
+    });
+    found.collect()
+}
+
+/// Finds terms that leave out no more than `share` of the tolerance; `before` is what an earlier
+/// attempt had to leave out.
+pub fn attempt(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    bases: Vec<Basis>,
+    tolerance: &PerAxis,
+    (minimize, target): (Minimize, &Target),
+    share: f64,
+    before: f64,
+) -> Result<Attempt, NotConverged> {
+    let entries = core::entries(sampler, components, &bases, tolerance, before)?;
+    let direction = matches!(sampler.kinematics.policy, Policy::Direction { .. });
+    let cover = Cover::new(&entries, sampler.variables, &bases, minimize).pruned(direction);
+    let choose = |share: f64| {
+        let structure = cover.choose(share, target.tables * 2 / 3, target.terms);
+        let fits = structure.terms.len() <= target.terms && structure.count() <= target.tables;
+        (structure, fits)
+    };
+    let (mut structure, fits) = choose(share);
+    let is_full = !fits;
+    let mut left_out = share;
+    if is_full {
+        // What the target cannot hold is left out, the smallest first; verification tells. With
+        // everything left out it fits for sure: halve the logarithm of the distance.
+        let (mut too_little, mut enough) = (share, cover.share_of_nothing().max(share));
+        structure = choose(enough).0;
+        for _ in 0..8 {
+            let between = (too_little * enough).sqrt();
+            let (found, fits) = choose(between);
+            if fits {
+                (enough, structure) = (between, found);
+            } else {
+                too_little = between;
+            }
+        }
+        left_out = enough;
+    }
+    Ok(Attempt {
+        bases,
+        structure,
+        is_full,
+        left_out,
+    })
+}

@@ -1,0 +1,519 @@
+//! For each variable, the functions that the correction is made of.
+
+use super::along::{Along, Column, Shows};
+use super::generators::{Generator, products};
+use super::limits::{APART, GOOD_PIVOT, MUCH_LESS, ROUNDING};
+use super::sampling::{Component, Sampler};
+use super::variables::{Kind, Variable};
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
+use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::machine::PerAxis;
+
+/// The functions of one variable: number 0 is the constant 1, then products of generators, then
+/// functions found numerically: those that show with the axis' own motions off, those of its
+/// motions, those of its motions together with another's.
+#[derive(Clone, Debug)]
+pub struct Basis {
+    /// Products of generators; the first is empty: the constant.
+    pub products: Vec<Vec<Generator>>,
+    /// Functions found numerically.
+    numeric: Vec<Numeric>,
+    /// The functions that samples of a kind at so many nodes are made of.
+    shown: BTreeMap<(Shows, usize), Vec<usize>>,
+    /// Values at nodes of the calibrated range: nodes × functions.
+    seen: DMatrix<f64>,
+    /// Largest magnitude of each function there.
+    pub peaks: Vec<f64>,
+}
+
+/// Functions found numerically in one kind of samples: what the functions before them leave.
+#[derive(Clone, Debug)]
+struct Numeric {
+    /// Samples from which the functions are computed anywhere.
+    columns: Vec<Column>,
+    /// Columns × functions before: their part in the samples.
+    known: DMatrix<f64>,
+    /// Pseudo-inverse: columns × functions.
+    unfold: DMatrix<f64>,
+}
+
+/// How a basis is chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice {
+    /// Highest degree of the products of generators tried.
+    pub degree: usize,
+    /// What may be left out in any sample, in units of the tolerance.
+    pub leave: f64,
+}
+
+impl Basis {
+    fn of_products(products: Vec<Vec<Generator>>) -> Self {
+        Self {
+            peaks: vec![1.0; products.len()],
+            products,
+            numeric: Vec::new(),
+            shown: BTreeMap::new(),
+            seen: DMatrix::zeros(0, 0),
+        }
+    }
+
+    /// The basis of a lever with its peaks in the calibrated range.
+    pub fn of_lever(variable: &Variable) -> Self {
+        Self::of_generators(variable, 2, &variable.calibrated)
+    }
+
+    /// All products of generators up to a degree, with their peaks at these positions.
+    pub fn of_generators(variable: &Variable, degree: usize, at: &[f64]) -> Self {
+        let basis = Self::of_products(products(&variable.kind, degree));
+        let seen = basis.product_values(variable, at);
+        basis.seen_as(seen)
+    }
+
+    /// Number of functions.
+    pub fn len(&self) -> usize {
+        self.products.len() + self.numeric.iter().map(|n| n.unfold.ncols()).sum::<usize>()
+    }
+
+    /// The functions that samples of a kind at so many nodes are made of.
+    pub fn shown(&self, shows: Shows, nodes: usize) -> &[usize] {
+        self.shown.get(&(shows, nodes)).map_or(&[], Vec::as_slice)
+    }
+
+    /// Values of the products at positions: positions × products.
+    fn product_values(&self, variable: &Variable, at: &[f64]) -> DMatrix<f64> {
+        DMatrix::from_fn(at.len(), self.products.len(), |i, k| {
+            self.products[k]
+                .iter()
+                .map(|g| g.value(variable, at[i]))
+                .product()
+        })
+    }
+
+    /// Finds the basis of a rich variable from the components that depend on it.
+    ///
+    /// `tolerance` is per output (mm or rad); all values are taken in its units.
+    pub fn find(
+        v: usize,
+        sampler: &Sampler<'_>,
+        components: &[Component],
+        tolerance: &PerAxis,
+        choice: Choice,
+    ) -> Result<Self, NotConverged> {
+        let variable = &sampler.variables[v];
+        let outputs = sampler.kinematics.machine.axes.len();
+        let groups = Along::all(v, components, &tolerance[..outputs]);
+        let of = |shows: Shows| groups.iter().filter(move |g| g.shows == shows);
+        let alone: Vec<&Along> = groups.iter().filter(|g| g.shows != Shows::Joint).collect();
+        let turning: Vec<&Along> = of(Shows::Turning).collect();
+        // Products for all there is; if that fails, for sines and cosines; if that fails too, those
+        // that first order calls for. Numerical functions do the rest.
+        let found = Self::fitting(variable, &alone, choice)
+            .or_else(|| Self::fitting(variable, &turning, choice));
+        let mut basis = found.unwrap_or_else(|| Self::of_products(products(&variable.kind, 2)));
+        // Samples of a kind are made of the functions found so far, and of what these leave; those with
+        // most nodes tell first.
+        for shows in [Shows::Turning, Shows::Moving, Shows::Joint] {
+            for group in of(shows).rev() {
+                let values = basis.values(v, sampler, components, tolerance, &group.nodes)?;
+                let mut shown = telling(&group.samples, &values, choice.leave);
+                let found = numeric(group, &values, &shown, choice.leave);
+                let found = match found {
+                    // Few nodes may take a sum of functions that they do not tell apart for a new one.
+                    Some(new) if shown.len() < values.ncols() => {
+                        let is_new = basis.is_new(&new, v, sampler, components, tolerance)?;
+                        is_new.then_some(new)
+                    }
+                    found => found,
+                };
+                let new = found.as_ref().map_or(0, |n| n.unfold.ncols());
+                shown.extend(values.ncols()..values.ncols() + new);
+                basis.numeric.extend(found);
+                basis.shown.insert((shows, group.nodes.len()), shown);
+            }
+        }
+        basis.with_peaks(v, sampler, components, tolerance)
+    }
+
+    /// The products of the lowest degree that leave no more than `choice.leave` in any sample.
+    fn fitting(variable: &Variable, groups: &[&Along], choice: Choice) -> Option<Self> {
+        let lowest = if matches!(variable.kind, Kind::Rotary(_)) {
+            0
+        } else {
+            2
+        };
+        (lowest..=choice.degree)
+            .map(|degree| Self::of_products(products(&variable.kind, degree)))
+            .find(|basis| {
+                // Each group at its own nodes, with no more products than these tell apart.
+                groups.iter().all(|group| {
+                    let mut values = basis.product_values(variable, &group.nodes);
+                    let told = values.ncols().min(group.nodes.len() - 1);
+                    values = values.columns(0, told).into_owned();
+                    residual(&group.samples, &values)
+                        .is_some_and(|(rest, _)| largest(&rest) < choice.leave)
+                })
+            })
+    }
+
+    /// Values of all functions at positions: positions × functions.
+    pub fn values(
+        &self,
+        v: usize,
+        sampler: &Sampler<'_>,
+        components: &[Component],
+        tolerance: &PerAxis,
+        at: &[f64],
+    ) -> Result<DMatrix<f64>, NotConverged> {
+        let mut values = self.product_values(&sampler.variables[v], at);
+        for numeric in &self.numeric {
+            let samples = sampled(&numeric.columns, v, sampler, components, tolerance, at)?;
+            let rest = samples - &values * numeric.known.transpose();
+            let new = rest * &numeric.unfold;
+            let before = values.ncols();
+            values = values.insert_columns(before, new.ncols(), 0.0);
+            values.columns_mut(before, new.ncols()).copy_from(&new);
+        }
+        Ok(values)
+    }
+
+    /// True if functions are no sums of those there are, seen at many nodes.
+    fn is_new(
+        &self,
+        numeric: &Numeric,
+        v: usize,
+        sampler: &Sampler<'_>,
+        components: &[Component],
+        tolerance: &PerAxis,
+    ) -> Result<bool, NotConverged> {
+        let at = sampler.variables[v].many();
+        let mut with = self.clone();
+        with.numeric.push(numeric.clone());
+        let all = with.values(v, sampler, components, tolerance, &at)?;
+        let (before, new) = all.columns_range_pair(..self.len(), self.len()..);
+        let (before, new) = (before.into_owned(), new.into_owned());
+        Ok(residual(&new, &before).is_some_and(|(rest, _)| {
+            let pairs = rest.column_iter().zip(new.column_iter());
+            pairs
+                .into_iter()
+                .all(|(rest, new)| rest.norm() > APART * new.norm())
+        }))
+    }
+
+    fn with_peaks(
+        self,
+        v: usize,
+        sampler: &Sampler<'_>,
+        components: &[Component],
+        tolerance: &PerAxis,
+    ) -> Result<Self, NotConverged> {
+        let at = sampler.variables[v].many();
+        let values = self.values(v, sampler, components, tolerance, &at)?;
+        Ok(self.seen_as(values))
+    }
+
+    fn seen_as(self, seen: DMatrix<f64>) -> Self {
+        Self {
+            peaks: seen.column_iter().map(|c| c.amax()).collect(),
+            seen,
+            ..self
+        }
+    }
+
+    /// A sum of functions, at nodes of the calibrated range.
+    pub fn at_nodes(&self, coefficients: &[f64]) -> Vec<f64> {
+        let nodes = self.seen.nrows();
+        let mut sums = vec![0.0; nodes];
+        let columns = self.seen.as_slice().chunks_exact(nodes.max(1));
+        for (column, c) in columns.zip(coefficients).filter(|(_, c)| **c != 0.0) {
+            for (sum, f) in sums.iter_mut().zip(column) {
+                *sum += f * c;
+            }
+        }
+        sums
+    }
+
+    /// Largest magnitude of a sum of functions.
+    pub fn peak_of(&self, coefficients: &[f64]) -> f64 {
+        let sums = self.at_nodes(coefficients).into_iter();
+        sums.fold(0.0, |most, sum: f64| most.max(sum.abs()))
+    }
+}
+
+fn largest(m: &DMatrix<f64>) -> f64 {
+    if m.is_empty() { 0.0 } else { m.amax() }
+}
+
+/// What functions (nodes × functions) leave of samples (nodes × columns) at best, and their
+/// pseudo-inverse.
+fn residual(samples: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    let inverse = values.clone().pseudo_inverse(ROUNDING).ok()?;
+    Some((samples - values * (&inverse * samples), inverse))
+}
+
+/// Which functions (`values`, nodes × functions) samples (nodes × columns) are taken for sums of: all, if
+/// there are nodes to spare; otherwise those that explain most, one after the other; or the first, where
+/// only these explain them.
+fn telling(samples: &DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
+    if values.ncols() < values.nrows() {
+        return (0..values.ncols()).collect();
+    }
+    let squares = samples * samples.transpose();
+    // The sum of squares that functions leave.
+    let left = |functions: &[usize]| {
+        let part = values.select_columns(functions);
+        let inverse = part.clone().pseudo_inverse(ROUNDING);
+        let n = values.nrows();
+        let rest = DMatrix::identity(n, n)
+            - part * inverse.unwrap_or_else(|_| DMatrix::zeros(functions.len(), n));
+        (&rest * &squares * rest.transpose()).trace()
+    };
+    let most = most_telling(squares.clone(), values, leave);
+    let first: Vec<usize> = (0..values.nrows() - 1).collect();
+    let left_by_most = left(&most);
+    if left_by_most > leave * leave && left(&first) < MUCH_LESS * left_by_most {
+        return first;
+    }
+    most
+}
+
+/// Those of some functions that explain most of samples, of which `left` are the sums of products (nodes ×
+/// nodes), one after the other, with two nodes to spare.
+fn most_telling(mut left: DMatrix<f64>, values: &DMatrix<f64>, leave: f64) -> Vec<usize> {
+    let mut functions = values.clone();
+    let mut chosen = Vec::new();
+    while chosen.len() + 2 < values.nrows() && left.trace() > leave * leave {
+        let explained = (0..functions.ncols())
+            .filter(|k| {
+                // What is nearly a sum of those chosen explains nothing but rounding.
+                functions.column(*k).norm() > APART * values.column(*k).norm()
+            })
+            .map(|k| {
+                let f = functions.column(k).normalize();
+                (k, (f.transpose() * &left * &f)[0])
+            })
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((best, _)) = explained else { break };
+        chosen.push(best);
+        let f = functions.column(best).normalize();
+        let rest = DMatrix::identity(f.len(), f.len()) - &f * f.transpose();
+        functions = &rest * functions;
+        left = &rest * left * &rest;
+    }
+    chosen
+}
+
+/// The functions that explain what those before (`values`, nodes × functions) leave of the samples,
+/// and where to compute them from; none, if nothing of size is left. Of those before, only `from` are
+/// used.
+fn numeric(group: &Along, values: &DMatrix<f64>, from: &[usize], leave: f64) -> Option<Numeric> {
+    let before = values.ncols();
+    let values = values.select_columns(from);
+    let (rest, _) = residual(&group.samples, &values)?;
+    let (functions, count) = leading(&rest, leave);
+    if count == 0 {
+        return None;
+    }
+    let used = values.ncols();
+    let mut all = values.insert_columns(used, count, 0.0);
+    all.columns_mut(used, count).copy_from(&functions);
+    let weights = all.pseudo_inverse(ROUNDING).ok()? * &group.samples; // functions × columns
+    let chosen = columns(&weights.rows(used, count).into_owned(), &group.columns);
+    let part = DMatrix::from_fn(count, chosen.len(), |k, c| weights[(used + k, chosen[c])]);
+    let mut known = DMatrix::zeros(chosen.len(), before);
+    for (k, function) in from.iter().enumerate() {
+        for (c, column) in chosen.iter().enumerate() {
+            known[(c, *function)] = weights[(k, *column)];
+        }
+    }
+    Some(Numeric {
+        known,
+        unfold: part.transpose().pseudo_inverse(ROUNDING).ok()?.transpose(),
+        columns: chosen
+            .into_iter()
+            .map(|c| group.columns[c].clone())
+            .collect(),
+    })
+}
+
+/// The columns from which functions can be computed well, given their weights (functions × columns) and
+/// where they come from: those that a pivoted factorisation picks, twice over; or others nearly as good, of
+/// which something is sampled anyway.
+fn columns(weights: &DMatrix<f64>, from: &[Column]) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::new();
+    for _ in 0..2 {
+        let mut rest = weights.clone();
+        for _ in 0..weights.nrows() {
+            let norms = (0..rest.ncols()).filter(|c| !chosen.contains(c));
+            let norms: Vec<(usize, f64)> =
+                norms.map(|c| (c, rest.column(c).norm_squared())).collect();
+            let largest =
+                |norms: &[(usize, f64)]| norms.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((mut pivot, mut norm)) = largest(&norms) else {
+                break;
+            };
+            if norm <= 0.0 {
+                break;
+            }
+            let good = |(_, n): &&(usize, f64)| *n >= GOOD_PIVOT * norm;
+            let good: Vec<(usize, f64)> = norms.iter().filter(good).copied().collect();
+            for is_shared in [Column::is_sampled_with, Column::is_beside] {
+                let shared =
+                    |(c, _): &&(usize, f64)| chosen.iter().any(|k| is_shared(&from[*c], &from[*k]));
+                let shared: Vec<(usize, f64)> = good.iter().filter(shared).copied().collect();
+                if let Some(best) = largest(&shared) {
+                    (pivot, norm) = best;
+                    break;
+                }
+            }
+            chosen.push(pivot);
+            let direction: DVector<f64> = rest.column(pivot) / norm.sqrt();
+            let along = direction.transpose() * &rest;
+            rest -= &direction * along;
+        }
+    }
+    chosen
+}
+
+/// Samples of columns at positions along variable `v`, in units of the tolerances: positions ×
+/// columns.
+fn sampled(
+    columns: &[Column],
+    v: usize,
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    tolerance: &PerAxis,
+    at: &[f64],
+) -> Result<DMatrix<f64>, NotConverged> {
+    let rows = sampler.along(columns, v, components, at)?;
+    Ok(DMatrix::from_fn(at.len(), columns.len(), |i, c| {
+        let output = columns[c].output;
+        rows[i][c][output] / tolerance[output]
+    }))
+}
+
+/// The leading left singular functions of the residual (nodes × columns), as many as leave no
+/// more than `leave` in any sample.
+fn leading(residual: &DMatrix<f64>, leave: f64) -> (DMatrix<f64>, usize) {
+    // The left factor of an SVD is that of R in a QR of the transpose; columns are folded in
+    // blocks, so memory and time stay proportional to their number.
+    let n = residual.nrows();
+    let mut r = DMatrix::<f64>::zeros(0, n);
+    let block = 4 * n;
+    let mut start = 0;
+    while start < residual.ncols() {
+        let count = block.min(residual.ncols() - start);
+        let rows = residual.columns(start, count).transpose();
+        let mut stacked = DMatrix::zeros(r.nrows() + count, n);
+        stacked.rows_mut(0, r.nrows()).copy_from(&r);
+        stacked.rows_mut(r.nrows(), count).copy_from(&rows);
+        r = stacked.qr().unpack_r();
+        start += count;
+    }
+    if r.is_empty() {
+        return (DMatrix::zeros(n, 0), 0);
+    }
+    let svd = r.svd(false, true);
+    let Some(v_t) = svd.v_t else {
+        return (DMatrix::zeros(n, 0), 0);
+    };
+    let mut order: Vec<usize> = (0..svd.singular_values.len()).collect();
+    order.sort_by(|a, b| svd.singular_values[*b].total_cmp(&svd.singular_values[*a]));
+    let mut rest = residual.clone();
+    let mut count = 0;
+    while count < order.len() && rest.amax() >= leave {
+        let u = v_t.row(order[count]).transpose();
+        let along = u.transpose() * &rest;
+        rest -= &u * along;
+        count += 1;
+    }
+    let functions = DMatrix::from_fn(n, count, |i, k| v_t[(order[k], i)]);
+    (functions, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::components::first_order;
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::variables;
+    use super::*;
+    use trueaxis_model::kinematics::Kinematics;
+
+    const CHOICE: Choice = Choice {
+        degree: 4,
+        leave: 0.02,
+    };
+    const TOLERANCE: PerAxis = [5e-5, 5e-5, 5e-5, 5e-8, 5e-8, 5e-8];
+
+    #[test]
+    fn as_many_functions_are_leading_as_there_are() {
+        let samples = DMatrix::from_fn(12, 40, |i, k| {
+            let x = i as f64 / 11.0;
+            (k as f64).sin() * x + (k as f64).cos() * x * x * x
+        });
+        let (functions, count) = leading(&samples, 1e-9);
+        assert_eq!(count, 2);
+        let (rest, _) = residual(&samples, &functions).unwrap();
+        assert!(largest(&rest) < 1e-12);
+    }
+
+    #[test]
+    fn numerical_functions_span_the_correction_between_their_nodes() {
+        let machine = with_rotary(&[('C', [-20.0, 35.0])]);
+        let table = "[tabulated.EXC]\nat = [-20.0, -7.0, 3.0, 35.0]\n\
+            value = [1e-3, -2e-3, 4e-3, 0.0]\n[parameters]\nEBC3 = 2e-4\n";
+        let errors = errors(&machine, table);
+        let kinematics = Kinematics::new(&machine, &errors);
+        let variables = variables(&kinematics, 1e-6);
+        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let components = first_order(&sampler).unwrap();
+        let basis = Basis::find(3, &sampler, &components, &TOLERANCE, CHOICE).unwrap();
+        assert!(basis.len() > basis.products.len());
+        // Anywhere along the axis, also between nodes and beside a measured point.
+        let at: Vec<f64> = (0..50).map(|i| -0.349 + 0.0191 * f64::from(i)).collect();
+        let values = basis
+            .values(3, &sampler, &components, &TOLERANCE, &at)
+            .unwrap();
+        let moving = components.iter().position(|c| c.on == 1 << 3).unwrap();
+        let columns: Vec<Column> = (0..4)
+            .map(|output| Column {
+                component: moving,
+                monomial: 1,
+                node: 0,
+                output,
+            })
+            .collect();
+        let samples = sampled(&columns, 3, &sampler, &components, &TOLERANCE, &at).unwrap();
+        let (rest, _) = residual(&samples, &values).unwrap();
+        // As little as the choice leaves out at the nodes; between them as much again.
+        assert!(largest(&rest) < 2.0 * CHOICE.leave, "{}", largest(&rest));
+    }
+
+    #[test]
+    fn few_nodes_tell_the_functions_that_samples_are_made_of() {
+        let at = |i: usize| i as f64 / 4.0 - 1.0;
+        // Nine nodes, twelve powers; samples of the third and the ninth, of the third mostly.
+        let values = DMatrix::from_fn(9, 12, |i, k| at(i).powi(k as i32));
+        let samples = DMatrix::from_fn(9, 20, |i, k| {
+            at(i).powi(3) + 1e-3 * k as f64 * at(i).powi(9)
+        });
+        let told = telling(&samples, &values, 1e-9);
+        assert_eq!(told[0], 3);
+        assert!(told.len() <= 7);
+        let (rest, _) = residual(&samples, &values.select_columns(&told)).unwrap();
+        assert!(largest(&rest) < 1e-4, "{}", largest(&rest));
+        // With nodes to spare every function is used.
+        let few = values.columns(0, 8).into_owned();
+        assert_eq!(telling(&samples, &few, 1e-9).len(), 8);
+    }
+
+    #[test]
+    fn a_sum_is_no_larger_than_its_parts() {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, "");
+        let variables = variables(&Kinematics::new(&machine, &errors), 1e-6);
+        let basis = Basis::of_lever(&variables[0]);
+        assert_eq!(basis.peak_of(&[1.0, -0.5, 0.0]), 1.5);
+        assert_eq!(basis.peak_of(&[1.0, 0.0, -1.0]), 0.0);
+    }
+}

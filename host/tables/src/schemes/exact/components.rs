@@ -1,0 +1,228 @@
+//! Which components a correction is split into, and how finely each is sampled.
+
+use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIRS_SHOW};
+use super::sampling::{Component, Sampler};
+use super::trials::{random_place, to_corner};
+use super::variables::{Kind, Place};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use trueaxis_model::errors::ParameterKind;
+use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::machine::PerAxis;
+
+/// What is there with everything switched off, and what is of first order; and of temperatures their
+/// squares, which are of second order but large where machines become warm.
+pub fn first_order(sampler: &Sampler<'_>) -> Result<Vec<Component>, NotConverged> {
+    let sets = first(sampler);
+    let with_temperature = |on: &u32| {
+        let mut variables = sampler.variables.iter().enumerate();
+        variables.any(|(v, x)| on >> v & 1 == 1 && matches!(x.kind, Kind::Kelvin(_)))
+    };
+    let squares: Vec<u32> = sets.iter().copied().filter(with_temperature).collect();
+    let all = std::iter::once(0).chain(sets).map(|on| (on, false));
+    all.chain(squares.into_iter().map(|on| (on, true)))
+        .map(|(on, even)| component(sampler, on, even))
+        .collect()
+}
+
+/// The sets of switches that add something of first order together: each alone; the motions of an axis
+/// with its direction of travel, if one was measured in both; and with a temperature that changes one.
+fn first(sampler: &Sampler<'_>) -> Vec<u32> {
+    let (variables, errors) = (sampler.variables, sampler.kinematics.errors);
+    let mut sets: Vec<u32> = (0..variables.len())
+        .filter(|v| variables[*v].is_switch())
+        .map(|v| 1 << v)
+        .collect();
+    let of = |kind: Kind| variables.iter().position(|v| v.kind == kind);
+    for (v, variable) in variables.iter().enumerate().filter(|(_, v)| v.moves) {
+        let (Kind::Bending(axis) | Kind::Rotary(axis)) = variable.kind else {
+            continue;
+        };
+        let motions = &errors.motions[axis];
+        let mut tables = motions.iter().filter_map(|m| m.table.as_ref());
+        if tables.any(|t| t.negative.is_some()) {
+            sets.extend(of(Kind::Sign(axis)).map(|sign| 1 << v | 1 << sign));
+        }
+        let changes = motions.iter().flat_map(|m| &m.thermal);
+        let mut sensors: Vec<usize> = changes
+            .filter(|c| c.kind != ParameterKind::Degree(0))
+            .map(|c| c.sensor)
+            .collect();
+        sensors.sort_unstable();
+        sensors.dedup();
+        for sensor in sensors {
+            sets.extend(of(Kind::Kelvin(sensor)).map(|kelvin| 1 << v | 1 << kelvin));
+        }
+    }
+    sets
+}
+
+/// What two of these sets add together, where it shows, the strongest first; no more than can be had for
+/// so much work (nodes, each as often as there are subsets of its switches).
+pub fn second_order(
+    sampler: &Sampler<'_>,
+    tolerance: &PerAxis,
+    most: usize,
+) -> Result<Vec<Component>, NotConverged> {
+    let mut work = 0;
+    let pairs = pairs(sampler, tolerance)?.into_iter();
+    let affordable = pairs.take_while(|on| {
+        let nodes = size(sampler, *on, &counts(sampler, *on));
+        work += nodes << on.count_ones();
+        work <= most
+    });
+    let sampled = affordable.map(|on| component(sampler, on, false));
+    sampled.collect()
+}
+
+/// Samples what the switches in `on` add together; or, of the only temperature among them, its square.
+fn component(sampler: &Sampler<'_>, on: u32, even: bool) -> Result<Component, NotConverged> {
+    let mut component = sampler.component(on, &counts(sampler, on));
+    component.even = even;
+    sampler.fill(&mut component)?;
+    Ok(component)
+}
+
+/// How many nodes each variable gets where the switches in `on` are.
+fn counts(sampler: &Sampler<'_>, on: u32) -> Vec<usize> {
+    let variables = sampler.variables;
+    let active = |v: usize| on >> v & 1 == 1;
+    let moving = (0..variables.len())
+        .filter(|v| active(*v) && variables[*v].moves)
+        .count();
+    let mut counts: Vec<usize> = (0..variables.len())
+        .map(|v| match (active(v), moving) {
+            (false, 0) => variables[v].turning.base,
+            (false, 1) => variables[v].turning.others,
+            (true, 1) => variables[v].nodes,
+            // What several motions add together is small: few nodes see enough of it.
+            (false, _) => variables[v].turning.others.min(LEAST_NODES),
+            (true, _) => variables[v].nodes.min(JOINT_NODES),
+        })
+        .collect();
+    loop {
+        let rich = (0..counts.len()).filter(|v| is_rich(sampler, on, *v));
+        let widest = rich.max_by_key(|v| counts[*v]);
+        match widest {
+            Some(v) if size(sampler, on, &counts) > MOST_NODES && counts[v] > LEAST_NODES => {
+                counts[v] -= 2;
+            }
+            _ => return counts,
+        }
+    }
+}
+
+/// True if a variable gets nodes where the switches in `on` are.
+fn is_rich(sampler: &Sampler<'_>, on: u32, v: usize) -> bool {
+    let variable = &sampler.variables[v];
+    on >> v & 1 == 1 && variable.moves || matches!(variable.kind, Kind::Rotary(_))
+}
+
+/// How many nodes there are together.
+fn size(sampler: &Sampler<'_>, on: u32, counts: &[usize]) -> usize {
+    let rich = (0..counts.len()).filter(|v| is_rich(sampler, on, *v));
+    rich.map(|v| counts[v]).product()
+}
+
+/// The unions of two sets of first order whose joint effects show, the strongest first: the weakest are
+/// left out, as many as do not show together.
+fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConverged> {
+    let first = first(sampler);
+    let mut unions: Vec<u32> = Vec::new();
+    for (k, a) in first.iter().enumerate() {
+        let others = first[k + 1..].iter().map(|b| a | b);
+        unions.extend(others.filter(|on| !first.contains(on)));
+    }
+    unions.sort_unstable();
+    unions.dedup();
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let places: Vec<Place> = (0..PAIR_PLACES)
+        .map(|number| {
+            let mut place = random_place(sampler.variables, &mut random);
+            if number % 2 == 0 {
+                to_corner(sampler.variables, &mut place);
+            }
+            place
+        })
+        .collect();
+    let sizes: Result<Vec<(f64, u32)>, NotConverged> = unions
+        .into_par_iter()
+        .map(|on| {
+            let mut size = 0.0_f64;
+            for place in &places {
+                let added = sampler.added(place, on)?;
+                let parts = added.iter().zip(tolerance).map(|(d, t)| d.abs() / t);
+                size = parts.fold(size, f64::max);
+            }
+            Ok((size, on))
+        })
+        .collect();
+    let mut sizes = sizes?;
+    sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut left_out = 0.0;
+    let weak = sizes.iter().rev().take_while(|(size, _)| {
+        left_out += size * size;
+        2.0 * f64::sqrt(left_out) < PAIRS_SHOW
+    });
+    sizes.truncate(sizes.len() - weak.count());
+    Ok(sizes.into_iter().map(|(_, on)| on).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::variables;
+    use super::*;
+    use trueaxis_model::kinematics::Kinematics;
+
+    /// Which kinds of switches the sets of first order hold, and of which temperatures come squares.
+    fn sets(lines: &str) -> (Vec<Vec<Kind>>, Vec<Vec<Kind>>) {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, lines);
+        let kinematics = Kinematics::new(&machine, &errors);
+        let variables = variables(&kinematics, 1e-6);
+        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let kinds = |on: u32| -> Vec<Kind> {
+            let active = variables.iter().enumerate();
+            let active = active.filter(|(v, _)| on >> v & 1 == 1);
+            active.map(|(_, v)| v.kind).collect()
+        };
+        let components = first_order(&sampler).unwrap();
+        let squares = components.iter().filter(|c| c.even);
+        let squares = squares.map(|c| kinds(c.on));
+        (
+            first(&sampler).into_iter().map(kinds).collect(),
+            squares.collect(),
+        )
+    }
+
+    #[test]
+    fn a_motion_measured_both_ways_goes_with_its_direction() {
+        let table = "[tabulated.EXX]\nat = [-200.0, 0.0, 200.0]\n";
+        let one_way = format!("{table}value = [0.0, 1e-3, 0.0]\n");
+        let both_ways =
+            format!("{table}positive = [0.0, 1e-3, 0.0]\nnegative = [0.0, 2e-3, 1e-3]\n");
+        let motion = Kind::Bending(0);
+        assert_eq!(sets(&one_way).0, [vec![motion]]);
+        let sign = Kind::Sign(0);
+        let expected = [vec![motion], vec![sign], vec![motion, sign]];
+        assert_eq!(sets(&both_ways).0, expected);
+    }
+
+    #[test]
+    fn temperatures_have_squares() {
+        let change = "per_kelvin = 1e-6, sensor = \"bed\", reference_celsius = 20.0";
+        // Of a location nothing varies along an axis; a straightness is a motion that warmth changes.
+        let (first, squares) = sets(&format!("[thermal]\nEC0X = {{ {change} }}\n"));
+        assert_eq!(first, [vec![Kind::Kelvin(0)]]);
+        assert_eq!(squares, first);
+        let (first, squares) = sets(&format!("[thermal]\nEYX2 = {{ {change} }}\n"));
+        let warm = vec![Kind::Bending(0), Kind::Kelvin(0)];
+        assert_eq!(
+            first,
+            [vec![Kind::Bending(0)], vec![Kind::Kelvin(0)], warm.clone()]
+        );
+        assert_eq!(squares, [vec![Kind::Kelvin(0)], warm]);
+    }
+}

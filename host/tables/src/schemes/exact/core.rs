@@ -1,0 +1,176 @@
+//! Coefficients of products of basis functions.
+
+use super::along::Shows;
+use super::basis::Basis;
+use super::limits::{MOST_ENTRIES, NOISE, ROUNDING};
+use super::sampling::{Component, Sampler};
+use super::variables::{Kind, MAX_VARIABLES};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, HashMap};
+use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::machine::PerAxis;
+
+/// Which function of each variable a product takes; 0 is the constant.
+pub type Key = [u8; MAX_VARIABLES];
+
+/// One product of basis functions in one output.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Index of the output axis.
+    pub output: usize,
+    /// The functions.
+    pub key: Key,
+    /// Coefficient, in units of the output's tolerance.
+    pub value: f64,
+    /// The most it can contribute, in the same units.
+    pub peak: f64,
+}
+
+/// The functions that samples of a kind are made of, and the matrix that takes samples to these.
+type Inverse = (Vec<usize>, DMatrix<f64>);
+
+/// A variable, what samples show of it, and at how many nodes.
+type SampleKind = (usize, Shows, usize);
+
+/// The kind of a component's samples along its `k`-th rich variable.
+fn kind(component: &Component, k: usize) -> SampleKind {
+    let (v, positions) = &component.rich[k];
+    (*v, Shows::of(component, k), positions.len())
+}
+
+/// The inverses for every kind there is.
+fn inverses(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    bases: &[Basis],
+    tolerance: &PerAxis,
+) -> Result<HashMap<SampleKind, Inverse>, NotConverged> {
+    let mut kinds: BTreeMap<SampleKind, &[f64]> = BTreeMap::new();
+    for component in components {
+        for (k, (_, positions)) in component.rich.iter().enumerate() {
+            kinds.entry(kind(component, k)).or_insert(positions);
+        }
+    }
+    let inverse = |((v, shows, nodes), positions): (SampleKind, &[f64])| {
+        let all = bases[v].values(v, sampler, components, tolerance, positions)?;
+        let shown = bases[v].shown(shows, nodes).to_vec();
+        let part = all.select_columns(&shown);
+        let inverse = part.pseudo_inverse(ROUNDING);
+        let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(shown.len(), nodes));
+        Ok(((v, shows, nodes), (shown, inverse)))
+    };
+    kinds.into_par_iter().map(inverse).collect()
+}
+
+/// Samples (`outer` × nodes × `inner`) taken to functions.
+fn projected(values: &[f64], inverse: &DMatrix<f64>, outer: usize, inner: usize) -> Vec<f64> {
+    let (from, to) = (inverse.ncols(), inverse.nrows());
+    let mut projected = vec![0.0; outer * to * inner];
+    for block in 0..outer {
+        for function in 0..to {
+            let target = &mut projected[(block * to + function) * inner..][..inner];
+            for node in 0..from {
+                let factor = inverse[(function, node)];
+                let source = &values[(block * from + node) * inner..][..inner];
+                for (t, s) in target.iter_mut().zip(source) {
+                    *t += factor * s;
+                }
+            }
+        }
+    }
+    projected
+}
+
+/// Projects all components onto the bases. Where more than the tolerance will be left out
+/// anyway (`left_out`, in its units), small products are dropped in proportion.
+pub fn entries(
+    sampler: &Sampler<'_>,
+    components: &[Component],
+    bases: &[Basis],
+    tolerance: &PerAxis,
+    left_out: f64,
+) -> Result<Vec<Entry>, NotConverged> {
+    let n = sampler.kinematics.machine.axes.len();
+    let noise = NOISE * left_out.max(1.0);
+    let inverses = inverses(sampler, components, bases, tolerance)?;
+    // Each component by itself, and added up in a fixed order.
+    let parts = components.par_iter().map(|component| {
+        let mut functions_of: Vec<&[usize]> = Vec::new();
+        let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
+        let monomials = component.monomials.len();
+        let mut values: Vec<f64> = (0..n)
+            .flat_map(|o| component.values.iter().map(move |v| v[o] / tolerance[o]))
+            .collect();
+        // values: output, monomial, rich nodes; one rich variable after the other becomes functions.
+        for k in 0..component.rich.len() {
+            let (shown, inverse) = &inverses[&kind(component, k)];
+            functions_of.push(shown);
+            let outer: usize = n * monomials * shape[..k].iter().product::<usize>();
+            let inner: usize = shape[k + 1..].iter().product();
+            values = projected(&values, inverse, outer, inner);
+            shape[k] = inverse.nrows();
+        }
+        let functions: usize = shape.iter().product();
+        let mut found: Vec<((usize, Key), f64)> = Vec::new();
+        for (index, value) in values.iter().enumerate() {
+            if value.abs() < 1e-3 * noise {
+                continue;
+            }
+            let mut key = [0; MAX_VARIABLES];
+            let mut rest = index % functions;
+            for (k, (v, _)) in component.rich.iter().enumerate().rev() {
+                key[*v] = functions_of[k][rest % shape[k]] as u8;
+                rest /= shape[k];
+            }
+            let block = index / functions;
+            for &v in &component.monomials[block % monomials] {
+                key[v] += 1;
+            }
+            for &v in &component.odd {
+                key[v] = if component.even { 2 } else { 1 };
+            }
+            found.push(((block / monomials, key), *value));
+        }
+        found
+    });
+    let parts: Vec<Vec<((usize, Key), f64)>> = parts.collect();
+    let mut parts = parts.concat();
+    // Stable, and so is the order in which they are added up.
+    parts.par_sort_by_key(|(key, _)| *key);
+    let mut entries: Vec<Entry> = parts
+        .chunk_by(|(a, _), (b, _)| a == b)
+        .map(|same| {
+            let (output, key) = same[0].0;
+            let value: f64 = same.iter().map(|(_, value)| value).sum();
+            let peaks: f64 = key
+                .iter()
+                .zip(bases)
+                .map(|(k, b)| b.peaks[usize::from(*k)])
+                .product();
+            Entry {
+                output,
+                key,
+                value,
+                peak: value.abs() * peaks,
+            }
+        })
+        .filter(|e| e.peak > noise)
+        .collect();
+    // Of so many that no target can hold, the largest.
+    if entries.len() > MOST_ENTRIES {
+        entries.sort_by(|a, b| {
+            b.peak
+                .total_cmp(&a.peak)
+                .then_with(|| (a.output, a.key).cmp(&(b.output, b.key)))
+        });
+        entries.truncate(MOST_ENTRIES);
+        entries.sort_by_key(|e| (e.output, e.key));
+    }
+    Ok(entries)
+}
+
+/// True for variables whose functions may be merged into one table.
+pub fn merges(kind: &Kind) -> bool {
+    !matches!(kind, Kind::Sign(_))
+}

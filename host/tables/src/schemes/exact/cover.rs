@@ -1,0 +1,458 @@
+//! From products of basis functions to terms: which sums become one table.
+
+use super::basis::Basis;
+use super::core::{Entry, Key, merges};
+use super::generators::Generator;
+use super::prune::Spare;
+use super::variables::{Kind, Variable};
+use rayon::prelude::*;
+use std::collections::{BinaryHeap, HashMap};
+use trueaxis_model::machine::PerAxis;
+
+/// A table of one variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Function {
+    /// A generator.
+    Generator(Generator),
+    /// A numerical basis function, by its index in the basis.
+    Numeric(usize),
+    /// A sum of basis functions, by its index in [`Structure::merged`].
+    Merged(usize),
+    /// The direction of travel: +1, −1, 0 if unknown.
+    Sign,
+}
+
+/// One term: weight × product of tables → one output.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Index of the output axis.
+    pub output: usize,
+    /// Weight (units of the output's tolerance, over those of a merged table).
+    pub weight: f64,
+    /// Its tables: variable and function.
+    pub factors: Vec<(usize, Function)>,
+}
+
+/// A sum of basis functions of one variable, as one table.
+#[derive(Clone, Debug)]
+pub struct Merged {
+    /// The variable.
+    pub variable: usize,
+    /// Coefficients over the variable's basis.
+    pub coefficients: Vec<f64>,
+}
+
+/// Terms and the tables they use.
+#[derive(Clone, Debug, Default)]
+pub struct Structure {
+    /// The terms.
+    pub terms: Vec<Term>,
+    /// Tables that are sums of basis functions.
+    pub merged: Vec<Merged>,
+}
+
+/// What is to be least.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Minimize {
+    /// Instructions per evaluation: sums of functions of one variable become one table.
+    Cost,
+    /// The number of tables: products of few generators, many terms.
+    Tables,
+}
+
+/// One sum of entries that could become one term with one merged table.
+type Fibre = (usize, usize, Key);
+
+/// An entry whose peak is this part of what may be left out counts in full when fibres are
+/// compared, a smaller one by the square of its part.
+const COUNTS: f64 = 0.08;
+/// Fewer entries than this are cheaper as terms of their own: 10 instructions a term, 7 a table.
+const MERGE: f64 = 1.7;
+
+/// How many entries of weight a fibre holds.
+#[derive(Clone, Copy, Debug)]
+struct Score(f64);
+
+impl PartialEq for Score {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Score {}
+
+impl PartialOrd for Score {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Score {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// Which entries are not held by a term yet.
+struct Left {
+    taken: Vec<bool>,
+    /// Sum of squared peaks, per output.
+    squares: PerAxis,
+    share: f64,
+}
+
+impl Left {
+    fn new(entries: &[Entry], share: f64) -> Self {
+        let mut squares = PerAxis::default();
+        for entry in entries {
+            squares[entry.output] += entry.peak.powi(2);
+        }
+        Self {
+            taken: vec![false; entries.len()],
+            squares,
+            share,
+        }
+    }
+
+    fn score(&self, entries: &[Entry], members: &[usize]) -> Score {
+        let full = COUNTS * self.share;
+        let weight = |i: &usize| (entries[*i].peak / full).powi(2).min(1.0);
+        Score(
+            members
+                .iter()
+                .filter(|i| !self.taken[**i])
+                .map(weight)
+                .sum(),
+        )
+    }
+
+    fn take(&mut self, entries: &[Entry], i: usize) -> bool {
+        if std::mem::replace(&mut self.taken[i], true) {
+            return false;
+        }
+        self.squares[entries[i].output] -= entries[i].peak.powi(2);
+        true
+    }
+
+    fn is_little(&self, output: usize) -> bool {
+        // Subtraction leaves rounding of the largest squares behind.
+        2.0 * self.squares[output].max(0.0).sqrt() <= self.share
+    }
+}
+
+/// Two merged tables that differ by less than this (in units of the tolerance) are one.
+const SAME: f64 = 0.02;
+
+/// Entries and the fibres they could be merged along.
+pub struct Cover<'a> {
+    entries: &'a [Entry],
+    variables: &'a [Variable],
+    bases: &'a [Basis],
+    /// With the entries of each.
+    fibres: Vec<(Fibre, Vec<usize>)>,
+    /// All entries, the largest first.
+    order: Vec<usize>,
+    /// If what is small goes at last.
+    prunes: bool,
+}
+
+impl<'a> Cover<'a> {
+    /// Lays out the fibres; none, if tables are to be few.
+    pub fn new(
+        entries: &'a [Entry],
+        variables: &'a [Variable],
+        bases: &'a [Basis],
+        minimize: Minimize,
+    ) -> Self {
+        let mut along: Vec<(Fibre, usize)> = Vec::new();
+        if minimize == Minimize::Cost {
+            for (i, entry) in entries.iter().enumerate() {
+                for (v, variable) in variables.iter().enumerate() {
+                    if merges(&variable.kind) {
+                        let mut key = entry.key;
+                        key[v] = u8::MAX;
+                        along.push(((entry.output, v, key), i));
+                    }
+                }
+            }
+        }
+        along.par_sort_unstable();
+        // Alone, an entry gains nothing from a table of its own.
+        let fibres = along
+            .chunk_by(|(a, _), (b, _)| a == b)
+            .filter(|members| members.len() > 1)
+            .map(|members| (members[0].0, members.iter().map(|(_, i)| *i).collect()))
+            .collect();
+        let mut order: Vec<usize> = (0..entries.len()).collect();
+        order.sort_by(|a, b| entries[*b].peak.total_cmp(&entries[*a].peak).then(a.cmp(b)));
+        Self {
+            entries,
+            variables,
+            bases,
+            fibres,
+            order,
+            prunes: false,
+        }
+    }
+
+    /// The same, with what is small left out at last.
+    pub fn pruned(self, prunes: bool) -> Self {
+        Self { prunes, ..self }
+    }
+
+    /// The share at which nothing is chosen.
+    pub fn share_of_nothing(&self) -> f64 {
+        let squares = Left::new(self.entries, 0.0).squares;
+        2.0 * squares.into_iter().fold(0.0, f64::max).sqrt() * (1.0 + 1e-9)
+    }
+
+    /// Chooses terms until what is left out is less than `share` of the tolerance in every output
+    /// (root of the sum of squares, twice).
+    ///
+    /// A fibre is the sum of all entries that differ in the function of one variable only; it
+    /// becomes one term with one merged table. The fibre that holds most entries of weight comes
+    /// first; small entries come along for nothing or stay out. `capacity` limits the number of
+    /// merged tables. With more than `most` terms it is of no use, and not finished.
+    pub fn choose(&self, share: f64, capacity: usize, most: usize) -> Structure {
+        let (entries, variables, bases) = (self.entries, self.variables, self.bases);
+        let mut structure = Structure::default();
+        let mut left = Left::new(entries, share);
+        // Scores in the heap may be out of date and are checked when they come up.
+        // They only fall.
+        let scores = self.fibres.iter().map(|(_, m)| left.score(entries, m));
+        let mut heap: BinaryHeap<(Score, std::cmp::Reverse<usize>)> = scores
+            .zip(0..)
+            .filter(|(score, _)| *score >= Score(MERGE))
+            .map(|(score, fibre)| (score, std::cmp::Reverse(fibre)))
+            .collect();
+        while let Some((score, std::cmp::Reverse(fibre))) = heap.pop() {
+            if structure.merged.len() >= capacity || structure.terms.len() > most {
+                break;
+            }
+            let &((output, v, mut key), ref members) = &self.fibres[fibre];
+            let now = left.score(entries, members);
+            if left.is_little(output) || now < Score(MERGE) {
+                continue;
+            }
+            if now < score {
+                heap.push((now, std::cmp::Reverse(fibre)));
+                continue;
+            }
+            key[v] = 0;
+            let Some(mut factors) = structure.factors(&key, variables, bases) else {
+                continue;
+            };
+            if factors.len() + 1 > trueaxis::FACTORS {
+                continue;
+            }
+            let mut coefficients = vec![0.0; bases[v].len()];
+            for &i in members {
+                if left.take(entries, i) {
+                    coefficients[usize::from(entries[i].key[v])] += entries[i].value;
+                }
+            }
+            let others: f64 = key
+                .iter()
+                .zip(bases)
+                .map(|(k, b)| b.peaks[usize::from(*k)])
+                .product();
+            let (id, weight) = structure.merge(v, coefficients, bases, others);
+            factors.push((v, Function::Merged(id)));
+            structure.terms.push(Term {
+                output,
+                weight,
+                factors,
+            });
+        }
+        // The rest, the largest first.
+        for &i in &self.order {
+            if structure.terms.len() > most {
+                break;
+            }
+            if !left.is_little(entries[i].output) && left.take(entries, i) {
+                structure.single(&entries[i], variables, bases);
+            }
+        }
+        if self.prunes {
+            let mut spare = Spare::new(left.squares, share);
+            structure.fold(variables, bases, &mut spare);
+            structure.prune(bases, &mut spare);
+            structure.unshare(bases);
+        }
+        structure
+    }
+}
+
+impl Structure {
+    /// Adds one entry as a term of its own; where its product is too long, the longest parts
+    /// become merged tables.
+    fn single(&mut self, entry: &Entry, variables: &[Variable], bases: &[Basis]) {
+        let mut key = entry.key;
+        let mut short = Vec::new();
+        let factors = loop {
+            match self.factors(&key, variables, bases) {
+                Some(factors) if factors.len() + short.len() <= trueaxis::FACTORS => break factors,
+                _ => {
+                    let length = |v: usize| {
+                        bases[v]
+                            .products
+                            .get(usize::from(key[v]))
+                            .map_or(0, Vec::len)
+                    };
+                    let long = (0..variables.len()).filter(|v| length(*v) > 1);
+                    // Nothing is left to shorten: it stays out.
+                    let Some(v) = long.max_by_key(|v| length(*v)) else {
+                        return;
+                    };
+                    let mut coefficients = vec![0.0; bases[v].len()];
+                    coefficients[usize::from(key[v])] = 1.0;
+                    let (id, _) = self.merge(v, coefficients, bases, 1.0);
+                    short.push((v, Function::Merged(id)));
+                    key[v] = 0;
+                }
+            }
+        };
+        let factors = factors.into_iter().chain(short).collect();
+        self.terms.push(Term {
+            output: entry.output,
+            weight: entry.value,
+            factors,
+        });
+    }
+
+    /// The tables of a product, or `None` if there are more than a term may hold.
+    fn factors(
+        &self,
+        key: &Key,
+        variables: &[Variable],
+        bases: &[Basis],
+    ) -> Option<Vec<(usize, Function)>> {
+        let mut factors = Vec::new();
+        for (v, variable) in variables.iter().enumerate() {
+            let k = usize::from(key[v]);
+            match bases[v].products.get(k) {
+                _ if k == 0 => {}
+                Some(_) if matches!(variable.kind, Kind::Sign(_)) => {
+                    factors.push((v, Function::Sign))
+                }
+                Some(product) => {
+                    factors.extend(product.iter().map(|g| (v, Function::Generator(*g))))
+                }
+                None => factors.push((v, Function::Numeric(k))),
+            }
+        }
+        (factors.len() <= trueaxis::FACTORS).then_some(factors)
+    }
+
+    /// A merged table for these coefficients: an existing one that is proportional, or a new one.
+    /// Returns its number and the weight to use it with.
+    pub fn merge(
+        &mut self,
+        variable: usize,
+        coefficients: Vec<f64>,
+        bases: &[Basis],
+        others: f64,
+    ) -> (usize, f64) {
+        let norm = |c: &[f64]| c.iter().map(|c| c * c).sum::<f64>();
+        for (id, known) in self
+            .merged
+            .iter()
+            .enumerate()
+            .filter(|(_, m)| m.variable == variable)
+        {
+            let along: f64 = known
+                .coefficients
+                .iter()
+                .zip(&coefficients)
+                .map(|(a, b)| a * b)
+                .sum();
+            let weight = along / norm(&known.coefficients);
+            let rest: f64 = known
+                .coefficients
+                .iter()
+                .zip(&coefficients)
+                .zip(&bases[variable].peaks)
+                .map(|((a, b), peak)| (b - weight * a).abs() * peak)
+                .sum();
+            if rest * others < SAME {
+                return (id, weight);
+            }
+        }
+        self.merged.push(Merged {
+            variable,
+            coefficients,
+        });
+        (self.merged.len() - 1, 1.0)
+    }
+
+    /// The number of tables.
+    pub fn count(&self) -> usize {
+        self.tables().len()
+    }
+
+    /// The tables in use, each once.
+    pub fn tables(&self) -> Vec<(usize, Function)> {
+        let mut tables: Vec<(usize, Function)> = self
+            .terms
+            .iter()
+            .flat_map(|t| t.factors.iter().copied())
+            .collect();
+        tables.sort_unstable();
+        tables.dedup();
+        tables
+    }
+
+    /// Evaluates the terms with function values given per variable.
+    pub fn evaluate(&self, values: &HashMap<(usize, Function), f64>, outputs: usize) -> Vec<f64> {
+        let mut sums = vec![0.0; outputs];
+        for term in &self.terms {
+            let product: f64 = term.factors.iter().map(|f| values[f]).product();
+            sums[term.output] += term.weight * product;
+        }
+        sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::{MAX_VARIABLES, variables};
+    use super::*;
+    use trueaxis::FACTORS;
+    use trueaxis_model::kinematics::Kinematics;
+
+    /// The structure of one entry over levers: which power of each.
+    fn single(powers: &[u8]) -> Structure {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, "");
+        let lever = variables(&Kinematics::new(&machine, &errors), 1e-6).remove(0);
+        let variables = vec![lever; powers.len()];
+        let bases: Vec<Basis> = variables.iter().map(Basis::of_lever).collect();
+        let mut key = [0; MAX_VARIABLES];
+        key[..powers.len()].copy_from_slice(powers);
+        let entries = [Entry {
+            output: 0,
+            key,
+            value: 3.0,
+            peak: 3.0,
+        }];
+        let cover = Cover::new(&entries, &variables, &bases, Minimize::Tables);
+        cover.choose(0.1, 255, 100)
+    }
+
+    #[test]
+    fn a_product_has_no_more_tables_than_a_term_holds() {
+        assert_eq!(single(&[1; FACTORS]).terms[0].factors.len(), FACTORS);
+        // Two of a lever, and one too many with it: the square is a table of its own.
+        let mut powers = [1; FACTORS];
+        powers[2] = 2;
+        let structure = single(&powers);
+        assert_eq!(structure.terms[0].factors.len(), FACTORS);
+        assert_eq!(structure.merged.len(), 1);
+    }
+
+    #[test]
+    fn a_product_of_more_variables_than_a_term_holds_stays_out() {
+        assert!(single(&[1; FACTORS + 1]).terms.is_empty());
+    }
+}

@@ -1,0 +1,272 @@
+//! From sampled tables to a draft of the compensation.
+
+use super::Options;
+use super::cover::{self, Function};
+use super::points::Grid;
+use super::seen::Seen;
+use super::spline;
+use super::tables::{Found, input};
+use super::variables::Kind;
+use crate::schemes::blank::blank;
+use std::collections::{BTreeMap, HashMap};
+use trueaxis::{Direction, Draft, DraftBank, Interpolation, SampleFormat, Term};
+use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::machine::Machine;
+
+/// Samples are good to this part of the largest: less is 0, so that it is the same on every system.
+const SAMPLED: f64 = 1e-10;
+
+/// Lays out banks and terms.
+pub fn draft(
+    found: &Found<'_>,
+    grids: &BTreeMap<usize, Grid>,
+    seen: &BTreeMap<usize, Seen>,
+    options: &Options,
+) -> Result<Draft, NotConverged> {
+    let (kinematics, variables) = (found.sampler.kinematics, found.sampler.variables);
+    let machine = kinematics.machine;
+    let (terms, scales) = weighed(machine, found);
+    let scale = |v: usize, function: Function| scales.get(&(v, function)).copied().unwrap_or(1.0);
+    let mut banks = Vec::new();
+    // Number of each table in the blob.
+    let mut numbers: HashMap<Factor, u8> = HashMap::new();
+    let mut next = 0_u8;
+    for (v, (bent, straight)) in found.tables() {
+        let variable = &variables[v];
+        let (input, unit) = input(machine, variables, v);
+        if let Kind::Sign(i) = variable.kind {
+            let [start, end] = machine.axes[i].travel;
+            banks.push(DraftBank {
+                input,
+                start: start as f32,
+                step: (end - start) as f32,
+                modulo: false,
+                direction: Direction::Signed,
+                interpolation: Interpolation::Linear,
+                format: SampleFormat::F32,
+                columns: vec![vec![scale(v, Function::Sign) as f32; 2]],
+            });
+            numbers.insert((v, Function::Sign), next);
+            next += 1;
+            continue;
+        }
+        let ends = Grid::over(variable.range, 1);
+        let grid = grids.get(&v).copied().unwrap_or(ends);
+        for (functions, grid, format, seen) in [
+            (&straight, ends, SampleFormat::F32, None),
+            (&bent, grid, options.format, seen.get(&v)),
+        ] {
+            if functions.is_empty() {
+                continue;
+            }
+            // The runtime knows start and step as f32: values belong to the points it computes.
+            let start = (grid.start * unit) as f32;
+            let step = (grid.step * unit) as f32;
+            let known = Grid {
+                start: f64::from(start) / unit,
+                step: f64::from(step) / unit,
+                ..grid
+            };
+            let at: Vec<f64> = known.sampled_at(variable.wraps).collect();
+            let within = Within::new(&at, variable.range, grid.step);
+            let told = seen.and_then(|s| s.between(&within.at));
+            let mut values = match told {
+                Some(values) => values,
+                None => found.sample(v, functions, &within.at)?.values,
+            };
+            for mut column in values.column_iter_mut() {
+                within.extend(column.as_mut_slice());
+            }
+            if grid.cubic {
+                values = spline::coefficients(&values, variable.wraps);
+            }
+            banks.push(DraftBank {
+                input,
+                start,
+                step,
+                modulo: variable.wraps,
+                direction: Direction::Both,
+                interpolation: match grid.cubic {
+                    true => Interpolation::Cubic,
+                    false => Interpolation::Linear,
+                },
+                format,
+                columns: (0..functions.len())
+                    .map(|k| {
+                        let scale = scale(v, functions[k]);
+                        let column = values.column(k);
+                        let least = SAMPLED * column.amax();
+                        column
+                            .iter()
+                            .map(|x| {
+                                if x.abs() < least {
+                                    0.0
+                                } else {
+                                    (scale * x) as f32
+                                }
+                            })
+                            .collect()
+                    })
+                    .collect(),
+            });
+            for function in functions {
+                numbers.insert((v, *function), next);
+                next += 1;
+            }
+        }
+    }
+    let terms = numbered(&terms, &numbers);
+    Ok(Draft {
+        banks,
+        terms,
+        ..blank(kinematics)
+    })
+}
+
+/// Points of which the first and the last may lie outside of the range, where nothing can be sampled.
+struct Within {
+    /// The points, those outside moved to the end of the range.
+    at: Vec<f64>,
+    /// How far beyond its neighbour such a point is, in distances of the end to that neighbour.
+    beyond: [f64; 2],
+}
+
+impl Within {
+    fn new(points: &[f64], [low, high]: [f64; 2], step: f64) -> Self {
+        let mut at = points.to_vec();
+        let last = at.len() - 1;
+        let mut beyond = [1.0; 2];
+        // A point of f32 may be off by its rounding.
+        let slack = 1e-3 * step;
+        if last > 0 && points[0] < low - slack {
+            at[0] = low;
+            beyond[0] = (points[1] - points[0]) / (points[1] - low);
+        }
+        if last > 0 && points[last] > high + slack {
+            at[last] = high;
+            beyond[1] = (points[last] - points[last - 1]) / (high - points[last - 1]);
+        }
+        Self { at, beyond }
+    }
+
+    /// Continues values at the ends of the range in a straight line to the points beyond.
+    fn extend(&self, values: &mut [f64]) {
+        let last = values.len() - 1;
+        if last > 0 {
+            values[0] = values[1] + (values[0] - values[1]) * self.beyond[0];
+            values[last] = values[last - 1] + (values[last] - values[last - 1]) * self.beyond[1];
+        }
+    }
+}
+
+/// What a table that stands in so many terms may be multiplied by. Along a chain of terms that share
+/// tables, one would otherwise become as large as the next becomes small.
+fn scales_of(uses: usize) -> std::ops::RangeInclusive<f64> {
+    if uses == 1 { 1e-12..=1e6 } else { 1e-3..=1e2 }
+}
+
+/// A factor: a table of a variable.
+type Factor = (usize, Function);
+
+/// The largest weight of a term whose tables take the weights of others. Those must make up for it, and
+/// along a chain of many terms it would grow until a blob cannot hold it.
+const MOST_WEIGHT: f64 = 1e6;
+
+/// The terms with weights in mm or degrees, and what each table is multiplied by so that as many
+/// weights as possible are 1: those cost nothing.
+fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<Factor, f64>) {
+    let (terms, scales) = weighed_with(machine, found, true);
+    if terms.iter().all(|t| t.weight.abs() <= MOST_WEIGHT) {
+        return (terms, scales);
+    }
+    weighed_with(machine, found, false)
+}
+
+/// The same; `freely`: tables also take weights as small as the tolerance.
+fn weighed_with(
+    machine: &Machine,
+    found: &Found<'_>,
+    freely: bool,
+) -> (Vec<cover::Term>, HashMap<Factor, f64>) {
+    let mut terms = found.structure.terms.clone();
+    let mut uses: HashMap<Factor, usize> = HashMap::new();
+    for term in &mut terms {
+        let axis = &machine.axes[term.output];
+        term.weight = axis.to_command(term.weight * found.tolerance[term.output]);
+        for factor in &term.factors {
+            *uses.entry(*factor).or_insert(0) += 1;
+        }
+    }
+    // A table that stands in one term only can take any weight: those terms can wait.
+    let least_used = |i: &usize| terms[*i].factors.iter().map(|f| uses[f]).min();
+    let mut order: Vec<usize> = (0..terms.len()).collect();
+    order.sort_by_key(|i| (least_used(i) == Some(1), terms[*i].factors.len()));
+    let mut scales: HashMap<Factor, f64> = HashMap::new();
+    for i in order {
+        let term = &mut terms[i];
+        for factor in &term.factors {
+            term.weight /= scales.get(factor).copied().unwrap_or(1.0);
+        }
+        let once = |f: &&Factor| term.factors.iter().filter(|g| g == f).count() == 1;
+        let free = term.factors.iter().filter(|f| !scales.contains_key(f));
+        if let Some(factor) = free.filter(once).min_by_key(|f| uses[f])
+            && {
+                // Functions that were found are in units of the tolerance, coordinates are not.
+                let unit = machine.axes[term.output].to_command(found.tolerance[term.output]);
+                let size = term.weight.abs();
+                let fits = scales_of(uses[factor]);
+                fits.contains(&size) || freely && fits.contains(&(size / unit))
+            }
+        {
+            scales.insert(*factor, term.weight);
+            term.weight = 1.0;
+        }
+        // What this term counts on stays.
+        for factor in &term.factors {
+            scales.entry(*factor).or_insert(1.0);
+        }
+    }
+    (terms, scales)
+}
+
+/// The terms in blob form: sorted so that terms of one output and one length stand together.
+fn numbered(terms: &[cover::Term], numbers: &HashMap<Factor, u8>) -> Vec<Term> {
+    let mut terms: Vec<Term> = terms
+        .iter()
+        .map(|term| {
+            let mut factors: Vec<u8> = term.factors.iter().map(|f| numbers[f]).collect();
+            factors.sort_unstable();
+            Term {
+                output: term.output as u8,
+                weight: term.weight as f32,
+                limits: None,
+                factors: factors.into_iter().collect(),
+            }
+        })
+        .collect();
+    terms.sort_by(|a, b| {
+        (a.output, a.factors.len(), &a.factors[..]).cmp(&(
+            b.output,
+            b.factors.len(),
+            &b.factors[..],
+        ))
+    });
+    terms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_beyond_the_range_continues_the_line_through_its_end() {
+        let points = [-12.0, -5.0, 2.0, 9.0, 16.0];
+        let within = Within::new(&points, [-10.0, 15.0], 7.0);
+        assert_eq!(within.at, [-10.0, -5.0, 2.0, 9.0, 15.0]);
+        let mut values: Vec<f64> = within.at.iter().map(|x| 3.0 * x + 1.0).collect();
+        within.extend(&mut values);
+        for (value, x) in values.iter().zip(points) {
+            assert!((value - (3.0 * x + 1.0)).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,587 @@
+//! What tables do, measured as the runtime evaluates them.
+
+use super::fit::{Sample, fitted};
+use super::limits::{
+    CLIMB_PARTS, CLIMB_ROUNDS, CLIMBS, CONFIRMED, FIT_SAMPLES, JUDGED, MOST_MISSED,
+};
+use super::tolerance::Tolerance;
+use crate::schemes::SchemeError;
+use crate::size::Size;
+use crate::target::Target;
+use crate::validate::{Command, Region, Runtime, holds, random_commands};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+use trueaxis::{AUXILIARIES, Draft, Travel};
+use trueaxis_model::errors::Switches;
+use trueaxis_model::kinematics::{Jacobian, Kinematics, NotConverged};
+use trueaxis_model::machine::{MAX_AXES, PerAxis};
+
+/// Seeds of the positions; those of a proof are others.
+const SEED: u64 = 0x6a75_6467;
+
+/// Positions with their exact corrections.
+pub struct Judge<'a> {
+    kinematics: &'a Kinematics<'a>,
+    tolerance: Tolerance,
+    /// The correction at the zero position (mm, rad).
+    zero: PerAxis,
+    places: Vec<Place>,
+    /// Positions that only what is good so far is measured at, once there is any.
+    others: Vec<Place>,
+    /// Further positions at which weights are fitted, once these are many.
+    further: Vec<Place>,
+    /// Largest correction of each axis (mm, rad).
+    largest: PerAxis,
+    /// Positions that climbs have come to: the next one passes many of them again.
+    climbed: Mutex<HashMap<Bits, Place>>,
+}
+
+/// The bits of a command's numbers, and its directions of travel.
+type Bits = ([u32; MAX_AXES], [u8; MAX_AXES], [u32; AUXILIARIES]);
+
+#[derive(Clone)]
+struct Place {
+    command: Command,
+    /// The exact correction (mm, rad), less that of the zero position.
+    correction: PerAxis,
+    /// What axes do to the tool here.
+    jacobian: Jacobian,
+    /// True if a motion holds its end value here: tables cannot follow its bend.
+    holds: bool,
+}
+
+/// What was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// Largest deviation from the kinematic correction where no motion holds, in units of the
+    /// tolerance.
+    pub error: f64,
+    /// Largest deviation of any axis anywhere in the travel, in units of what it may be: the larger
+    /// of the tolerance and the axis' largest correction. Above 1 the tables do harm.
+    pub harm: f64,
+}
+
+impl Verdict {
+    const NOTHING: Self = Self {
+        error: 0.0,
+        harm: 0.0,
+    };
+
+    fn worse(self, other: Self) -> Self {
+        Self {
+            error: self.error.max(other.error),
+            harm: self.harm.max(other.harm),
+        }
+    }
+}
+
+/// What a draft did where it was confirmed.
+#[derive(Clone, Copy, Debug)]
+pub struct Confirmation {
+    /// If it kept the multiple of the tolerance that was asked.
+    pub is_kept: bool,
+    verdict: Verdict,
+}
+
+impl Confirmation {
+    /// What was measured before, with it. What is kept counts as what it was measured to be: a little less
+    /// than the multiple was asked there.
+    pub fn added_to(self, before: Verdict) -> Verdict {
+        Verdict {
+            error: match self.is_kept {
+                true => before.error,
+                false => before.error.max(self.verdict.error),
+            },
+            harm: before.harm.max(self.verdict.harm),
+        }
+    }
+}
+
+impl<'a> Judge<'a> {
+    /// Draws the positions: over the travel, and where no motion holds; half of them with axes at
+    /// their ends, where most functions are largest.
+    pub fn new(
+        kinematics: &'a Kinematics<'a>,
+        tolerance: Tolerance,
+        zero: PerAxis,
+    ) -> Result<Self, SchemeError> {
+        let places = places(kinematics, &zero, JUDGED, SEED)?;
+        let largest = std::array::from_fn(|i| {
+            let sizes = places.iter().map(|p| p.correction[i].abs());
+            sizes.fold(0.0, f64::max)
+        });
+        Ok(Self {
+            kinematics,
+            tolerance,
+            zero,
+            places,
+            others: Vec::new(),
+            further: Vec::new(),
+            largest,
+            climbed: Mutex::default(),
+        })
+    }
+
+    /// The tolerance of each axis (mm, rad) in whose units errors are.
+    pub fn tolerance(&self) -> &PerAxis {
+        &self.tolerance.axes
+    }
+
+    /// True if the tip and the tool's direction are measured.
+    pub fn is_of_tool(&self) -> bool {
+        self.tolerance.is_of_tool()
+    }
+
+    /// The part of a correction that does not count: a little of the tolerance, seen from the
+    /// largest correction.
+    pub fn smallest_part(&self) -> f64 {
+        let sizes = self
+            .largest
+            .iter()
+            .zip(self.tolerance())
+            .map(|(l, t)| l / t);
+        0.02 / sizes.fold(1.0, f64::max)
+    }
+
+    /// Measures a draft; `None` if a blob or the target cannot hold it.
+    pub fn measure(&self, draft: &Draft, target: &Target) -> Option<Verdict> {
+        let places = self.places.par_iter().chain(&self.others);
+        self.measure_at(places, draft, target, f64::INFINITY)
+    }
+
+    /// Measures a draft, not at the positions at which what is good is confirmed; `None` too if it errs by
+    /// more than `most` tolerances.
+    pub fn measure_first(&self, draft: &Draft, target: &Target, most: f64) -> Option<Verdict> {
+        self.measure_at(self.places.par_iter(), draft, target, most)
+    }
+
+    fn measure_at<'p>(
+        &self,
+        places: impl ParallelIterator<Item = &'p Place>,
+        draft: &Draft,
+        target: &Target,
+        most: f64,
+    ) -> Option<Verdict> {
+        let blob = draft.encode().ok()?;
+        let runtime = Runtime::load(&blob).ok()?;
+        if !target.shortages(&Size::of(&runtime)).is_empty() {
+            return None;
+        }
+        places
+            .map(|place| self.at(place, &runtime))
+            .map(|verdict| (verdict.error <= most).then_some(verdict))
+            .try_reduce(|| Verdict::NOTHING, |a, b| Some(a.worse(b)))
+    }
+
+    /// Measures a draft at many more positions than it was measured at. Those where it does not keep a
+    /// multiple of the tolerance are among the first from now on.
+    pub fn confirm(&mut self, draft: &Draft, factor: f64) -> Result<Confirmation, SchemeError> {
+        self.draw_others()?;
+        let blob = draft.encode();
+        let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {
+            return Ok(Confirmation {
+                is_kept: false,
+                verdict: Verdict::NOTHING,
+            });
+        };
+        let verdicts: Vec<Verdict> = self
+            .others
+            .par_iter()
+            .map(|place| self.at(place, &runtime))
+            .collect();
+        let mut order: Vec<usize> = (0..verdicts.len()).collect();
+        order.sort_by(|a, b| verdicts[*b].error.total_cmp(&verdicts[*a].error));
+        let misses = |verdict: &Verdict| verdict.error > factor;
+        let missed = order.iter().take_while(|i| misses(&verdicts[**i]));
+        let missed = missed.take(MOST_MISSED).map(|i| self.others[*i].clone());
+        let mut missed: Vec<Place> = missed.collect();
+        let mut worst = verdicts
+            .iter()
+            .copied()
+            .fold(Verdict::NOTHING, Verdict::worse);
+        let starts = order.iter().take(CLIMBS);
+        let starts: Vec<_> = starts
+            .map(|i| (verdicts[*i], self.others[*i].clone()))
+            .collect();
+        let climbed: Result<Vec<_>, NotConverged> = starts
+            .into_par_iter()
+            .map(|(verdict, place)| self.climb(verdict, place, &runtime))
+            .collect();
+        for (verdict, place) in climbed?.into_iter().filter(|(v, _)| misses(v)) {
+            worst = worst.worse(verdict);
+            missed.push(place);
+        }
+        let is_kept = missed.is_empty();
+        // The first to be measured: what fails there needs no others.
+        self.places.splice(0..0, missed);
+        Ok(Confirmation {
+            is_kept,
+            verdict: worst,
+        })
+    }
+
+    /// Moves one input after the other, mostly to an end of its range, as long as the tables become worse
+    /// there: the worst corner is one of thousands, which random positions may miss.
+    fn climb(
+        &self,
+        mut verdict: Verdict,
+        mut place: Place,
+        runtime: &Runtime<'_>,
+    ) -> Result<(Verdict, Place), NotConverged> {
+        let axes = self.kinematics.machine.axes.len();
+        let moves = moves(self.kinematics);
+        for _ in 0..CLIMB_ROUNDS {
+            let before = verdict.error;
+            for &(input, end) in &moves {
+                let mut command = place.command;
+                match end {
+                    End::Position(x) => *position(&mut command, axes, input) = x,
+                    End::Travel(travel) => command.travel[input] = travel,
+                }
+                let next = self.climbed_to(command)?;
+                let found = self.at(&next, runtime);
+                if found.error > verdict.error {
+                    (verdict, place) = (found, next);
+                }
+            }
+            if verdict.error == before {
+                break;
+            }
+        }
+        Ok((verdict, place))
+    }
+
+    /// [`Place::inside`], once for each command.
+    fn climbed_to(&self, command: Command) -> Result<Place, NotConverged> {
+        let bits = (
+            command.axes.map(f32::to_bits),
+            command.travel.map(|travel| travel as u8),
+            command.auxiliaries.map(f32::to_bits),
+        );
+        let known = || self.climbed.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(place) = known().get(&bits) {
+            return Ok(place.clone());
+        }
+        let place = Place::inside(self.kinematics, &self.zero, command)?;
+        known().insert(bits, place.clone());
+        Ok(place)
+    }
+
+    /// A draft with its weights fitted, at the positions it is measured at and some of those at which
+    /// it is confirmed, and at further ones if weights are many; the others of these tell if that was
+    /// right.
+    pub fn fitted(&mut self, draft: &Draft) -> Result<Option<Draft>, SchemeError> {
+        self.draw_others()?;
+        let wanted = FIT_SAMPLES * most_terms(draft);
+        let have = self.places.len() + self.others.len() / 3 + self.further.len();
+        if wanted > have {
+            let seed = SEED.rotate_left(7) ^ have as u64;
+            let more = places(self.kinematics, &self.zero, wanted - have, seed)?;
+            self.further.extend(more);
+        }
+        let machine = self.kinematics.machine;
+        let places = self.places.iter().chain(self.others.iter().step_by(3));
+        let samples: Vec<Sample> = places
+            .chain(&self.further)
+            .filter(|place| !place.holds)
+            .map(|place| Sample {
+                command: place.command,
+                wanted: machine.to_command(&place.correction),
+            })
+            .collect();
+        Ok(fitted(
+            draft,
+            &samples,
+            &machine.to_command(self.tolerance()),
+        ))
+    }
+
+    /// Draws the positions at which drafts are confirmed, once.
+    fn draw_others(&mut self) -> Result<(), SchemeError> {
+        if self.others.is_empty() {
+            self.others = places(self.kinematics, &self.zero, CONFIRMED, !SEED)?;
+        }
+        Ok(())
+    }
+
+    /// Measures tables at one position.
+    fn at(&self, place: &Place, runtime: &Runtime<'_>) -> Verdict {
+        let machine = self.kinematics.machine;
+        let table = runtime.evaluate(&place.command).map(f64::from);
+        let table = machine.to_kinematic(&table);
+        let deviation = std::array::from_fn(|i| table[i] - place.correction[i]);
+        let mut harm = 0.0_f64;
+        for (i, deviation) in deviation.iter().enumerate().take(machine.axes.len()) {
+            let most = self.tolerance.axes[i].max(self.largest[i]);
+            harm = harm.max(deviation.abs() / most);
+        }
+        Verdict {
+            error: if place.holds {
+                0.0
+            } else {
+                self.tolerance.share(&deviation, &place.jacobian)
+            },
+            harm,
+        }
+    }
+}
+
+/// The terms of the output that has most.
+fn most_terms(draft: &Draft) -> usize {
+    let mut counts = [0; MAX_AXES];
+    for term in &draft.terms {
+        counts[usize::from(term.output)] += 1;
+    }
+    counts.into_iter().max().unwrap_or(0)
+}
+
+/// Draws positions with their exact corrections: a quarter of them over the travel, the others where
+/// no motion holds; half of them with axes at their ends, where most functions are largest.
+fn places(
+    kinematics: &Kinematics<'_>,
+    zero: &PerAxis,
+    count: usize,
+    seed: u64,
+) -> Result<Vec<Place>, SchemeError> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut commands = Vec::new();
+    for (region, count) in [(Region::Travel, count / 3), (Region::Inside, count)] {
+        let drawn = random_commands(kinematics, region, count, seed ^ count as u64)?;
+        commands.extend(drawn.into_iter().enumerate().map(|(number, mut command)| {
+            // Some axes at an end, or every one: corners are where most add up.
+            match number % 4 {
+                0 => to_ends(kinematics, &mut command, region, &mut random, 4),
+                1 => to_ends(kinematics, &mut command, region, &mut random, 2),
+                _ => {}
+            }
+            (region, command)
+        }));
+    }
+    let places: Result<Vec<Place>, NotConverged> = commands
+        .into_par_iter()
+        .map(|(region, command)| {
+            if region == Region::Inside {
+                Place::inside(kinematics, zero, command)
+            } else {
+                Place::new(kinematics, zero, command)
+            }
+        })
+        .collect();
+    Ok(places?)
+}
+
+impl Place {
+    fn new(
+        kinematics: &Kinematics<'_>,
+        zero: &PerAxis,
+        command: Command,
+    ) -> Result<Self, NotConverged> {
+        let (q, situation) = command.kinematic(kinematics.machine);
+        let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+        Ok(Self {
+            command,
+            correction: std::array::from_fn(|i| exact[i] - zero[i]),
+            jacobian: kinematics.jacobian(&q, situation.length),
+            holds: holds(kinematics.machine, kinematics.errors, &q, &exact),
+        })
+    }
+
+    /// Where an axis stands at an end its correction leads outside: just before it, if that will do.
+    fn inside(
+        kinematics: &Kinematics<'_>,
+        zero: &PerAxis,
+        mut command: Command,
+    ) -> Result<Self, NotConverged> {
+        let mut place = Self::new(kinematics, zero, command)?;
+        for _ in 0..3 {
+            if !place.holds {
+                break;
+            }
+            draw_in(kinematics, &mut command, &place.correction, zero);
+            place = Self::new(kinematics, zero, command)?;
+        }
+        Ok(place)
+    }
+}
+
+/// The ranges in which inputs are drawn: axes (mm, deg) where no motion holds or over their travel,
+/// then tool length and temperatures.
+fn ranges(kinematics: &Kinematics<'_>, region: Region) -> Vec<[f64; 2]> {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let axis = |i: usize| {
+        let [low, high] = machine.axes[i].travel;
+        if region == Region::Inside && errors.motions[i].iter().any(|m| m.holds()) {
+            let [from, to] = crate::validate::calibrated(machine, errors, i);
+            return [low.max(from), high.min(to)];
+        }
+        [low, high]
+    };
+    let kelvin = errors.sensors.iter().map(|s| s.range_kelvin);
+    let others = machine.length_range.into_iter().chain(kelvin);
+    (0..machine.axes.len()).map(axis).chain(others).collect()
+}
+
+/// The value of an input, of a machine of so many axes.
+fn position(command: &mut Command, axes: usize, input: usize) -> &mut f32 {
+    match input.checked_sub(axes) {
+        None => &mut command.axes[input],
+        Some(auxiliary) => &mut command.auxiliaries[auxiliary],
+    }
+}
+
+/// Where an input is taken.
+#[derive(Clone, Copy)]
+enum End {
+    Position(f32),
+    Travel(Travel),
+}
+
+/// Every input to each end of its range, rotary axes also to places between.
+fn moves(kinematics: &Kinematics<'_>) -> Vec<(usize, End)> {
+    let machine = kinematics.machine;
+    let mut moves = Vec::new();
+    let ranges = ranges(kinematics, Region::Inside);
+    for (input, [low, high]) in ranges.into_iter().enumerate() {
+        let axis = machine.axes.get(input);
+        let turns = axis.is_some_and(|axis| axis.letter.is_rotary());
+        let parts: &[f64] = if turns { &CLIMB_PARTS } else { &[0.0, 1.0] };
+        let at = |part: &f64| End::Position((low + part * (high - low)) as f32);
+        moves.extend(parts.iter().map(|part| (input, at(part))));
+        if axis.is_some() && kinematics.errors.reverses(input) {
+            let ways = [Travel::Negative, Travel::Positive];
+            moves.extend(ways.map(|travel| (input, End::Travel(travel))));
+        }
+    }
+    moves
+}
+
+/// Moves axes off the ends of their ranges by a little more than their corrections.
+fn draw_in(
+    kinematics: &Kinematics<'_>,
+    command: &mut Command,
+    correction: &PerAxis,
+    zero: &PerAxis,
+) {
+    let machine = kinematics.machine;
+    let exact = std::array::from_fn(|i| 1.1 * (correction[i] + zero[i]).abs());
+    let ways = machine.to_command(&exact);
+    let ranges = ranges(kinematics, Region::Inside);
+    for (i, way) in ways.iter().enumerate().take(machine.axes.len()) {
+        let [low, high] = ranges[i];
+        // Rounding towards the middle.
+        let (low, high) = (
+            ((low + way) as f32).next_up(),
+            ((high - way) as f32).next_down(),
+        );
+        if low < high {
+            command.axes[i] = command.axes[i].clamp(low, high);
+        }
+    }
+}
+
+/// Moves two in `of` of the axes, of tool length and of temperatures to an end of their range.
+fn to_ends(
+    kinematics: &Kinematics<'_>,
+    command: &mut Command,
+    region: Region,
+    random: &mut Pcg64Mcg,
+    of: u32,
+) {
+    let axes = kinematics.machine.axes.len();
+    for (input, [low, high]) in ranges(kinematics, region).into_iter().enumerate() {
+        match random.random_range(0..of) {
+            0 => *position(command, axes, input) = low as f32,
+            1 => *position(command, axes, input) = high as f32,
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::*;
+    use crate::schemes::blank::blank;
+    use trueaxis::Term;
+
+    #[test]
+    fn nothing_does_no_harm_and_the_wrong_sign_does() {
+        let machine = with_rotary(&[('A', [-60.0, 60.0])]);
+        let errors = errors(&machine, "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\n");
+        let kinematics = Kinematics::new(&machine, &errors);
+        let tolerance = Tolerance::new(&kinematics, 1e-3);
+        let judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
+        let mut draft = blank(&kinematics);
+        let target = Target::default();
+        let nothing = judge.measure(&draft, &target).unwrap();
+        assert_eq!(nothing.harm, 1.0);
+        assert!(nothing.error >= 20.0);
+        // The table is 20 µm too far in X, and so must the tool be.
+        for (weight, harmless) in [(0.02, true), (-0.02, false)] {
+            draft.terms = vec![Term {
+                output: 0,
+                weight,
+                limits: None,
+                factors: [].into_iter().collect(),
+            }];
+            let verdict = judge.measure(&draft, &target).unwrap();
+            assert_eq!(verdict.harm <= 1.0, harmless, "{verdict:?}");
+        }
+    }
+
+    #[test]
+    fn the_worst_corner_is_found_and_remembered() {
+        let machine = with_rotary(&[('A', [-60.0, 60.0])]);
+        let errors = errors(&machine, "[parameters]\nEAX1 = 1e-7\nEX0A = 1e-3\n");
+        let kinematics = Kinematics::new(&machine, &errors);
+        let tolerance = Tolerance::new(&kinematics, 1e-3);
+        let mut judge = Judge::new(&kinematics, tolerance, PerAxis::default()).unwrap();
+        let draft = blank(&kinematics);
+        let blob = draft.encode().unwrap();
+        let runtime = Runtime::load(&blob).unwrap();
+        // The error grows towards the ends of several axes at once.
+        let at = |axes: &[f64]| {
+            let command = Command::at(&machine, axes);
+            let place = Place::inside(&kinematics, &judge.zero, command).unwrap();
+            (judge.at(&place, &runtime), place)
+        };
+        let (start, place) = at(&[10.0, 20.0, -30.0, 5.0]);
+        let (worst, corner) = judge.climb(start, place, &runtime).unwrap();
+        let (error, worst) = (start.error, worst.error);
+        let corners = (0..16).map(|bits| {
+            let end = |i: usize, range: f64| if bits >> i & 1 == 1 { range } else { -range };
+            at(&[end(0, 200.0), end(1, 200.0), end(2, 200.0), end(3, 60.0)])
+                .0
+                .error
+        });
+        let most = corners.fold(0.0, f64::max);
+        assert!(worst > 2.0 * error && worst >= most, "{worst} {most}");
+        assert!(!corner.holds);
+        // Where the tables are worse than they may be is measured from then on.
+        assert!(judge.confirm(&draft, most * 1.01).unwrap().is_kept);
+        let before = judge.places.len();
+        assert!(!judge.confirm(&draft, most * 0.9).unwrap().is_kept);
+        assert!(judge.places.len() > before);
+    }
+
+    #[test]
+    fn what_the_target_cannot_hold_is_not_measured() {
+        let machine = with_rotary(&[]);
+        let errors = errors(&machine, "");
+        let kinematics = Kinematics::new(&machine, &errors);
+        let judge = Judge::new(
+            &kinematics,
+            Tolerance::new(&kinematics, 1.0),
+            PerAxis::default(),
+        )
+        .unwrap();
+        let draft = blank(&kinematics);
+        let mut target = Target::default();
+        assert!(judge.measure(&draft, &target).is_some());
+        target.bytes = Some(16);
+        assert!(judge.measure(&draft, &target).is_none());
+    }
+}

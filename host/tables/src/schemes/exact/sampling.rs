@@ -1,0 +1,567 @@
+//! Exact corrections on small grids, split into what every source of error adds.
+
+use super::memory::Memory;
+use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
+use rayon::prelude::*;
+use trueaxis_model::errors::{Situation, Switches};
+use trueaxis_model::kinematics::{Kinematics, NotConverged};
+use trueaxis_model::machine::{MAX_AXES, PerAxis};
+
+/// The iteration for samples ends here (mm or rad): 1e-5 of the default tolerance of rotary axes
+/// remains at most, for errors of 1 %.
+const STEP: f64 = 5e-11;
+
+/// The exact correction as a function of the variables.
+pub struct Sampler<'a> {
+    pub kinematics: &'a Kinematics<'a>,
+    pub variables: &'a [Variable],
+    /// Subtracted everywhere: the correction at the zero position (mm, rad).
+    pub zero: PerAxis,
+    /// What motions that are off leave in their place: their middle values, so that what they do to
+    /// each other, of which some is left out, is least.
+    instead: [[f64; 6]; MAX_AXES],
+    /// Samples along variables made so far.
+    pub memory: Memory,
+}
+
+/// One part of the correction: what the switches in `on` add together, beyond what each proper
+/// subset of them adds.
+#[derive(Clone, Debug)]
+pub struct Component {
+    /// Bit set of the switched variables (by index).
+    pub on: u32,
+    /// The rich variables, and their node positions here.
+    pub rich: Vec<(usize, Vec<f64>)>,
+    /// Which of the rich variables have their motions on.
+    pub moving: Vec<bool>,
+    /// Products of the other positions (and tool length) it is made of: none, one, and two where
+    /// a motion bends. There an angular motion, shifted by its own axis' correction, which depends
+    /// on the levers, acts on the levers once more.
+    pub monomials: Vec<Vec<usize>>,
+    /// Odd variables: it is proportional to each of them.
+    pub odd: Vec<usize>,
+    /// True if it is what these leave, proportional to the square of the only one: second order.
+    pub even: bool,
+    /// Coefficients, mm and rad per output: monomial slowest, then the rich nodes in order.
+    pub values: Vec<PerAxis>,
+}
+
+/// Positions along an axis at which the middle of its motions is looked for: as many as are measured,
+/// or twice.
+const MIDDLES: usize = 200;
+
+impl<'a> Sampler<'a> {
+    /// Finds what motions that are off leave in their place.
+    pub fn new(kinematics: &'a Kinematics<'a>, variables: &'a [Variable], zero: PerAxis) -> Self {
+        let (machine, errors) = (kinematics.machine, kinematics.errors);
+        let situation = Situation::default();
+        let mut instead = [[0.0; 6]; MAX_AXES];
+        for (i, instead) in instead.iter_mut().enumerate().take(machine.axes.len()) {
+            let [low, high] = errors.calibrated[i];
+            let mut ends = [[f64::INFINITY; 6], [f64::NEG_INFINITY; 6]];
+            for step in 0..=MIDDLES {
+                let q = low + (high - low) * step as f64 / MIDDLES as f64;
+                let at = |switches| errors.intra_at(machine, i, q, &situation, switches);
+                let (Some(on), Some(off)) = (at(&Switches::ALL), at(&Switches::NONE)) else {
+                    break;
+                };
+                for component in 0..6 {
+                    let lost = on[component] - off[component];
+                    ends[0][component] = ends[0][component].min(lost);
+                    ends[1][component] = ends[1][component].max(lost);
+                }
+            }
+            for (component, instead) in instead.iter_mut().enumerate() {
+                let middle = 0.5 * (ends[0][component] + ends[1][component]);
+                *instead = if middle.is_finite() { middle } else { 0.0 };
+            }
+        }
+        Self {
+            kinematics,
+            variables,
+            zero,
+            instead,
+            memory: Memory::default(),
+        }
+    }
+}
+
+impl Sampler<'_> {
+    /// The exact correction with the switches in `on`.
+    pub fn exact(&self, place: &Place, on: u32) -> Result<PerAxis, NotConverged> {
+        let mut q = PerAxis::default();
+        let mut situation = Situation::default();
+        let mut switches = Switches {
+            instead: self.instead,
+            ..Switches::NONE
+        };
+        for (v, variable) in self.variables.iter().enumerate() {
+            let active = on >> v & 1 == 1;
+            match variable.kind {
+                Kind::Affine(i) => q[i] = place[v],
+                Kind::Bending(i) | Kind::Rotary(i) => {
+                    q[i] = place[v];
+                    switches.on[i] = active || !variable.moves;
+                }
+                Kind::Length => situation.length = Some(place[v]),
+                Kind::Kelvin(k) if active => situation.kelvin[k] = place[v],
+                Kind::Sign(i) if active => situation.sign[i] = place[v],
+                Kind::Kelvin(_) | Kind::Sign(_) => {}
+            }
+        }
+        // Inside its calibrated range, and between measured points, a motion goes on smoothly as far
+        // as the correction carries it across an end, and outside it holds the end value: so tables
+        // are smooth up to the ends.
+        situation.pieces_by = Some(q);
+        Ok(self
+            .kinematics
+            .correction_within(&q, &situation, &switches, STEP)?
+            .dq)
+    }
+
+    /// True where the correction itself carries an axis across an end of its calibrated range:
+    /// the motion bends at the corrected position, so the exact correction is no sum of products
+    /// there.
+    pub fn is_near_end(&self, place: &Place, correction: &PerAxis) -> bool {
+        self.variables
+            .iter()
+            .enumerate()
+            .any(|(v, variable)| match variable.kind {
+                Kind::Bending(i) | Kind::Rotary(i) => variable
+                    .ends
+                    .iter()
+                    .any(|end| (place[v] - end).abs() <= 2.0 * correction[i].abs()),
+                _ => false,
+            })
+    }
+
+    /// What the switches in `on` add together at a place (inclusion and exclusion).
+    pub fn added(&self, place: &Place, on: u32) -> Result<PerAxis, NotConverged> {
+        self.added_with(place, on, 0)
+    }
+
+    /// The part of that in which `always` are on.
+    fn added_with(&self, place: &Place, on: u32, always: u32) -> Result<PerAxis, NotConverged> {
+        let mut sum = PerAxis::default();
+        let mut subset = on;
+        loop {
+            if subset & always == always {
+                let sign = if (on.count_ones() - subset.count_ones()).is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                };
+                let value = self.exact(place, subset)?;
+                for (s, v) in sum.iter_mut().zip(value) {
+                    *s += sign * v;
+                }
+            }
+            if subset == 0 {
+                return Ok(sum);
+            }
+            subset = (subset - 1) & on;
+        }
+    }
+
+    /// An empty component: `nodes` says how many nodes each rich variable gets.
+    pub fn component(&self, on: u32, nodes: &[usize]) -> Component {
+        let mut component = Component {
+            on,
+            rich: Vec::new(),
+            moving: Vec::new(),
+            monomials: vec![vec![]],
+            odd: Vec::new(),
+            even: false,
+            values: Vec::new(),
+        };
+        let mut levers = Vec::new();
+        let mut bends = 0;
+        for (v, variable) in self.variables.iter().enumerate() {
+            let active = on >> v & 1 == 1;
+            match variable.kind {
+                Kind::Rotary(_) => {
+                    component.rich.push((
+                        v,
+                        if active || variable.is_uneven() {
+                            variable.positions(nodes[v])
+                        } else {
+                            variable.turning_positions(nodes[v])
+                        },
+                    ));
+                    component.moving.push(active);
+                }
+                Kind::Bending(_) if active => {
+                    component.rich.push((v, variable.positions(nodes[v])));
+                    component.moving.push(true);
+                    bends += 1;
+                }
+                Kind::Affine(_) | Kind::Bending(_) | Kind::Length => levers.push(v),
+                Kind::Kelvin(_) | Kind::Sign(_) if active => component.odd.push(v),
+                Kind::Kelvin(_) | Kind::Sign(_) => {}
+            }
+        }
+        component.monomials.extend(levers.iter().map(|v| vec![*v]));
+        // What two motions do jointly is of second order already; what temperature or the direction of
+        // travel adds to one is not.
+        let moving = component.moving.iter().filter(|m| **m).count();
+        if bends == 1 && moving == 1 {
+            for (k, &a) in levers.iter().enumerate() {
+                component
+                    .monomials
+                    .extend(levers[k..].iter().map(|b| vec![a, *b]));
+            }
+        }
+        component
+    }
+
+    /// The factor of the odd variables' ξ, with the levers at the given ξ (the others at 0) and
+    /// the rich variables at `place`.
+    fn at(
+        &self,
+        component: &Component,
+        levers: &[(usize, f64)],
+        place: &Place,
+    ) -> Result<PerAxis, NotConverged> {
+        // Without one of the odd variables both its ends are the same and cancel.
+        let odd = component.odd.iter().fold(0, |odd, v| odd | 1 << v);
+        let added = |at: &Place| self.added_with(at, component.on, odd);
+        let mut sum = self.odd_part(component, levers, place, added)?;
+        // The zero offset belongs to the part without switches, and to it alone.
+        if component.on == 0 {
+            for (s, z) in sum.iter_mut().zip(&self.zero) {
+                *s -= z;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// The coefficients of monomials of the levers' ξ, times the product of the odd variables' ξ, with the
+    /// rich variables at `place`.
+    pub fn coefficients(
+        &self,
+        component: &Component,
+        monomials: &[usize],
+        place: &Place,
+    ) -> Result<Vec<PerAxis>, NotConverged> {
+        // The monomials share the points of their stencils.
+        let mut known: Vec<(Levers, PerAxis)> = Vec::new();
+        let mut coefficients = vec![PerAxis::default(); monomials.len()];
+        for (sum, monomial) in coefficients.iter_mut().zip(monomials) {
+            for (levers, weight) in component.stencil(*monomial) {
+                let value = match known.iter().find(|(l, _)| *l == levers) {
+                    Some((_, value)) => *value,
+                    None => {
+                        let value = self.at(component, &levers, place)?;
+                        known.push((levers, value));
+                        value
+                    }
+                };
+                for (s, v) in sum.iter_mut().zip(value) {
+                    *s += weight * v;
+                }
+            }
+        }
+        Ok(coefficients)
+    }
+
+    /// Fills the values of a component.
+    pub fn fill(&self, component: &mut Component) -> Result<(), NotConverged> {
+        let shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
+        let nodes: usize = shape.iter().product();
+        // The monomials share the points of their stencils.
+        let stencils: Vec<_> = (0..component.monomials.len())
+            .map(|m| component.stencil(m))
+            .collect();
+        let mut points: Vec<Levers> = Vec::new();
+        for (levers, _) in stencils.iter().flatten() {
+            if !points.contains(levers) {
+                points.push(levers.clone());
+            }
+        }
+        let weights: Vec<Vec<f64>> = stencils
+            .iter()
+            .map(|stencil| {
+                let weight = |p: &Levers| {
+                    stencil
+                        .iter()
+                        .find(|(l, _)| l == p)
+                        .map_or(0.0, |(_, w)| *w)
+                };
+                points.iter().map(weight).collect()
+            })
+            .collect();
+        let mut rows = vec![PerAxis::default(); nodes * points.len()];
+        let mut subset = component.on;
+        loop {
+            self.take_in(component, subset, &points, &mut rows)?;
+            if subset == 0 {
+                break;
+            }
+            subset = (subset - 1) & component.on;
+        }
+        // The zero offset belongs to the part without switches, and to it alone.
+        if component.on == 0 {
+            for row in &mut rows {
+                for (value, z) in row.iter_mut().zip(&self.zero) {
+                    *value -= z;
+                }
+            }
+        }
+        let mut values = vec![PerAxis::default(); nodes * weights.len()];
+        for (weights, values) in weights.iter().zip(values.chunks_mut(nodes)) {
+            for (value, row) in values.iter_mut().zip(rows.chunks(weights.len())) {
+                for (weight, at) in weights.iter().zip(row) {
+                    for (v, a) in value.iter_mut().zip(at) {
+                        *v += weight * a;
+                    }
+                }
+            }
+        }
+        component.values = values;
+        Ok(())
+    }
+}
+
+impl Sampler<'_> {
+    /// Adds what the switches of one subset do to samples of a component (node, then point), with the
+    /// sign it has among what all of them add together.
+    fn take_in(
+        &self,
+        component: &Component,
+        subset: u32,
+        points: &[Levers],
+        rows: &mut [PerAxis],
+    ) -> Result<(), NotConverged> {
+        let has = |v: usize| subset >> v & 1 == 1;
+        if component.odd.iter().any(|v| !has(*v)) {
+            // Without one of them, both its ends are the same and cancel.
+            return Ok(());
+        }
+        let sign = if (component.on.count_ones() - subset.count_ones()).is_multiple_of(2) {
+            1.0
+        } else {
+            -1.0
+        };
+        // A bending motion that is off leaves the correction affine in its axis, and quadratic where
+        // it shifts the argument of another motion that is on: two or three positions will do.
+        let mut few = component.clone();
+        for (v, positions) in &mut few.rich {
+            let bends = matches!(self.variables[*v].kind, Kind::Bending(_));
+            if bends && !has(*v) {
+                let count = if subset == 0 { 2 } else { 3 };
+                *positions = super::variables::positions(self.variables[*v].range, count);
+            }
+        }
+        let sampled: Result<Vec<Vec<PerAxis>>, NotConverged> = (0..few.nodes())
+            .into_par_iter()
+            .with_min_len(16)
+            .map(|node| {
+                let place = few.place(node);
+                points
+                    .iter()
+                    .map(|levers| self.odd_part(&few, levers, &place, |at| self.exact(at, subset)))
+                    .collect()
+            })
+            .collect();
+        let sampled = sampled?;
+        for (node, row) in rows.chunks_mut(points.len()).enumerate() {
+            for (from, weight) in few.around(component, node) {
+                for (value, sample) in row.iter_mut().zip(&sampled[from]) {
+                    for (v, s) in value.iter_mut().zip(sample) {
+                        *v += sign * weight * s;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The factor of the odd variables' ξ in a function, with the levers at the given ξ (the others at
+    /// 0) and the rich variables at `place`.
+    fn odd_part(
+        &self,
+        component: &Component,
+        levers: &[(usize, f64)],
+        place: &Place,
+        function: impl Fn(&Place) -> Result<PerAxis, NotConverged>,
+    ) -> Result<PerAxis, NotConverged> {
+        let mut place = *place;
+        for &v in component.monomials.iter().flatten() {
+            place[v] = self.variables[v].at_coordinate(0.0);
+        }
+        for &(v, xi) in levers {
+            place[v] = self.variables[v].at_coordinate(xi);
+        }
+        let mut sum = PerAxis::default();
+        // Both ends of every odd variable, with the sign of their product; for the square both alike,
+        // less the middle.
+        for corner in 0..1_u32 << component.odd.len() {
+            let mut weight = 1.0;
+            for (k, &v) in component.odd.iter().enumerate() {
+                let end = if corner >> k & 1 == 1 { 1.0 } else { -1.0 };
+                place[v] = self.variables[v].at_coordinate(end);
+                weight *= 0.5 * if component.even { 1.0 } else { end };
+            }
+            let value = function(&place)?;
+            for (s, v) in sum.iter_mut().zip(value) {
+                *s += weight * v;
+            }
+        }
+        if component.even {
+            for &v in &component.odd {
+                place[v] = self.variables[v].at_coordinate(0.0);
+            }
+            for (s, v) in sum.iter_mut().zip(function(&place)?) {
+                *s -= v;
+            }
+        }
+        Ok(sum)
+    }
+}
+
+/// The weights of the values at some positions in their interpolating polynomial at `x`.
+fn lagrange(positions: &[f64], x: f64) -> Vec<(usize, f64)> {
+    let weight = |i: usize| {
+        let others = positions.iter().enumerate().filter(|(j, _)| *j != i);
+        let factors = others.map(|(_, p)| (x - p) / (positions[i] - p));
+        factors.product::<f64>()
+    };
+    (0..positions.len()).map(|i| (i, weight(i))).collect()
+}
+
+/// Levers that are not at 0, with their ξ.
+type Levers = Vec<(usize, f64)>;
+
+impl Component {
+    /// Points and weights whose sum is the coefficient of a monomial: exact finite differences,
+    /// for no monomial is of degree three.
+    fn stencil(&self, monomial: usize) -> Vec<(Levers, f64)> {
+        let quadratic = self.monomials.last().is_some_and(|m| m.len() == 2);
+        match self.monomials[monomial][..] {
+            [v] if quadratic => vec![(vec![(v, 1.0)], 0.5), (vec![(v, -1.0)], -0.5)],
+            [v] => vec![(vec![(v, 1.0)], 1.0), (vec![], -1.0)],
+            [v, w] if v == w => vec![
+                (vec![(v, 1.0)], 0.5),
+                (vec![(v, -1.0)], 0.5),
+                (vec![], -1.0),
+            ],
+            [v, w] => vec![
+                (vec![(v, 1.0), (w, 1.0)], 1.0),
+                (vec![(v, 1.0)], -1.0),
+                (vec![(w, 1.0)], -1.0),
+                (vec![], 1.0),
+            ],
+            _ => vec![(vec![], 1.0)],
+        }
+    }
+
+    /// The place of a rich node (affine and odd variables 0).
+    pub fn place(&self, mut node: usize) -> Place {
+        let mut place = [0.0; MAX_VARIABLES];
+        for (v, positions) in self.rich.iter().rev() {
+            place[*v] = positions[node % positions.len()];
+            node /= positions.len();
+        }
+        place
+    }
+
+    /// The nodes of this grid from which a node of another is interpolated, with their weights: the
+    /// other has more positions along some variables.
+    fn around(&self, fine: &Self, node: usize) -> Vec<(usize, f64)> {
+        let mut around = vec![(0, 1.0)];
+        let mut rest = node;
+        let mut stride = 1;
+        for ((_, few), (_, all)) in self.rich.iter().zip(&fine.rich).rev() {
+            let index = rest % all.len();
+            rest /= all.len();
+            let parts = if few.len() == all.len() {
+                vec![(index, 1.0)]
+            } else {
+                lagrange(few, all[index])
+            };
+            around = around
+                .iter()
+                .flat_map(|(n, w)| parts.iter().map(move |(i, p)| (n + i * stride, w * p)))
+                .collect();
+            stride *= few.len();
+        }
+        around
+    }
+
+    /// Number of rich nodes.
+    pub fn nodes(&self) -> usize {
+        self.rich.iter().map(|(_, p)| p.len()).product()
+    }
+
+    /// Distance in the node index between neighbours of the `k`-th rich variable.
+    pub fn stride(&self, k: usize) -> usize {
+        self.rich[k + 1..].iter().map(|(_, p)| p.len()).product()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::components::{first_order, second_order};
+    use super::super::specimen::{errors, with_rotary};
+    use super::super::variables::variables;
+    use super::*;
+
+    const RICH: &str = "[parameters]\nEYX2 = 2e-7\nECX1 = 1e-6\nEAY3 = 1e-12\nEXYb = 2e-3\n\
+        EB0A = 50e-6\nEZA2 = 5e-3\nEXCc2 = 4e-3\nEXX1 = 3e-5\n";
+
+    #[test]
+    fn what_is_filled_in_is_what_is_sampled_one_by_one() {
+        let machine = with_rotary(&[('A', [-60.0, 60.0]), ('C', [-180.0, 180.0])]);
+        let errors = errors(&machine, RICH);
+        let kinematics = Kinematics::new(&machine, &errors);
+        let variables = variables(&kinematics, 1e-6);
+        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let mut components = first_order(&sampler).unwrap();
+        components.extend(second_order(&sampler, &[1e-6; MAX_AXES], 600_000).unwrap());
+        assert!(components.len() > 6);
+        for component in &components {
+            for monomial in 0..component.monomials.len() {
+                for node in (0..component.nodes()).step_by(component.nodes() / 7 + 1) {
+                    let place = component.place(node);
+                    let one = sampler
+                        .coefficients(component, &[monomial], &place)
+                        .unwrap()[0];
+                    let filled = component.values[monomial * component.nodes() + node];
+                    for (one, filled) in one.iter().zip(filled) {
+                        // The iteration for samples ends at 5e-11; a second difference of three of
+                        // them, times four subsets.
+                        assert!((one - filled).abs() < 5e-9, "{one} and {filled}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_parts_add_up_to_the_whole() {
+        let machine = with_rotary(&[('A', [-60.0, 60.0])]);
+        let errors = errors(
+            &machine,
+            "[parameters]\nEYX2 = 2e-7\nEAY3 = 1e-12\nEB0A = 50e-6\n",
+        );
+        let kinematics = Kinematics::new(&machine, &errors);
+        let variables = variables(&kinematics, 1e-6);
+        let sampler = Sampler::new(&kinematics, &variables, PerAxis::default());
+        let switches = (0..variables.len()).filter(|v| variables[*v].is_switch());
+        let all: u32 = switches.map(|v| 1 << v).sum();
+        let mut place = [0.0; MAX_VARIABLES];
+        place[..4].copy_from_slice(&[120.0, -80.0, 45.0, 0.7]);
+        let mut sum = PerAxis::default();
+        for on in 0..=all {
+            if on & !all == 0 {
+                for (s, a) in sum.iter_mut().zip(sampler.added(&place, on).unwrap()) {
+                    *s += a;
+                }
+            }
+        }
+        let whole = sampler.exact(&place, all).unwrap();
+        for (s, w) in sum.iter().zip(whole) {
+            assert!((s - w).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Tables with peaks, seen at many positions: how many points they take, with straight lines and with
+//! cubics, and their values between.
+
+use super::between;
+use super::cover::Function;
+use super::cubic;
+use super::limits::{
+    LEAST_INTERVALS, LEAST_SEEN, MOST_INTERVALS, MOST_OF_HALF, MOST_SEEN, SEEN_PER_PEAK,
+};
+use super::points::Grid;
+use super::spline;
+use super::tables::{Found, Sampled};
+use super::variables::{Kind, Variable};
+use nalgebra::DMatrix;
+use std::collections::BTreeMap;
+use trueaxis_model::kinematics::{NotConverged, Policy};
+use trueaxis_model::machine::PerAxis;
+
+/// A variable's tables at the beginnings and middles of so many intervals, which see every peak.
+pub struct Seen {
+    grid: Grid,
+    wraps: bool,
+    tables: Sampled,
+    /// What straight lines between the points leave, and what cubics on these intervals do (in units of
+    /// the tolerance).
+    errors: [f64; 2],
+    /// If polynomials tell what is between.
+    is_dense: bool,
+}
+
+/// Where tables of a variable are looked at, if it has no kinks and the policy makes peaks.
+pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
+    let Policy::Direction { damping } = policy else {
+        return None;
+    };
+    if !variable.is_rich() || !cubic::may_be(variable) {
+        return None;
+    }
+    // A peak is as wide as the damping; a few points on it are enough to tell, for the tables are
+    // measured anyway.
+    let [low, high] = variable.range;
+    let intervals = match variable.kind {
+        Kind::Rotary(_) => (SEEN_PER_PEAK * (high - low) / damping) as usize,
+        _ => LEAST_SEEN,
+    };
+    Some(cubic::grid(
+        variable,
+        intervals.clamp(LEAST_SEEN, MOST_SEEN),
+    ))
+}
+
+impl Seen {
+    /// Looks at the tables whose variable has no kinks, where the policy makes peaks.
+    pub fn all(found: &Found<'_>) -> Result<BTreeMap<usize, Self>, NotConverged> {
+        let bent = found.tables().into_iter().map(|(v, (bent, _))| (v, bent));
+        let bent = bent.filter(|(_, bent)| !bent.is_empty());
+        let seen = bent.filter_map(|(v, bent)| {
+            let variable = &found.sampler.variables[v];
+            let grid = grid(found.sampler.kinematics.policy, variable)?;
+            Some(Self::of(found, v, &bent, grid).map(|seen| (v, seen)))
+        });
+        seen.collect()
+    }
+
+    fn of(
+        found: &Found<'_>,
+        v: usize,
+        functions: &[Function],
+        grid: Grid,
+    ) -> Result<Self, NotConverged> {
+        let wraps = found.sampler.variables[v].wraps;
+        let at: Vec<f64> = grid.sampled_at(wraps).collect();
+        let tables = found.sample(v, functions, &at)?;
+        Ok(Self {
+            errors: found.errors_on(v, &tables, &grid),
+            is_dense: found.error_of_half(v, &tables, wraps) < MOST_OF_HALF,
+            grid,
+            wraps,
+            tables,
+        })
+    }
+
+    /// The tables (positions × tables) at positions within the range, from what was seen of them; `None` if
+    /// that does not tell.
+    pub fn between(&self, at: &[f64]) -> Option<DMatrix<f64>> {
+        if !self.is_dense {
+            return None;
+        }
+        let values = &self.tables.values;
+        let around = |x: &f64| {
+            let steps = (x - self.grid.start) / (0.5 * self.grid.step);
+            between::around(steps, values.nrows(), self.wraps)
+        };
+        let around: Vec<_> = at.iter().map(around).collect();
+        let mut all = DMatrix::zeros(at.len(), values.ncols());
+        for (mut to, column) in all.column_iter_mut().zip(values.column_iter()) {
+            let column = column.as_slice();
+            for (to, around) in to.as_mut_slice().iter_mut().zip(&around) {
+                *to = around.iter().map(|(k, w)| w * column[*k]).sum();
+            }
+        }
+        Some(all)
+    }
+
+    /// How many intervals leave `most`, of straight lines and of cubics: their errors fall with the square
+    /// and with the fourth power of the distance.
+    pub fn wanted(&self, most: f64) -> [usize; 2] {
+        let wanted = |k: usize, power: f64| {
+            let more = (self.errors[k] / (0.85 * most)).powf(1.0 / power);
+            let wanted = (self.grid.intervals as f64 * more).ceil() as usize;
+            wanted.clamp(LEAST_INTERVALS, MOST_INTERVALS)
+        };
+        [wanted(0, 2.0), wanted(1, 4.0)]
+    }
+}
+
+impl Found<'_> {
+    /// How far straight lines between the values of a variable's tables on a grid, and how far cubics on
+    /// the same intervals, may lead each output astray, in units of its tolerance: table by table at the
+    /// points and between them, with the other factors at their peaks.
+    fn errors_on(&self, v: usize, truth: &Sampled, grid: &Grid) -> [f64; 2] {
+        let coefficients = Sampled {
+            functions: truth.functions.clone(),
+            values: spline::coefficients(&truth.values, self.sampler.variables[v].wraps),
+        };
+        let (count, rows) = (coefficients.values.nrows(), truth.values.nrows());
+        let mut worst = [0.0; 2];
+        for row in 0..rows {
+            let (first, t) = match row / 2 {
+                k if k < grid.intervals => (k, 0.5 * (row % 2) as f64),
+                k => (k - 1, 1.0),
+            };
+            let weights = spline::weights(t).into_iter().enumerate();
+            let weights: Vec<_> = weights.map(|(i, w)| ((first + i) % count, w)).collect();
+            let line: &[_] = match row % 2 {
+                0 => &[(row, 1.0)],
+                _ => &[(row - 1, 0.5), ((row + 1) % rows, 0.5)],
+            };
+            let of_lines = self.errors_at(v, (truth, line), (truth, row));
+            let of_cubics = self.errors_at(v, (&coefficients, &weights), (truth, row));
+            worst = [most(worst[0], &of_lines), most(worst[1], &of_cubics)];
+        }
+        worst
+    }
+
+    /// How far polynomials through every other sample lead astray at the others.
+    fn error_of_half(&self, v: usize, truth: &Sampled, wraps: bool) -> f64 {
+        let rows = truth.values.nrows();
+        let odd = (1..rows).step_by(2);
+        odd.fold(0.0, |worst, row| {
+            let around = between::around(0.5 * row as f64, rows.div_ceil(2), wraps);
+            let weights: Vec<_> = around.into_iter().map(|(k, w)| (2 * k, w)).collect();
+            most(worst, &self.errors_at(v, (truth, &weights), (truth, row)))
+        })
+    }
+}
+
+fn most(worst: f64, errors: &PerAxis) -> f64 {
+    errors.iter().fold(worst, |w, e| w.max(*e))
+}

@@ -1,0 +1,129 @@
+//! From a structure to tables with points.
+
+use super::basis::Basis;
+use super::cover::{Function, Structure};
+use super::generators::Generator;
+use super::sampling::{Component, Sampler};
+use super::variables::{Kind, Variable};
+use nalgebra::DMatrix;
+use std::collections::{BTreeMap, HashMap};
+use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// Everything found about a correction.
+pub struct Found<'a> {
+    pub sampler: &'a Sampler<'a>,
+    pub components: &'a [Component],
+    pub bases: &'a [Basis],
+    pub tolerance: &'a PerAxis,
+    pub structure: &'a Structure,
+}
+
+/// Values of one variable's tables at some positions.
+pub struct Sampled {
+    /// The tables, in the order of the columns.
+    pub functions: Vec<Function>,
+    /// Positions × tables.
+    pub values: DMatrix<f64>,
+}
+
+impl Found<'_> {
+    /// The tables of one variable, at positions in its kinematic unit.
+    pub fn sample(
+        &self,
+        v: usize,
+        functions: &[Function],
+        at: &[f64],
+    ) -> Result<Sampled, NotConverged> {
+        let basis = &self.bases[v];
+        let variable = &self.sampler.variables[v];
+        let known = functions
+            .iter()
+            .all(|f| matches!(f, Function::Generator(_) | Function::Sign));
+        let all = if known {
+            DMatrix::zeros(0, 0)
+        } else {
+            basis.values(v, self.sampler, self.components, self.tolerance, at)?
+        };
+        let value = |i: usize, function: &Function| match function {
+            Function::Generator(generator) => generator.value(variable, at[i]),
+            Function::Numeric(k) => all[(i, *k)],
+            Function::Merged(id) => {
+                let coefficients = &self.structure.merged[*id].coefficients;
+                coefficients
+                    .iter()
+                    .enumerate()
+                    .map(|(k, c)| c * all[(i, k)])
+                    .sum()
+            }
+            Function::Sign => at[i],
+        };
+        Ok(Sampled {
+            functions: functions.to_vec(),
+            values: DMatrix::from_fn(at.len(), functions.len(), |i, k| value(i, &functions[k])),
+        })
+    }
+
+    /// True for tables that are straight lines over the whole range.
+    pub fn is_straight(&self, v: usize, function: &Function) -> bool {
+        match function {
+            Function::Generator(Generator::Coordinate) => true,
+            Function::Merged(id) => {
+                let products = &self.bases[v].products;
+                let coefficients = &self.structure.merged[*id].coefficients;
+                coefficients.iter().enumerate().all(|(k, c)| {
+                    *c == 0.0
+                        || k == 0
+                        || matches!(
+                            products.get(k).map(Vec::as_slice),
+                            Some([Generator::Coordinate])
+                        )
+                })
+            }
+            _ => false,
+        }
+    }
+
+    /// Tables in use per variable, the bent ones and the straight ones.
+    pub fn tables(&self) -> BTreeMap<usize, (Vec<Function>, Vec<Function>)> {
+        let mut tables: BTreeMap<usize, (Vec<Function>, Vec<Function>)> = BTreeMap::new();
+        for (v, function) in self.structure.tables() {
+            let (bent, straight) = tables.entry(v).or_default();
+            if self.is_straight(v, &function) {
+                straight.push(function);
+            } else {
+                bent.push(function);
+            }
+        }
+        tables
+    }
+}
+
+/// Which runtime input a variable is, and how its values convert to the input's unit.
+pub fn input(machine: &Machine, variables: &[Variable], v: usize) -> (u8, f64) {
+    let axes = machine.axes.len();
+    let with_length = usize::from(variables.iter().any(|w| w.kind == Kind::Length));
+    match variables[v].kind {
+        Kind::Affine(i) | Kind::Bending(i) => (i as u8, 1.0),
+        Kind::Rotary(i) => (i as u8, 1.0_f64.to_degrees()),
+        Kind::Sign(i) => (i as u8, 1.0),
+        Kind::Length => (axes as u8, 1.0),
+        Kind::Kelvin(k) => ((axes + with_length + k) as u8, 1.0),
+    }
+}
+
+/// A number for each table, for evaluation in f64 at one place.
+pub fn values_at(
+    sampled: &BTreeMap<usize, Sampled>,
+    row: usize,
+) -> HashMap<(usize, Function), f64> {
+    sampled
+        .iter()
+        .flat_map(|(v, s)| {
+            s.functions
+                .iter()
+                .enumerate()
+                .map(move |(k, f)| ((*v, *f), s.values[(row, k)]))
+        })
+        .collect()
+}

@@ -1,0 +1,116 @@
+//! A structure is tried before its tables get points.
+
+use super::cover::Function;
+use super::limits::TRIALS;
+use super::sampling::Sampler;
+use super::seen;
+use super::tables::{self, Found, Sampled};
+use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
+use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::machine::PerAxis;
+
+/// A random place in the calibrated ranges, with a random direction of travel where it counts.
+pub fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
+    let mut place = [0.0; MAX_VARIABLES];
+    for (x, variable) in place.iter_mut().zip(variables) {
+        let [low, high] = variable.calibrated;
+        *x = match variable.kind {
+            Kind::Sign(_) => {
+                if random.random::<bool>() {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+            _ => low + (high - low) * random.random::<f64>(),
+        };
+    }
+    place
+}
+
+/// Moves every variable to the nearer end of its calibrated range, or as near to it as no motion holds
+/// there for a correction of 1 %: corners are where most effects are largest.
+pub fn to_corner(variables: &[Variable], place: &mut Place) {
+    for (x, variable) in place.iter_mut().zip(variables) {
+        let [low, high] = variable.calibrated;
+        let inset = if variable.ends.is_empty() {
+            0.0
+        } else {
+            0.01 * (high - low)
+        };
+        *x = if *x < 0.5 * (low + high) {
+            low + inset
+        } else {
+            high - inset
+        };
+    }
+}
+
+/// The nearest of some positions; the position itself if there are none.
+fn nearest(positions: &[f64], x: f64) -> f64 {
+    let near = |a: &&f64, b: &&f64| (**a - x).abs().total_cmp(&(**b - x).abs());
+    positions.iter().min_by(near).copied().unwrap_or(x)
+}
+
+/// Random places with their exact corrections.
+pub struct Trials {
+    places: Vec<Place>,
+    corrections: Vec<PerAxis>,
+}
+
+impl Trials {
+    /// Draws them.
+    pub fn new(sampler: &Sampler<'_>) -> Result<Self, NotConverged> {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let (mut places, mut corrections) = (Vec::new(), Vec::new());
+        // Where tables are looked at anyway, samples are there twice for the work of one.
+        let policy = sampler.kinematics.policy;
+        let looks = |variable: &Variable| {
+            let grid = seen::grid(policy, variable);
+            grid.map_or_else(Vec::new, |grid| grid.sampled_at(variable.wraps).collect())
+        };
+        let seen: Vec<Vec<f64>> = sampler.variables.iter().map(looks).collect();
+        for number in 0..TRIALS {
+            let mut place = random_place(sampler.variables, &mut random);
+            if number % 2 == 0 {
+                to_corner(sampler.variables, &mut place);
+            }
+            for (x, seen) in place.iter_mut().zip(&seen) {
+                *x = nearest(seen, *x);
+            }
+            let exact = sampler.exact(&place, u32::MAX)?;
+            if sampler.is_near_end(&place, &exact) {
+                continue;
+            }
+            places.push(place);
+            corrections.push(std::array::from_fn(|i| exact[i] - sampler.zero[i]));
+        }
+        Ok(Self {
+            places,
+            corrections,
+        })
+    }
+
+    /// Largest difference of the structure to the exact correction, in units of the tolerance.
+    pub fn error(&self, found: &Found<'_>) -> Result<f64, NotConverged> {
+        let mut sampled: BTreeMap<usize, Sampled> = BTreeMap::new();
+        for (v, (bent, straight)) in found.tables() {
+            let functions: Vec<Function> = bent.into_iter().chain(straight).collect();
+            let at: Vec<f64> = self.places.iter().map(|p| p[v]).collect();
+            sampled.insert(v, found.sample(v, &functions, &at)?);
+        }
+        let mut worst = 0.0_f64;
+        for (row, exact) in self.corrections.iter().enumerate() {
+            let values = tables::values_at(&sampled, row);
+            let outputs = found.sampler.kinematics.machine.axes.len();
+            let sums = found.structure.evaluate(&values, outputs);
+            for ((s, e), t) in sums.iter().zip(exact).zip(found.tolerance) {
+                worst = worst.max((s - e / t).abs());
+            }
+        }
+        Ok(worst)
+    }
+}

@@ -1,0 +1,270 @@
+//! What rotary positions do to small errors on their way to the corrections: sines and cosines, and
+//! what is divided by them.
+
+use super::variables;
+use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::f64::consts::TAU;
+use trueaxis_model::errors::{Parameter, ParameterKind, Situation, Switches};
+use trueaxis_model::kinematics::{Kinematics, Linearised};
+use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+
+/// How many nodes see what a rotary axis does with its motions off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turning {
+    /// Where nothing bends: constant errors, to second order.
+    pub base: usize,
+    /// Where motions of other axes are on: first order.
+    pub others: usize,
+}
+
+/// Nodes at which functions are counted: more than any axis has had.
+const SEEN: usize = 17;
+/// The second order of constant errors has nine functions: products of sine and cosine.
+const BASE: usize = 13;
+/// Random positions of the other axes at which they are.
+const PLACES: usize = 6;
+/// More nodes than functions.
+const SPARE: usize = 2;
+/// Corrections that differ by less than this part of the largest, which counts as 0.01 mm at least, are the same:
+/// they are iterated to 1e-12 mm or rad.
+const ALIKE: f64 = 1e-10;
+/// An angle (rad) counts like a displacement (mm) on a lever of this length.
+const LEVER: f64 = 300.0;
+
+/// Positions along a rotary axis whose motions are off, where everything repeats after a turn:
+/// evenly over one, if the range is not smaller.
+pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+    if high - low < TAU {
+        return variables::positions([low, high], count);
+    }
+    (0..count)
+        .map(|k| low + TAU * (k as f64 + 0.5) / count as f64)
+        .collect()
+}
+
+impl Turning {
+    /// Of what is no rotary axis.
+    pub const NONE: Self = Self { base: 1, others: 1 };
+    /// Of a rotary axis whose motions are never off: up to three or so times five functions, and
+    /// the first of them.
+    pub const UNEVEN: Self = Self {
+        base: 33,
+        others: 17,
+    };
+
+    /// Of a rotary axis; functions smaller than `relative` of the largest do not count.
+    pub fn of(kinematics: &Kinematics<'_>, index: usize, relative: f64) -> Self {
+        if turns_all_alike(kinematics, index) {
+            let count = 1 + SPARE;
+            return Self {
+                base: count,
+                others: count,
+            };
+        }
+        let machine = kinematics.machine;
+        let range = machine.axes[index].travel.map(f64::to_radians);
+        let at = positions(range, SEEN);
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        let mut columns = Vec::new();
+        for _ in 0..PLACES {
+            let start = within_travel(machine, &mut random);
+            let rows: Vec<Vec<f64>> = at
+                .iter()
+                .map(|x| {
+                    let mut q = start;
+                    q[index] = *x;
+                    responses(kinematics, &q)
+                })
+                .collect();
+            for column in 0..rows[0].len() {
+                columns.extend(rows.iter().map(|row| row[column]));
+            }
+        }
+        let samples = DMatrix::from_vec(SEEN, columns.len() / SEEN, columns);
+        // Eigenvalues are squares, and good to 1e-15 of the largest.
+        let values = (&samples * samples.transpose()).symmetric_eigenvalues();
+        let least = relative.powi(2).max(1e-14) * values.amax();
+        let count = values.iter().filter(|v| **v > least).count() + SPARE;
+        // Products of sine and cosine up to degree two, unless the solution divides by them.
+        let first_order = DMatrix::from_fn(SEEN, 5, |i, k| {
+            let (s, c) = at[i].sin_cos();
+            [1.0, c, s, c * c, s * c][k]
+        });
+        let q = first_order.qr().q();
+        let rest = &samples - &q * (q.transpose() * &samples);
+        if rest.norm_squared() > least {
+            let all = (count + SPARE).min(BASE);
+            return Self {
+                base: all,
+                others: all,
+            };
+        }
+        Self {
+            base: BASE,
+            others: count,
+        }
+    }
+}
+
+/// True if the correction does not depend on where a rotary axis stands: the last one before the workpiece, or
+/// before the tool, without motions of its own that vary, turns everything alike.
+fn turns_all_alike(kinematics: &Kinematics<'_>, index: usize) -> bool {
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let mut situation = Situation {
+        sign: [1.0; MAX_AXES],
+        ..Situation::default()
+    };
+    for (kelvin, sensor) in situation.kelvin.iter_mut().zip(&kinematics.errors.sensors) {
+        *kelvin = sensor.range_kelvin[1];
+    }
+    (0..PLACES).all(|_| {
+        let start = within_travel(kinematics.machine, &mut random);
+        // Anywhere: at even parts of a turn harmonics are alike too.
+        let others = [(); 2].map(|()| within_travel(kinematics.machine, &mut random));
+        let all = std::iter::once(start).chain(others);
+        let mut corrections = all.map(|other| {
+            let mut q = start;
+            q[index] = other[index];
+            let found = kinematics.correction(&q, &situation, &Switches::ALL);
+            found.ok().map(|correction| correction.dq)
+        });
+        let Some(Some(first)) = corrections.next() else {
+            return false;
+        };
+        let most = ALIKE * first.iter().fold(0.01_f64, |most, c| most.max(c.abs()));
+        corrections.all(|other| {
+            other.is_some_and(|other| {
+                let mut pairs = first.iter().zip(other);
+                pairs.all(|(a, b)| (a - b).abs() <= most)
+            })
+        })
+    })
+}
+
+/// A random position in the travel (mm, rad).
+pub fn within_travel(machine: &Machine, random: &mut Pcg64Mcg) -> PerAxis {
+    std::array::from_fn(|i| match machine.axes.get(i) {
+        Some(axis) => {
+            let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
+            low + (high - low) * random.random::<f64>()
+        }
+        None => 0.0,
+    })
+}
+
+/// The corrections (mm, rad times a lever) of every small location and motion error of every axis,
+/// linearised at a position.
+pub fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
+    let machine = kinematics.machine;
+    let linearised = Linearised::new(kinematics, q, &Situation::default());
+    let Some(solver) = kinematics.jacobian(q, None).solver(kinematics.policy) else {
+        return Vec::new();
+    };
+    let mut all = Vec::new();
+    for axis in machine.axes.iter().map(|a| a.letter.char()) {
+        for kind in [ParameterKind::Inter, ParameterKind::Degree(0)] {
+            for component in 0..6 {
+                let parameter = Parameter {
+                    component,
+                    axis,
+                    kind,
+                };
+                let Some(twist) = linearised.column(parameter) else {
+                    continue;
+                };
+                let unit = if component < 3 { 1.0 } else { LEVER.recip() };
+                let correction = solver.correct(&twist);
+                all.extend(machine.axes.iter().zip(correction).map(|(output, c)| {
+                    let lever = if output.letter.is_rotary() {
+                        LEVER
+                    } else {
+                        1.0
+                    };
+                    c * unit * lever
+                }));
+            }
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::specimen::{errors, with_rotary};
+    use super::*;
+    use trueaxis_model::kinematics::Policy;
+
+    fn of(machine: &Machine, index: usize, relative: f64) -> Turning {
+        // A motion of each, so that none turns everything alike.
+        let rotary = machine.axes.iter().filter(|axis| axis.letter.is_rotary());
+        let motions = rotary.map(|axis| format!("EX{}1 = 1e-3\n", axis.letter.char()));
+        let text: String = motions.collect();
+        let errors = errors(machine, &format!("[parameters]\n{text}"));
+        let kinematics = Kinematics::new(machine, &errors).with_policy(Policy::Orientation);
+        Turning::of(&kinematics, index, relative)
+    }
+
+    #[test]
+    fn two_rotary_axes_have_the_five_functions_of_first_order() {
+        let machine = with_rotary(&[('A', [-120.0, 120.0]), ('C', [-360.0, 360.0])]);
+        for index in [3, 4] {
+            let turning = of(&machine, index, 1e-8);
+            assert!(turning.others <= 5 + SPARE, "{turning:?}");
+            assert_eq!(turning.base, BASE);
+        }
+    }
+
+    #[test]
+    fn what_turns_everything_alike_needs_no_nodes() {
+        let machine = with_rotary(&[('A', [-120.0, 120.0]), ('C', [-360.0, 360.0])]);
+        let last = |text: &str| {
+            let errors = errors(&machine, text);
+            let kinematics = Kinematics::new(&machine, &errors);
+            [3, 4].map(|index| turns_all_alike(&kinematics, index))
+        };
+        let location = "[parameters]\nEX0A = 20e-3\nEB0A = 40e-6\nEX0C = 30e-3\nEA0C = 1e-4\n";
+        // One of them stands next to the workpiece or to the tool, the other between.
+        let found = last(location);
+        assert!(found[0] != found[1], "{found:?}");
+        let own = last(&format!("{location}EXC1 = 1e-3\nEXA1 = 1e-3\n"));
+        assert_eq!(own, [false, false]);
+        let backlash = last(&format!("{location}EXCb = 1e-3\nEXAb = 1e-3\n"));
+        assert_eq!(backlash, [false, false]);
+        for harmonic in 1..=8 {
+            let text = format!("[parameters]\nEXCc{harmonic} = 1e-3\nEXAs{harmonic} = 1e-3\n");
+            assert_eq!(last(&text), [false, false], "{text}");
+        }
+    }
+
+    #[test]
+    fn a_narrow_axis_needs_fewer() {
+        let wide = with_rotary(&[('A', [-120.0, 120.0])]);
+        let narrow = with_rotary(&[('A', [-3.0, 3.0])]);
+        let nodes = |machine: &Machine| of(machine, 3, 1e-3).others;
+        assert!(nodes(&narrow) < nodes(&wide));
+    }
+
+    #[test]
+    fn the_solution_divides_by_the_middle_one_of_three() {
+        let machine = with_rotary(&[
+            ('A', [-45.0, 45.0]),
+            ('B', [-45.0, 45.0]),
+            ('C', [-45.0, 45.0]),
+        ]);
+        let middle = of(&machine, 4, 1e-8);
+        assert!(
+            middle.base == middle.others && middle.others > 5 + SPARE,
+            "{middle:?}"
+        );
+    }
+
+    #[test]
+    fn positions_over_more_than_a_turn_are_even_over_one() {
+        let at = positions([-TAU, TAU], 4);
+        for pair in at.windows(2) {
+            assert!((pair[1] - pair[0] - TAU / 4.0).abs() < 1e-15);
+        }
+    }
+}

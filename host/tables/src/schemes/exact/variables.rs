@@ -1,0 +1,389 @@
+//! What a correction depends on: axis positions, directions, tool length, temperatures.
+
+use super::peaks;
+use super::turning::{self, Turning};
+use trueaxis_model::errors::{MAX_SENSORS, Motion};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::MAX_AXES;
+
+/// The most variables: axes, directions, tool length, temperatures.
+pub const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
+
+/// A value for each variable (mm, rad, K, ±1), in the order of [`variables`].
+pub type Place = [f64; MAX_VARIABLES];
+
+/// What a variable stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// Position of a linear axis whose motions are affine: the correction is affine in it.
+    Affine(usize),
+    /// Position of a linear axis with error motions that bend.
+    Bending(usize),
+    /// Position of a rotary axis.
+    Rotary(usize),
+    /// Tool length: the correction is affine in it.
+    Length,
+    /// Temperature of a sensor from its reference.
+    Kelvin(usize),
+    /// Direction of travel of an axis: +1, −1, 0 if unknown.
+    Sign(usize),
+}
+
+/// One variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// What it stands for.
+    pub kind: Kind,
+    /// Its range (mm, rad, K; −1…1).
+    pub range: [f64; 2],
+    /// True if its range is one turn after which everything repeats.
+    pub wraps: bool,
+    /// Where its functions may have a kink: points of tabulated motions, ends of the calibrated range.
+    pub kinks: Vec<f64>,
+    /// Where the tolerance is to hold: the calibrated part of the range.
+    pub calibrated: [f64; 2],
+    /// The ends of the calibrated range that lie inside the travel. The motion holds from where
+    /// the *corrected* position passes an end, so near them, within the correction itself, the
+    /// exact correction is no sum of products.
+    pub ends: Vec<f64>,
+    /// True if the axis has error motions that vary along it. They can be switched off; what is
+    /// left along a rotary axis are its sines and cosines, along a linear one its coordinate.
+    pub moves: bool,
+    /// How many nodes see all of its functions with its motions on.
+    pub nodes: usize,
+    /// How many nodes of a rotary axis see all of its functions with its motions off.
+    pub turning: Turning,
+    /// Further nodes of a rotary axis, at the peaks of the correction.
+    pub peaks: Vec<f64>,
+}
+
+impl Variable {
+    /// True for variables whose functions are found numerically, node by node.
+    pub fn is_rich(&self) -> bool {
+        matches!(self.kind, Kind::Bending(_) | Kind::Rotary(_))
+    }
+
+    /// Positions over the calibrated range at which all of its functions are seen.
+    pub fn many(&self) -> Vec<f64> {
+        let [low, high] = self.calibrated;
+        let count = self.nodes.max(self.turning.base);
+        let mut all = self.with_peaks(positions(self.calibrated, count));
+        all.retain(|x| (low..=high).contains(x));
+        all
+    }
+
+    /// True for variables that can be switched off: the correction is split into what is there
+    /// without them and what each, and each pair, adds.
+    pub fn is_switch(&self) -> bool {
+        self.moves || matches!(self.kind, Kind::Kelvin(_) | Kind::Sign(_))
+    }
+
+    /// Middle and half of the range.
+    fn middle(&self) -> [f64; 2] {
+        let [low, high] = self.range;
+        [0.5 * (low + high), 0.5 * (high - low)]
+    }
+
+    /// The position at which the coordinate ξ is 0, and the largest distance from it.
+    ///
+    /// Powers of ξ must stay apart, so along a motion that bends ξ is counted from the middle of
+    /// a range on one side of 0. Elsewhere nothing is of a degree above two, and a coordinate from
+    /// 0 has fewer terms.
+    fn origin(&self) -> [f64; 2] {
+        let [middle, half] = self.middle();
+        if matches!(self.kind, Kind::Bending(_)) && middle.abs() > 0.5 * half {
+            return [middle, half];
+        }
+        [0.0, self.range[0].abs().max(self.range[1].abs())]
+    }
+
+    /// The coordinate ξ of a position: −1…1.
+    pub fn coordinate(&self, x: f64) -> f64 {
+        let [zero, scale] = self.origin();
+        (x - zero) / scale
+    }
+
+    /// The position of a coordinate ξ.
+    pub fn at_coordinate(&self, xi: f64) -> f64 {
+        let [zero, scale] = self.origin();
+        zero + xi * scale
+    }
+
+    /// True for rotary axes so narrow that 1, sine, cosine and their products are nearly
+    /// dependent.
+    fn is_narrow(&self) -> bool {
+        self.middle()[1] < NARROW
+    }
+
+    /// The sine of a rotary position, the odd generator: on a narrow range, from its middle and in
+    /// units of its largest value.
+    pub fn sine(&self, x: f64) -> f64 {
+        if !self.is_narrow() {
+            return x.sin();
+        }
+        let [middle, half] = self.middle();
+        (x - middle).sin() / half.sin()
+    }
+
+    /// The cosine of a rotary position, the even generator: on a narrow range, from its middle and
+    /// stretched so that it takes −1…1 like the second Chebyshev polynomial.
+    pub fn cosine(&self, x: f64) -> f64 {
+        if !self.is_narrow() {
+            return x.cos();
+        }
+        let [middle, half] = self.middle();
+        2.0 * ((0.5 * (x - middle)).sin() / (0.5 * half).sin()).powi(2) - 1.0
+    }
+
+    /// Where to sample for a position: on a kink, a little to either side, for what motions do to
+    /// the arguments of others steps there.
+    pub fn sides(&self, x: f64) -> Vec<f64> {
+        let [low, high] = self.range;
+        let near = KINK * (high - low);
+        let next = self.kinks.partition_point(|k| *k < x - near);
+        match self.kinks.get(next) {
+            // At an end of the calibrated range only the inner side counts.
+            Some(kink) if *kink <= x + near && !self.ends.contains(kink) => {
+                vec![kink - 2.0 * near, kink + 2.0 * near]
+            }
+            _ => vec![x],
+        }
+    }
+
+    /// True for a rotary axis whose motions are never off.
+    pub fn is_uneven(&self) -> bool {
+        self.turning == Turning::UNEVEN
+    }
+
+    /// The node positions with its motions on: Chebyshev points with both ends, which keep
+    /// polynomials and trigonometric functions well apart; and those at peaks.
+    pub fn positions(&self, count: usize) -> Vec<f64> {
+        self.with_peaks(positions(self.range, count))
+    }
+
+    /// With the nodes at peaks, in order.
+    fn with_peaks(&self, mut nodes: Vec<f64>) -> Vec<f64> {
+        nodes.extend(&self.peaks);
+        nodes.sort_by(f64::total_cmp);
+        nodes
+    }
+
+    /// The node positions of a rotary axis with its motions off, where everything repeats after a
+    /// turn: evenly over one, if the range is not smaller.
+    pub fn turning_positions(&self, count: usize) -> Vec<f64> {
+        self.with_peaks(turning::positions(self.range, count))
+    }
+}
+
+/// Rotary axes with less than this to either side of their middle (80°) count as narrow: beyond,
+/// the nine products of sine and cosine up to degree four have a condition number below 1e4.
+const NARROW: f64 = 1.4;
+
+/// A position is on a kink if it is nearer than this part of the range: ten times the rounding of
+/// positions to f32.
+const KINK: f64 = 1e-6;
+
+/// Chebyshev points of a range, with both ends.
+pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+    let (mid, half) = (0.5 * (low + high), 0.5 * (high - low));
+    (0..count)
+        .map(|k| {
+            let angle = std::f64::consts::PI * k as f64 / (count - 1) as f64;
+            mid - half * angle.cos()
+        })
+        .collect()
+}
+
+/// True if motions of rotary axes are better switched than sampled together: where a grid of all
+/// of them is too large.
+fn separates(kinematics: &Kinematics<'_>) -> bool {
+    let rotary = kinematics.machine.axes.iter().enumerate();
+    let uneven: Vec<usize> = rotary
+        .filter(|(_, axis)| axis.letter.is_rotary())
+        .map(|(index, _)| index)
+        .collect();
+    uneven.len() > 2
+        || uneven.iter().any(|i| {
+            let mut motions = kinematics.errors.motions[*i].iter();
+            motions.any(|m| m.table.is_some() || !m.harmonics.is_empty())
+        })
+}
+
+/// The variables of a machine with its errors; `relative` is the part of a correction that does not
+/// count.
+pub fn variables(kinematics: &Kinematics<'_>, relative: f64) -> Vec<Variable> {
+    let (machine, errors) = (kinematics.machine, kinematics.errors);
+    let separates = separates(kinematics);
+    let mut variables = Vec::new();
+    for (index, axis) in machine.axes.iter().enumerate() {
+        let range = axis.travel.map(|t| axis.to_kinematic(t));
+        let bends = errors.bends(machine, index);
+        let kind = match (axis.letter.is_rotary(), bends) {
+            (true, _) => Kind::Rotary(index),
+            (false, true) => Kind::Bending(index),
+            (false, false) => Kind::Affine(index),
+        };
+        let [low, high] = range;
+        let inside = |k: &f64| *k > low + 1e-9 && *k < high - 1e-9;
+        let mut ends = Vec::new();
+        let mut calibrated = range;
+        if errors.motions[index].iter().any(Motion::holds) {
+            let [from, to] = errors.calibrated[index];
+            ends.extend([from, to].into_iter().filter(inside));
+            if from < high && to > low {
+                calibrated = [from.max(low), to.min(high)];
+            }
+        }
+        let mut kinks = ends.clone();
+        for motion in &errors.motions[index] {
+            if let Some(table) = &motion.table {
+                kinks.extend(table.at.iter().copied().filter(inside));
+            }
+        }
+        kinks.sort_by(f64::total_cmp);
+        kinks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        let varies = errors.motions[index].iter().any(Motion::varies);
+        let uneven = axis.letter.is_rotary() && varies;
+        let moves = bends || (uneven && separates);
+        let motions = errors.motions[index].iter();
+        let tables: Vec<_> = motions.filter_map(|m| m.table.as_ref()).collect();
+        let tabulated = !tables.is_empty();
+        let degree = errors.motions[index]
+            .iter()
+            .map(|m| m.coefficients.len().saturating_sub(1))
+            .max()
+            .unwrap_or(0);
+        let directed = tables.iter().any(|t| t.negative.is_some());
+        let nodes = match (axis.letter.is_rotary(), tabulated, directed) {
+            // Six motions, each times five products of sine and cosine, and their second order; as
+            // many again in the other direction.
+            (true, true, true) => 65,
+            (true, true, false) => 45,
+            (true, false, _) => 33,
+            (false, true, true) => 35,
+            (false, true, false) => 21,
+            // Polynomials: their products with the coordinate and their second order.
+            (false, false, _) => (2 * degree + 5).clamp(15, 21),
+        };
+        variables.push(Variable {
+            kind,
+            range,
+            wraps: axis.modulo,
+            calibrated,
+            kinks,
+            ends,
+            moves,
+            nodes,
+            turning: if uneven && !separates {
+                Turning::UNEVEN
+            } else if axis.letter.is_rotary() {
+                Turning::of(kinematics, index, relative)
+            } else {
+                Turning::NONE
+            },
+            peaks: if axis.letter.is_rotary() {
+                peaks::nodes(kinematics, index)
+            } else {
+                Vec::new()
+            },
+        });
+    }
+    let plain = |kind, range| Variable {
+        kind,
+        range,
+        wraps: false,
+        calibrated: range,
+        kinks: Vec::new(),
+        ends: Vec::new(),
+        moves: false,
+        nodes: 2,
+        turning: Turning::NONE,
+        peaks: Vec::new(),
+    };
+    if let Some(range) = machine.length_range {
+        variables.push(plain(Kind::Length, range));
+    }
+    for (sensor, thermal) in errors.sensors.iter().enumerate() {
+        variables.push(plain(Kind::Kelvin(sensor), thermal.range_kelvin));
+    }
+    for index in 0..machine.axes.len() {
+        if errors.reverses(index) {
+            variables.push(plain(Kind::Sign(index), [-1.0, 1.0]));
+        }
+    }
+    variables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::generators::products;
+    use super::super::specimen::{errors, machine, with_rotary};
+    use super::*;
+    use nalgebra::DMatrix;
+
+    fn of(machine: &trueaxis_model::machine::Machine, lines: &str) -> Vec<Variable> {
+        let errors = errors(machine, lines);
+        variables(&Kinematics::new(machine, &errors), 1e-6)
+    }
+
+    #[test]
+    fn products_stay_apart_on_ranges_of_any_width() {
+        for half in [3.0, 10.0, 30.0, 45.0, 79.0, 81.0, 120.0, 180.0, 360.0] {
+            for middle in [0.0, 0.7 * half] {
+                let machine = with_rotary(&[('C', [middle - half, middle + half])]);
+                let variables = of(&machine, "");
+                let c = &variables[3];
+                let all = products(&c.kind, 4);
+                let at = c.positions(33);
+                let values = DMatrix::from_fn(at.len(), all.len(), |i, k| {
+                    all[k].iter().map(|g| g.value(c, at[i])).product::<f64>()
+                });
+                let values = values.singular_values();
+                // The plain products have 1e13 on ±3°; the rounding of f64 leaves 1e-12 with 1e4.
+                let condition = values.max() / values.min();
+                assert!(condition < 1e4, "±{half}° around {middle}°: {condition:.0}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_motion_that_bends_is_counted_from_the_middle_of_a_range_on_one_side() {
+        let machine = machine(&[
+            ('X', [300.0, 400.0]),
+            ('Y', [300.0, 400.0]),
+            ('Z', [-200.0, 200.0]),
+        ]);
+        let variables = of(&machine, "[parameters]\nEYX2 = 1e-9\n");
+        assert_eq!(variables[0].kind, Kind::Bending(0));
+        assert_eq!(
+            [300.0, 350.0, 400.0].map(|x| variables[0].coordinate(x)),
+            [-1.0, 0.0, 1.0]
+        );
+        assert_eq!(variables[1].kind, Kind::Affine(1));
+        assert_eq!(variables[1].coordinate(400.0), 1.0);
+        assert_eq!(variables[1].at_coordinate(0.5), 200.0);
+    }
+
+    #[test]
+    fn a_measured_point_is_sampled_on_both_sides_and_an_end_of_the_calibrated_range_is_not() {
+        let machine = with_rotary(&[]);
+        let table = "[tabulated.EXX]\nat = [-100.0, 0.0, 100.0]\nvalue = [0.0, 1e-3, 0.0]\n";
+        let variables = of(&machine, table);
+        assert_eq!(variables[0].kinks, [-100.0, 0.0, 100.0]);
+        assert_eq!(variables[0].ends, [-100.0, 100.0]);
+        assert_eq!(variables[0].calibrated, [-100.0, 100.0]);
+        assert_eq!(variables[0].sides(50.0), [50.0]);
+        assert_eq!(variables[0].sides(100.0), [100.0]);
+        let sides = variables[0].sides(1e-5);
+        assert!(sides.len() == 2 && sides[0] < 0.0 && sides[1] > 0.0);
+    }
+
+    #[test]
+    fn motions_of_two_rotary_axes_are_sampled_together_unless_they_were_measured() {
+        let machine = with_rotary(&[('A', [-90.0, 90.0]), ('C', [-180.0, 180.0])]);
+        let together = of(&machine, "[parameters]\nEXC2 = 1e-3\n");
+        assert!(together[4].is_uneven() && !together[4].is_switch());
+        let apart = of(&machine, "[parameters]\nEXCc2 = 1e-3\n");
+        assert!(!apart[4].is_uneven() && apart[4].is_switch());
+    }
+}

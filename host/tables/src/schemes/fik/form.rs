@@ -1,0 +1,237 @@
+//! The closed form of the first-order correction for each error: Δq = −J⁺ · (what a unit does to the tool).
+//!
+//! It is affine in the linear positions and in the tool length, for only the levers of rotations contain these,
+//! and of degree two in sine and cosine of the rotary axis next to the workpiece. Of the other rotary axis it is
+//! the same under `orientation` and `position`; under `direction` it is divided by what depends on that axis
+//! alone, whose function is therefore taken at the points of its tables. A polynomial that is sampled at as many
+//! places as it has coefficients is known exactly.
+
+use super::sources::Source;
+use crate::schemes::products::Points;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use trueaxis_model::errors::Situation;
+use trueaxis_model::kinematics::{Kinematics, Linearised};
+use trueaxis_model::machine::{Branch, Machine, PerAxis};
+
+/// Functions of the rotary axis next to the workpiece: 1, cos, sin, cos 2, sin 2.
+pub const TURNS: usize = 5;
+/// From 0, a lever of this length (mm) tells the slope of what is affine; any would do.
+const LEVER: f64 = 512.0;
+/// Closed forms agree with the correction to this part of the largest: rounding of a few dozen operations.
+const AGREES: f64 = 1e-9;
+
+/// Which inputs the closed forms depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variables {
+    /// The rotary axis next to the workpiece, and the one next to the tool.
+    pub rotary: [usize; 2],
+    /// Linear axes in order; then the tool length, if it is an input.
+    pub levers: Vec<usize>,
+}
+
+impl Variables {
+    /// Of a machine with two rotary axes; `None` for another.
+    pub fn new(machine: &Machine) -> Option<Self> {
+        let of = |branch: Branch| {
+            let axes = machine.axes.iter().enumerate();
+            axes.filter(move |(_, a)| a.branch == branch && a.letter.is_rotary())
+        };
+        let from_workpiece = of(Branch::Workpiece).collect::<Vec<_>>().into_iter().rev();
+        let rotary: Vec<usize> = from_workpiece
+            .chain(of(Branch::Tool))
+            .map(|(i, _)| i)
+            .collect();
+        let levers = (0..machine.axes.len()).filter(|i| !machine.axes[*i].letter.is_rotary());
+        let length = machine.length_range.map(|_| machine.axes.len());
+        Some(Self {
+            rotary: rotary.try_into().ok()?,
+            levers: levers.chain(length).collect(),
+        })
+    }
+}
+
+/// What a unit of one error asks of one output: for 1 and each lever a matrix, functions of the rotary axis next
+/// to the workpiece × points of the other (mm or rad per mm or rad, and per mm of lever).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Form(pub Vec<DMatrix<f64>>);
+
+impl Form {
+    /// All numbers in a row.
+    pub fn flat(&self) -> DVector<f64> {
+        let numbers: Vec<f64> = self.0.iter().flat_map(|m| m.iter().copied()).collect();
+        DVector::from_vec(numbers)
+    }
+
+    fn largest(&self, reach: &[f64]) -> f64 {
+        let sizes = self.0.iter().zip(reach).map(|(m, r)| m.amax() * r);
+        sizes.fold(0.0, f64::max)
+    }
+}
+
+/// The functions of the rotary axis next to the workpiece at an angle (rad).
+pub fn turns(angle: f64) -> [f64; TURNS] {
+    let (s, c) = angle.sin_cos();
+    let (s2, c2) = (2.0 * angle).sin_cos();
+    [1.0, c, s, c2, s2]
+}
+
+/// What a unit of each source asks of every axis at a position.
+fn corrections(
+    kinematics: &Kinematics<'_>,
+    sources: &[Source],
+    q: &PerAxis,
+    length: Option<f64>,
+) -> Option<Vec<PerAxis>> {
+    let situation = Situation {
+        length,
+        ..Situation::default()
+    };
+    let linearised = Linearised::new(kinematics, q, &situation);
+    let solver = kinematics.jacobian(q, length).solver(kinematics.policy)?;
+    let unit = |source: &Source| Some(solver.correct(&linearised.column(source.unit)?));
+    sources.iter().map(unit).collect()
+}
+
+/// How large 1 and each lever may become (mm).
+fn reach(variables: &Variables, points: &[Points]) -> Vec<f64> {
+    let ends = |input: &usize| {
+        let [first, last] = points[*input].ends();
+        let at = &points[*input].at;
+        at[first].abs().max(at[last].abs())
+    };
+    let levers = variables.levers.iter().map(ends);
+    std::iter::once(1.0).chain(levers).collect()
+}
+
+/// The closed forms of every source (first index) for every output; `None` if there is one that has none: where
+/// linear axes are not fixed to each other's directions.
+pub fn forms(
+    kinematics: &Kinematics<'_>,
+    variables: &Variables,
+    points: &[Points],
+    sources: &[Source],
+) -> Option<Vec<Vec<Form>>> {
+    let axes = kinematics.machine.axes.len();
+    let [first, second] = variables.rotary;
+    let place = |angle: f64, at: f64, levers: &[f64]| {
+        let mut q = PerAxis::default();
+        let mut length = None;
+        (q[first], q[second]) = (angle, at);
+        for (input, lever) in variables.levers.iter().zip(levers) {
+            match q[..axes].get_mut(*input) {
+                Some(q) => *q = *lever,
+                None => length = Some(*lever),
+            }
+        }
+        (q, length)
+    };
+    let count = variables.levers.len();
+    let unit = |lever: usize| -> Vec<f64> {
+        let one = |k: usize| if k + 1 == lever { LEVER } else { 0.0 };
+        (0..count).map(one).collect()
+    };
+    // By point, lever, turn, source.
+    let sampled = points[second].at.par_iter().map(|at| {
+        let levers = (0..=count).map(|lever| {
+            let turns = (0..TURNS).map(|turn| {
+                let angle = TAU * turn as f64 / TURNS as f64;
+                let (q, length) = place(angle, *at, &unit(lever));
+                corrections(kinematics, sources, &q, length)
+            });
+            turns.collect::<Option<Vec<_>>>()
+        });
+        levers.collect::<Option<Vec<_>>>()
+    });
+    let sampled: Vec<_> = sampled.collect::<Option<Vec<_>>>()?;
+    let form = |source: usize, output: usize| {
+        let matrix = |lever: usize| {
+            DMatrix::from_fn(TURNS, sampled.len(), |row, point| {
+                let sum = |(turn, found): (usize, &Vec<PerAxis>)| {
+                    let value = match lever {
+                        0 => found[source][output],
+                        _ => {
+                            let zero = &sampled[point][0][turn];
+                            (found[source][output] - zero[source][output]) / LEVER
+                        }
+                    };
+                    value * turns(TAU * turn as f64 / TURNS as f64)[row]
+                };
+                let sum: f64 = sampled[point][lever].iter().enumerate().map(sum).sum();
+                sum * if row == 0 { 1.0 } else { 2.0 } / TURNS as f64
+            })
+        };
+        Form((0..=count).map(matrix).collect())
+    };
+    let mut forms: Vec<Vec<Form>> = (0..sources.len())
+        .map(|source| (0..axes).map(|output| form(source, output)).collect())
+        .collect();
+    let reach = reach(variables, points);
+    if !agree(kinematics, sources, &forms, &points[second], &reach, &place) {
+        return None;
+    }
+    for of_source in &mut forms {
+        clean(kinematics.machine, of_source, &reach);
+    }
+    Some(forms)
+}
+
+/// The position and the tool length of an angle, a point and levers.
+type Place<'a> = dyn Fn(f64, f64, &[f64]) -> (PerAxis, Option<f64>) + 'a;
+
+/// Whether forms give the corrections at places where they were not sampled.
+fn agree(
+    kinematics: &Kinematics<'_>,
+    sources: &[Source],
+    forms: &[Vec<Form>],
+    second: &Points,
+    reach: &[f64],
+    place: &Place<'_>,
+) -> bool {
+    (0..24).all(|k| {
+        // Places that follow no pattern of the samples.
+        let part = |n: usize| (0.618_033_988_749_895 * (7 * k + n) as f64).fract();
+        let point = (part(0) * second.at.len() as f64) as usize % second.at.len();
+        let angle = TAU * part(1);
+        let levers = reach[1..].iter().enumerate();
+        let levers: Vec<f64> = levers.map(|(n, r)| r * (2.0 * part(n + 2) - 1.0)).collect();
+        let (q, length) = place(angle, second.at[point], &levers);
+        let Some(right) = corrections(kinematics, sources, &q, length) else {
+            return false;
+        };
+        let turns = turns(angle);
+        forms.iter().zip(&right).all(|(forms, right)| {
+            forms.iter().zip(right).all(|(form, right)| {
+                let levers = std::iter::once(&1.0).chain(&levers);
+                let parts = form.0.iter().zip(levers).flat_map(|(m, lever)| {
+                    let column = m.column(point);
+                    let parts = turns.iter().zip(column.iter());
+                    parts.map(|(t, c)| t * c * lever).collect::<Vec<_>>()
+                });
+                (parts.sum::<f64>() - right).abs() <= AGREES * form.largest(reach).max(1.0)
+            })
+        })
+    })
+}
+
+/// Nothing instead of what is left of nothing by rounding.
+fn clean(machine: &Machine, forms: &mut [Form], reach: &[f64]) {
+    let largest = |rotary: bool, forms: &[Form]| {
+        let of_kind = machine.axes.iter().zip(forms);
+        let of_kind = of_kind.filter(|(axis, _)| axis.letter.is_rotary() == rotary);
+        of_kind.map(|(_, f)| f.largest(reach)).fold(0.0, f64::max)
+    };
+    let most = [largest(false, forms), largest(true, forms)];
+    for (axis, form) in machine.axes.iter().zip(forms) {
+        let least = 1e-11 * most[usize::from(axis.letter.is_rotary())].max(1.0);
+        for (matrix, reach) in form.0.iter_mut().zip(reach) {
+            // A whole row: a small value of a function is none of its zeros.
+            for mut row in matrix.row_iter_mut() {
+                if row.amax() * reach < least {
+                    row.fill(0.0);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! The scheme beside the document's formulas, its counts and its cases.
+
+use super::compile;
+use crate::schemes::{self, Found, SchemeError};
+use crate::validate::{Command, Runtime};
+use trueaxis::{Inputs, Travel, Travelling};
+use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
+use trueaxis_model::kinematics::{Kinematics, Linearised, Policy};
+use trueaxis_model::machine::{Machine, PerAxis};
+
+fn machine(text: &str) -> Machine {
+    Machine::from_toml(text).unwrap()
+}
+
+fn huron() -> (Machine, ErrorModel) {
+    let machine = machine(include_str!(
+        "../../../../../examples/huron-k2x8/machine.toml"
+    ));
+    let errors = include_str!("../../../../../examples/huron-k2x8/errors-13.toml");
+    let errors = ErrorModel::from_toml(errors, &machine).unwrap();
+    (machine, errors)
+}
+
+fn options(policy: Policy) -> schemes::Options {
+    schemes::Options {
+        policy,
+        ..schemes::Options::default()
+    }
+}
+
+fn parameters(names: &[&str]) -> Vec<Parameter> {
+    names
+        .iter()
+        .map(|name| Parameter::parse(name).unwrap())
+        .collect()
+}
+
+fn found(machine: &Machine, errors: &ErrorModel, policy: Policy) -> Found {
+    compile(machine, errors, &[], &options(policy)).unwrap()
+}
+
+#[test]
+fn the_huron_takes_the_documents_forty_tables_output_by_output() {
+    let (machine, errors) = huron();
+    let draft = found(&machine, &errors, Policy::Orientation).draft;
+    // 13, 11, 14, 1 and 1 (section 7.4.1).
+    for (letter, count) in [('X', 13), ('Y', 11), ('Z', 14), ('A', 1), ('C', 1)] {
+        let output = machine.index(letter).unwrap();
+        let terms = draft
+            .terms
+            .iter()
+            .filter(|t| usize::from(t.output) == output);
+        let mut tables: Vec<u8> = terms.flat_map(|t| t.factors.iter().copied()).collect();
+        tables.sort_unstable();
+        tables.dedup();
+        assert_eq!(tables.len(), count, "{letter}");
+    }
+    let tables: usize = draft.banks.iter().map(|bank| bank.columns.len()).sum();
+    assert_eq!(tables, 40);
+}
+
+#[test]
+fn tables_of_a_and_c_hold_the_sums_of_eq_59() {
+    let (machine, errors) = huron();
+    let draft = found(&machine, &errors, Policy::Orientation).draft;
+    let [a, c] = ['A', 'C'].map(|letter| machine.index(letter).unwrap());
+    let e = |name: &str| errors.parameters[&Parameter::parse(name).unwrap()];
+    let half = 0.5_f64.sqrt();
+    let root = 2.0_f64.sqrt();
+    let bank = draft
+        .banks
+        .iter()
+        .find(|b| usize::from(b.input) == a && b.columns[0].len() == 101);
+    let bank = bank.unwrap();
+    let before = draft
+        .banks
+        .iter()
+        .take_while(|b| *b != bank)
+        .map(|b| b.columns.len());
+    let before: usize = before.sum();
+    // Eq. 59 is the motion equivalent to the error: the correction is its negative.
+    let of_a = |s: f64, c: f64| {
+        half * (c - 1.0) * e("EC0X") - half * (c + 1.0) * e("EA0Z") - s * e("EB0Z") + s * e("EB0A")
+            - c * e("EC0A")
+            + root * e("EA0C")
+    };
+    let of_c = |s: f64, c: f64| {
+        -c * e("EC0X") + c * e("EA0Z") + root * s * e("EB0Z") - root * s * e("EB0A")
+            + root * c * e("EC0A")
+            - e("EA0C")
+    };
+    for (output, formula) in [(a, &of_a as &dyn Fn(f64, f64) -> f64), (c, &of_c)] {
+        let terms = draft
+            .terms
+            .iter()
+            .filter(|t| usize::from(t.output) == output);
+        let [term] = terms.collect::<Vec<_>>()[..] else {
+            panic!("one term");
+        };
+        assert_eq!(term.weight, 1.0);
+        let column = &bank.columns[usize::from(term.factors[0]) - before];
+        for (i, value) in column.iter().enumerate() {
+            let at = f64::from(bank.start) + i as f64 * f64::from(bank.step);
+            let (s, c) = at.to_radians().sin_cos();
+            let wanted = -formula(s, c).to_degrees();
+            // Half a unit of the last place of f32, of up to 0.01°.
+            assert!(
+                (f64::from(*value) - wanted).abs() < 6e-10,
+                "{at}: {value} {wanted}"
+            );
+        }
+    }
+}
+
+/// The correction of first order (mm, rad) of all inter-axis errors and scales, by the transport matrices.
+fn first_order(kinematics: &Kinematics<'_>, q: &PerAxis) -> PerAxis {
+    let situation = Situation::default();
+    let linearised = Linearised::new(kinematics, q, &situation);
+    let solver = kinematics
+        .jacobian(q, None)
+        .solver(kinematics.policy)
+        .unwrap();
+    let mut sum = PerAxis::default();
+    for (parameter, value) in &kinematics.errors.parameters {
+        let dq = solver.correct(&linearised.column(*parameter).unwrap());
+        for (s, d) in sum.iter_mut().zip(dq) {
+            *s += value * d;
+        }
+    }
+    sum
+}
+
+#[test]
+fn at_their_points_tables_give_the_correction_of_first_order_on_every_machine_with_two_rotary_axes()
+{
+    macro_rules! example {
+        ($machine:literal, $errors:literal) => {
+            (
+                include_str!(concat!("../../../../../examples/", $machine, ".toml")),
+                include_str!(concat!("../../../../../examples/", $errors, ".toml")),
+            )
+        };
+    }
+    for (text, errors) in [
+        example!("huron-k2x8/machine", "huron-k2x8/errors-13"),
+        example!("kolibri/machine", "kolibri/errors-10"),
+        example!("hu40/machine", "hu40/errors-13"),
+        example!("fork-head/machine", "fork-head/errors-13"),
+        example!("table-head/machine", "table-head/errors-13"),
+        example!("linuxcnc-xyzac-trt/machine", "linuxcnc-xyzac-trt/errors-11"),
+        example!(
+            "linuxcnc-xyzac-trt/machine-endless",
+            "linuxcnc-xyzac-trt/errors-11"
+        ),
+    ] {
+        let machine = machine(text);
+        let errors = ErrorModel::from_toml(errors, &machine).unwrap();
+        for policy in [Policy::Orientation, Policy::default(), Policy::Position] {
+            let draft = found(&machine, &errors, policy).draft;
+            let blob = draft.encode().unwrap();
+            let runtime = Runtime::load(&blob).unwrap();
+            let kinematics = Kinematics::new(&machine, &errors).with_policy(policy);
+            let points = crate::schemes::products::points(&kinematics, super::POINTS);
+            for k in 0..50 {
+                let place = |i: usize| {
+                    let at = &points[i].at;
+                    let n = (k * (17 + 12 * i) + 5 * i) % at.len();
+                    machine.axes[i].to_command(at[n])
+                };
+                let position: Vec<f64> = (0..machine.axes.len()).map(place).collect();
+                let command = Command::at(&machine, &position);
+                let (q, _) = command.kinematic(&machine);
+                let wanted = machine.to_command(&first_order(&kinematics, &q));
+                let given = runtime.evaluate(&command);
+                for (i, axis) in machine.axes.iter().enumerate() {
+                    // The runtime finds a place between points to 1e-5 of their distance of up to 4°, and the
+                    // steepest correction, the Kolibri's X where its C has a peak, changes by 0.25 mm per degree.
+                    let off = (f64::from(given[i]) - wanted[i]).abs();
+                    assert!(
+                        off < 1e-5,
+                        "{} {policy:?} {}: {off}",
+                        machine.name,
+                        axis.letter
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_weight_that_is_set_is_another_value_of_the_error() {
+    let (machine, errors) = huron();
+    let names = ["EZ0S", "EA0C", "EB0A"];
+    let adjustable = parameters(&names);
+    let options = options(Policy::Orientation);
+    let changed = {
+        let mut changed = errors.clone();
+        for parameter in &adjustable {
+            assert!(changed.set(&machine, *parameter, 1.5 * errors.parameters[parameter]));
+        }
+        changed
+    };
+    let blobs = [&errors, &changed].map(|errors| {
+        let draft = compile(&machine, errors, &adjustable, &options)
+            .unwrap()
+            .draft;
+        draft.encode().unwrap()
+    });
+    let [as_is, other] = [&blobs[0], &blobs[1]].map(|blob| Runtime::load(blob).unwrap());
+    let mut weights = as_is.compensation().weights();
+    let mut set = 0;
+    for (number, term) in as_is.compensation().terms().enumerate() {
+        if term.limits.is_some() {
+            weights.set(number, 1.5 * term.weight).unwrap();
+            set += 1;
+        }
+    }
+    // One of EZ0S, two of EA0C, and of EB0A two for each linear axis and one for each rotary axis.
+    assert_eq!(set, 1 + 2 + 8);
+    let position = [100.0, -30.0, 20.0, -200.0, 50.0];
+    let mut inputs = Inputs::at([0.0; 16]);
+    for (input, at) in inputs.axes.iter_mut().zip(position) {
+        *input = at;
+    }
+    let travelling = Travelling([Travel::Unknown; 16]);
+    let given = as_is
+        .compensation()
+        .evaluate(&inputs, &travelling, &weights);
+    let position = position.map(f64::from);
+    let wanted = other.evaluate(&Command::at(&machine, &position));
+    for (given, wanted) in given.iter().zip(wanted) {
+        // A unit of the last place of 0.1 mm.
+        assert!((given - wanted).abs() < 1e-8, "{given} {wanted}");
+    }
+}
+
+#[test]
+fn weights_are_the_errors_and_may_go_from_nothing_to_twice() {
+    let (machine, errors) = huron();
+    let names = ["EZ0S", "EYY1", "EX0S", "EXX1", "EZZ1"];
+    let options = options(Policy::Orientation);
+    let found = compile(&machine, &errors, &parameters(&names), &options).unwrap();
+    let open = found.draft.terms.iter().filter(|t| t.limits.is_some());
+    let open: Vec<_> = open.collect();
+    let values = names.map(|name| errors.parameters[&Parameter::parse(name).unwrap()] as f32);
+    // By output: Y, X, Z. Each is one term, and has no tables beside those that it has anyway.
+    let weights: Vec<f32> = open.iter().map(|t| t.weight).collect();
+    assert_eq!(weights, values);
+    let tables: usize = found
+        .draft
+        .banks
+        .iter()
+        .map(|bank| bank.columns.len())
+        .sum();
+    assert_eq!(tables, 40);
+    for term in open {
+        let [low, high] = term.limits.unwrap();
+        assert!(low == 0.0 || high == 0.0);
+        assert_eq!(low + high, 2.0 * term.weight);
+    }
+}
+
+#[test]
+fn terms_are_named_by_the_errors_of_which_they_were_made_and_by_no_others() {
+    let (machine, errors) = huron();
+    let options = schemes::Options {
+        zero_at: Some(vec![1.0, 2.0, 3.0, 4.0, 5.0]),
+        points: Some(40),
+        ..options(Policy::Orientation)
+    };
+    for adjustable in [vec![], parameters(&["EB0A", "EA0C"])] {
+        let draft = compile(&machine, &errors, &adjustable, &options)
+            .unwrap()
+            .draft;
+        let blob = draft.encode().unwrap();
+        let runtime = Runtime::load(&blob).unwrap();
+        let compensation = runtime.compensation();
+        let names = super::names(&machine, &errors, compensation)
+            .unwrap()
+            .unwrap();
+        assert_eq!(names.len(), compensation.terms().len());
+        for (term, names) in compensation.terms().zip(&names) {
+            assert_eq!(term.factors.is_empty(), names.is_empty());
+            if term.limits.is_some() {
+                let [name] = &names[..] else {
+                    panic!("{names:?}");
+                };
+                let parameter = Parameter::parse(name).unwrap();
+                assert_eq!(term.weight, errors.parameters[&parameter] as f32);
+            }
+        }
+        let mut other = errors.clone();
+        assert!(other.set(&machine, Parameter::parse("EB0C").unwrap(), 1e-5));
+        assert_eq!(super::names(&machine, &other, compensation).unwrap(), None);
+    }
+}
+
+#[test]
+fn what_cannot_be_says_what_would_work() {
+    let (huron, errors) = huron();
+    let options = options(Policy::Orientation);
+    let all: Vec<Parameter> = errors.parameters.keys().copied().collect();
+    let error = compile(&huron, &errors, &all, &options).unwrap_err();
+    assert!(
+        matches!(error, SchemeError::TooManyWeights { held: 16, .. }),
+        "{error}"
+    );
+    let strange = compile(&huron, &errors, &parameters(&["EB0W"]), &options).unwrap_err();
+    assert_eq!(
+        strange.to_string(),
+        "this machine has no error parameter EB0W"
+    );
+    // Z stands on the table that A tilts: what it must do is divided by cos A.
+    let axes = [
+        ("A", "workpiece"),
+        ("Z", "workpiece"),
+        ("X", "tool"),
+        ("Y", "tool"),
+        ("B", "tool"),
+    ];
+    let text = axes.map(|(name, branch)| {
+        format!("[[axis]]\nname = \"{name}\"\nbranch = \"{branch}\"\nrange = [-30.0, 30.0]\n")
+    });
+    let tilted = format!(
+        "name = \"tilted\"\n{}[spindle]\naxis = \"z\"\n[tool]\ntip_mm = [0.0, 0.0, -100.0]\n",
+        text.concat()
+    );
+    let tilted = machine(&tilted);
+    let mut leaning = ErrorModel::perfect(&tilted);
+    assert!(leaning.set(&tilted, Parameter::parse("EZX1").unwrap(), 1e-5));
+    let error = compile(&tilted, &leaning, &[], &options).unwrap_err();
+    assert!(matches!(error, SchemeError::NoClosedForm), "{error}");
+    assert!(error.remedy().contains("--scheme exact"));
+    let mill = machine(include_str!("../../../../../examples/mill-21/machine.toml"));
+    let error = compile(&mill, &ErrorModel::perfect(&mill), &[], &options).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            SchemeError::Axes {
+                linear: 3,
+                rotary: 0,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert!(error.remedy().contains("--scheme exact"));
+}

@@ -1,0 +1,164 @@
+//! How large a grid has to be (section 4.5.1, Fig. 4.4).
+
+use super::mesh::{Mesh, Zone, add, before, correction, error, evenly};
+use super::{Rms, Wanted};
+use crate::schemes::SchemeError;
+use crate::validate::{Region, random_commands};
+use rayon::prelude::*;
+use trueaxis_model::kinematics::{Kinematics, NotConverged};
+use trueaxis_model::machine::PerAxis;
+
+/// Random commands at which grids are compared (Eq. 12), and where they begin.
+const COMMANDS: usize = 2000;
+const SEED: u64 = 12;
+
+/// The smallest number of nodes of an axis.
+const LEAST: usize = 2;
+
+/// What decides on the size of a grid.
+pub struct Sizing<'a> {
+    kinematics: &'a Kinematics<'a>,
+    axes: [usize; 3],
+    /// Where the rotary axes are (mm, rad).
+    at: PerAxis,
+    zone: Zone,
+    wanted: &'a Wanted,
+    /// Random commands (mm, rad) in the zone, with the rotary axes there.
+    commands: Vec<PerAxis>,
+}
+
+impl<'a> Sizing<'a> {
+    pub fn new(
+        kinematics: &'a Kinematics<'a>,
+        axes: [usize; 3],
+        at: PerAxis,
+        zone: Zone,
+        wanted: &'a Wanted,
+    ) -> Result<Self, SchemeError> {
+        let drawn = random_commands(kinematics, Region::Travel, COMMANDS, SEED)?;
+        let commands = drawn.iter().map(|command| {
+            let mut q = at;
+            for (axis, [low, high]) in axes.into_iter().zip(zone) {
+                let [from, to] = kinematics.machine.axes[axis].travel;
+                let part = (f64::from(command.axes[axis]) - from) / (to - from);
+                q[axis] = low + (high - low) * part;
+            }
+            q
+        });
+        Ok(Self {
+            kinematics,
+            axes,
+            at,
+            zone,
+            wanted,
+            commands: commands.collect(),
+        })
+    }
+
+    /// The smallest grid to which one node more along each axis adds less than the threshold.
+    ///
+    /// # Errors
+    /// [`SchemeError::Threshold`] if that is none up to the largest.
+    pub fn smallest(&self) -> Result<Mesh<'a>, SchemeError> {
+        let most = self.wanted.most;
+        let mut sizes = match self.wanted.per_axis {
+            true => self.along_each()?,
+            false => [LEAST; 3],
+        };
+        let mut mesh = self.mesh(sizes)?;
+        let mut left = self.left(&mesh);
+        loop {
+            // A smaller grid that the larger one hardly betters is large enough.
+            let finer = self.mesh(sizes.map(|n| n + 1))?;
+            let left_by_finer = self.left(&finer);
+            let change = self.change(left, left_by_finer);
+            if change < self.wanted.threshold {
+                return Ok(mesh);
+            }
+            if sizes.iter().all(|n| *n >= most) {
+                return Err(SchemeError::Threshold {
+                    threshold_um: 1e3 * self.wanted.threshold,
+                    most,
+                    change_um: 1e3 * change,
+                });
+            }
+            if self.wanted.per_axis {
+                sizes = sizes.map(|n| (n + 1).min(most));
+                mesh = self.mesh(sizes)?;
+                left = self.left(&mesh);
+            } else {
+                sizes = finer.sizes();
+                (mesh, left) = (finer, left_by_finer);
+            }
+        }
+    }
+
+    /// Norm of the root mean squares (mm) of what a grid of so many nodes along each axis leaves (Fig. 4.5).
+    pub fn left_by(&self, nodes: usize) -> Result<f64, NotConverged> {
+        let [x, y, z] = self.left(&self.mesh([nodes; 3])?);
+        Ok((x * x + y * y + z * z).sqrt())
+    }
+
+    fn mesh(&self, sizes: [usize; 3]) -> Result<Mesh<'a>, NotConverged> {
+        Mesh::new(self.kinematics, self.axes, &self.at, &self.zone, sizes)
+    }
+
+    /// ‖RMS − RMS‖ of Eq. 11 (mm).
+    fn change(&self, [x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) -> f64 {
+        ((x - u).powi(2) + (y - v).powi(2) + (z - w).powi(2)).sqrt()
+    }
+
+    /// Eq. 12 along each direction of the tool frame (mm), for a grid.
+    fn left(&self, mesh: &Mesh<'_>) -> [f64; 3] {
+        let errors: Vec<[f64; 3]> = self.commands.par_iter().map(|q| mesh.left(q)).collect();
+        self.rms(&errors)
+    }
+
+    fn rms(&self, errors: &[[f64; 3]]) -> [f64; 3] {
+        let count = errors.len() as f64;
+        std::array::from_fn(|k| {
+            let root = errors.iter().map(|e| e[k] * e[k]).sum::<f64>().sqrt();
+            match self.wanted.rms {
+                Rms::Usual => root / count.sqrt(),
+                Rms::Printed => root / count,
+            }
+        })
+    }
+
+    /// For each axis the fewest nodes to which one more adds less than the threshold, if corrections were exact
+    /// along the others; as many as there may be, if none.
+    fn along_each(&self) -> Result<[usize; 3], NotConverged> {
+        let mut sizes = [LEAST; 3];
+        for (k, size) in sizes.iter_mut().enumerate() {
+            let mut left = self.left_along(k, *size)?;
+            while *size < self.wanted.most {
+                let next = self.left_along(k, *size + 1)?;
+                if self.change(left, next) < self.wanted.threshold {
+                    break;
+                }
+                *size += 1;
+                left = next;
+            }
+        }
+        Ok(sizes)
+    }
+
+    /// Eq. 12 if corrections are interpolated along one axis only, between so many nodes.
+    fn left_along(&self, k: usize, nodes: usize) -> Result<[f64; 3], NotConverged> {
+        let (kinematics, axis) = (self.kinematics, self.axes[k]);
+        let nodes = evenly(self.zone[k], nodes);
+        let of = |q: &PerAxis| {
+            let (first, ratio) = before(&nodes, q[axis]);
+            let mut dq = PerAxis::default();
+            for (node, part) in [(first, 1.0 - ratio), (first + 1, ratio)] {
+                let mut there = *q;
+                there[axis] = nodes[node];
+                add(&mut dq, part, &correction(kinematics, &there)?);
+            }
+            Ok(error(kinematics, q, &dq))
+        };
+        let errors: Result<Vec<[f64; 3]>, NotConverged> =
+            self.commands.par_iter().map(of).collect();
+        Ok(self.rms(&errors?))
+    }
+}

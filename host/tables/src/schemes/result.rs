@@ -1,0 +1,162 @@
+//! What every scheme returns.
+
+use crate::validate::DrawError;
+use trueaxis::Draft;
+use trueaxis_model::kinematics::NotConverged;
+use trueaxis_model::machine::Machine;
+
+/// Tables and terms, with what the scheme knows about them.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The compensation, ready to be encoded but for the bounds of its axes.
+    pub draft: Draft,
+    /// Largest difference to the kinematic correction at random places before interpolation, in
+    /// units of the tolerance; for schemes that try their structure.
+    pub structure_error: Option<f64>,
+    /// The tolerance (mm, as in the options) that the scheme measured its tables to meet: the one
+    /// asked for, a coarser one, or none.
+    pub meets: Option<f64>,
+    /// True if more tables, terms or bytes would be needed than the target holds.
+    pub is_full: bool,
+    /// What a user may want to know of how it was found, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Why a scheme has found nothing.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum SchemeError {
+    /// The kinematic correction itself fails somewhere.
+    #[error(transparent)]
+    NotConverged(#[from] NotConverged),
+    /// Positions to measure at cannot be drawn.
+    #[error(transparent)]
+    Draw(DrawError),
+    /// More tables than a blob can number.
+    #[error("{tables} tables are needed, a blob holds at most 255")]
+    TooManyTables {
+        /// How many.
+        tables: usize,
+    },
+    /// The scheme is made for machines with other axes.
+    #[error("{scheme} needs {needs}: this machine has {linear} linear and {rotary} rotary axes")]
+    Axes {
+        /// Name of the scheme.
+        scheme: String,
+        /// Which axes it needs.
+        needs: &'static str,
+        /// Linear axes of the machine.
+        linear: usize,
+        /// Rotary axes of the machine.
+        rotary: usize,
+    },
+    /// No grid up to the largest is large enough.
+    #[error(
+        "with {most} nodes along each axis the threshold of {threshold_um} µm is not met: one more changes the error that is left by {change_um:.3} µm"
+    )]
+    Threshold {
+        /// What was asked for (µm).
+        threshold_um: f64,
+        /// Nodes along each axis of the largest grid.
+        most: usize,
+        /// By how much the root mean square of what is left still changes there (µm).
+        change_um: f64,
+    },
+    /// The correction of this machine is no sum of products of functions of one axis each.
+    #[error(
+        "fik knows no closed form for this machine: the directions of its linear axes turn with a rotary axis between them"
+    )]
+    NoClosedForm,
+    /// More adjustable weights than a blob holds.
+    #[error("{needed} adjustable terms are needed, a compensation holds at most {held}")]
+    TooManyWeights {
+        /// How many.
+        needed: usize,
+        /// The most.
+        held: usize,
+    },
+    /// The machine has no such error, so that it has no weight.
+    #[error("this machine has no error parameter {name}")]
+    NoSuchError {
+        /// Its name.
+        name: String,
+    },
+    /// More tables are asked for than the target holds.
+    #[error("{asked} tables are asked for, the target holds {held}")]
+    MoreThanTarget {
+        /// As many as asked for.
+        asked: usize,
+        /// As many as the target holds.
+        held: usize,
+    },
+    /// The zero position has another number of values than the machine has axes.
+    #[error("the zero position has {given} values, the machine has {axes} axes")]
+    ZeroPosition {
+        /// Values given.
+        given: usize,
+        /// Axes.
+        axes: usize,
+    },
+}
+
+impl From<DrawError> for SchemeError {
+    fn from(error: DrawError) -> Self {
+        match error {
+            DrawError::NotConverged(error) => Self::NotConverged(error),
+            rare @ DrawError::Rare { .. } => Self::Draw(rare),
+        }
+    }
+}
+
+impl SchemeError {
+    /// Refuses machines without three linear and two rotary axes, for a scheme of this name.
+    ///
+    /// # Errors
+    /// [`SchemeError::Axes`].
+    pub fn unless_five_axes(machine: &Machine, scheme: &str) -> Result<(), Self> {
+        match Self::axes(machine, scheme, "three linear and two rotary axes") {
+            Self::Axes {
+                linear: 3,
+                rotary: 2,
+                ..
+            } => Ok(()),
+            other => Err(other),
+        }
+    }
+
+    /// That a machine has other axes than a scheme of this name needs.
+    pub fn axes(machine: &Machine, scheme: &str, needs: &'static str) -> Self {
+        let axes = machine.axes.iter();
+        let rotary = axes.filter(|axis| axis.letter.is_rotary()).count();
+        Self::Axes {
+            scheme: scheme.to_owned(),
+            needs,
+            linear: machine.axes.len() - rotary,
+            rotary,
+        }
+    }
+
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::NotConverged(_) => {
+                "check the units of the error parameters (mm and rad), and where they are known under [calibrated]"
+            }
+            Self::Draw(_) => {
+                "widen [calibrated] in the error file: it is in mm or degrees of the command"
+            }
+            Self::TooManyTables { .. } => {
+                "raise --tolerance, or --minimize cost where another was chosen; with --scheme fik write fewer errors"
+            }
+            Self::Axes { .. } => "use --scheme exact, which takes any machine",
+            Self::Threshold { .. } => {
+                "raise --threshold above that, or --max-nodes if the controller holds more; if the error file has a [calibrated] range, --zone calibrated leaves out what bends where it ends"
+            }
+            Self::NoClosedForm => "use --scheme exact, which takes any machine",
+            Self::TooManyWeights { .. } => "name fewer errors with --adjust",
+            Self::NoSuchError { .. } => "give names as in the error file, such as EB0A or EXX1",
+            Self::MoreThanTarget { .. } => "ask for fewer, or give another --target",
+            Self::ZeroPosition { .. } => "give one position for each axis",
+        }
+    }
+}

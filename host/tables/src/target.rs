@@ -1,0 +1,196 @@
+//! The controller that a compensation is made for: what it holds.
+
+mod file;
+
+use crate::size::Size;
+use serde::{Serialize, Serializer};
+use trueaxis::SampleFormat;
+
+/// Capacities of a controller: what its [`Compensation`](trueaxis::Compensation)s have room for,
+/// and the size of its table slots.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Target {
+    /// Its name.
+    pub name: String,
+    /// Axes of a compensation.
+    pub axes: usize,
+    /// Banks: tables that share their points.
+    pub banks: usize,
+    /// Tables.
+    pub tables: usize,
+    /// Terms.
+    pub terms: usize,
+    /// Grids.
+    pub grids: usize,
+    /// Bytes of a blob that fit into a table slot; `None` where only memory limits them.
+    pub bytes: Option<usize>,
+    /// How samples are stored best.
+    #[serde(serialize_with = "sample_format")]
+    pub samples: SampleFormat,
+}
+
+fn sample_format<S: Serializer>(format: &SampleFormat, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(match format {
+        SampleFormat::F32 => "f32",
+        SampleFormat::I16 => "i16",
+    })
+}
+
+/// Something of which a compensation needs more than its target holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
+#[error("{needed} {what} are needed, {held} are held")]
+pub struct Shortage {
+    /// `axes`, `banks`, `tables`, `terms`, `grids` or `bytes`.
+    pub what: &'static str,
+    /// As many as the compensation has.
+    pub needed: usize,
+    /// As many as the target holds.
+    pub held: usize,
+}
+
+/// How much of a capacity a compensation takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
+#[error("{used} of {held} {what}")]
+pub struct Usage {
+    /// `tables`, `terms` or `bytes`.
+    pub what: &'static str,
+    /// As many as the compensation has.
+    pub used: usize,
+    /// As many as the target holds.
+    pub held: usize,
+}
+
+impl Target {
+    /// Names of the targets that need no file.
+    pub const NAMES: [&'static str; 2] = ["stm32f405", "desktop"];
+
+    /// A target by its name, one of [`Target::NAMES`].
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "stm32f405" => Some(Self::stm32f405()),
+            "desktop" => Some(Self::desktop()),
+            _ => None,
+        }
+    }
+
+    /// The reference board, `firmware/boards/stm32f405`: slots of two sectors, less the 384 bytes
+    /// at their end (`docs/src/slots.md`).
+    #[must_use]
+    pub fn stm32f405() -> Self {
+        Self {
+            name: "stm32f405".to_owned(),
+            axes: 8,
+            banks: 32,
+            tables: 96,
+            terms: 256,
+            grids: 2,
+            // Less what a slot keeps for itself: 128, and four choices of 64.
+            bytes: Some(256 * 1024 - 384),
+            samples: SampleFormat::F32,
+        }
+    }
+
+    /// A controller on a desktop computer, with the capacities of [`trueaxis::Largest`]: more
+    /// cannot be written into a blob.
+    #[must_use]
+    pub fn desktop() -> Self {
+        Self {
+            name: "desktop".to_owned(),
+            axes: 16,
+            banks: 255,
+            tables: 255,
+            terms: 4096,
+            grids: 8,
+            bytes: None,
+            samples: SampleFormat::F32,
+        }
+    }
+
+    /// Of what a compensation of this size has more than the target holds; nothing if it fits.
+    #[must_use]
+    pub fn shortages(&self, size: &Size) -> Vec<Shortage> {
+        [
+            ("axes", size.axes, Some(self.axes)),
+            ("banks", size.banks, Some(self.banks)),
+            ("tables", size.tables, Some(self.tables)),
+            ("terms", size.terms, Some(self.terms)),
+            ("grids", size.grids, Some(self.grids)),
+            ("bytes", size.bytes, self.bytes),
+        ]
+        .into_iter()
+        .filter_map(|(what, needed, held)| Some((what, needed, held?)))
+        .filter(|(_, needed, held)| needed > held)
+        .map(|(what, needed, held)| Shortage { what, needed, held })
+        .collect()
+    }
+
+    /// How much of the capacities that a finer tolerance needs more of is taken.
+    #[must_use]
+    pub fn usage(&self, size: &Size) -> Vec<Usage> {
+        [
+            ("tables", size.tables, Some(self.tables)),
+            ("terms", size.terms, Some(self.terms)),
+            ("bytes", size.bytes, self.bytes),
+        ]
+        .into_iter()
+        .filter_map(|(what, used, held)| {
+            Some(Usage {
+                what,
+                used,
+                held: held?,
+            })
+        })
+        .collect()
+    }
+}
+
+impl Default for Target {
+    fn default() -> Self {
+        Self::stm32f405()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_that_of_a_target() {
+        for name in Target::NAMES {
+            assert_eq!(Target::named(name).unwrap().name, name);
+        }
+        assert_eq!(Target::named("stm32f4"), None);
+    }
+
+    #[test]
+    fn what_fits_exactly_fits_and_one_more_does_not() {
+        let target = Target::stm32f405();
+        let mut size = Size {
+            axes: 8,
+            tables: 96,
+            banks: 32,
+            terms: 256,
+            grids: 2,
+            samples: 0,
+            bytes: 261_760,
+        };
+        assert_eq!(target.shortages(&size), []);
+        size.terms += 1;
+        size.bytes += 1;
+        let short: Vec<String> = target
+            .shortages(&size)
+            .iter()
+            .map(Shortage::to_string)
+            .collect();
+        assert_eq!(
+            short,
+            [
+                "257 terms are needed, 256 are held",
+                "261761 bytes are needed, 261760 are held"
+            ]
+        );
+        size.bytes = usize::MAX;
+        assert_eq!(Target::desktop().shortages(&size), []);
+    }
+}

@@ -1,0 +1,192 @@
+//! What the uncertainty of the error parameters and of tabulated motions leaves of the volumetric error.
+//!
+//! Tables undo the errors as they are written. If these are off by δ, normally distributed with a covariance C,
+//! the tip is off by J·δ and the tool's direction by D·δ, with the exact derivatives J and D of the actual
+//! machine. Both are vectors with the covariances J·C·Jᵀ and D·C·Dᵀ. The *95 % band* at a position is the
+//! length that the vector does not exceed with a probability of 95 %: 1.96 times the standard uncertainty if it
+//! can go along one line only, 2.80 times that of a coordinate if all three are alike. The values of a tabulated
+//! motion are known each by itself, so that at one position it is one more parameter, independent of all others.
+
+mod length;
+mod travel;
+
+use crate::validate::{Quality, Statistics};
+use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
+use rayon::prelude::*;
+pub use travel::{OverTravel, over_travel};
+use trueaxis_kinematics::Sensitivity;
+use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind, Situation};
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::{Machine, PerAxis};
+
+/// Probability with which an error is inside the band.
+pub const PROBABILITY: f64 = 0.95;
+
+/// What uncertain parameters leave at one position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leaves {
+    /// Covariance of the tip (mm², workpiece frame).
+    pub tip: Matrix3<f64>,
+    /// Covariance of the tool's direction (rad², workpiece frame; none along the tool).
+    pub direction: Matrix3<f64>,
+}
+
+impl Leaves {
+    /// Length (mm) that the error of the tip does not exceed with 95 %.
+    #[must_use]
+    pub fn tip_band(&self) -> f64 {
+        length::quantile(&self.tip)
+    }
+
+    /// Angle (rad) that the error of the tool's direction does not exceed with 95 %.
+    #[must_use]
+    pub fn direction_band(&self) -> f64 {
+        length::quantile(&self.direction)
+    }
+}
+
+/// What uncertain parameters leave, to be asked position by position.
+pub struct Uncertain<'a> {
+    kinematics: Kinematics<'a>,
+    parameters: &'a [Parameter],
+    root: DMatrix<f64>,
+}
+
+impl<'a> Uncertain<'a> {
+    /// Of parameters with a covariance, and of the errors' own tabulated motions, which are known independently of
+    /// them.
+    #[must_use]
+    pub fn new(machine: &'a Machine, errors: &'a ErrorModel, covariance: &'a Covariance) -> Self {
+        Self {
+            kinematics: Kinematics::new(machine, errors),
+            parameters: &covariance.parameters,
+            root: covariance.root(),
+        }
+    }
+
+    /// What they leave at a position (mm, rad) with its situation.
+    #[must_use]
+    pub fn leaves(&self, q: &PerAxis, situation: &Situation) -> Leaves {
+        let changes = Changes::new(&self.kinematics, q, situation);
+        let parameters = changes.by(self.parameters);
+        let tables = changes.of_tables();
+        let [tip, direction] = [0, 1]
+            .map(|k| of_root(&parameters[k], &self.root) + &tables[k] * tables[k].transpose());
+        Leaves { tip, direction }
+    }
+}
+
+/// What the covariance of parameters leaves at each position ([`Uncertain::leaves`]).
+#[must_use]
+pub fn leaves(
+    machine: &Machine,
+    errors: &ErrorModel,
+    covariance: &Covariance,
+    positions: &[(PerAxis, Situation)],
+) -> Vec<Leaves> {
+    let uncertain = Uncertain::new(machine, errors, covariance);
+    let at = |(q, situation): &(PerAxis, Situation)| uncertain.leaves(q, situation);
+    positions.par_iter().map(at).collect()
+}
+
+/// The 95 % bands over many positions: mean, root mean square and maximum of [`Leaves::tip_band`] (µm) and
+/// [`Leaves::direction_band`] (µrad).
+#[must_use]
+pub fn band(
+    machine: &Machine,
+    errors: &ErrorModel,
+    covariance: &Covariance,
+    positions: &[(PerAxis, Situation)],
+) -> Quality {
+    let leaves = leaves(machine, errors, covariance, positions);
+    let bands = leaves
+        .par_iter()
+        .map(|at| [at.tip_band(), at.direction_band()]);
+    let bands: Vec<[f64; 2]> = bands.collect();
+    Quality {
+        translation_um: Statistics::of(bands.iter().map(|[tip, _]| tip * 1e3)),
+        direction_urad: Statistics::of(bands.iter().map(|[_, direction]| direction * 1e6)),
+    }
+}
+
+/// How the tip (mm) and the unit vector of the tool's direction (rad) change with each parameter, in the
+/// workpiece frame.
+#[must_use]
+pub fn derivatives(
+    kinematics: &Kinematics<'_>,
+    parameters: &[Parameter],
+    q: &PerAxis,
+    situation: &Situation,
+) -> [Matrix3xX<f64>; 2] {
+    Changes::new(kinematics, q, situation).by(parameters)
+}
+
+/// How the tip, and a point 1 mm further along the tool, change with errors at a position.
+struct Changes<'a> {
+    kinematics: &'a Kinematics<'a>,
+    q: &'a PerAxis,
+    situation: &'a Situation,
+    at_tip: Sensitivity,
+    at_further: Sensitivity,
+}
+
+impl<'a> Changes<'a> {
+    fn new(kinematics: &'a Kinematics<'a>, q: &'a PerAxis, situation: &'a Situation) -> Self {
+        let machine = kinematics.machine;
+        let tip = situation.length.map_or(machine.tip, |l| machine.tip_at(l));
+        let tip = Vector3::from(tip);
+        let further = tip + Vector3::ith(machine.tool_axis, 1.0);
+        let [at_tip, at_further] =
+            [tip, further].map(|point| kinematics.sensitivity(q, situation, &point));
+        Self {
+            kinematics,
+            q,
+            situation,
+            at_tip,
+            at_further,
+        }
+    }
+
+    /// With each parameter: tip and direction.
+    fn by(&self, parameters: &[Parameter]) -> [Matrix3xX<f64>; 2] {
+        let (machine, errors) = (self.kinematics.machine, self.kinematics.errors);
+        self.columns(parameters.iter().map(|parameter| {
+            let per_unit = errors.per_unit(machine, *parameter, self.q, self.situation);
+            let of = |sensitivity: &Sensitivity| -> Vector3<f64> {
+                let axis = machine.index(parameter.axis).unwrap_or(machine.axes.len());
+                let columns = match parameter.kind {
+                    ParameterKind::Inter => &sensitivity.by_inter[axis],
+                    _ => &sensitivity.by_intra[axis],
+                };
+                columns.column(parameter.component) * per_unit.unwrap_or(0.0)
+            };
+            [of(&self.at_tip), of(&self.at_further)]
+        }))
+    }
+
+    /// With each tabulated motion that is uncertain, by its standard uncertainty.
+    fn of_tables(&self) -> [Matrix3xX<f64>; 2] {
+        let errors = self.kinematics.errors;
+        self.columns(errors.table_uncertainty.keys().map(|(axis, component)| {
+            let q = self.q[*axis];
+            let u = errors.table_uncertainty_at(*axis, *component, q, self.situation);
+            [&self.at_tip, &self.at_further].map(|s| s.by_intra[*axis].column(*component) * u)
+        }))
+    }
+
+    /// Of changes of both points those of tip and direction.
+    fn columns(&self, changes: impl Iterator<Item = [Vector3<f64>; 2]>) -> [Matrix3xX<f64>; 2] {
+        let all: Vec<[Vector3<f64>; 2]> =
+            changes.map(|[tip, further]| [tip, further - tip]).collect();
+        [0, 1].map(|k| Matrix3xX::from_fn(all.len(), |i, j| all[j][k][i]))
+    }
+}
+
+/// J·R·(J·R)ᵀ.
+pub fn of_root(derivatives: &Matrix3xX<f64>, root: &DMatrix<f64>) -> Matrix3<f64> {
+    let spread = derivatives * root;
+    &spread * spread.transpose()
+}
+
+#[cfg(test)]
+mod tests;

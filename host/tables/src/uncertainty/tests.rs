@@ -1,0 +1,217 @@
+use super::*;
+use nalgebra::DVector;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use trueaxis_model::errors::Switches;
+
+fn machine() -> Machine {
+    Machine::from_toml(include_str!("../../../../examples/kolibri/machine.toml")).unwrap()
+}
+
+fn parameter(name: &str) -> Parameter {
+    Parameter::parse(name).unwrap()
+}
+
+/// Some errors, and how well they are known: with correlations.
+fn known(machine: &Machine) -> (ErrorModel, Covariance) {
+    let mut errors = ErrorModel::perfect(machine);
+    let all = [
+        ("EB0A", 1.09e-3, 2e-6),
+        ("EZ0C", 0.02, 3e-3),
+        ("EXY2", 2e-6, 2e-7),
+        ("EAX1", 1e-7, 2e-8),
+        ("EYYb", 3e-3, 1e-3),
+        ("EXCc1", 4e-3, 2e-3),
+        ("EC0S", 1e-4, 1e-5),
+        ("EA0S", 1e-4, 1e-5),
+    ];
+    for (name, value, _) in all {
+        assert!(errors.set(machine, parameter(name), value));
+    }
+    let n = all.len();
+    let mixed = DMatrix::from_fn(n, n, |i, j| ((3 * i + 5 * j * j) as f64).sin());
+    let mixed = &mixed * mixed.transpose();
+    let unit = |i: usize| all[i].2 / mixed[(i, i)].sqrt();
+    let covariance = Covariance {
+        parameters: all.map(|(name, ..)| parameter(name)).to_vec(),
+        matrix: DMatrix::from_fn(n, n, |i, j| mixed[(i, j)] * unit(i) * unit(j)),
+    };
+    (errors, covariance)
+}
+
+fn positions(machine: &Machine) -> Vec<(PerAxis, Situation)> {
+    let mut situation = Situation::default();
+    situation.sign[machine.index('Y').unwrap()] = -1.0;
+    let longer = Situation {
+        length: Some(120.0),
+        ..situation
+    };
+    // Y, A, C, X, Z.
+    [
+        ([50.0, 0.5, 2.0, -80.0, 30.0, 0.0], situation),
+        ([-80.0, -0.9, -1.0, 60.0, -40.0, 0.0], longer),
+    ]
+    .into()
+}
+
+/// Standard normal numbers.
+fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    move || {
+        let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * random.random::<f64>()).cos()
+    }
+}
+
+/// Draws machines: 95 % of them are inside the band, tip and direction at each position.
+fn are_inside(errors: &ErrorModel, covariance: &Covariance, mut draw: impl FnMut() -> ErrorModel) {
+    let machine = machine();
+    let positions = positions(&machine);
+    let leaves = leaves(&machine, errors, covariance, &positions);
+    let draws = 20_000;
+    let mut inside = [[0; 2]; 2];
+    for _ in 0..draws {
+        let other = draw();
+        let [mean, drawn] = [errors, &other].map(|errors| Kinematics::new(&machine, errors));
+        for (inside, ((q, situation), leaves)) in
+            inside.iter_mut().zip(positions.iter().zip(&leaves))
+        {
+            let [mean, drawn] = [&mean, &drawn].map(|k| k.actual(q, situation, &Switches::ALL));
+            let tip = (drawn.t - mean.t).norm();
+            let [mean, drawn] = [mean, drawn].map(|pose| Vector3::from(machine.direction(&pose)));
+            inside[0] += usize::from(tip <= leaves.tip_band());
+            inside[1] += usize::from((drawn - mean).norm() <= leaves.direction_band());
+        }
+    }
+    for inside in inside.into_iter().flatten() {
+        let part = inside as f64 / f64::from(draws);
+        // A part of 0.95 of 20 000 draws has a standard deviation of 0.0015: four times that.
+        assert!((part - 0.95).abs() < 0.006, "{part}");
+    }
+}
+
+#[test]
+fn the_band_is_that_of_drawn_parameters_on_the_exact_machine() {
+    let machine = machine();
+    let (errors, covariance) = known(&machine);
+    let root = covariance.root();
+    let mut normal = normal(1);
+    are_inside(&errors, &covariance, || {
+        let off = &root * DVector::from_fn(root.ncols(), |_, _| normal());
+        let mut other = errors.clone();
+        for (parameter, off) in covariance.parameters.iter().zip(off.iter()) {
+            let value = errors.parameters[parameter] + off;
+            assert!(other.set(&machine, *parameter, value));
+        }
+        other
+    });
+}
+
+/// Measured motions: X came from an unknown direction, Y from above.
+const TABULATED: &str = r#"
+machine = "Kolibri"
+[tabulated.EYX]
+at = [-100.0, 0.0, 100.0]
+positive = [0.0, 2.0, 1.0]
+negative = [1.0, 0.0, 4.0]
+unit = "um"
+standard_uncertainty = 1
+[tabulated.EBY]
+at = [-100.0, -60.0, 100.0]
+value = [0.0, 1e-5, 1e-5]
+standard_uncertainty = [2e-6, 3e-6, 1e-5]
+[tabulated.ECY]
+at = [-100.0, 100.0]
+positive = [0.0, 1e-5]
+negative = [0.0, 1e-5]
+standard_uncertainty = [2e-6, 5e-6]
+"#;
+
+#[test]
+fn the_band_of_measured_motions_is_that_of_drawn_values() {
+    let machine = machine();
+    let errors = ErrorModel::from_toml(TABULATED, &machine).unwrap();
+    assert_eq!(errors.table_uncertainty.len(), 3);
+    // 200 000 draws of seed 1 have 94.99 to 95.10 % inside; its first 20 000 have up to 95.6 %.
+    let mut normal = normal(2);
+    are_inside(&errors, &Covariance::default(), || {
+        let mut other = errors.clone();
+        for ((axis, component), uncertainty) in &errors.table_uncertainty {
+            let table = errors.motions[*axis][*component].table.clone();
+            let mut table = table.unwrap();
+            for values in std::iter::once(&mut table.positive).chain(&mut table.negative) {
+                for (value, u) in values.iter_mut().zip(uncertainty) {
+                    *value += u * normal();
+                }
+            }
+            assert!(other.tabulate(*axis, *component, table));
+        }
+        other
+    });
+}
+
+#[test]
+fn a_measured_motion_is_as_uncertain_as_its_values_and_in_between_as_their_mean() {
+    let machine = machine();
+    let errors = ErrorModel::from_toml(TABULATED, &machine).unwrap();
+    let [x, y] = ['X', 'Y'].map(|axis| machine.index(axis).unwrap());
+    let at = |axis: usize, component: usize, q: f64, sign: f64| {
+        let mut situation = Situation::default();
+        situation.sign[axis] = sign;
+        errors.table_uncertainty_at(axis, component, q, &situation)
+    };
+    // Where a value is, halfway to the next, beyond the last.
+    assert_eq!(
+        [-60.0, 100.0, 120.0].map(|q| at(y, 4, q, 1.0)),
+        [3e-6, 1e-5, 1e-5]
+    );
+    assert_eq!(at(y, 4, 20.0, 1.0), 1.5e-6_f64.hypot(5e-6));
+    assert_eq!(at(y, 4, -120.0, 1.0), 2e-6);
+    // One direction, the other one, their mean.
+    assert_eq!([1.0, -1.0].map(|sign| at(x, 1, 0.0, sign)), [1e-3; 2]);
+    assert_eq!(at(x, 1, 0.0, 0.0), 1e-3 * 0.5_f64.hypot(0.5));
+    // Nothing else is uncertain.
+    assert_eq!(at(x, 0, 0.0, 1.0), 0.0);
+}
+
+#[test]
+fn a_parameter_alone_leaves_1_96_times_its_uncertainty() {
+    let machine = machine();
+    let mut errors = ErrorModel::perfect(&machine);
+    for name in ["EZ0S", "EC0S", "EB0S"] {
+        assert!(errors.set(&machine, parameter(name), 0.0));
+    }
+    let of = |name: &str, u: f64| {
+        let alone = Covariance::default().with_uncorrelated([(parameter(name), u)].into_iter());
+        band(&machine, &errors, &alone, &positions(&machine))
+    };
+    // Ten digits of 1.96; the band is found to nine.
+    let is = |found: f64, expected: f64| (found - expected).abs() < 1e-6;
+    let along = of("EZ0S", 1e-3);
+    assert!(is(along.translation_um.max, 1.959_963_985), "{along:?}");
+    assert_eq!(along.direction_urad.max, 0.0);
+    // About the tool, and across it.
+    assert!(of("EC0S", 1e-6).direction_urad.max < 1e-6);
+    let across = of("EB0S", 1e-6).direction_urad;
+    assert!(is(across.mean, 1.959_963_985), "{across:?}");
+}
+
+#[test]
+fn where_a_motion_holds_its_end_value_so_does_its_uncertainty() {
+    let machine = machine();
+    let mut errors = ErrorModel::perfect(&machine);
+    assert!(errors.set(&machine, parameter("EZX2"), 1e-6));
+    let x = machine.index('X').unwrap();
+    errors.calibrated[x] = [-50.0, 50.0];
+    let alone = Covariance::default().with_uncorrelated([(parameter("EZX2"), 1e-7)].into_iter());
+    let at = |position: f64| {
+        let mut q = [0.0; trueaxis_model::machine::MAX_AXES];
+        q[x] = position;
+        band(&machine, &errors, &alone, &[(q, Situation::default())])
+            .translation_um
+            .max
+    };
+    assert_eq!(at(90.0), at(50.0));
+    // 1e-7 · 50².
+    assert!((at(50.0) - 1.959_963_985 * 0.25).abs() < 1e-6);
+}

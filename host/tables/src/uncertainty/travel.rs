@@ -1,0 +1,73 @@
+//! The band over the travel of a machine.
+
+use super::band;
+use crate::validate::{DrawError, Quality, Region, is_partly_calibrated, random_commands};
+use serde::Serialize;
+use trueaxis_model::errors::ErrorModel;
+use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::machine::Machine;
+
+/// Positions at which it is looked for: a mean over so many is known to 3 % where bands scatter as much as
+/// they are large.
+const POSITIONS: usize = 1000;
+/// Keeps them apart from those of a proof.
+const OWN: u64 = 0x0095_0095;
+
+/// What the uncertainty of the parameters leaves over the travel, with a probability of 95 %.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OverTravel {
+    /// Random positions.
+    pub positions: usize,
+    /// Over the whole travel.
+    pub travel: Quality,
+    /// Where no error motion holds its end value, if that is not the whole travel.
+    pub inside: Option<Quality>,
+    /// Parameters with a standard uncertainty.
+    pub parameters: usize,
+    /// Parameters without one: they count as exact.
+    pub exact: usize,
+    /// Parameters whose correlations are known; the others count as uncorrelated.
+    pub correlated: usize,
+    /// Tabulated motions with a standard uncertainty.
+    pub tables: usize,
+    /// Tabulated motions without one: they count as exact.
+    pub exact_tables: usize,
+}
+
+/// The 95 % bands over the travel, with the policy and the random directions of travel, tool lengths and
+/// temperatures of a proof; `None` if no parameter and no tabulated motion has an uncertainty.
+///
+/// # Errors
+/// [`DrawError`] if hardly a position is where no error motion holds its end value.
+pub fn over_travel(
+    kinematics: &Kinematics<'_>,
+    seed: u64,
+) -> Result<Option<OverTravel>, DrawError> {
+    let (machine, errors): (&Machine, &ErrorModel) = (kinematics.machine, kinematics.errors);
+    let covariance = errors.covariance();
+    if covariance.parameters.is_empty() && errors.table_uncertainty.is_empty() {
+        return Ok(None);
+    }
+    let over = |region: Region| {
+        let commands = random_commands(kinematics, region, POSITIONS, seed ^ OWN)?;
+        let positions = commands.iter().map(|command| command.kinematic(machine));
+        let positions: Vec<_> = positions.collect();
+        Ok::<Quality, DrawError>(band(machine, errors, &covariance, &positions))
+    };
+    let motions = errors.motions.iter().flatten();
+    let tabulated = motions.filter(|motion| motion.table.is_some()).count();
+    let is_known = |p| covariance.parameters.contains(p);
+    Ok(Some(OverTravel {
+        positions: POSITIONS,
+        travel: over(Region::Travel)?,
+        inside: match is_partly_calibrated(machine, errors) {
+            true => Some(over(Region::Inside)?),
+            false => None,
+        },
+        parameters: covariance.parameters.len(),
+        exact: errors.parameters.keys().filter(|p| !is_known(p)).count(),
+        correlated: (errors.correlated.as_ref()).map_or(0, |known| known.parameters.len()),
+        tables: errors.table_uncertainty.len(),
+        exact_tables: tabulated - errors.table_uncertainty.len(),
+    }))
+}

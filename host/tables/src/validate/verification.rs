@@ -1,0 +1,339 @@
+//! Tables beside the exact correction, at many positions.
+
+use super::{Command, Runtime, holds, is_near_point};
+use crate::policy::tolerance_urad;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use trueaxis_model::errors::{ErrorModel, Switches};
+use trueaxis_model::kinematics::{NotConverged, Policy, Twist};
+use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+
+/// Part of the values that is not above [`Statistics::p95`].
+const MOST: f64 = 0.95;
+
+/// Mean, root mean square, the value that 95 % do not exceed, and maximum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// The least of the values that at least 95 % of them do not exceed.
+    pub p95: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl Statistics {
+    /// Of some values; 0 of none.
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+        let mut values: Vec<f64> = values.collect();
+        let n = values.len() as f64;
+        let (mut sum, mut squares, mut max) = (0.0, 0.0, 0.0_f64);
+        for v in &values {
+            sum += v;
+            squares += v * v;
+            max = max.max(*v);
+        }
+        if values.is_empty() {
+            return Self::default();
+        }
+        let place = (MOST * n).ceil() as usize - 1;
+        let (_, p95, _) = values.select_nth_unstable_by(place, f64::total_cmp);
+        Self {
+            mean: sum / n,
+            rms: (squares / n).sqrt(),
+            p95: *p95,
+            max,
+        }
+    }
+}
+
+/// Volumetric error over many positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Quality {
+    /// Length of the translational volumetric error (µm).
+    pub translation_um: Statistics,
+    /// Tool-direction error: rotation across the tool axis (µrad).
+    pub direction_urad: Statistics,
+}
+
+/// How far the tables of one axis are from its kinematic correction, and how large that is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisDeviation {
+    /// Letter of the axis.
+    pub axis: char,
+    /// `µm` or `µrad`.
+    pub unit: &'static str,
+    /// Largest deviation of the tables from the kinematic correction (µm, µrad).
+    pub deviation: f64,
+    /// Largest kinematic correction, less that of the zero position (µm, µrad).
+    pub kinematic: f64,
+}
+
+/// Comparison over one region.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// Number of positions.
+    pub positions: usize,
+    /// Without correction, but for that of the zero position.
+    pub before: Quality,
+    /// With the tables.
+    pub after: Quality,
+    /// With the exact kinematic correction: what no correction can do better.
+    pub kinematic: Quality,
+    /// Largest difference of table corrections to kinematic corrections in what matters: at the tip under
+    /// the policy *direction*, of a linear axis under the others (µm).
+    pub difference_um: f64,
+    /// The same in rotation: of the tool's direction, or of a rotary axis (µrad).
+    pub difference_urad: f64,
+    /// Positions at which the tool's direction is worse after than before, by more than 1 µrad.
+    pub direction_worse: usize,
+    /// What the rotary axes are corrected for.
+    #[serde(skip)]
+    pub policy: Policy,
+    /// The same of each axis, beside its largest kinematic correction.
+    pub deviations: Vec<AxisDeviation>,
+    /// Where the worst difference is (mm, deg): the first of all places where it is hardly less.
+    pub worst_at: Vec<f64>,
+    /// Largest correction of each axis (mm, deg).
+    pub largest: Vec<f64>,
+}
+
+impl Verification {
+    /// True if the tables differ from the kinematic correction by at most `um` µm, and in rotation by
+    /// what the policy makes of that ([`tolerance_urad`]).
+    #[must_use]
+    pub fn meets(&self, um: f64) -> bool {
+        self.difference_um <= um && self.difference_urad <= tolerance_urad(self.policy, um)
+    }
+}
+
+/// The error of the tool's direction (rad): rotation of a twist in the tool frame across the tool axis.
+#[must_use]
+pub fn direction(machine: &Machine, error: &Twist) -> f64 {
+    let mut across = error.r;
+    across[machine.tool_axis] = 0.0;
+    across.norm()
+}
+
+/// Places whose difference is this part of the largest are as bad: where a table depends on one axis
+/// only, many are, and the last bit of a mathematical library must not decide which one is named.
+const AS_BAD: f64 = 0.99;
+
+/// A direction that is worse by less than this (rad) is as good as before.
+const WORSE: f64 = 1e-6;
+
+/// One position: before, after, and with the kinematic correction.
+struct Sample {
+    /// Length of the translational error (mm).
+    translation: [f64; 3],
+    /// Rotation across the tool axis (rad).
+    direction: [f64; 3],
+    /// Of the tables from the kinematic correction, without sign (mm, rad).
+    deviation: PerAxis,
+    /// The same at the tip (mm), and of the tool's direction (rad).
+    apart: [f64; 2],
+    /// The kinematic correction less that of the zero position, without sign (mm, rad).
+    kinematic: PerAxis,
+    /// Of the tables (mm, deg).
+    corrections: [f32; MAX_AXES],
+    /// True if an error motion holds its end value.
+    holds: bool,
+    /// True within one correction of a measured point.
+    near: bool,
+}
+
+/// What was measured at given commands, to be looked at as a whole or in parts.
+pub struct Measured<'a> {
+    machine: &'a Machine,
+    policy: Policy,
+    commands: Vec<Command>,
+    samples: Vec<Sample>,
+}
+
+impl<'a> Measured<'a> {
+    /// Compares tables and exact corrections at given commands.
+    ///
+    /// `zero` (mm, rad) was subtracted from the tables: all that is compared is on a machine whose
+    /// datum is corrected by that much, before and after. `progress` is called once per position.
+    ///
+    /// # Errors
+    /// [`NotConverged`] where the kinematic correction itself fails.
+    pub fn new(
+        machine: &'a Machine,
+        errors: &ErrorModel,
+        runtime: &Runtime<'_>,
+        zero: &PerAxis,
+        commands: Vec<Command>,
+        progress: impl Fn() + Sync,
+    ) -> Result<Self, NotConverged> {
+        let kinematics = runtime.kinematics(machine, errors);
+        let across = |r: Vector3<f64>| {
+            let t = Vector3::zeros();
+            direction(machine, &Twist { t, r })
+        };
+        let samples: Result<Vec<Sample>, NotConverged> = commands
+            .par_iter()
+            .map(|command| {
+                let (q, situation) = command.kinematic(machine);
+                let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+                let corrections = runtime.evaluate(command);
+                let mut dq = machine.to_kinematic(&corrections.map(f64::from));
+                for (d, z) in dq.iter_mut().zip(zero) {
+                    *d += z;
+                }
+                let errors_left =
+                    [*zero, dq, exact].map(|dq| kinematics.volumetric_error(&q, &dq, &situation));
+                progress();
+                Ok(Sample {
+                    translation: errors_left.each_ref().map(|error| error.t.norm()),
+                    direction: errors_left
+                        .each_ref()
+                        .map(|error| direction(machine, error)),
+                    apart: [
+                        (errors_left[1].t - errors_left[2].t).norm(),
+                        across(errors_left[1].r - errors_left[2].r),
+                    ],
+                    deviation: std::array::from_fn(|i| (dq[i] - exact[i]).abs()),
+                    kinematic: std::array::from_fn(|i| (exact[i] - zero[i]).abs()),
+                    corrections,
+                    holds: holds(machine, errors, &q, &exact),
+                    near: is_near_point(machine, errors, &q, &exact),
+                })
+            })
+            .collect();
+        Ok(Self {
+            machine,
+            policy: kinematics.policy,
+            commands,
+            samples: samples?,
+        })
+    }
+
+    /// All positions together.
+    #[must_use]
+    pub fn everywhere(&self) -> Verification {
+        self.over(|_| true)
+    }
+
+    /// Those where no error motion holds its end value, farther than one correction from measured points;
+    /// `None` if there are none.
+    #[must_use]
+    pub fn inside(&self) -> Option<Verification> {
+        Some(self.over(|sample| !sample.holds && !sample.near)).filter(|found| found.positions > 0)
+    }
+
+    /// Those within one correction of a measured point, where no error motion holds its end value; `None` if
+    /// there are none.
+    #[must_use]
+    pub fn near_points(&self) -> Option<Verification> {
+        Some(self.over(|sample| !sample.holds && sample.near)).filter(|found| found.positions > 0)
+    }
+
+    /// Those where an error motion holds its end value; `None` if there are none.
+    #[must_use]
+    pub fn outside(&self) -> Option<Verification> {
+        Some(self.over(|sample| sample.holds)).filter(|found| found.positions > 0)
+    }
+
+    fn over(&self, counts: impl Fn(&Sample) -> bool) -> Verification {
+        let places = || {
+            let all = self.samples.iter().zip(&self.commands);
+            all.filter(|(sample, _)| counts(sample))
+        };
+        let samples = || places().map(|(sample, _)| sample);
+        let most = |of: &dyn Fn(&Sample) -> f64| samples().map(of).fold(0.0, f64::max);
+        let quality = |which: usize| Quality {
+            translation_um: Statistics::of(samples().map(|s| s.translation[which] * 1e3)),
+            direction_urad: Statistics::of(samples().map(|s| s.direction[which] * 1e6)),
+        };
+        let machine = self.machine;
+        let scale = |i: usize| match machine.axes[i].letter.is_rotary() {
+            true => 1e6,
+            false => 1e3,
+        };
+        let axes = 0..machine.axes.len();
+        let deviations: Vec<AxisDeviation> = axes
+            .clone()
+            .map(|i| AxisDeviation {
+                axis: machine.axes[i].letter.char(),
+                unit: match machine.axes[i].letter.is_rotary() {
+                    true => "µrad",
+                    false => "µm",
+                },
+                deviation: most(&|s| s.deviation[i]) * scale(i),
+                kinematic: most(&|s| s.kinematic[i]) * scale(i),
+            })
+            .collect();
+        let worst = |rotary: bool| {
+            let same = axes.clone().zip(&deviations);
+            same.filter(|(i, _)| machine.axes[*i].letter.is_rotary() == rotary)
+                .map(|(_, found)| found.deviation)
+                .fold(0.0, f64::max)
+        };
+        let [difference_um, difference_urad] = match self.policy {
+            Policy::Direction { .. } => [most(&|s| s.apart[0]) * 1e3, most(&|s| s.apart[1]) * 1e6],
+            Policy::Orientation | Policy::Position => [worst(false), worst(true)],
+        };
+        let is_worst = |s: &Sample| match self.policy {
+            // The direction may deviate so much more that it hardly ever counts.
+            Policy::Direction { .. } => s.apart[0] * 1e3 >= AS_BAD * difference_um,
+            Policy::Orientation | Policy::Position => {
+                let bad = AS_BAD * difference_um.max(difference_urad);
+                axes.clone().any(|i| s.deviation[i] * scale(i) >= bad)
+            }
+        };
+        let worst_at = places()
+            .find(|(s, _)| is_worst(s))
+            .map(|(_, command)| axes.clone().map(|i| f64::from(command.axes[i])).collect())
+            .unwrap_or_default();
+        Verification {
+            positions: places().count(),
+            before: quality(0),
+            after: quality(1),
+            kinematic: quality(2),
+            difference_um,
+            difference_urad,
+            direction_worse: samples()
+                .filter(|s| s.direction[1] > s.direction[0] + WORSE)
+                .count(),
+            policy: self.policy,
+            deviations,
+            worst_at,
+            largest: axes
+                .map(|i| most(&|s| f64::from(s.corrections[i].abs())))
+                .collect(),
+        }
+    }
+}
+
+/// Compares tables and exact corrections at given commands, all together, as [`Measured::new`].
+///
+/// # Errors
+/// [`NotConverged`] where the kinematic correction itself fails.
+pub fn verify(
+    machine: &Machine,
+    errors: &ErrorModel,
+    runtime: &Runtime<'_>,
+    zero: &PerAxis,
+    commands: &[Command],
+    progress: impl Fn() + Sync,
+) -> Result<Verification, NotConverged> {
+    Ok(Measured::new(machine, errors, runtime, zero, commands.to_vec(), progress)?.everywhere())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Statistics;
+
+    #[test]
+    fn of_twenty_values_nineteen_do_not_exceed_the_second_largest() {
+        let found = Statistics::of((1..=20).rev().map(f64::from));
+        assert_eq!((found.mean, found.p95, found.max), (10.5, 19.0, 20.0));
+        let one = Statistics::of(std::iter::once(3.0));
+        assert_eq!((one.mean, one.rms, one.p95, one.max), (3.0, 3.0, 3.0, 3.0));
+        assert_eq!(Statistics::of(std::iter::empty()), Statistics::default());
+    }
+}

@@ -1,0 +1,258 @@
+//! What was recomputed: figures beside those of the document, tables, pictures.
+
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+use trueaxis_report::picture::{Bars, Chart};
+
+/// A figure, rounded as it is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Figure {
+    /// A number with so many decimals: rounded, so that it is the same on every system.
+    Number {
+        /// Its value.
+        value: f64,
+        /// Decimals that are shown.
+        decimals: usize,
+    },
+    /// A count, which is the same everywhere.
+    Count(u64),
+    /// Words.
+    Words(String),
+    /// None.
+    Nothing,
+}
+
+impl Figure {
+    /// A number with so many decimals.
+    #[must_use]
+    pub fn new(value: f64, decimals: usize) -> Self {
+        Self::Number { value, decimals }
+    }
+
+    /// A count.
+    #[must_use]
+    pub fn count(count: usize) -> Self {
+        Self::Count(count as u64)
+    }
+
+    /// As it is shown: `-` for none.
+    #[must_use]
+    pub fn text(&self) -> String {
+        match self {
+            // No negative zero.
+            Self::Number { value, decimals } => {
+                let text = format!("{value:.decimals$}");
+                match text.trim_start_matches('-').parse() == Ok(0.0_f64) {
+                    true => text.trim_start_matches('-').to_owned(),
+                    false => text,
+                }
+            }
+            Self::Count(count) => count.to_string(),
+            Self::Words(words) => words.clone(),
+            Self::Nothing => "-".to_owned(),
+        }
+    }
+}
+
+impl Serialize for Figure {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Number { .. } => match self.text().parse::<f64>() {
+                Ok(value) => to.serialize_f64(value),
+                Err(_) => to.serialize_none(),
+            },
+            Self::Count(count) => to.serialize_u64(*count),
+            Self::Words(words) => to.serialize_str(words),
+            Self::Nothing => to.serialize_none(),
+        }
+    }
+}
+
+/// A figure of the document, and what it is here.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Compared {
+    /// What it is of.
+    pub what: String,
+    /// Its unit, if it has one.
+    pub unit: &'static str,
+    /// In the document.
+    pub document: Figure,
+    /// Recomputed, with the same scheme.
+    pub ours: Figure,
+    /// The scheme `exact` instead, under the policy *orientation*.
+    pub exact_orientation: Figure,
+    /// The same under the policy *direction*.
+    pub exact_direction: Figure,
+    /// Why the two differ, where they do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why: Option<&'static str>,
+}
+
+impl Compared {
+    /// A figure that has nothing to do with a scheme.
+    #[must_use]
+    pub fn plain(what: impl Into<String>, document: Figure, ours: Figure) -> Self {
+        Self {
+            what: what.into(),
+            unit: "",
+            document,
+            ours,
+            exact_orientation: Figure::Nothing,
+            exact_direction: Figure::Nothing,
+            why: None,
+        }
+    }
+
+    /// The same with its unit.
+    #[must_use]
+    pub fn in_unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
+
+    /// The same with what `exact` does under *orientation* and *direction*.
+    #[must_use]
+    pub fn beside(mut self, [orientation, direction]: [Figure; 2]) -> Self {
+        (self.exact_orientation, self.exact_direction) = (orientation, direction);
+        self
+    }
+
+    /// The same with why it differs.
+    #[must_use]
+    pub fn because(mut self, why: &'static str) -> Self {
+        self.why = Some(why);
+        self
+    }
+}
+
+/// A statement of the document, and whether it holds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fixed {
+    /// The statement.
+    pub statement: String,
+    /// What was found.
+    pub found: String,
+    /// Whether it holds.
+    pub holds: bool,
+}
+
+/// Figures that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// What they are, with their unit.
+    pub title: String,
+    /// What the rows are.
+    pub of: &'static str,
+    /// What the columns are.
+    pub columns: Vec<String>,
+    /// Name and figures of each row.
+    pub rows: Vec<(String, Vec<Figure>)>,
+}
+
+/// A row by its columns' names.
+struct ByColumn<'a>(&'a [String], &'a str, &'a [Figure]);
+
+impl Serialize for ByColumn<'_> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let mut map = to.serialize_map(Some(self.0.len() + 1))?;
+        map.serialize_entry("of", self.1)?;
+        for (column, figure) in self.0.iter().zip(self.2) {
+            map.serialize_entry(column, figure)?;
+        }
+        map.end()
+    }
+}
+
+impl Serialize for Table {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let rows = self.rows.iter();
+        let rows: Vec<ByColumn<'_>> = rows
+            .map(|(name, figures)| ByColumn(&self.columns, name, figures))
+            .collect();
+        let mut map = to.serialize_map(Some(2))?;
+        map.serialize_entry("title", &self.title)?;
+        map.serialize_entry("rows", &rows)?;
+        map.end()
+    }
+}
+
+/// A picture: a figure of the document, recomputed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Picture {
+    /// Name of its file, without `.svg`.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: String,
+    /// What is drawn.
+    #[serde(skip)]
+    pub drawn: Drawn,
+}
+
+/// What is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drawn {
+    /// Curves or points over an axis.
+    Chart(Chart),
+    /// A bar for each name.
+    Bars(Bars),
+}
+
+impl Picture {
+    /// The picture as a file.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        match &self.drawn {
+            Drawn::Chart(chart) => chart.draw().file(),
+            Drawn::Bars(bars) => bars.draw().file(),
+        }
+    }
+}
+
+/// A chapter or section of the document.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Chapter {
+    /// What of the document it is.
+    pub title: &'static str,
+    /// How it was recomputed.
+    pub how: &'static str,
+    /// The document's figures and ours.
+    pub compared: Vec<Compared>,
+    /// More figures.
+    pub tables: Vec<Table>,
+    /// Statements that our computation meets, or fails.
+    pub fixed: Vec<Fixed>,
+    /// Arithmetic on the document's own figures and lists, which tests no computation of ours.
+    pub arithmetic: Vec<Fixed>,
+    /// Its pictures.
+    pub pictures: Vec<Picture>,
+}
+
+/// What cannot be recomputed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NotReproduced {
+    /// What of the document.
+    pub what: &'static str,
+    /// What would be needed.
+    pub needed: &'static str,
+}
+
+/// Everything.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reproduced {
+    /// What was recomputed.
+    pub chapters: Vec<Chapter>,
+    /// What was not.
+    pub not_reproduced: Vec<NotReproduced>,
+}
+
+impl Reproduced {
+    /// The statements that our computation must meet.
+    pub fn fixed(&self) -> impl Iterator<Item = &Fixed> {
+        self.chapters.iter().flat_map(|chapter| &chapter.fixed)
+    }
+
+    /// Arithmetic on the document's own figures and lists.
+    pub fn arithmetic(&self) -> impl Iterator<Item = &Fixed> {
+        self.chapters.iter().flat_map(|chapter| &chapter.arithmetic)
+    }
+}

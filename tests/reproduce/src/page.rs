@@ -1,0 +1,136 @@
+//! The page of the manual.
+
+use super::{Chapter, Compared, Figure, Fixed, Reproduced, Table};
+use std::fmt::Write;
+
+const HEAD: &str = "# The document's figures, recomputed
+
+<!-- Written by `cargo xtask reproduce`: change that, not this. -->
+
+`cargo xtask reproduce` writes this page, its pictures, and `reproduced.json` with the same for programs; a test holds
+what is fixed from outside, and arithmetic on the document's own figures and lists, which stands apart. *Ours* is
+what the same scheme gives here; beside it stands what [`exact`](exact.md) gives instead, under the policies
+[*orientation* and *direction*](policies.md). Machines, parameters and strategies are those that the document publishes
+(`examples/`). What it does not publish is assumed there, and nothing is fitted to its results. Its misprints: [The source document, reproduced](reproduction.md).
+";
+
+/// The page (Markdown), with pictures in the folder `pictures` beside it.
+#[must_use]
+pub fn page(reproduced: &Reproduced) -> String {
+    let mut text = HEAD.to_owned();
+    for chapter in &reproduced.chapters {
+        write_chapter(&mut text, chapter);
+    }
+    if !reproduced.not_reproduced.is_empty() {
+        text += "\n## What cannot be recomputed\n\n| what | what would be needed |\n|---|---|\n";
+        for missing in &reproduced.not_reproduced {
+            let _ = writeln!(text, "| {} | {} |", missing.what, missing.needed);
+        }
+    }
+    text
+}
+
+fn write_chapter(text: &mut String, chapter: &Chapter) {
+    let _ = write!(text, "\n## {}\n\n", chapter.title);
+    wrap(text, "", chapter.how);
+    if !chapter.compared.is_empty() {
+        write_compared(text, &chapter.compared);
+    }
+    for picture in &chapter.pictures {
+        let _ = write!(
+            text,
+            "\n![{}](pictures/{}.svg)\n",
+            picture.title, picture.name
+        );
+    }
+    for table in &chapter.tables {
+        write_table(text, table);
+    }
+    write_statements(text, "Fixed from outside", &chapter.fixed);
+    write_statements(
+        text,
+        "Arithmetic on the document's own figures",
+        &chapter.arithmetic,
+    );
+}
+
+fn write_statements(text: &mut String, head: &str, statements: &[Fixed]) {
+    if statements.is_empty() {
+        return;
+    }
+    let _ = write!(text, "\n{head}:\n\n");
+    for one in statements {
+        let holds = if one.holds { "holds" } else { "does not hold" };
+        let said = format!("{}: {} ({holds}).", one.statement, one.found);
+        wrap(text, "- ", &said);
+    }
+}
+
+fn write_compared(text: &mut String, all: &[Compared]) {
+    let mut reasons: Vec<&str> = Vec::new();
+    text.push_str(
+        "\n| figure | | document | ours | exact, orientation | exact, direction | why |\n\
+        |---|---|--:|--:|--:|--:|--:|\n",
+    );
+    for one in all {
+        let why = one.why.map_or(String::new(), |why| {
+            let known = reasons.iter().position(|reason| *reason == why);
+            let number = known.unwrap_or_else(|| {
+                reasons.push(why);
+                reasons.len() - 1
+            });
+            (number + 1).to_string()
+        });
+        let figures = [
+            &one.document,
+            &one.ours,
+            &one.exact_orientation,
+            &one.exact_direction,
+        ];
+        let figures = figures.map(Figure::text).join(" | ");
+        let _ = writeln!(text, "| {} | {} | {figures} | {why} |", one.what, one.unit);
+    }
+    if !reasons.is_empty() {
+        text.push_str("\nWhy:\n\n");
+        for (number, reason) in reasons.iter().enumerate() {
+            wrap(text, &format!("{}. ", number + 1), &format!("{reason}."));
+        }
+    }
+}
+
+fn write_table(text: &mut String, table: &Table) {
+    let _ = write!(text, "\n**{}**\n\n| {} |", table.title, table.of);
+    for column in &table.columns {
+        let _ = write!(text, " {column} |");
+    }
+    let _ = writeln!(text, "\n|---|{}", "--:|".repeat(table.columns.len()));
+    for (name, figures) in &table.rows {
+        let figures: Vec<String> = figures.iter().map(Figure::text).collect();
+        let _ = writeln!(text, "| {name} | {} |", figures.join(" | "));
+    }
+}
+
+/// Characters of a line of the manual.
+const WIDE: usize = 118;
+
+/// Words in lines, the first behind a mark, the others below its text.
+fn wrap(text: &mut String, mark: &str, words: &str) {
+    let mut line = mark.to_owned();
+    let mut is_empty = true;
+    for word in words.split_whitespace() {
+        let room = line.chars().count() + 1 + word.chars().count();
+        if !is_empty && room > WIDE {
+            text.push_str(line.trim_end());
+            text.push('\n');
+            line = " ".repeat(mark.len());
+            is_empty = true;
+        }
+        if !is_empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        is_empty = false;
+    }
+    text.push_str(line.trim_end());
+    text.push('\n');
+}

@@ -1,0 +1,217 @@
+//! The document's way to validate (Figs. 5.6, 6.2, 6.5): a ball is probed while something corrects the axes, and the
+//! parameters are identified once more.
+
+use super::ReproduceError;
+use super::embedded::Example;
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{Probing, Probings};
+use trueaxis_measure::identify::{
+    Compensated, Identified, Options, Problem, compensability, identify,
+};
+use trueaxis_measure::simulate::{Disturbances, compensated, corrections};
+use trueaxis_model::errors::{ErrorModel, Motion, Parameter, Situation, Switches};
+use trueaxis_model::kinematics::{Kinematics, Policy};
+use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_tables::compile::{self, Built};
+use trueaxis_tables::schemes::{self, Scheme, poly25, trigo23};
+use trueaxis_tables::validate::Runtime;
+
+/// Nodes along each axis that polynomials and trigonometric functions are fitted on (sections 5.9.1, 6.8).
+const NODES: usize = 10;
+
+pub fn poly25(objective: poly25::Objective) -> Scheme {
+    Scheme::Poly25(poly25::Wanted {
+        objective,
+        nodes: NODES,
+    })
+}
+
+pub fn trigo23(free: bool) -> Scheme {
+    Scheme::Trigo23(trigo23::Wanted { free, nodes: NODES })
+}
+
+pub fn fik() -> Scheme {
+    Scheme::Fik {
+        adjustable: Vec::new(),
+    }
+}
+
+/// Both policies that `exact` is shown under.
+pub fn both() -> [Policy; 2] {
+    [Policy::Orientation, Policy::default()]
+}
+
+/// Options of a compensation, proven at so many positions.
+pub fn options(
+    scheme: Scheme,
+    policy: Policy,
+    points: Option<usize>,
+    random: usize,
+) -> compile::Options {
+    compile::Options {
+        scheme,
+        tables: schemes::Options {
+            policy,
+            points,
+            ..schemes::Options::default()
+        },
+        allow_large: true,
+        random,
+        ..compile::Options::default()
+    }
+}
+
+/// The tables of a scheme, without a proof.
+pub fn built(
+    machine: &Machine,
+    errors: &ErrorModel,
+    scheme: Scheme,
+    policy: Policy,
+    points: Option<usize>,
+) -> Result<Built, ReproduceError> {
+    let options = options(scheme, policy, points, 0);
+    Ok(compile::build(machine, errors, &options, &())?)
+}
+
+/// Tolerance (mm) of `exact` where there are error motions: what the document's coefficients mean is no finer.
+const COARSE: f64 = 1e-3;
+
+/// The tables of `exact`: to its usual tolerance for errors that are numbers, to 1 µm for polynomials.
+pub fn exact(
+    machine: &Machine,
+    errors: &ErrorModel,
+    policy: Policy,
+) -> Result<Built, ReproduceError> {
+    let mut options = options(Scheme::default(), policy, None, 0);
+    if errors.motions.iter().flatten().any(Motion::holds) {
+        options.tables.tolerance = COARSE;
+    }
+    Ok(compile::build(machine, errors, &options, &())?)
+}
+
+/// What corrects the axes while a machine is probed.
+pub enum Corrector<'a> {
+    /// Nothing does.
+    Nothing,
+    /// The kinematic correction of errors that are known: the document's K-B.
+    Kinematic(Box<Kinematics<'a>>),
+    /// Tables.
+    Tables(Runtime<'a>),
+}
+
+impl<'a> Corrector<'a> {
+    /// The tables of a blob.
+    pub fn tables(built: &'a Built) -> Result<Self, ReproduceError> {
+        Ok(Self::Tables(Runtime::load(&built.blob)?))
+    }
+
+    /// The kinematic correction as the document has it.
+    pub fn kinematic(machine: &'a Machine, known: &'a ErrorModel) -> Self {
+        Self::Kinematic(Box::new(
+            Kinematics::new(machine, known).with_policy(Policy::Orientation),
+        ))
+    }
+
+    fn of(
+        &self,
+        kinematics: &Kinematics<'_>,
+        rows: &[Probing],
+    ) -> Result<Vec<PerAxis>, ReproduceError> {
+        let machine = kinematics.machine;
+        match self {
+            Self::Nothing => Ok(vec![PerAxis::default(); rows.len()]),
+            Self::Tables(runtime) => Ok(corrections(machine, runtime, rows)),
+            Self::Kinematic(known) => (rows.iter())
+                .map(|row| {
+                    let q = machine.to_kinematic(&row.position);
+                    let situation = Situation {
+                        sign: row.direction,
+                        ..Situation::default()
+                    };
+                    let dq = known.correction(&q, &situation, &Switches::ALL)?.dq;
+                    Ok(machine.to_command(&dq))
+                })
+                .collect(),
+        }
+    }
+}
+
+/// A machine that is probed, and what is looked for.
+pub struct Validation<'a> {
+    pub machine: &'a Machine,
+    pub artefact: Artefact,
+    pub strategy: Probings,
+    pub parameters: Vec<Parameter>,
+}
+
+impl<'a> Validation<'a> {
+    /// The strategy of an example, with the parameters of an error model.
+    pub fn new(
+        example: &'a Example,
+        strategy: super::embedded::Strategy,
+        parameters: &ErrorModel,
+    ) -> Result<Self, ReproduceError> {
+        Ok(Self {
+            machine: &example.machine,
+            artefact: example.artefact()?,
+            strategy: example.strategy(strategy)?,
+            parameters: parameters.parameters.keys().copied().collect(),
+        })
+    }
+
+    /// The readings on a machine with these errors.
+    pub fn probed(
+        &self,
+        actual: &ErrorModel,
+        corrector: &Corrector<'_>,
+        disturbances: &Disturbances,
+    ) -> Result<Probings, ReproduceError> {
+        let kinematics = Kinematics::new(self.machine, actual);
+        compensated(
+            &kinematics,
+            &self.artefact,
+            &self.strategy,
+            disturbances,
+            |rows| corrector.of(&kinematics, rows),
+        )
+    }
+
+    /// What is identified on a machine with these errors.
+    pub fn identified(
+        &self,
+        actual: &ErrorModel,
+        corrector: &Corrector<'_>,
+        disturbances: &Disturbances,
+    ) -> Result<Identified, ReproduceError> {
+        Ok(self.both(actual, corrector, disturbances)?.1)
+    }
+
+    fn both(
+        &self,
+        actual: &ErrorModel,
+        corrector: &Corrector<'_>,
+        disturbances: &Disturbances,
+    ) -> Result<(Problem<'_>, Identified), ReproduceError> {
+        let measured = self.probed(actual, corrector, disturbances)?;
+        let base = ErrorModel::perfect(self.machine);
+        let (artefact, parameters) = (&self.artefact, &self.parameters);
+        let problem = Problem::new(self.machine, &measured, artefact, parameters, &base);
+        let identified = identify(&problem, Options::default())?;
+        Ok((problem, identified))
+    }
+
+    /// The effective parameters with something that corrects, beside those `before` it (Eq. 38), and how far all of
+    /// them move the tip at the probings.
+    pub fn left(
+        &self,
+        actual: &ErrorModel,
+        corrector: &Corrector<'_>,
+        disturbances: &Disturbances,
+        before: &ErrorModel,
+    ) -> Result<Compensated, ReproduceError> {
+        let (problem, identified) = self.both(actual, corrector, disturbances)?;
+        let mut before = before.clone();
+        before.standard_uncertainty.clear();
+        Ok(compensability(&problem, &identified, &before))
+    }
+}

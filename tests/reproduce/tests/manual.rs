@@ -1,0 +1,86 @@
+//! What the manual shows of the source document's figures is what `cargo xtask reproduce` writes.
+
+use serde_json::Value;
+use trueaxis_reproduce::{page, reproduce};
+use trueaxis_tests::shown::same;
+
+fn manual(name: &str) -> String {
+    let path = format!("{}/../../docs/src/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// A page, or a picture, is the same where its words are, and its numbers to a unit of their last digit.
+#[track_caller]
+fn shows(name: &str, written: &str) {
+    let shown = manual(name);
+    let (mut shown, mut written) = (shown.lines(), written.lines());
+    loop {
+        match (shown.next(), written.next()) {
+            (None, None) => return,
+            (Some(shown), Some(written)) => assert!(
+                same(written, shown, 0.0),
+                "{name} shows\n{shown}\nbut it is\n{written}\n(cargo xtask reproduce writes it)"
+            ),
+            ends => panic!("{name} is longer or shorter: {ends:?}"),
+        }
+    }
+}
+
+/// Numbers of a picture, which are whole units of the drawing, and everything between them.
+fn parts(svg: &str) -> (Vec<f64>, String) {
+    let (mut numbers, mut words) = (Vec::new(), String::new());
+    for part in svg.split_inclusive(|c: char| !c.is_ascii_digit() && c != '.') {
+        let number = part.trim_end_matches(|c: char| !c.is_ascii_digit() && c != '.');
+        match number.parse() {
+            Ok(value) => numbers.push(value),
+            Err(_) => words.push_str(number),
+        }
+        words.push_str(&part[number.len()..]);
+    }
+    (numbers, words)
+}
+
+#[test]
+fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
+    let found = reproduce(&()).unwrap();
+    shows("reproduced.md", &page(&found));
+    let json = serde_json::to_string_pretty(&found).unwrap();
+    shows("reproduced.json", &json);
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let chapters = json["chapters"].as_array().unwrap();
+    let (mut fixed, mut arithmetic, mut pictures, mut compared) = (0, 0, 0, 0);
+    for chapter in chapters {
+        for one in chapter["fixed"].as_array().unwrap() {
+            assert_eq!(one["holds"], true, "{one}");
+            fixed += 1;
+        }
+        for one in chapter["arithmetic"].as_array().unwrap() {
+            assert_eq!(one["holds"], true, "{one}");
+            arithmetic += 1;
+        }
+        for one in chapter["compared"].as_array().unwrap() {
+            assert!(one["ours"] != Value::Null, "{one}");
+            compared += 1;
+        }
+    }
+    for picture in found.chapters.iter().flat_map(|chapter| &chapter.pictures) {
+        let name = format!("pictures/{}.svg", picture.name);
+        let ((numbers, words), (shown, shown_words)) =
+            (parts(&picture.svg()), parts(&manual(&name)));
+        assert_eq!(words, shown_words, "{name}");
+        assert_eq!(numbers.len(), shown.len(), "{name}");
+        // A quarter of a CSS pixel is a unit.
+        let near = numbers
+            .iter()
+            .zip(&shown)
+            .all(|(a, b)| (a - b).abs() <= 1.0);
+        assert!(near, "{name}: run cargo xtask reproduce");
+        pictures += 1;
+    }
+    // So that this test does not end up with nothing to look at.
+    assert!(
+        fixed >= 7 && arithmetic >= 15 && pictures >= 5 && compared >= 150,
+        "{fixed} {arithmetic} {pictures} {compared}"
+    );
+    assert!(json["not_reproduced"].as_array().unwrap().len() >= 10);
+}

@@ -1,0 +1,10 @@
+//! `cargo xtask reproduce`: what the manual shows of the source document's figures.
+
+use crate::process::{self, cargo, root};
+
+/// # Errors
+/// The program does not build, or a figure cannot be recomputed.
+pub fn execute() -> Result<(), String> {
+    let program = ["run", "-q", "--release", "-p", "trueaxis-reproduce", "--"];
+    process::run(cargo().args(program).arg(root().join("docs/src")))
+}
