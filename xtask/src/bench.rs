@@ -22,7 +22,16 @@ const MOST: f64 = 1.2;
 /// # Errors
 /// A benchmark that does not build or run, or one of [`LIKE_STEADY`] that is too long.
 pub fn run() -> Result<(), String> {
-    process::run(cargo().args(["bench", "-q", "-p", "trueaxis-tests", "--bench", "speed"]))?;
+    process::run(cargo().args([
+        "bench",
+        "-q",
+        "--profile",
+        "dist",
+        "-p",
+        "trueaxis-tests",
+        "--bench",
+        "speed",
+    ]))?;
     if !works(Command::new("valgrind").arg("--version")) {
         println!("instructions per call: valgrind is not installed");
         return Ok(());
@@ -71,6 +80,8 @@ fn build() -> Result<PathBuf, String> {
     command.args([
         "bench",
         "-q",
+        "--profile",
+        "dist",
         "-p",
         "trueaxis-tests",
         "--bench",

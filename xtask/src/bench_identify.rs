@@ -21,7 +21,7 @@ pub fn run() -> Result<(), String> {
     let folder = target("identify-speed");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let python = python(&folder)?;
-    let program = ["run", "-q", "--release", "-p", "trueaxis-tests"];
+    let program = ["run", "-q", "--profile", "dist", "-p", "trueaxis-tests"];
     let mut ours = cargo();
     ours.args(program)
         .args(["--example", "identify-speed", "--"])

@@ -31,8 +31,8 @@ struct Costs {
 /// # Errors
 /// A build or a compilation that fails, or valgrind that does not count.
 pub fn run() -> Result<(), String> {
-    process::run(cargo().args(["build", "-q", "--release", "-p", "trueaxis-cli"]))?;
-    let program = target("release/trueaxis");
+    process::run(cargo().args(["build", "-q", "--profile", "dist", "-p", "trueaxis-cli"]))?;
+    let program = target("dist/trueaxis");
     println!(
         "`direction` / `orientation` (compile in millions of instructions, callgrind, one thread):"
     );

@@ -73,7 +73,15 @@ pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
     let folder = target("capi");
     let mut build = cargo();
     build
-        .args(["rustc", "-q", "--release", "-p", "trueaxis-capi", "--lib"])
+        .args([
+            "rustc",
+            "-q",
+            "--profile",
+            "dist",
+            "-p",
+            "trueaxis-capi",
+            "--lib",
+        ])
         .args([
             "--features",
             "std,model",
@@ -85,7 +93,7 @@ pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
         .env("CARGO_TARGET_DIR", &folder);
     capacities.build_with(&mut build);
     run(&mut build)?;
-    Ok(folder.join("release"))
+    Ok(folder.join("dist"))
 }
 
 /// Builds the static library for a Cortex-M4F, for size (`s`) or for speed (`3`); the library.
@@ -97,18 +105,26 @@ pub fn bare_library(
     optimised: &str,
     capacities: &Capacities,
 ) -> Result<PathBuf, String> {
-    let words = ["rustc", "-q", "--release", "--lib", "--features", "halt"];
+    let words = [
+        "rustc",
+        "-q",
+        "--profile",
+        "dist",
+        "--lib",
+        "--features",
+        "halt",
+    ];
     let (mut build, folder) = cross.cargo("stm32f405", &words);
     build
         .args(["--crate-type", "staticlib", "--manifest-path"])
         .arg(root().join("firmware/capi/Cargo.toml"))
-        .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", optimised)
+        .env("CARGO_PROFILE_DIST_OPT_LEVEL", optimised)
         // How much stack each function takes is written by an unstable option only.
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTFLAGS", "-Zemit-stack-sizes");
     capacities.build_with(&mut build);
     run(&mut build)?;
-    Ok(folder.join("release/libtrueaxis_capi.a"))
+    Ok(folder.join("dist/libtrueaxis_capi.a"))
 }
 
 #[cfg(test)]

@@ -86,13 +86,14 @@ impl<'w> Bench<'w> {
         run(cargo().args([
             "build",
             "-q",
-            "--release",
+            "--profile",
+            "dist",
             "-p",
             "trueaxis-cli",
             "--bin",
             "trueaxis",
         ]))?;
-        let trueaxis = target("release").join("trueaxis");
+        let trueaxis = target("dist").join("trueaxis");
         let bench = Self {
             work,
             blob: super::compensation(&trueaxis, work)?,
