@@ -29,7 +29,8 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
-  test                           everything that must hold: format, lints, tests, docs, bit identity
+  test [--all]                   format, lints, tests, docs, bit identity, 6 random machines; --all: everything that
+                                 must hold, with emulators, LinuxCNC and a browser, which it installs
   bare                           the kinematics for the Cortex-M4F: no `std`, no heap
   boards                         the runtime under RTIC and under embassy, built for the Cortex-M4F
   capi [target]                  the C interface from C and C++ under sanitizers and valgrind; its panics and
@@ -61,7 +62,8 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let result = match words[..] {
-        ["test"] => test::run(),
+        ["test"] => test::run(false),
+        ["test", "--all"] => test::run(true),
         ["bare"] => bare::execute(),
         ["boards"] => boards::execute(),
         ["capi", ref parts @ ..] => capi::execute(parts),

@@ -21,13 +21,22 @@ fn with(mut step: Step, key: &str, value: &str) -> Step {
     step
 }
 
-fn steps() -> Vec<Step> {
-    // Further builds of the workspace: their own directories, so that the usual one stays warm.
-    let apart = |s: Step, name: &str| with(s, "CARGO_TARGET_DIR", &target(name).to_string_lossy());
-    // Of the tests only what this one needs: minutes of building less.
-    let identical = "test -q -p trueaxis-tests --no-default-features --test bit_identical";
-    vec![
-        step("formatting", "fmt --all --check"),
+/// Boards and examples whose workspaces are their own.
+const APART: [&str; 5] = ["stm32f405", "stm32h743", "portable", "rtic", "embassy"];
+/// Of the tests only what this one needs: minutes of building less.
+const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test bit_identical";
+
+/// What runs anywhere, with nothing to install: minutes.
+fn usual() -> Vec<Step> {
+    let mut steps = vec![step("formatting", "fmt --all --check")];
+    steps.extend(APART.map(|folder| {
+        let manifest = format!("firmware/boards/{folder}/Cargo.toml");
+        step(
+            "formatting of a board",
+            &format!("fmt --manifest-path {manifest} --all --check"),
+        )
+    }));
+    steps.extend([
         step(
             "lints",
             "clippy -q --workspace --all-targets -- -D warnings",
@@ -36,11 +45,9 @@ fn steps() -> Vec<Step> {
             "lints of the runtime with all its features",
             "clippy -q -p trueaxis --all-features --all-targets -- -D warnings",
         ),
+        // Among them the device in the loop on the desktop, and the kinematics with the sine of the platform.
+        step("all tests", "test -q --workspace --no-fail-fast"),
         step("runtime without features", "test -q -p trueaxis"),
-        step(
-            "runtime that encodes",
-            "test -q -p trueaxis --features encode",
-        ),
         step(
             "runtime that checks every index",
             "test -q -p trueaxis --features encode,checked",
@@ -49,44 +56,41 @@ fn steps() -> Vec<Step> {
             "kinematics with the sine of libm",
             "test -q -p trueaxis-kinematics",
         ),
-        step("kinematics on the target", "xtask bare"),
-        // Among them those of the kinematics with the sine of the platform.
-        step("all tests", "test -q --workspace --no-fail-fast"),
-        // Every tenth of three hundred, so that all kinds are among them.
-        step("random machines", "xtask random-machines 30 --quick"),
-        step("bit identity, debug", identical),
-        step("bit identity, release", &format!("{identical} --release")),
-        apart(
-            with(
-                step(
-                    "bit identity, release for this processor",
-                    &format!("{identical} --release"),
-                ),
-                "RUSTFLAGS",
-                "-C target-cpu=native",
+        step("bit identity, debug", IDENTICAL),
+        step("bit identity, release", &format!("{IDENTICAL} --release")),
+        // Of three hundred, evenly, so that several kinds are among them.
+        step("6 random machines", "xtask random-machines 6 --quick"),
+        with(
+            step(
+                "documentation",
+                "doc -q --workspace --no-deps --document-private-items",
             ),
-            "native",
+            "RUSTDOCFLAGS",
+            "-D warnings",
         ),
+    ]);
+    steps
+}
+
+/// What else holds, with emulators, LinuxCNC, a browser and compilers for other targets, which the steps install.
+fn rest() -> Vec<Step> {
+    // A further build of the workspace: its own directory, so that the usual one stays warm.
+    let native = with(
         step(
-            "formatting of the STM32F405",
-            "fmt --manifest-path firmware/boards/stm32f405/Cargo.toml --all --check",
+            "bit identity, release for this processor",
+            &format!("{IDENTICAL} --release"),
         ),
+        "CARGO_TARGET_DIR",
+        &target("native").to_string_lossy(),
+    );
+    vec![
         step(
-            "formatting of the STM32H743",
-            "fmt --manifest-path firmware/boards/stm32h743/Cargo.toml --all --check",
+            "runtime that encodes",
+            "test -q -p trueaxis --features encode",
         ),
-        step(
-            "formatting of the program for every processor",
-            "fmt --manifest-path firmware/boards/portable/Cargo.toml --check",
-        ),
-        step(
-            "formatting of the example for RTIC",
-            "fmt --manifest-path firmware/boards/rtic/Cargo.toml --check",
-        ),
-        step(
-            "formatting of the example for embassy",
-            "fmt --manifest-path firmware/boards/embassy/Cargo.toml --check",
-        ),
+        step("30 random machines", "xtask random-machines 30 --quick"),
+        with(native, "RUSTFLAGS", "-C target-cpu=native"),
+        step("kinematics on the target", "xtask bare"),
         step(
             "C interface that catches panics",
             "test -q -p trueaxis-capi --features std,model",
@@ -103,14 +107,6 @@ fn steps() -> Vec<Step> {
         ),
         step("hardware in the loop", "xtask hil"),
         step("every kind of processor", "xtask portable"),
-        with(
-            step(
-                "documentation",
-                "doc -q --workspace --no-deps --document-private-items",
-            ),
-            "RUSTDOCFLAGS",
-            "-D warnings",
-        ),
     ]
 }
 
@@ -191,15 +187,27 @@ fn miri() -> Option<Step> {
     })
 }
 
-/// `cargo xtask test`.
-pub fn run() -> Result<(), String> {
-    let mut steps = steps();
+/// `cargo xtask test`; with `all`, what needs emulators, LinuxCNC and a browser, too.
+///
+/// # Errors
+/// The names of what failed.
+pub fn run(all: bool) -> Result<(), String> {
+    let mut steps = usual();
     let mut not_run = Vec::new();
-    match miri() {
-        Some(step) => steps.push(step),
-        None => not_run.push(format!(
-            "{NOT_RUN}the kernel under Miri, for which `rustup` has no nightly toolchain here"
-        )),
+    if all {
+        steps.extend(rest());
+        match miri() {
+            Some(step) => steps.push(step),
+            None => not_run.push(format!(
+                "{NOT_RUN}the kernel under Miri, for which `rustup` has no nightly toolchain here"
+            )),
+        }
+    } else {
+        let names: Vec<&str> = rest().iter().map(|step| step.name).collect();
+        not_run.push(format!(
+            "with --all: {}, the kernel under Miri",
+            names.join(", ")
+        ));
     }
     run_steps(steps, not_run)
 }
@@ -210,32 +218,21 @@ pub fn run() -> Result<(), String> {
 /// The names of what failed.
 pub fn deny() -> Result<(), String> {
     provide("cargo-deny")?;
-    let steps = vec![
+    let mut steps = vec![step(
+        "licences, bans, sources",
+        "deny --all-features check licenses bans sources",
+    )];
+    steps.extend(APART.map(|folder| {
+        let manifest = format!("firmware/boards/{folder}/Cargo.toml");
+        let features = match folder {
+            "stm32f405" | "stm32h743" => "--all-features",
+            _ => "",
+        };
         step(
-            "licences, bans, sources",
-            "deny --all-features check licenses bans sources",
-        ),
-        step(
-            "licences, bans, sources of the STM32F405",
-            "deny --manifest-path firmware/boards/stm32f405/Cargo.toml --all-features --config deny.toml check licenses bans sources",
-        ),
-        step(
-            "licences, bans, sources of the STM32H743",
-            "deny --manifest-path firmware/boards/stm32h743/Cargo.toml --all-features --config deny.toml check licenses bans sources",
-        ),
-        step(
-            "licences, bans, sources of the program for every processor",
-            "deny --manifest-path firmware/boards/portable/Cargo.toml --config deny.toml check licenses bans sources",
-        ),
-        step(
-            "licences, bans, sources of the example for RTIC",
-            "deny --manifest-path firmware/boards/rtic/Cargo.toml --config deny.toml check licenses bans sources",
-        ),
-        step(
-            "licences, bans, sources of the example for embassy",
-            "deny --manifest-path firmware/boards/embassy/Cargo.toml --config deny.toml check licenses bans sources",
-        ),
-        step("advisories", "deny --all-features check advisories"),
-    ];
+            "licences, bans, sources of a board",
+            &format!("deny --manifest-path {manifest} {features} --config deny.toml check licenses bans sources"),
+        )
+    }));
+    steps.push(step("advisories", "deny --all-features check advisories"));
     run_steps(steps, Vec::new())
 }
