@@ -1,5 +1,5 @@
 //! The corrections written out (Eq. 59 of the source document, with its misprints corrected, as
-//! `tests/tests/eq42.rs` proves them), with the trigonometry of a library.
+//! `tests/tests/desktop/eq42.rs` proves them), with the trigonometry of a library.
 
 use super::errors::*;
 use super::{DEGREES, TIP};
