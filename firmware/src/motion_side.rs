@@ -191,3 +191,5 @@ impl<const AXES: usize> MotionSide<AXES> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod two_clocks;

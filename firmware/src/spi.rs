@@ -22,8 +22,6 @@ mod intake;
 mod polled;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod two_clocks;
 
 pub use exchange::{Exchange, Sink, Source};
 pub use frame::{Answer, MOST, NoFrame, Said, VERSION, length};

@@ -1,7 +1,7 @@
-//! No module of the runtime uses one that uses it, over however many others.
+//! No module of a crate uses one that uses it, over however many others; nor do the files of a folder in it.
 //!
-//! What counts is what stands in the files of `shared/src` outside comments and tests: `crate::MODULE`, and
-//! between the files of a folder `super::FILE`.
+//! What counts is what stands in the files of the workspace's crates outside comments and tests: `crate::MODULE`, and
+//! between the files of a folder, at any depth, `crate::FOLDER::FILE` and `super::FILE`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -10,8 +10,18 @@ use std::path::{Path, PathBuf};
 /// Which modules each module uses.
 type Uses = BTreeMap<String, BTreeSet<String>>;
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/src")
+/// The folder of the workspace.
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Where the crates of the workspace have their sources, from its folder on.
+fn sources() -> Vec<String> {
+    let text = fs::read_to_string(workspace().join("Cargo.toml")).unwrap();
+    let (_, members) = text.split_once("members = [").unwrap();
+    let (members, _) = members.split_once(']').unwrap();
+    let quoted = members.split('"').skip(1).step_by(2);
+    quoted.map(|member| format!("{member}/src")).collect()
 }
 
 /// The code of a file without comments, and without the tests that it ends with.
@@ -25,18 +35,6 @@ fn code(path: &Path) -> String {
             && module.starts_with("mod tests")
     });
     lines[..tests.unwrap_or(lines.len())].join("\n")
-}
-
-/// Modules of `lib.rs` that are there for tests only.
-fn for_tests() -> BTreeSet<String> {
-    let text = fs::read_to_string(root().join("lib.rs")).unwrap();
-    let lines: Vec<&str> = text.lines().collect();
-    let gated = lines
-        .windows(2)
-        .filter(|pair| pair[0].starts_with("#[cfg(all(test,"));
-    gated
-        .filter_map(|pair| Some(pair[1].strip_prefix("mod ")?.trim_end_matches(';').into()))
-        .collect()
 }
 
 /// The modules in a folder with their files: `x` is in `x.rs` and below `x/`. Tests are left out.
@@ -54,7 +52,7 @@ fn modules(folder: &Path) -> BTreeMap<String, Vec<PathBuf>> {
                 let name = inner.file_stem().unwrap().to_str().unwrap().to_owned();
                 pending.push((Some(module.clone().unwrap_or(name)), inner));
             }
-        } else {
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
             found.entry(module.unwrap()).or_default().push(path);
         }
     }
@@ -74,6 +72,46 @@ fn names<'c>(code: &'c str, before: &str) -> Vec<&'c str> {
             &rest[..end.unwrap_or(rest.len())]
         })
         .collect()
+}
+
+/// Which modules in a folder use which others there. `path` is what stands before their names from the root of the
+/// crate on.
+fn uses(folder: &Path, path: &str) -> Uses {
+    let all = modules(folder);
+    let mut uses = Uses::new();
+    for (module, files) in &all {
+        // The file of the folder itself uses what is in it.
+        if ["lib", "main", "mod"].contains(&module.as_str()) {
+            continue;
+        }
+        let used = uses.entry(module.clone()).or_default();
+        for file in files {
+            let code = code(file);
+            let inner = file.strip_prefix(folder).unwrap().components().count();
+            let up = "super::".repeat(inner - usize::from(file.ends_with("mod.rs")));
+            let names = [path, &up]
+                .into_iter()
+                .flat_map(|before| names(&code, before));
+            let others = names.filter(|name| all.contains_key(*name) && name != module);
+            used.extend(others.map(str::to_owned));
+        }
+    }
+    uses
+}
+
+/// The circles in a folder and in those below it.
+fn circles(folder: &Path, path: &str) -> Vec<String> {
+    let way = circle(&uses(folder, path));
+    let mut found = Vec::new();
+    found.extend(way.map(|way| format!("{path} {}", way.join(" → "))));
+    for entry in fs::read_dir(folder).unwrap() {
+        let inner = entry.unwrap().path();
+        let name = inner.file_name().unwrap().to_str().unwrap();
+        if inner.is_dir() && name != "tests" {
+            found.extend(circles(&inner, &format!("{path}{name}::")));
+        }
+    }
+    found
 }
 
 /// A way from a module back to itself.
@@ -105,67 +143,58 @@ fn circle(uses: &Uses) -> Option<Vec<String>> {
     })
 }
 
-fn assert_one_way(uses: &Uses) {
-    if let Some(way) = circle(uses) {
-        panic!("a circle: {}", way.join(" → "));
-    }
-}
-
 #[test]
-fn no_modules_of_the_runtime_use_each_other() {
-    let all = modules(&root());
-    let (mut uses, tests) = (Uses::new(), for_tests());
-    for (module, files) in &all {
-        if module == "lib" || tests.contains(module) {
-            continue;
-        }
-        let used = uses.entry(module.clone()).or_default();
-        for file in files {
-            for name in names(&code(file), "crate::") {
-                // A name that the root only hands on would hide what is used.
-                let known = all.contains_key(name) && !tests.contains(name);
-                assert!(known, "{}: crate::{name} is no module", file.display());
-                if name != module {
-                    used.insert(name.into());
-                }
-            }
-        }
-    }
-    assert!(uses["compensation"].contains("kernel") && uses["kernel"].contains("plan"));
-    assert_one_way(&uses);
-}
-
-#[test]
-fn no_files_of_a_folder_of_the_runtime_use_each_other() {
+fn no_modules_of_a_crate_and_no_files_of_a_folder_use_each_other() {
     let mut found = Vec::new();
-    for entry in fs::read_dir(root()).unwrap() {
-        let folder = entry.unwrap().path();
-        if !folder.is_dir() {
-            continue;
-        }
-        let all = modules(&folder);
-        let mut uses = Uses::new();
-        for (module, files) in &all {
-            // The file of the folder itself uses what is in it.
-            if module == "mod" {
-                continue;
-            }
-            let used = uses.entry(module.clone()).or_default();
-            for name in files.iter().flat_map(|file| {
-                let code = code(file);
-                let names = names(&code, "super::").into_iter();
-                names.map(str::to_owned).collect::<Vec<_>>()
-            }) {
-                if all.contains_key(&name) && name != *module {
-                    used.insert(name);
-                }
-            }
-        }
-        assert_one_way(&uses);
-        found.extend(uses.into_values().flatten());
+    for source in sources() {
+        let circles = circles(&workspace().join(&source), "crate::");
+        found.extend(circles.iter().map(|circle| format!("{source}: {circle}")));
     }
-    for used in ["slot", "progress", "span", "terms"] {
-        assert!(found.iter().any(|name| name == used), "{used} is not used");
+    assert!(found.is_empty(), "circles:\n{}", found.join("\n"));
+}
+
+#[test]
+fn what_modules_use_is_found() {
+    let sources = sources();
+    for source in ["shared/src", "firmware/capi/src", "xtask/src"] {
+        assert!(sources.iter().any(|known| known == source), "{source}");
+    }
+    let commands = "host/cli/src/commands";
+    for (folder, path, module, used) in [
+        ("shared/src", "crate::", "compensation", "kernel"),
+        ("shared/src", "crate::", "kernel", "plan"),
+        ("firmware/src/slots", "crate::slots::", "choices", "layout"),
+        // From files in folders of their own: `crate::commands::number`, `super::super::files`.
+        (commands, "crate::commands::", "export", "number"),
+        (commands, "crate::commands::", "simulate", "files"),
+    ] {
+        let uses = uses(&workspace().join(folder), path);
+        assert!(uses[module].contains(used), "{folder}: {module}, {used}");
+    }
+}
+
+// A name that the root only hands on would hide what is used.
+#[test]
+fn what_the_runtime_uses_from_its_root_is_a_module() {
+    let root = workspace().join("shared/src");
+    let lib = fs::read_to_string(root.join("lib.rs")).unwrap();
+    let lines: Vec<&str> = lib.lines().collect();
+    let for_tests = lines.windows(2).filter_map(|pair| {
+        let gated = pair[0].starts_with("#[cfg(all(test,");
+        pair[1].strip_prefix("mod ").filter(|_| gated)
+    });
+    let mut all = modules(&root);
+    for module in for_tests.chain(["lib;"]) {
+        assert!(
+            all.remove(module.trim_end_matches(';')).is_some(),
+            "{module}"
+        );
+    }
+    for file in all.values().flatten() {
+        for name in names(&code(file), "crate::") {
+            let is_module = all.contains_key(name);
+            assert!(is_module, "{}: crate::{name} is no module", file.display());
+        }
     }
 }
 

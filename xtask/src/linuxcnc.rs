@@ -10,6 +10,7 @@ mod oracle;
 mod package;
 mod probing;
 mod rows;
+mod run;
 mod simulated;
 mod times;
 mod touches;

@@ -1,8 +1,9 @@
 //! How much the library holds: options of its build, of which the header must be the same.
 
 use crate::code::Code;
-use crate::facts::TRUEAXIS_ABI;
 
+/// Grows whenever a program that was built with the header before could go wrong.
+pub const TRUEAXIS_ABI: u32 = 2;
 /// Most axes.
 pub const TRUEAXIS_AXES: usize = number(option_env!("TRUEAXIS_AXES"), 8);
 /// Most banks of tables.

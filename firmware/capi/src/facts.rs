@@ -7,8 +7,6 @@ use crate::text::Text;
 use core::ffi::c_char;
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis, Conditions, Policy, Status};
 
-/// Grows whenever a program that was built with the header before could go wrong.
-pub const TRUEAXIS_ABI: u32 = 2;
 /// Words of 8 bytes that tables take: so many whatever the capacities, and for each axis, bank, table, term
 /// and grid.
 pub const TRUEAXIS_TABLES_WORDS: usize = 100

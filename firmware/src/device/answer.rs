@@ -7,7 +7,8 @@ use trueaxis::link::{
 use trueaxis::{ADJUSTABLE, Room, TermView, Travel};
 
 use super::report::{held, told};
-use super::{Change, Device, Machine, ServoAccess, Stage};
+use super::under_way::{Change, Stage};
+use super::{Device, Machine, ServoAccess};
 use crate::link::{Answer, Controller};
 use crate::slots::TableFlash;
 

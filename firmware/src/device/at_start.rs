@@ -3,33 +3,12 @@
 use trueaxis::Room;
 use trueaxis::link::{AtStart, Refusal, Slot, Storing};
 
-use super::change::Change;
-use super::upload::Stage;
+use super::under_way::{Change, Stage, Wish};
 use super::{Device, Machine, ServoAccess};
-use crate::slots::{Choice, SlotError, TableFlash};
+use crate::slots::{Choice, TableFlash};
 
 /// Corrections go to zero for the flash only after the machine has stood still for so long, s.
 const QUIET: u32 = 2;
-
-/// What is to be stored and is not yet.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Wish {
-    /// Nothing.
-    None,
-    /// This, as soon as the flash can be written.
-    Pending(Choice),
-    /// This, and the corrections go to zero for it.
-    Ramping(Choice),
-    /// It could not be stored.
-    Failed(Refusal),
-}
-
-/// How storing has ended.
-impl From<Result<(), SlotError>> for Wish {
-    fn from(stored: Result<(), SlotError>) -> Self {
-        stored.map_or_else(|error| Self::Failed(error.into()), |()| Self::None)
-    }
-}
 
 impl Choice {
     /// For the same machine as before, or not: on another one nothing is let in by itself.

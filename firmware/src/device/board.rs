@@ -1,9 +1,7 @@
 //! What a board provides.
 
+use trueaxis::Correction;
 use trueaxis::link::{CostUnit, Restart};
-use trueaxis::{Correction, Room};
-
-use super::servo_side::ServoSide;
 
 /// Whether the motion side wants corrections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -87,7 +85,7 @@ pub trait PositionSource<A> {
 /// Where corrections go, in the servo interrupt.
 pub trait CorrectionSink<A> {
     /// Takes the correction of this period, to be added to its command. `healthy`: there is no
-    /// fault, see [`ServoSide::is_healthy`].
+    /// fault, see [`is_healthy`](super::ServoSide::is_healthy).
     fn give(&mut self, correction: &Correction<A>, healthy: bool);
 }
 
@@ -124,13 +122,6 @@ impl Clock for NoClock {
     fn now(&self) -> u32 {
         0
     }
-}
-
-/// Access to the servo side from the main loop, with the servo interrupt masked.
-pub trait ServoAccess<C: Room> {
-    /// Calls `f` while no tick can run. What `f` does here is short: nothing in it depends on the
-    /// size of a table.
-    fn with<R>(&mut self, f: impl FnOnce(&mut ServoSide<C>) -> R) -> R;
 }
 
 /// The state of the machine around the controller.

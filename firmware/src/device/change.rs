@@ -3,20 +3,11 @@
 use trueaxis::link::{Activation, Refusal, Slot};
 use trueaxis::{Refused, Room};
 
+use super::under_way::{Change, Stage};
 use super::upload::same_machine;
-use super::{Device, Machine, ServoAccess, Stage};
+use super::{Device, Machine, ServoAccess};
 use crate::double_buffer::NotLoaded;
 use crate::slots::TableFlash;
-
-/// A change that is under way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Change {
-    None,
-    /// The servo has it and fades over.
-    Fading(Slot),
-    /// It has other axes or auxiliaries: it waits until the corrections are zero.
-    Ramping(Slot),
-}
 
 impl From<NotLoaded> for Refusal {
     fn from(error: NotLoaded) -> Self {

@@ -15,6 +15,7 @@ mod report;
 mod servo_side;
 #[cfg(test)]
 pub(crate) mod tests;
+mod under_way;
 mod upload;
 
 use trueaxis::Room;
@@ -22,17 +23,15 @@ use trueaxis::link::{Activation, Fault, Refusal, Slot, Upload};
 
 use crate::double_buffer::{Loader, NotLoaded};
 use crate::slots::{Choice, Slots, TableFlash, WhileBusy};
-use at_start::Wish;
 use budget::Budget;
-use change::Change;
-use upload::Stage;
+use under_way::{Change, Stage, Wish};
 
 pub use board::{
     Clock, Command, CorrectionSink, Enabling, Identity, LinkOnly, Machine, NoClock, PositionSource,
-    Regularity, ServoAccess,
+    Regularity,
 };
 pub use budget::ERASES_PER_HOUR;
-pub use servo_side::{Counters, FAULTS, ServoSide, Snapshot};
+pub use servo_side::{Counters, FAULTS, ServoAccess, ServoSide, Snapshot};
 pub use upload::GIVEN_UP;
 
 /// The side of the main loop.

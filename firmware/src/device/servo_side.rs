@@ -88,7 +88,7 @@ impl<C: Room> Batch<C> {
 }
 
 /// The servo, its inputs, and what it reports. In an interrupt, shared with the main loop through
-/// [`ServoAccess`](super::ServoAccess).
+/// [`ServoAccess`].
 pub struct ServoSide<C: Room> {
     servo: BufferedServo<C>,
     /// Nominal period, s.
@@ -123,6 +123,13 @@ pub struct ServoSide<C: Room> {
     periods: u32,
     /// Nominal periods in a second.
     rate: u32,
+}
+
+/// Access to the servo side from the main loop, with the servo interrupt masked.
+pub trait ServoAccess<C: Room> {
+    /// Calls `f` while no tick can run. What `f` does here is short: nothing in it depends on the
+    /// size of a table.
+    fn with<R>(&mut self, f: impl FnOnce(&mut ServoSide<C>) -> R) -> R;
 }
 
 fn zero<A: Row<f32>>(conditions: Conditions) -> Correction<A> {

@@ -4,28 +4,10 @@
 use trueaxis::link::{Refusal, Upload, short_name};
 use trueaxis::{Compensation, Room, Row};
 
-use super::at_start::Wish;
-use super::change::Change;
+use super::under_way::{Change, Stage, Wish};
 use super::{Device, Machine, ServoAccess};
 use crate::double_buffer::Loader;
 use crate::slots::{Progress, Slot, SlotError, SlotState, TableFlash};
-
-/// What is being uploaded, beyond what the slots know.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Stage {
-    /// No upload.
-    None,
-    /// The corrections go to zero first.
-    Ramping { length: u32, crc: u32 },
-    /// The slots have begun. The servo is suspended where the flash stalls it.
-    Open,
-    /// The machine has left standstill.
-    Paused,
-    /// An erase has failed: for the next who asks.
-    Failed(Refusal),
-    /// Done.
-    Committed(Upload),
-}
 
 impl From<SlotError> for Refusal {
     fn from(error: SlotError) -> Self {

@@ -7,14 +7,9 @@
 //! longer be read, changes nothing.
 
 use super::bad_blocks::Health;
-use super::layout::{CRC, TRAILER, WORD, blank, doubled, word};
+use super::layout::{CHOICE, CRC, TRAILER, WORD, blank, doubled, word};
 use super::scan::newer;
 use super::{Slot, SlotError, SlotState, Slots, TableFlash};
-
-/// Bytes of a choice.
-pub const CHOICE: usize = 64;
-/// Choices that a slot has room for beside its largest blob.
-pub const RESERVED: usize = 4;
 
 const MAGIC: [u8; 4] = *b"TXSC";
 const IN_USE: u32 = 1;

@@ -14,12 +14,15 @@
 use core::ops::Range;
 
 use super::Damage;
-use super::choices::{CHOICE, RESERVED};
 
 /// Version of the layout.
 pub const LAYOUT: u16 = 2;
 /// Bytes of record, mark and commit.
 pub const TRAILER: usize = 128;
+/// Bytes of a choice.
+pub const CHOICE: usize = 64;
+/// Choices that a slot has room for beside its largest blob.
+const RESERVED: usize = 4;
 /// Bytes at the end of a slot that hold no blob.
 pub const NO_BLOB: usize = TRAILER + RESERVED * CHOICE;
 /// Largest write size that the layout has room for; every write size divides it. Flash is read in

@@ -1,8 +1,9 @@
 //! Whatever an operator can do, at any moment: no correction steps, and there is no following error.
 
 use super::bench::Bench;
-use super::motion::{JOINTS, PERIOD, Run, compile};
+use super::motion::compile;
 use super::oracle::rate_bound;
+use super::run::{JOINTS, PERIOD, Run};
 use std::fs;
 
 /// # Errors

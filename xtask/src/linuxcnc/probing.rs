@@ -1,7 +1,7 @@
 //! What a probing move reports, and what happens at the ends of the travel.
 
 use super::bench::Bench;
-use super::motion::{JOINTS, PERIOD, Run};
+use super::run::{JOINTS, PERIOD, Run};
 
 /// The tolerance of `compile` at the tip, mm.
 const TOLERANCE: f64 = 5e-5;

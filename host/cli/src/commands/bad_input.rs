@@ -1,6 +1,5 @@
 //! What is shown when input is bad: file, line, cause, remedy.
 
-use super::files::Text;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::fmt::Display;
 use std::ops::Range;
@@ -41,15 +40,9 @@ impl BadInput {
         }
     }
 
-    /// At its place in a text file, or in another that this names.
-    pub fn in_text(error: FileError, text: &Text) -> Self {
-        let within = error.within.as_deref().map(|other| Text {
-            name: text.beside(&other.name),
-            text: other.text.clone(),
-        });
-        let text = within.as_ref().unwrap_or(text);
-        let place = text.place(&error);
-        let quoted = error.span.as_ref().map(|span| line(&text.text, span.start));
+    /// At its place in a text file of this name.
+    pub fn in_text(error: FileError, place: &str, name: &str, text: &str) -> Self {
+        let quoted = error.span.as_ref().map(|span| line(text, span.start));
         // A message about a long line may quote it.
         let most = match quoted {
             Some(line) if line.chars().nth(MOST_LINE).is_some() => MOST_LINE,
@@ -58,8 +51,8 @@ impl BadInput {
         let [message, label, remedy] =
             [error.message, error.label, error.remedy].map(|words| cut(words, most));
         let place_in_text = error.span.map(|span| {
-            let (shown, span) = excerpt(&text.text, span);
-            let source = NamedSource::new(&text.name, shown);
+            let (shown, span) = excerpt(text, span);
+            let source = NamedSource::new(name, shown);
             let label = (!label.is_empty()).then_some(label);
             Box::new((source, LabeledSpan::new_with_span(label, span)))
         });

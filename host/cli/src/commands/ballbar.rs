@@ -8,7 +8,7 @@ mod simulate;
 use super::Outcome;
 use super::at;
 use super::bad_input::BadInput;
-use super::compile::positive;
+use super::number::positive;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use trueaxis_measure::ballbar::{Bar, Hemisphere, Place};

@@ -8,8 +8,10 @@ use super::at;
 use super::bad_input::BadInput;
 use super::blame;
 use super::files::{self, MachineFiles};
+use super::number::positive;
 use super::policy::PolicyArguments;
 use super::progress::Bar;
+use super::random::Random;
 use super::scheme::SchemeArguments;
 use super::target;
 use super::verdict;
@@ -92,31 +94,12 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Random positions.
-#[derive(Args, Clone, Copy)]
-pub struct Random {
-    /// Random positions in each region of the verification
-    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
-    pub random: u32,
-    /// Seed of the random positions
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    pub seed: u64,
-}
-
 #[derive(Clone, Copy, ValueEnum)]
 enum Samples {
     /// 4 bytes each
     F32,
     /// 2 bytes each
     I16,
-}
-
-/// A finite number above 0.
-pub fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("write a number above 0".to_owned()),
-    }
 }
 
 /// Runs the command.

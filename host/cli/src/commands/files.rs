@@ -56,9 +56,15 @@ impl Text {
         }
     }
 
-    /// Shows an error at its place in this text.
+    /// Shows an error at its place in this text, or in that of another file that this names.
     pub fn bad(&self, error: FileError) -> BadInput {
-        BadInput::in_text(error, self)
+        let within = error.within.as_deref().map(|other| Self {
+            name: self.beside(&other.name),
+            text: other.text.clone(),
+        });
+        let shown = within.as_ref().unwrap_or(self);
+        let place = shown.place(&error);
+        BadInput::in_text(error, &place, &shown.name, &shown.text)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::at;
 use super::bad_input::BadInput;
-use super::compile::positive;
+use super::number::positive;
 use clap::{Args, ValueEnum};
 use std::str::FromStr;
 use trueaxis_model::errors::Parameter;

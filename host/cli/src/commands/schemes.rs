@@ -4,10 +4,11 @@ mod answer;
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::compile::{Random, positive};
 use super::files::{self, MachineFiles};
+use super::number::positive;
 use super::policy::PolicyArguments;
 use super::progress::Bar;
+use super::random::Random;
 use super::scheme::OwnArguments;
 use super::{at, target};
 use clap::Args;

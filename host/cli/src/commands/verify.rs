@@ -3,9 +3,10 @@
 use super::at;
 use super::bad_input::BadInput;
 use super::blame;
-use super::compile::{Random, positive};
 use super::files::{self, MachineFiles};
+use super::number::positive;
 use super::progress::Bar;
+use super::random::Random;
 use super::{Outcome, screen, verdict};
 use clap::Args;
 use serde::Serialize;

@@ -1,7 +1,9 @@
 //! What the controller calls the axes of the machine.
 
+use std::ops::Range;
 use trueaxis::Axis;
 use trueaxis_model::machine::Machine;
+use trueaxis_model::source::FileError;
 
 /// The axes of a machine, each with the names by which a controller knows it.
 #[derive(Clone, Debug)]
@@ -144,6 +146,16 @@ impl Axes {
 pub fn is_name(name: &str) -> bool {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
     name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_part)
+}
+
+/// An axis that is not in the map.
+pub(super) fn unknown_axis(name: &str, span: &Range<usize>) -> FileError {
+    FileError::at(
+        span.clone(),
+        format!("the controller's axis `{name}` is not in the map of axes"),
+        "named here",
+        "say with --axes which axis of the machine it is: --axes X=AX1,A=AX4",
+    )
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Files as they are found, and as they should not be.
 
 use super::read::*;
+use super::reading::*;
 use super::{Axes, FactorTables, Travel};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;

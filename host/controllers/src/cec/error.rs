@@ -1,6 +1,6 @@
 //! Why a compensation cannot be exported.
 
-use super::plan::Long;
+use super::cost::Long;
 
 /// What the tables of the controller cannot hold.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! Where the values of a table in a file are.
 
-use super::raw::{MISSING, MOST, Raw};
-use super::read::{HIGHEST, Reading};
+use super::raw::{HIGHEST, MISSING, MOST, Raw};
+use super::reading::Reading;
 use super::spacing::{Spacing, whole};
 use super::variable::{Key, Known};
 use trueaxis_model::source::FileError;

@@ -18,6 +18,7 @@
 mod axes;
 mod collect;
 mod controller;
+mod cost;
 mod draft;
 mod error;
 mod extent;
@@ -31,6 +32,7 @@ mod probe;
 mod prove;
 mod raw;
 mod read;
+mod reading;
 mod source;
 mod spacing;
 mod statement;
@@ -50,13 +52,15 @@ mod specimen;
 
 pub use axes::{Axes, AxesError, is_name};
 pub use controller::Limits;
+pub use cost::{Long, LongProducts, Note, Tolerance};
 pub use draft::draft;
 pub use error::PlanError;
-pub use plan::{Long, LongProducts, Note, Options, Plan, Tolerance, plan};
+pub use plan::{Options, Plan, plan};
 pub use print::print;
 pub use probe::probe;
 pub use prove::{Difference, Proof, ProveError, prove};
-pub use read::{EncoderValues, Limit, Limited, Read, Reading, Units, read};
+pub use read::{Limit, Limited, Read, read};
+pub use reading::{EncoderValues, Reading, Units};
 
 pub use spacing::Spacing;
 

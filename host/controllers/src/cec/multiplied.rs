@@ -1,7 +1,7 @@
 //! Whether the products of a file are ones.
 
 use super::raw::Raw;
-use super::read::{Reading, Units};
+use super::reading::{Reading, Units};
 use super::variable::Known;
 use super::{FactorTables, Table};
 use trueaxis_model::source::FileError;

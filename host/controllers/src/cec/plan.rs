@@ -2,34 +2,12 @@
 
 use super::axes::Axes;
 use super::collect::{Factors, Output};
-use super::function::Function;
+use super::cost::{LongProducts, Note, Tolerance};
 use super::literal::literal;
 use super::source::Source;
-use super::terms::{Form, cheapest};
+use super::terms::Form;
 use super::{FactorTables, Limits, PlanError, Table, named};
-use serde::Serialize;
-use std::fmt;
 use trueaxis::Largest;
-
-/// What becomes of products of functions of more than two axes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LongProducts {
-    /// Nothing is written.
-    Refuse,
-    /// They are left out.
-    Drop,
-    /// Of each, the functions that change least are held at the middle of their values.
-    Hold,
-}
-
-/// How far a file may be from what was compiled.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Tolerance {
-    /// On linear axes.
-    pub um: f64,
-    /// On rotary axes.
-    pub urad: f64,
-}
 
 /// What tables are to be like.
 #[derive(Clone, Copy, Debug)]
@@ -46,137 +24,6 @@ pub struct Options {
     pub length: Option<f64>,
     /// Products of more than two axes.
     pub long: LongProducts,
-}
-
-/// A product of functions of more than two axes, and what is lost with it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Long {
-    /// Letter of the corrected axis.
-    pub output: char,
-    /// The axes.
-    pub inputs: Vec<char>,
-    /// If it is left out (µm, µrad).
-    pub dropped: f64,
-    /// If functions are held (µm, µrad).
-    pub held: f64,
-    /// The axes of those.
-    pub held_inputs: Vec<char>,
-    /// `µm` or `µrad`.
-    pub unit: &'static str,
-}
-
-/// What a plan costs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-pub enum Note {
-    /// A curve or a product of functions of one axis with other points.
-    Resampled {
-        /// Letter of the corrected axis.
-        output: char,
-        /// Letter of the axis of the table.
-        input: char,
-        /// Values of the table.
-        points: usize,
-        /// µm or µrad at most.
-        cost: f64,
-        /// `µm` or `µrad`.
-        unit: &'static str,
-    },
-    /// A product that is left out.
-    Dropped(Long),
-    /// A product of which functions are held.
-    Held(Long),
-    /// A weight that can no longer be set.
-    Fixed {
-        /// Letter of the corrected axis.
-        output: char,
-        /// The weight.
-        weight: f64,
-    },
-}
-
-impl Note {
-    /// `µm` or `µrad`.
-    pub(super) fn unit(axes: &Axes, output: usize) -> &'static str {
-        if axes.is_rotary(output) {
-            "µrad"
-        } else {
-            "µm"
-        }
-    }
-}
-
-impl fmt::Display for Long {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let letters = |of: &[char]| {
-            of.iter()
-                .map(char::to_string)
-                .collect::<Vec<_>>()
-                .join(" and ")
-        };
-        write!(
-            f,
-            "d{} by {}: {:.3} {u} if dropped, {:.3} {u} if that of {} is held",
-            self.output,
-            letters(&self.inputs),
-            self.dropped,
-            self.held,
-            letters(&self.held_inputs),
-            u = self.unit
-        )
-    }
-}
-
-impl fmt::Display for Note {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Resampled {
-                output,
-                input,
-                points,
-                cost,
-                unit,
-            } => write!(
-                f,
-                "d{output} by {input} is resampled at {points} points: {cost:.4} {unit} at most"
-            ),
-            Self::Dropped(long) => write!(f, "dropped: d{long}"),
-            Self::Held(long) => write!(f, "held: d{long}"),
-            Self::Fixed { output, weight } => {
-                write!(
-                    f,
-                    "a product of d{output} has its weight {weight} for good: weights are of single tables"
-                )
-            }
-        }
-    }
-}
-
-impl Long {
-    pub(super) fn new(form: &Form<'_>, output: usize, weight: f64, functions: &[Function]) -> Self {
-        let whole: f64 = weight.abs() * functions.iter().map(Function::peak).product::<f64>();
-        let mut left = functions.to_vec();
-        let (mut held, mut scale, mut held_inputs) = (0.0, whole, Vec::new());
-        while left.len() > 2 {
-            let function = left.remove(cheapest(&left));
-            let [low, high] = function.range();
-            let peak = function.peak().max(f64::MIN_POSITIVE);
-            held += scale * 0.5 * (high - low) / peak;
-            scale *= 0.5 * (high + low).abs() / peak;
-            held_inputs.push(form.axes.letter(function.input));
-        }
-        Self {
-            output: form.axes.letter(output),
-            inputs: functions
-                .iter()
-                .map(|f| form.axes.letter(f.input))
-                .collect(),
-            dropped: form.fine(output, whole),
-            held: form.fine(output, held),
-            held_inputs,
-            unit: Note::unit(form.axes, output),
-        }
-    }
 }
 
 /// Tables, and what they cost.

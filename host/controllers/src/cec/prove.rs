@@ -2,7 +2,8 @@
 
 use super::axes::Axes;
 use super::draft::draft;
-use super::read::{Reading, read};
+use super::read::read;
+use super::reading::Reading;
 use super::{FactorTables, Plan, Tolerance};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -1,6 +1,7 @@
 //! What a file says of a table, and whether that is one.
 
-use super::read::{EncoderValues, Reading, Units, unknown_axis};
+use super::axes::unknown_axis;
+use super::reading::{EncoderValues, Reading, Units};
 use super::variable::{Key, Known};
 use super::{Table, Travel};
 use std::collections::BTreeMap;
@@ -38,6 +39,8 @@ pub(super) fn number(text: &str) -> Option<f64> {
 
 /// Largest magnitude of a number: far above any position, and of any value that a blob holds.
 pub const MOST: f64 = 1e9;
+/// Highest number of a table, a value or an encoder: far above what a controller has.
+pub(super) const HIGHEST: usize = 99_999;
 
 fn no_number((text, span): &Written<'_>) -> FileError {
     FileError::at(

@@ -1,56 +1,16 @@
 //! From the text of a file to tables.
 
-use super::axes::Axes;
+use super::Table;
+use super::axes::unknown_axis;
 use super::multiplied::check_products;
 use super::plausible;
-use super::raw::{MISSING, Raw, number};
+use super::raw::{HIGHEST, MISSING, Raw, number};
+use super::reading::{Reading, Units};
 use super::statement::{Statement, statements};
 use super::variable::{Key, Kind, Known};
-use super::{FactorTables, Table};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
-
-/// The unit of lengths in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Units {
-    /// Millimetres.
-    Metric,
-    /// Inches.
-    Inch,
-}
-
-impl Units {
-    /// Millimetres per unit.
-    pub(super) fn mm(self) -> f64 {
-        match self {
-            Self::Metric => 1.0,
-            Self::Inch => 25.4,
-        }
-    }
-}
-
-/// What the values of a measuring-system compensation (`$AA_ENC_COMP`) are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EncoderValues {
-    /// What is to be added to the command, like those of the other tables.
-    Corrections,
-    /// The opposite: what the position read from the encoder is corrected by.
-    Opposite,
-}
-
-/// How a file is to be read.
-#[derive(Clone, Copy, Debug)]
-pub struct Reading<'a> {
-    /// The axes and their names.
-    pub axes: &'a Axes,
-    /// Whether factor tables are added, too.
-    pub factor_tables: FactorTables,
-    /// Unit of lengths, if the file does not say.
-    pub units: Option<Units>,
-    /// What the values of `$AA_ENC_COMP` are, if there are any.
-    pub encoder: Option<EncoderValues>,
-}
 
 /// What was read.
 #[derive(Clone, Debug)]
@@ -94,9 +54,6 @@ impl Limited {
         }
     }
 }
-
-/// Highest number of a table, a value or an encoder: far above what a controller has.
-pub(super) const HIGHEST: usize = 99_999;
 
 /// Tables that a blob holds.
 const MOST_TABLES: usize = 255;
@@ -342,15 +299,5 @@ fn twice(span: Range<usize>) -> FileError {
         "this is assigned a second time",
         "here",
         "leave one of both; two tables have two numbers",
-    )
-}
-
-/// An axis that is not in the map.
-pub(super) fn unknown_axis(name: &str, span: &Range<usize>) -> FileError {
-    FileError::at(
-        span.clone(),
-        format!("the controller's axis `{name}` is not in the map of axes"),
-        "named here",
-        "say with --axes which axis of the machine it is: --axes X=AX1,A=AX4",
     )
 }

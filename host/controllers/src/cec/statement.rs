@@ -1,7 +1,7 @@
 //! The statements of a file with tables, one by one.
 
 use super::axes::is_name;
-use super::read::Units;
+use super::reading::Units;
 use std::ops::Range;
 use trueaxis_model::source::FileError;
 

@@ -2,8 +2,8 @@
 
 use super::PlanError;
 use super::axes::Axes;
+use super::cost::{Long, LongProducts, Note, Tolerance};
 use super::function::{Function, Origin, sampled};
-use super::plan::{Long, LongProducts, Note, Tolerance};
 use super::source::{Term, is_linear};
 use super::{Travel, collect::Normal};
 use trueaxis::Interpolation;
@@ -66,7 +66,7 @@ impl Form<'_> {
             }
         }
         if functions.len() > 2 {
-            let cost = Long::new(self, output, weight, &functions);
+            let cost = self.lost(output, weight, &functions);
             match self.long {
                 LongProducts::Refuse => {
                     long.push(cost);
@@ -92,6 +92,32 @@ impl Form<'_> {
             (Some(one), None) => Normal::Plain(one, weight, term.adjustable),
             _ => Normal::Constant(weight),
         }))
+    }
+
+    /// A product of functions of more than two axes, with what is lost with it.
+    fn lost(&self, output: usize, weight: f64, functions: &[Function]) -> Long {
+        let whole: f64 = weight.abs() * functions.iter().map(Function::peak).product::<f64>();
+        let mut left = functions.to_vec();
+        let (mut held, mut scale, mut held_inputs) = (0.0, whole, Vec::new());
+        while left.len() > 2 {
+            let function = left.remove(cheapest(&left));
+            let [low, high] = function.range();
+            let peak = function.peak().max(f64::MIN_POSITIVE);
+            held += scale * 0.5 * (high - low) / peak;
+            scale *= 0.5 * (high + low).abs() / peak;
+            held_inputs.push(self.axes.letter(function.input));
+        }
+        Long {
+            output: self.axes.letter(output),
+            inputs: functions
+                .iter()
+                .map(|f| self.axes.letter(f.input))
+                .collect(),
+            dropped: self.fine(output, whole),
+            held: self.fine(output, held),
+            held_inputs,
+            unit: Note::unit(self.axes, output),
+        }
     }
 
     /// The product of functions of one axis as one with straight lines; `None` if it is always 0.
@@ -185,7 +211,7 @@ impl Form<'_> {
 }
 
 /// The function that costs least if it is held at the middle of its values.
-pub fn cheapest(functions: &[Function]) -> usize {
+fn cheapest(functions: &[Function]) -> usize {
     let part = |f: &Function| {
         let [low, high] = f.range();
         0.5 * (high - low) / f.peak()

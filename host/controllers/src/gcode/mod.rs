@@ -17,6 +17,7 @@ pub mod dialect;
 mod edit;
 pub mod fault;
 pub mod interpret;
+mod limits;
 pub mod modal;
 pub mod moves;
 mod number;

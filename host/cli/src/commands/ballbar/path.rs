@@ -2,8 +2,8 @@
 
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
-use super::super::compile::positive;
 use super::super::files;
+use super::super::number::positive;
 use super::{Test, write};
 use clap::Args;
 use std::path::PathBuf;

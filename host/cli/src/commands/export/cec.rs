@@ -1,8 +1,9 @@
 //! `trueaxis export cec`
 
 use crate::commands::cec::{self as shared, FactorTables};
-use crate::commands::compile::{Random, positive};
+use crate::commands::number::positive;
 use crate::commands::progress::Bar;
+use crate::commands::random::Random;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::{Args, ValueEnum};
 use serde::Serialize;

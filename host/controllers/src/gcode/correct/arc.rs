@@ -5,8 +5,9 @@ use super::given::Moving;
 use super::piece::{Piece, Shape, Timing};
 use crate::gcode::arc::Arc;
 use crate::gcode::axes::PerLetter;
-use crate::gcode::cut::{self, Limits};
+use crate::gcode::cut;
 use crate::gcode::fault::Fault;
+use crate::gcode::limits::Limits;
 use crate::gcode::moves::Rate;
 use crate::gcode::trace::{Node, Path};
 

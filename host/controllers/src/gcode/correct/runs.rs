@@ -3,7 +3,8 @@
 use super::Corrector;
 use super::piece::{Piece, Shape, Timing};
 use crate::gcode::axes::PerLetter;
-use crate::gcode::cut::{self, Limits};
+use crate::gcode::cut;
+use crate::gcode::limits::Limits;
 use crate::gcode::trace::{Field, Lost};
 use std::ops::Range;
 

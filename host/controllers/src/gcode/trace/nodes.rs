@@ -2,8 +2,8 @@
 
 use super::{Field, Lost, Node, Path};
 use crate::gcode::axes::{COUNT, is_rotary};
-use crate::gcode::cut::Limits;
 use crate::gcode::interpret::bits;
+use crate::gcode::limits::Limits;
 use crate::gcode::ways::Ways;
 
 /// A path with its corrections.

@@ -7,10 +7,10 @@ use trueaxis::{
     AlignedBlob, Axis, Direction, Draft, DraftBank, Holds, Interpolation, SampleFormat, Term,
 };
 
-use super::*;
+use super::{Bounds, MotionSide};
 use crate::device::{Command, Enabling, NoClock, Regularity, ServoSide};
 use crate::double_buffer::DoubleBuffer;
-use crate::motion_side::{Bounds, MotionSide};
+use crate::spi::{Exchange, MOST, Tolerance, length};
 
 /// Nominal period of both, ns.
 const PERIOD: u64 = 250_000;

@@ -1,0 +1,14 @@
+//! Random positions, as options.
+
+use clap::Args;
+
+/// Random positions.
+#[derive(Args, Clone, Copy)]
+pub struct Random {
+    /// Random positions in each region of the verification
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub random: u32,
+    /// Seed of the random positions
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+}

@@ -1,0 +1,129 @@
+//! What a plan may cost, and what it does.
+
+use super::axes::Axes;
+use serde::Serialize;
+use std::fmt;
+
+/// What becomes of products of functions of more than two axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LongProducts {
+    /// Nothing is written.
+    Refuse,
+    /// They are left out.
+    Drop,
+    /// Of each, the functions that change least are held at the middle of their values.
+    Hold,
+}
+
+/// How far a file may be from what was compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tolerance {
+    /// On linear axes.
+    pub um: f64,
+    /// On rotary axes.
+    pub urad: f64,
+}
+
+/// A product of functions of more than two axes, and what is lost with it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Long {
+    /// Letter of the corrected axis.
+    pub output: char,
+    /// The axes.
+    pub inputs: Vec<char>,
+    /// If it is left out (µm, µrad).
+    pub dropped: f64,
+    /// If functions are held (µm, µrad).
+    pub held: f64,
+    /// The axes of those.
+    pub held_inputs: Vec<char>,
+    /// `µm` or `µrad`.
+    pub unit: &'static str,
+}
+
+/// What a plan costs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Note {
+    /// A curve or a product of functions of one axis with other points.
+    Resampled {
+        /// Letter of the corrected axis.
+        output: char,
+        /// Letter of the axis of the table.
+        input: char,
+        /// Values of the table.
+        points: usize,
+        /// µm or µrad at most.
+        cost: f64,
+        /// `µm` or `µrad`.
+        unit: &'static str,
+    },
+    /// A product that is left out.
+    Dropped(Long),
+    /// A product of which functions are held.
+    Held(Long),
+    /// A weight that can no longer be set.
+    Fixed {
+        /// Letter of the corrected axis.
+        output: char,
+        /// The weight.
+        weight: f64,
+    },
+}
+
+impl Note {
+    /// `µm` or `µrad`.
+    pub(super) fn unit(axes: &Axes, output: usize) -> &'static str {
+        if axes.is_rotary(output) {
+            "µrad"
+        } else {
+            "µm"
+        }
+    }
+}
+
+impl fmt::Display for Long {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let letters = |of: &[char]| {
+            of.iter()
+                .map(char::to_string)
+                .collect::<Vec<_>>()
+                .join(" and ")
+        };
+        write!(
+            f,
+            "d{} by {}: {:.3} {u} if dropped, {:.3} {u} if that of {} is held",
+            self.output,
+            letters(&self.inputs),
+            self.dropped,
+            self.held,
+            letters(&self.held_inputs),
+            u = self.unit
+        )
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Resampled {
+                output,
+                input,
+                points,
+                cost,
+                unit,
+            } => write!(
+                f,
+                "d{output} by {input} is resampled at {points} points: {cost:.4} {unit} at most"
+            ),
+            Self::Dropped(long) => write!(f, "dropped: d{long}"),
+            Self::Held(long) => write!(f, "held: d{long}"),
+            Self::Fixed { output, weight } => {
+                write!(
+                    f,
+                    "a product of d{output} has its weight {weight} for good: weights are of single tables"
+                )
+            }
+        }
+    }
+}

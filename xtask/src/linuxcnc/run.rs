@@ -1,0 +1,130 @@
+//! A scenario that is driven under LinuxCNC's motion controller, and what was recorded of it.
+
+use super::bench::Bench;
+use super::rows::Rows;
+use std::fs;
+
+/// Joints, in LinuxCNC's order.
+pub const JOINTS: [&str; 5] = ["X", "Y", "Z", "A", "C"];
+pub const PERIOD: f64 = 1e-3;
+/// What `firmware/linuxcnc/tests/xyzac.hal` records of each joint, and besides.
+const OF_JOINT: [&str; 8] = [
+    "pos",
+    "cmd",
+    "drive",
+    "fb",
+    "correction",
+    "error",
+    "homed",
+    "rival",
+];
+const BESIDES: [&str; 9] = [
+    "factor",
+    "fault-code",
+    "loads",
+    "enabled",
+    "read",
+    "write",
+    "matrix",
+    "kins",
+    "nothing",
+];
+/// Roundings in a following error: of the offset and the correction, added and taken away again.
+const ROUNDINGS: f64 = 4.0;
+
+/// What came of a scenario.
+pub struct Run {
+    pub rows: Rows,
+    /// `name value…`, as `drive.py` tells.
+    pub told: Vec<Vec<String>>,
+    said: String,
+}
+
+impl Run {
+    /// Drives a scenario of `drive.py`.
+    ///
+    /// # Errors
+    /// LinuxCNC does not come to its end.
+    pub fn of(bench: &Bench, scenario: &str) -> Result<Self, String> {
+        let folder = "firmware/linuxcnc/tests";
+        for name in ["xyzac.ini", "xyzac.hal", "drive.py", "tool.tbl"] {
+            bench.copy(&format!("{folder}/{name}"), name)?;
+        }
+        for name in ["record", "result"] {
+            let _ = fs::remove_file(bench.file(name));
+        }
+        bench.write("scenario", scenario)?;
+        let mut said = bench.inside(&["linuxcnc", "/tmp/xyzac.ini"])?;
+        // Without a terminal, what is said goes here.
+        for name in ["linuxcnc_print.txt", "linuxcnc_debug.txt"] {
+            said += &fs::read_to_string(bench.file(name)).unwrap_or_default();
+        }
+        let told = fs::read_to_string(bench.file("result")).map_err(|e| format!("{e}\n{said}"))?;
+        let told: Vec<Vec<String>> = told
+            .lines()
+            .map(|l| l.split('\t').map(str::to_owned).collect())
+            .collect();
+        let names: Vec<String> = (0..JOINTS.len())
+            .flat_map(|j| OF_JOINT.map(|what| format!("{j}.{what}")))
+            .chain(BESIDES.map(str::to_owned))
+            .collect();
+        let rows = Rows::read(bench, "record", &names).map_err(|e| format!("{e}\n{said}"))?;
+        let run = Self { rows, told, said };
+        run.told("done")?;
+        Ok(run)
+    }
+
+    pub fn told(&self, name: &str) -> Result<Vec<f64>, String> {
+        let line = self.told.iter().find(|words| words[0] == name);
+        let line = line
+            .ok_or_else(|| format!("nothing is told of {name}: {:?}\n{}", self.told, self.said))?;
+        Ok(line[1..].iter().filter_map(|w| w.parse().ok()).collect())
+    }
+
+    pub fn of_joint(&self, joint: usize, what: &str) -> Vec<f64> {
+        self.rows.of(&format!("{joint}.{what}"))
+    }
+
+    /// The command is passed on with the correction added; the controller sees what it commanded.
+    pub fn adds_up(&self) -> Result<f64, String> {
+        let mut largest = 0.0_f64;
+        for j in 0..JOINTS.len() {
+            let of = |what| self.of_joint(j, what);
+            let (cmd, drive, fb, correction) = (of("cmd"), of("drive"), of("fb"), of("correction"));
+            for row in 0..self.rows.len() {
+                if drive[row].to_bits() != (cmd[row] + correction[row]).to_bits() {
+                    return Err(format!("row {row}, joint {j}: the command does not add up"));
+                }
+                if row > 0 && fb[row].to_bits() != (drive[row - 1] - correction[row - 1]).to_bits()
+                {
+                    return Err(format!(
+                        "row {row}, joint {j}: the feedback does not add up"
+                    ));
+                }
+            }
+            // Each by half of a last digit of the largest number that is added.
+            let magnitude =
+                |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            let error = magnitude(&of("error"));
+            let most =
+                ROUNDINGS * 0.5 * f64::EPSILON * magnitude(&drive).max(magnitude(&of("pos")));
+            if error > most {
+                return Err(format!(
+                    "joint {j}: following error of {error:e}, more than {most:e} for rounding"
+                ));
+            }
+            largest = largest.max(error);
+        }
+        Ok(largest)
+    }
+
+    /// Positions in the order of [`JOINTS`].
+    pub fn positions(&self) -> Vec<Vec<f64>> {
+        let columns: Vec<usize> = (0..JOINTS.len())
+            .map(|j| self.rows.column(&format!("{j}.pos")))
+            .collect();
+        let rows = self.rows.rows();
+        rows.map(|row| columns.iter().map(|&c| row[c]).collect())
+            .collect()
+    }
+}
