@@ -200,7 +200,7 @@ mod tests {
     const ERRORS: [f64; 2] = [0.05, 1e-4];
 
     fn examples() -> Vec<Machine> {
-        let folders = std::fs::read_dir("../examples").unwrap();
+        let folders = std::fs::read_dir("../../examples").unwrap();
         let files = folders.flat_map(|folder| std::fs::read_dir(folder.unwrap().path()).unwrap());
         let mut paths: Vec<_> = files.map(|file| file.unwrap().path()).collect();
         paths.sort();
