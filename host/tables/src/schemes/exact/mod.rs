@@ -13,6 +13,7 @@ mod along;
 mod attempt;
 mod basis;
 mod between;
+mod chebyshev;
 mod components;
 mod core;
 mod cover;
