@@ -34,6 +34,7 @@ mod seen;
 #[cfg(test)]
 mod specimen;
 mod spline;
+mod structure;
 mod tables;
 mod tolerance;
 mod trials;

@@ -1,10 +1,10 @@
 //! How many points each variable's tables need, and where they lie.
 
-use super::cover::Function;
 use super::cubic;
 use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
 use super::seen::Seen;
 use super::spline;
+use super::structure::Function;
 use super::tables::{Found, Sampled};
 use super::variables::Variable;
 use crate::schemes::Options;

@@ -1,9 +1,9 @@
 //! From a structure to tables with points.
 
 use super::basis::Basis;
-use super::cover::{Function, Structure};
 use super::generators::Generator;
 use super::sampling::{Component, Sampler};
+use super::structure::{Function, Structure};
 use super::variables::{Kind, Variable};
 use nalgebra::DMatrix;
 use std::collections::{BTreeMap, HashMap};
