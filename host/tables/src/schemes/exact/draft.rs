@@ -1,7 +1,7 @@
 //! From sampled tables to a draft of the compensation.
 
 use super::Options;
-use super::points::Grid;
+use super::grid::Grid;
 use super::seen::Seen;
 use super::spline;
 use super::structure::{self, Function};

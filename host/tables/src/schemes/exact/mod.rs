@@ -22,6 +22,7 @@ mod draft;
 mod fit;
 mod fold;
 mod generators;
+mod grid;
 mod judge;
 mod limits;
 mod memory;
