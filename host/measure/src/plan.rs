@@ -17,7 +17,7 @@ mod simulated;
 mod touches;
 
 pub use band::{Band, Spread};
-pub use candidates::{Allowed, AllowedError, Setup, Unreachable};
+pub use candidates::{Allowed, AllowedError, Setup};
 pub use compare::{AsGood, Ratios, as_good_as};
 pub use design::{Criterion, DesignError, Wanted, design, needs_spindle};
 pub use judge::{JudgeError, Judgement, judge, placed};
@@ -25,4 +25,4 @@ pub use program::{Feeds, NotTouched, linuxcnc, table};
 pub use remedy::{Remedy, would_show};
 pub use sets::{Positions, Set, SetError, positions};
 pub use simulated::{simulated_touches, touch_log};
-pub use touches::{PER_BALL, Probe, Touch, Touching, touching};
+pub use touches::{PER_BALL, Probe, Touch, Touching, Unreachable, touching};

@@ -4,6 +4,7 @@ mod fit;
 mod found;
 mod log;
 mod resumed;
+mod strategy;
 
 pub use fit::{Centre, FitError, Fitted, fit};
 pub use found::{Found, to_probings};

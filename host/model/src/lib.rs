@@ -11,4 +11,5 @@ pub mod kinematics;
 pub mod machine;
 pub mod motion;
 pub mod pose;
+pub mod positions;
 pub mod source;

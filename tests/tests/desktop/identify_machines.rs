@@ -4,8 +4,8 @@ use trueaxis_measure::identify::{
     Identified, IdentifyError, Model, Options, Problem, Trial, error_file, identify, monte_carlo,
 };
 use trueaxis_measure::simulate::Disturbances;
+use trueaxis_model::errors::covariance;
 use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_model::formats::covariance;
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::probed::{Case, worst};
 use trueaxis_tests::{Fixed, errors, machine, random_machines};

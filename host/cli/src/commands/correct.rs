@@ -7,8 +7,8 @@ use super::eval::Along;
 use super::files::{MachineFiles, Text};
 use super::policy::PolicyArguments;
 use clap::Args;
-use trueaxis_model::formats::positions::{self, Input};
 use trueaxis_model::motion;
+use trueaxis_model::positions::{self, Input};
 
 /// Compute the exact kinematic correction at positions, without tables
 ///

@@ -8,8 +8,8 @@ use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use trueaxis::Policy;
-use trueaxis_model::formats::positions::{self, Input};
 use trueaxis_model::motion::{self, Outside};
+use trueaxis_model::positions::{self, Input};
 use trueaxis_tables::policy::Told;
 use trueaxis_tables::validate::Runtime;
 

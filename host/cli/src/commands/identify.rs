@@ -19,8 +19,8 @@ use trueaxis_measure::identify::{
     honesty, identify, lacks, misplaced, published, snoop, stated, without,
 };
 use trueaxis_measure::plan::{Remedy, would_show};
+use trueaxis_model::errors::covariance;
 use trueaxis_model::errors::{ErrorModel, Parameter};
-use trueaxis_model::formats::covariance;
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, Document, Identification, Model as ReportModel};
 use trueaxis_tables::compile::belongs;

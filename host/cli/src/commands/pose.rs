@@ -10,10 +10,10 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
 use trueaxis_model::errors::ErrorModel;
-use trueaxis_model::formats::positions::Input;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::motion::{self, Outside};
 use trueaxis_model::pose::{Line, Posed, Tool, pose};
+use trueaxis_model::positions::Input;
 
 /// Show where the tool is, seen from the workpiece, and where the axes lie
 ///

@@ -2,8 +2,7 @@
 
 use super::block::gains;
 use super::measurement::{Line, slope};
-use super::motion::name;
-use super::solve::Found;
+use super::motion::{FoundMotion, name};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
@@ -97,14 +96,19 @@ const PART: f64 = 0.01;
 /// A slope (rad) that is one.
 const LEANS: f64 = 1e-6;
 
-/// Everything to look at.
-pub fn doubts(machine: &Machine, lines: &[(usize, &Line)], found: &Found) -> Vec<Doubt> {
+/// Everything to look at in what was measured: motions, and errors with what was known before.
+pub fn doubts(
+    machine: &Machine,
+    lines: &[(usize, &Line)],
+    motions: &[FoundMotion],
+    errors: &ErrorModel,
+) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     for (file, line) in lines.iter().filter(|(_, line)| !line.setup.is_angular()) {
         let axis = line.setup.moved;
-        let from = found.motions.iter().find(|m| m.from == *file);
+        let from = motions.iter().find(|m| m.from == *file);
         let shown = from.map_or_else(|| line.setup.words(machine), |m| m.name(machine));
-        let unknown = (0..6).filter(|c| found.errors.motions[axis][*c].is_zero());
+        let unknown = (0..6).filter(|c| errors.motions[axis][*c].is_zero());
         for component in unknown {
             let gains = gains(machine, line, component).unwrap_or_default();
             let most = gains.iter().fold(
@@ -129,7 +133,7 @@ pub fn doubts(machine: &Machine, lines: &[(usize, &Line)], found: &Found) -> Vec
             }
         }
     }
-    for motion in &found.motions {
+    for motion in motions {
         let axis = &machine.axes[motion.axis];
         let [low, high] = axis.travel.map(|t| axis.to_kinematic(t));
         let steps = motion.at.windows(2).map(|w| w[1] - w[0]);
@@ -143,7 +147,7 @@ pub fn doubts(machine: &Machine, lines: &[(usize, &Line)], found: &Found) -> Vec
             });
         }
     }
-    doubts.extend(counted_twice(machine, &found.errors));
+    doubts.extend(counted_twice(machine, errors));
     doubts
 }
 

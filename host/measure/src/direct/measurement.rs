@@ -268,3 +268,22 @@ pub fn slope(positions: &[f64], values: &[f64]) -> f64 {
     let across: f64 = positions.iter().map(|p| (p - q).powi(2)).sum();
     along / across
 }
+
+/// Standard uncertainty (mm or rad) of the mean of the runs of a direction, from how all of them scatter.
+pub fn mean_uncertainty(line: &Line) -> Option<f64> {
+    let (mut squares, mut freedom, mut least) = (0.0, 0, usize::MAX);
+    let means = line.means();
+    for direction in means.directions() {
+        let runs = line.columns.iter().filter(|c| c.direction == direction);
+        let runs: Vec<_> = runs.collect();
+        let mean = means.of(direction)?;
+        for run in &runs {
+            squares += (run.readings.iter().zip(mean))
+                .map(|(r, m)| (r - m).powi(2))
+                .sum::<f64>();
+        }
+        freedom += (runs.len() - 1) * mean.len();
+        least = least.min(runs.len());
+    }
+    (freedom > 0).then(|| (squares / freedom as f64 / least as f64).sqrt())
+}

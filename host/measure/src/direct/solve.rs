@@ -3,7 +3,7 @@
 use super::block::{Block, blocks};
 use super::direct_error::DirectError;
 use super::doubts::{Doubt, doubts};
-use super::measurement::{Line, Means, Measured, Measurement, Square, slope};
+use super::measurement::{Line, Means, Measured, Measurement, Square, mean_uncertainty, slope};
 use super::motion::{FoundMotion, without};
 use super::square::{location, squareness, uncertainty};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
@@ -163,15 +163,14 @@ pub fn solve(
         let uncertainty = location.uncertainty.map(|u| (location.parameter, u));
         model.standard_uncertainty.extend(uncertainty);
     }
-    let mut found = Found {
+    let doubts = doubts(machine, &lines, &motions, &model);
+    Ok(Found {
         errors: model,
         motions,
         locations,
         slopes,
-        doubts: Vec::new(),
-    };
-    found.doubts = doubts(machine, &lines, &found);
-    Ok(found)
+        doubts,
+    })
 }
 
 /// Motions that are zero yet.
@@ -208,25 +207,6 @@ fn start(machine: &Machine, block: &Block, lines: &[(usize, &Line)]) -> Vec<Foun
             }
         })
         .collect()
-}
-
-/// Standard uncertainty (mm or rad) of the mean of the runs of a direction, from how all of them scatter.
-pub fn mean_uncertainty(line: &Line) -> Option<f64> {
-    let (mut squares, mut freedom, mut least) = (0.0, 0, usize::MAX);
-    let means = line.means();
-    for direction in means.directions() {
-        let runs = line.columns.iter().filter(|c| c.direction == direction);
-        let runs: Vec<_> = runs.collect();
-        let mean = means.of(direction)?;
-        for run in &runs {
-            squares += (run.readings.iter().zip(mean))
-                .map(|(r, m)| (r - m).powi(2))
-                .sum::<f64>();
-        }
-        freedom += (runs.len() - 1) * mean.len();
-        least = least.min(runs.len());
-    }
-    (freedom > 0).then(|| (squares / freedom as f64 / least as f64).sqrt())
 }
 
 impl Block {

@@ -1,7 +1,6 @@
 //! Squareness: two lines, each read in the direction of the other.
 
-use super::measurement::{Line, Means, Square, slope};
-use super::solve::mean_uncertainty;
+use super::measurement::{Line, Means, Square, mean_uncertainty, slope};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::{Branch, Machine};

@@ -1,8 +1,8 @@
 //! Whether bars are as long as the artefact says.
 
 use super::IdentifyError;
-use super::identified::Place;
-use super::rows::{Estimate, LARGEST_LENGTH, Problem};
+use super::factor::Factor;
+use super::rows::{Estimate, LARGEST_LENGTH, Problem, Weights};
 use nalgebra::{DMatrix, Vector3};
 
 /// A bar against the machine and the other bars.
@@ -47,20 +47,20 @@ const TESTED: f64 = 1e-6;
 /// of the machine: a scale of 10 mm in a metre.
 const LIKELY: f64 = 0.01;
 
-/// Every bar against all other equations.
+/// Every bar against all other equations, where a solution was found.
 pub(super) fn checked(
     problem: &Problem<'_>,
-    place: &Place,
+    (estimate, weights, factor): (&Estimate, &Weights, &Factor),
     jacobian: &DMatrix<f64>,
 ) -> Vec<BarCheck> {
     let check = |(i, bar): (usize, &super::rows::Bar)| {
-        let [a, b] = bar.balls.map(|ball| place.estimate.balls[ball]);
+        let [a, b] = bar.balls.map(|ball| estimate.balls[ball]);
         let miss = (a - b).norm() - bar.length;
         let row = jacobian.row(3 * problem.places.len() + i).transpose();
-        let leverage = place.factor.leverage(&row).unwrap_or(1.0);
+        let leverage = factor.leverage(&row).unwrap_or(1.0);
         // What is left of an observation if it has no part in the result: its miss by 1 − h (Cook).
         let free = 1.0 - leverage;
-        let stiffness = bar.sigma.max(place.weights.least);
+        let stiffness = bar.sigma.max(weights.least);
         BarCheck {
             balls: bar.balls.map(|ball| problem.balls[ball].clone()),
             length: bar.length,

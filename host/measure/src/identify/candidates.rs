@@ -1,6 +1,5 @@
 //! What `auto` starts from.
 
-use super::model::direction;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::machine::{Axis, Machine};
 
@@ -85,4 +84,9 @@ pub(super) fn candidates(
     let mut known = ErrorModel::perfect(machine);
     parameters.retain(|p| known.set(machine, *p, 0.0));
     parameters
+}
+
+/// The direction of an axis by its letter: 0, 1, 2.
+pub(super) fn direction(letter: char) -> usize {
+    "XYZABCUVW".find(letter).unwrap_or(0) % 3
 }

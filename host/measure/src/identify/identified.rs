@@ -3,7 +3,7 @@
 use super::Unseen;
 use super::bars::BarCheck;
 use super::factor::Factor;
-use super::rows::{Estimate, Weights};
+use super::rows::{Estimate, Row, Weights};
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter};
 
@@ -16,17 +16,6 @@ pub struct Estimated {
     pub value: f64,
     /// Its standard uncertainty.
     pub uncertainty: f64,
-}
-
-/// What a row of probings says in the end: from the ball to the tip (mm, workpiece frame).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// With the nominal machine, and balls and stylus fitted to that.
-    pub before: Vector3<f64>,
-    /// With the machine as identified.
-    pub after: Vector3<f64>,
-    /// False if it fits so badly that it should be looked at.
-    pub is_trusted: bool,
 }
 
 /// What was identified.

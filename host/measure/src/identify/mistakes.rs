@@ -1,7 +1,7 @@
 //! What is commonly wrong with a file of probings as a whole, found by trying it.
 
+use super::descent::setup_alone;
 use super::rows::{Place, Problem, Weights};
-use super::solve::setup_alone;
 use super::units::UNITS;
 use super::{IdentifyError, root_mean_square};
 use nalgebra::Vector3;

@@ -1,6 +1,6 @@
 //! Which parameters are looked for.
 
-use super::candidates::{Form, candidates};
+use super::candidates::{Form, candidates, direction};
 use super::locations::{chain, minimal};
 use std::fmt;
 use std::str::FromStr;
@@ -215,11 +215,6 @@ impl Model {
             });
         Ok(parameters.collect())
     }
-}
-
-/// The direction of an axis by its letter: 0, 1, 2.
-pub(super) fn direction(letter: char) -> usize {
-    "XYZABCUVW".find(letter).unwrap_or(0) % 3
 }
 
 /// Scales of linear directions (0, 1, 2).

@@ -4,8 +4,8 @@
 //! The machine and the balls stay where they are, so one Jacobian and one factorisation serve all: the residuals
 //! are those of the exact machine, and steps go on until nothing moves.
 
+use super::descent::descend;
 use super::rows::Estimate;
-use super::solve::descend;
 use super::{Identified, IdentifyError, Model, Options, Problem, automatic, identify};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;

@@ -1,7 +1,7 @@
 //! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
 
 use super::unseen::Spindle;
-use super::{IdentifyError, Row, Unknown};
+use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;
 use crate::simulate::{normal, turned};
@@ -78,6 +78,17 @@ pub(super) struct Estimate {
     pub errors: ErrorModel,
     pub stylus: Vector3<f64>,
     pub balls: Vec<Vector3<f64>>,
+}
+
+/// What a row of probings says in the end: from the ball to the tip (mm, workpiece frame).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// With the nominal machine, and balls and stylus fitted to that.
+    pub before: Vector3<f64>,
+    /// With the machine as identified.
+    pub after: Vector3<f64>,
+    /// False if it fits so badly that it should be looked at.
+    pub is_trusted: bool,
 }
 
 /// Larger errors no machine has (mm).

@@ -1,13 +1,14 @@
 //! Gauss–Newton.
 
+use super::descent::{STILL, descend, setup_alone};
 use super::factor::Factor;
 use super::identified::{Estimated, Identified, Place};
 use super::noise::Noise;
-use super::rows::{Estimate, LARGEST_LENGTH, Problem, Weights};
-use super::structure::{Structure, seen};
+use super::rows::{LARGEST_LENGTH, Problem};
+use super::structure::Structure;
 use super::unseen::GivenUp;
 use super::{IdentifyError, Unknown, bars, mistakes, root_mean_square, snoop, units};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::Parameter;
 
 /// How to identify.
@@ -20,25 +21,11 @@ pub struct Options {
     pub least: f64,
 }
 
-/// Largest change of any residual (mm) by the last step: three orders below the 0.001 µm that are asked for,
-/// two above the rounding of positions of 1 m.
-const STEP: f64 = 1e-9;
-/// Steps with one Jacobian: each gains the relative size of the errors, 1e-2 or better, less where parameters
-/// are hardly told apart. A step must be this part of the last one, or it takes another Jacobian; if it makes
-/// things worse, half of it is tried, and so on.
-const STEPS: usize = 20;
-const SHRINKS: f64 = 0.5;
-const HALVINGS: usize = 20;
-/// Nor do steps count that make the sum of squares less by so small a part: of a thousand rows, they move no
-/// parameter by more than a twentieth of its uncertainty.
-const STILL: f64 = 1e-6;
 /// Rounds, each with a Jacobian: the first has that of the nominal machine, the second knows the noise. More
 /// are made only as long as what is trusted changes.
 const ROUNDS: usize = 20;
 /// A machine that leaves more than this part of what the nominal one does is none.
 const FAR: f64 = 0.5;
-/// Singular values that are no more than rounding: of columns of length 1, and positions with nine digits.
-const ROUNDING: f64 = 1e-10;
 /// Derivatives change by how far the tip moves over the lever, and uncertainties by that times the condition: less than
 /// this is not looked at.
 const ELSEWHERE: f64 = 1e-3;
@@ -243,7 +230,7 @@ fn identified(
         of_stated: noise.is_stated.then(|| noise.factor(&misses, freedom)),
         freedom,
         condition: factor.condition(),
-        bars: bars::checked(problem, &place, jacobian),
+        bars: bars::checked(problem, (estimate, weights, factor), jacobian),
         rows: problem.rows(&before, &misses, &noise.trusted(&misses, freedom)),
         errors: place.estimate.errors.clone(),
         balls: place.estimate.balls.clone(),
@@ -257,63 +244,4 @@ fn not_converged(misses: &[Vector3<f64>]) -> IdentifyError {
     IdentifyError::NotConverged {
         rms: root_mean_square(misses.iter().map(Vector3::norm)),
     }
-}
-
-/// Fits balls and stylus to the nominal machine: what is left is what its errors do.
-pub(super) fn setup_alone(
-    problem: &Problem<'_>,
-    weights: &Weights,
-) -> Result<Estimate, IdentifyError> {
-    let problem = &problem.of_setup();
-    let mut estimate = problem.start();
-    let jacobian = problem.jacobian(&estimate, weights);
-    let all = (0..problem.unknowns.len()).collect();
-    let factor = Factor::new(&jacobian, all, &problem.alone()).ok_or(IdentifyError::NotFinite)?;
-    let factor = seen(problem, factor, Vec::new(), ROUNDING).0;
-    descend(problem, &mut estimate, &jacobian, &factor, weights);
-    Ok(estimate)
-}
-
-/// Steps with one Jacobian until nothing moves any more; false if that takes another one.
-pub(super) fn descend(
-    problem: &Problem<'_>,
-    estimate: &mut Estimate,
-    jacobian: &DMatrix<f64>,
-    factor: &Factor,
-    weights: &Weights,
-) -> bool {
-    let mut residuals = problem.residuals(estimate, weights);
-    let start = residuals.norm_squared();
-    let is_still = |residuals: &DVector<f64>| start - residuals.norm_squared() < STILL * start;
-    let mut last = f64::INFINITY;
-    for _ in 0..STEPS {
-        let Some(mut step) = factor.step(&jacobian.tr_mul(&residuals)) else {
-            return false;
-        };
-        let change = jacobian * &step;
-        let moved = weights.rows.iter().enumerate();
-        let moved = moved.map(|(i, w)| change.fixed_rows::<3>(3 * i).norm() / w);
-        let most = moved.fold(0.0, f64::max);
-        if most > SHRINKS * last {
-            return is_still(&residuals);
-        }
-        // Far away the derivatives at the nominal machine may lead too far.
-        let before = residuals.norm_squared();
-        let next = (0..HALVINGS).find_map(|_| {
-            let next = problem.moved(estimate, &step);
-            let residuals = problem.residuals(&next, weights);
-            let is_no_worse = residuals.norm_squared() <= before * (1.0 + STILL);
-            step *= 0.5;
-            is_no_worse.then_some((next, residuals))
-        });
-        let Some(next) = next else {
-            return is_still(&residuals);
-        };
-        (*estimate, residuals) = next;
-        if most < STEP {
-            return true;
-        }
-        last = most;
-    }
-    is_still(&residuals)
 }

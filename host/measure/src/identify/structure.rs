@@ -1,10 +1,10 @@
 //! What positions of the axes can tell at all, whatever was read at them.
 
+use super::IdentifyError;
+use super::descent::setup_alone;
 use super::factor::Factor;
 use super::rows::{Estimate, Problem, Weights};
-use super::solve::setup_alone;
-use super::unseen::{GivenUp, given_up};
-use super::{IdentifyError, Unknown};
+use super::unseen::{GivenUp, seen};
 use crate::simulate::on_ball;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;
@@ -49,7 +49,12 @@ impl Structure {
         let factor = factor.ok_or(IdentifyError::NotFinite)?;
         let idle = ideal.idle(&factor, &weights).into_iter();
         let idle = idle.map(|i| GivenUp::idle(i, problem.unknowns[i], problem.spindle));
-        let (factor, given_up) = seen(problem, factor, idle.collect(), least.max(SEEN));
+        let (factor, given_up) = seen(
+            (&problem.unknowns, problem.spindle),
+            factor,
+            idle.collect(),
+            least.max(SEEN),
+        );
         Ok(Self {
             kept: factor.unknowns().to_vec(),
             given_up,
@@ -79,45 +84,5 @@ impl<'a> Ideal<'a> {
             estimate,
             weights: weights(0.0),
         })
-    }
-}
-
-/// Gives up, beside what is `gone`, unknowns until no combination has a singular value that is not above
-/// `least`; the factor of those that are left.
-pub(super) fn seen(
-    problem: &Problem<'_>,
-    factor: Factor,
-    gone: Vec<GivenUp>,
-    least: f64,
-) -> (Factor, Vec<GivenUp>) {
-    let mut all = gone;
-    let is_left = |i: &usize| all.iter().all(|g| g.number != *i);
-    let left: Vec<usize> = factor.unknowns().iter().copied().filter(is_left).collect();
-    let mut factor = factor.of(&left);
-    loop {
-        let hidden = factor.hidden(least);
-        if hidden.ncols() == 0 {
-            return (factor, all);
-        }
-        let numbers = factor.unknowns();
-        let left: Vec<Unknown> = numbers.iter().map(|i| problem.unknowns[*i]).collect();
-        let more = given_up(&left, &hidden, &factor.units(), problem.spindle);
-        let is_left = |place: &usize| more.iter().all(|g| g.number != *place);
-        let kept: Vec<usize> = (0..left.len())
-            .filter(is_left)
-            .map(|i| numbers[i])
-            .collect();
-        all.extend(more.into_iter().map(|g| {
-            GivenUp {
-                number: numbers[g.number],
-                others: g
-                    .others
-                    .iter()
-                    .map(|(i, part)| (numbers[*i], *part))
-                    .collect(),
-                unseen: g.unseen,
-            }
-        }));
-        factor = factor.of(&kept);
     }
 }

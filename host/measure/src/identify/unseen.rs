@@ -1,6 +1,7 @@
 //! What these probings cannot tell.
 
 use super::Unknown;
+use super::factor::Factor;
 use nalgebra::DMatrix;
 use std::cmp::Reverse;
 use trueaxis_model::errors::ParameterKind;
@@ -58,9 +59,49 @@ impl GivenUp {
     }
 }
 
+/// Gives up, beside what is `gone`, unknowns until no combination has a singular value that is not above
+/// `least`; the factor of those that are left.
+pub(super) fn seen(
+    (unknowns, spindle): (&[Unknown], Spindle),
+    factor: Factor,
+    gone: Vec<GivenUp>,
+    least: f64,
+) -> (Factor, Vec<GivenUp>) {
+    let mut all = gone;
+    let is_left = |i: &usize| all.iter().all(|g| g.number != *i);
+    let left: Vec<usize> = factor.unknowns().iter().copied().filter(is_left).collect();
+    let mut factor = factor.of(&left);
+    loop {
+        let hidden = factor.hidden(least);
+        if hidden.ncols() == 0 {
+            return (factor, all);
+        }
+        let numbers = factor.unknowns();
+        let left: Vec<Unknown> = numbers.iter().map(|i| unknowns[*i]).collect();
+        let more = given_up(&left, &hidden, &factor.units(), spindle);
+        let is_left = |place: &usize| more.iter().all(|g| g.number != *place);
+        let kept: Vec<usize> = (0..left.len())
+            .filter(is_left)
+            .map(|i| numbers[i])
+            .collect();
+        all.extend(more.into_iter().map(|g| {
+            GivenUp {
+                number: numbers[g.number],
+                others: g
+                    .others
+                    .iter()
+                    .map(|(i, part)| (numbers[*i], *part))
+                    .collect(),
+                unseen: g.unseen,
+            }
+        }));
+        factor = factor.of(&kept);
+    }
+}
+
 /// Picks as many unknowns as there are combinations that cannot be seen: columns of `hidden`, orthonormal,
 /// in units in which each unknown by itself does as much in the probings as any other; `units` are these.
-pub(super) fn given_up(
+fn given_up(
     unknowns: &[Unknown],
     hidden: &DMatrix<f64>,
     units: &[f64],

@@ -1,6 +1,6 @@
 //! What could be probed: balls at rotary positions, where the stylus reaches them.
 
-use super::touches::{Probe, Touching, touching};
+use super::touches::{Probe, Touching, Unreachable, touching};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::{Probing, Probings};
 use rand::SeedableRng;
@@ -8,33 +8,6 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use trueaxis_model::machine::{MAX_AXES, Machine};
-
-/// Why a ball cannot be probed somewhere.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Unreachable {
-    /// Nobody knows where it is.
-    #[error("it has no nominal_mm in the artefact")]
-    NoPlace,
-    /// The linear axes do not get there.
-    #[error("the linear axes cannot bring the stylus there")]
-    NoWay,
-    /// The stylus would come from the table.
-    #[error(
-        "the stylus would be {degrees:.0}° from the direction in which the ball stands away from the table"
-    )]
-    Cone {
-        /// The angle.
-        degrees: f64,
-    },
-    /// An axis would leave its travel.
-    #[error("{axis} = {position:.3} is outside its travel")]
-    Travel {
-        /// The axis.
-        axis: char,
-        /// Where it would have to be (mm, deg).
-        position: f64,
-    },
-}
 
 /// What a strategy may use.
 #[derive(Clone, Debug)]

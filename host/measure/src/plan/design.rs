@@ -1,10 +1,11 @@
 //! A strategy for a time that there is.
 
 use super::band::Band;
-use super::candidates::{Allowed, Setup, Unreachable};
+use super::candidates::{Allowed, Setup};
 use super::exchange::{Exchange, Measure};
 use super::judge::band;
 use super::order::{ordered, repeated};
+use super::touches::Unreachable;
 use crate::formats::probings::{Probing, Probings};
 use crate::identify::{Foreseen, IdentifyError, Problem, Unknown};
 use nalgebra::DMatrix;

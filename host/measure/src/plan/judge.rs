@@ -1,8 +1,9 @@
 //! What a strategy will tell.
 
 use super::band::{Band, Spread};
-use super::candidates::{Setup, Unreachable};
+use super::candidates::Setup;
 use super::remedy::{Remedy, foreseen, remedies};
+use super::touches::Unreachable;
 use crate::formats::probings::{Probing, Probings};
 use crate::identify::{Foreseen, IdentifyError};
 use crate::simulate::{Disturbances, SimulateError, probings};

@@ -1,7 +1,7 @@
 //! A strategy as a program for a controller.
 
-use super::candidates::{RUN_UP, Setup, Unreachable};
-use super::touches::{PER_BALL, Touching};
+use super::candidates::{RUN_UP, Setup};
+use super::touches::{PER_BALL, Touching, Unreachable};
 use crate::formats::probings::{Probing, Probings};
 use std::fmt::Write;
 use trueaxis_model::machine::{Machine, PerAxis};

@@ -5,7 +5,8 @@
 //! the spindle, and probes at each position the balls that are free (Table 4-1). The lists are those of the document for
 //! its machines; other machines get them for their own two rotary axes.
 
-use super::candidates::{Setup, Unreachable};
+use super::candidates::Setup;
+use super::touches::Unreachable;
 use crate::formats::probings::{self, Probing, Probings};
 use std::fmt;
 use trueaxis_model::machine::{Branch, MAX_AXES, Machine};

@@ -1,6 +1,5 @@
 //! The five touches by which a probe finds the centre of a ball.
 
-use super::candidates::Unreachable;
 use crate::formats::artefact::{Artefact, Ball};
 use crate::formats::probings::Probing;
 use crate::simulate::turned;
@@ -16,6 +15,33 @@ pub const PER_BALL: usize = 5;
 /// Four of them are so far above the equator of the ball, seen from the spindle (rad): on the equator only the
 /// touch at the pole would say how high the ball is, and one that is wrong would not be noticed.
 const LATITUDE: f64 = std::f64::consts::PI / 6.0;
+
+/// Why a ball cannot be probed somewhere.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unreachable {
+    /// Nobody knows where it is.
+    #[error("it has no nominal_mm in the artefact")]
+    NoPlace,
+    /// The linear axes do not get there.
+    #[error("the linear axes cannot bring the stylus there")]
+    NoWay,
+    /// The stylus would come from the table.
+    #[error(
+        "the stylus would be {degrees:.0}° from the direction in which the ball stands away from the table"
+    )]
+    Cone {
+        /// The angle.
+        degrees: f64,
+    },
+    /// An axis would leave its travel.
+    #[error("{axis} = {position:.3} is outside its travel")]
+    Travel {
+        /// The axis.
+        axis: char,
+        /// Where it would have to be (mm, deg).
+        position: f64,
+    },
+}
 
 /// What the touches are made with.
 #[derive(Clone, Copy, Debug, PartialEq)]

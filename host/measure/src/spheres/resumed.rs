@@ -1,7 +1,7 @@
 //! The log of a program that was ended early, or begun again.
 
-use super::found::{elsewhere, named};
 use super::log::Touched;
+use super::strategy::{elsewhere, named};
 use crate::formats::probings::{Probing, Probings};
 use crate::plan::PER_BALL;
 use std::ops::Range;

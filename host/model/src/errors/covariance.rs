@@ -1,6 +1,9 @@
 //! How well parameters are known together.
 
+mod file;
+
 use super::Parameter;
+pub use file::{read, write};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// The covariance of some parameters: in the units of two of them, multiplied.

@@ -1,6 +1,6 @@
 //! Geometric errors of the axes: ISO 230-1 parameters and the file they are written in.
 
-mod covariance;
+pub mod covariance;
 mod file;
 mod model;
 

@@ -1,6 +1,5 @@
 //! What an instrument sees: two machines side by side, one without errors and the real one.
 
-use super::instrument::Sense;
 use crate::errors::{ErrorModel, MAX_SENSORS, Situation, Switches};
 use crate::kinematics::{Htm, Kinematics};
 use crate::machine::{Machine, PerAxis};
@@ -99,19 +98,6 @@ impl<'a> Bench<'a> {
         Deviation {
             tip: t1 - t0,
             turn: rotation(r1 * r0.transpose()),
-        }
-    }
-
-    /// What of a deviation an instrument shows that reads in one direction, the machine being at `q`.
-    #[must_use]
-    pub fn reads(&self, sense: Sense, deviation: &Deviation, q: &PerAxis) -> f64 {
-        match sense {
-            Sense::In(axis) => deviation.tip.dot(&self.way(q, axis)),
-            Sense::About(axis) => deviation.turn.dot(&self.about(q, axis)),
-            Sense::From(a, b) => {
-                let normal = self.way(q, a).cross(&self.way(q, b));
-                deviation.turn.dot(&normal.normalize())
-            }
         }
     }
 

@@ -2,7 +2,8 @@
 //! commands: positive is farther in the direction of a positive command, of the tool against the
 //! workpiece.
 
-use super::bench::{Bench, State};
+use super::bench::{Bench, Deviation, State};
+use crate::machine::PerAxis;
 use crate::pose::Tool;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -98,6 +99,19 @@ pub fn largest(readings: impl IntoIterator<Item = Reading>) -> Option<Reading> {
 }
 
 impl Bench<'_> {
+    /// What of a deviation an instrument shows that reads in one direction, the machine being at `q`.
+    #[must_use]
+    pub fn reads(&self, sense: Sense, deviation: &Deviation, q: &PerAxis) -> f64 {
+        match sense {
+            Sense::In(axis) => deviation.tip.dot(&self.way(q, axis)),
+            Sense::About(axis) => deviation.turn.dot(&self.about(q, axis)),
+            Sense::From(a, b) => {
+                let normal = self.way(q, a).cross(&self.way(q, b));
+                deviation.turn.dot(&normal.normalize())
+            }
+        }
+    }
+
     /// The tip's deviation between two commands, along each linear axis.
     fn tip(
         &self,

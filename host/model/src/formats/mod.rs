@@ -1,7 +1,5 @@
-//! Files of numbers: positions, measured motions, covariances.
+//! Tables of numbers as text: cells, units, measured motions.
 
 pub mod cells;
-pub mod covariance;
 pub mod measured;
-pub mod positions;
 pub mod units;

@@ -3,11 +3,11 @@
 mod doubts;
 
 use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineProblem};
-use crate::kinematics::Htm;
 use crate::source::{Exactly, FileError, right_case};
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
+use trueaxis_kinematics::Htm;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

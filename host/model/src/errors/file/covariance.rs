@@ -2,7 +2,7 @@
 
 use super::ErrorsFile;
 use crate::errors::ErrorModel;
-use crate::formats::covariance;
+use crate::errors::covariance;
 use crate::source::FileError;
 
 /// Standard uncertainties are written with four digits.

@@ -2,9 +2,10 @@
 
 use super::basis::{Basis, Choice};
 use super::core;
-use super::cover::{Cover, Minimize, Structure};
+use super::cover::{Cover, Minimize};
 use super::limits::BASIS_SHARE;
 use super::sampling::{Component, Sampler};
+use super::structure::Structure;
 use super::tables::Found;
 use crate::target::Target;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! Cubic tables: fewer points for a peak, more instructions.
 
+use super::grid::Grid;
 use super::limits::{BYTES_PER_INSTRUCTION, LEAST_INTERVALS, MOST_INTERVALS};
-use super::points::Grid;
 use super::variables::Variable;
 use crate::cost::{CUBIC_BANK, CUBIC_TABLE, LINEAR_TABLE};
 use trueaxis::SampleFormat;

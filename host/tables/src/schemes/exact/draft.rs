@@ -1,10 +1,10 @@
 //! From sampled tables to a draft of the compensation.
 
 use super::Options;
-use super::cover::{self, Function};
-use super::points::Grid;
+use super::grid::Grid;
 use super::seen::Seen;
 use super::spline;
+use super::structure::{self, Function};
 use super::tables::{Found, input};
 use super::variables::Kind;
 use crate::schemes::blank::blank;
@@ -174,7 +174,7 @@ const MOST_WEIGHT: f64 = 1e6;
 
 /// The terms with weights in mm or degrees, and what each table is multiplied by so that as many
 /// weights as possible are 1: those cost nothing.
-fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<cover::Term>, HashMap<Factor, f64>) {
+fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<structure::Term>, HashMap<Factor, f64>) {
     let (terms, scales) = weighed_with(machine, found, true);
     if terms.iter().all(|t| t.weight.abs() <= MOST_WEIGHT) {
         return (terms, scales);
@@ -187,7 +187,7 @@ fn weighed_with(
     machine: &Machine,
     found: &Found<'_>,
     freely: bool,
-) -> (Vec<cover::Term>, HashMap<Factor, f64>) {
+) -> (Vec<structure::Term>, HashMap<Factor, f64>) {
     let mut terms = found.structure.terms.clone();
     let mut uses: HashMap<Factor, usize> = HashMap::new();
     for term in &mut terms {
@@ -230,7 +230,7 @@ fn weighed_with(
 }
 
 /// The terms in blob form: sorted so that terms of one output and one length stand together.
-fn numbered(terms: &[cover::Term], numbers: &HashMap<Factor, u8>) -> Vec<Term> {
+fn numbered(terms: &[structure::Term], numbers: &HashMap<Factor, u8>) -> Vec<Term> {
     let mut terms: Vec<Term> = terms
         .iter()
         .map(|term| {

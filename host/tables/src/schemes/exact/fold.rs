@@ -5,9 +5,9 @@
 
 use super::basis::Basis;
 use super::core::merges;
-use super::cover::{Function, Merged, Structure, Term};
 use super::generators::Generator;
 use super::prune::{Spare, peak_with};
+use super::structure::{Function, Merged, Structure, Term};
 use super::variables::Variable;
 use crate::cost::{CUBIC_TABLE, FACTOR, LINEAR_TABLE, TERM};
 use std::collections::BTreeMap;
@@ -437,7 +437,7 @@ mod tests {
 
     impl Made {
         fn table(&mut self, variable: usize, coefficients: Vec<f64>) -> (usize, Function) {
-            self.0.merged.push(super::super::cover::Merged {
+            self.0.merged.push(Merged {
                 variable,
                 coefficients,
             });

@@ -2,7 +2,7 @@
 //! products they hold, though these are small.
 
 use super::basis::Basis;
-use super::cover::{Function, Merged, Structure, Term};
+use super::structure::{Function, Merged, Structure, Term};
 use trueaxis_model::machine::PerAxis;
 
 /// What may still be left out.

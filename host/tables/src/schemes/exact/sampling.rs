@@ -1,5 +1,6 @@
 //! Exact corrections on small grids, split into what every source of error adds.
 
+use super::chebyshev;
 use super::memory::Memory;
 use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
 use rayon::prelude::*;
@@ -349,7 +350,7 @@ impl Sampler<'_> {
             let bends = matches!(self.variables[*v].kind, Kind::Bending(_));
             if bends && !has(*v) {
                 let count = if subset == 0 { 2 } else { 3 };
-                *positions = super::variables::positions(self.variables[*v].range, count);
+                *positions = chebyshev::points(self.variables[*v].range, count);
             }
         }
         let sampled: Result<Vec<Vec<PerAxis>>, NotConverged> = (0..few.nodes())

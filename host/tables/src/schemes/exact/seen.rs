@@ -2,13 +2,13 @@
 //! cubics, and their values between.
 
 use super::between;
-use super::cover::Function;
 use super::cubic;
+use super::grid::Grid;
 use super::limits::{
     LEAST_INTERVALS, LEAST_SEEN, MOST_INTERVALS, MOST_OF_HALF, MOST_SEEN, SEEN_PER_PEAK,
 };
-use super::points::Grid;
 use super::spline;
+use super::structure::Function;
 use super::tables::{Found, Sampled};
 use super::variables::{Kind, Variable};
 use nalgebra::DMatrix;

@@ -1,9 +1,9 @@
 //! From a structure to tables with points.
 
 use super::basis::Basis;
-use super::cover::{Function, Structure};
 use super::generators::Generator;
 use super::sampling::{Component, Sampler};
+use super::structure::{Function, Structure};
 use super::variables::{Kind, Variable};
 use nalgebra::DMatrix;
 use std::collections::{BTreeMap, HashMap};
@@ -96,6 +96,51 @@ impl Found<'_> {
             }
         }
         tables
+    }
+
+    /// What interpolation with these weights of rows does to each output, against the true values in a
+    /// row of others.
+    pub fn errors_at(
+        &self,
+        v: usize,
+        (sampled, weights): (&Sampled, &[(usize, f64)]),
+        (truth, row): (&Sampled, usize),
+    ) -> PerAxis {
+        let mut errors = PerAxis::default();
+        for term in &self.structure.terms {
+            let own: Vec<usize> = term
+                .factors
+                .iter()
+                .filter(|(w, _)| *w == v)
+                .filter_map(|(_, f)| sampled.functions.iter().position(|g| g == f))
+                .collect();
+            if own.is_empty() {
+                continue;
+            }
+            let others: f64 = term
+                .factors
+                .iter()
+                .filter(|(w, _)| *w != v)
+                .map(|(w, f)| self.peak(*w, f))
+                .product();
+            let exact: f64 = own.iter().map(|c| truth.values[(row, *c)]).product();
+            let between = |c: &usize| {
+                let parts = weights.iter().map(|(k, w)| w * sampled.values[(*k, *c)]);
+                parts.sum::<f64>()
+            };
+            let interpolated: f64 = own.iter().map(between).product();
+            errors[term.output] += (term.weight * others * (interpolated - exact)).abs();
+        }
+        errors
+    }
+
+    /// Largest magnitude of a table in the calibrated range, or a bound of it.
+    fn peak(&self, v: usize, function: &Function) -> f64 {
+        match function {
+            Function::Numeric(k) => self.bases[v].peaks[*k],
+            Function::Merged(id) => self.bases[v].peak_of(&self.structure.merged[*id].coefficients),
+            _ => 1.0,
+        }
     }
 }
 

@@ -1,9 +1,9 @@
 //! A structure is tried before its tables get points.
 
-use super::cover::Function;
 use super::limits::TRIALS;
 use super::sampling::Sampler;
 use super::seen;
+use super::structure::Function;
 use super::tables::{self, Found, Sampled};
 use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
 use rand::{RngExt, SeedableRng};

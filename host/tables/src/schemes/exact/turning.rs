@@ -1,7 +1,7 @@
 //! What rotary positions do to small errors on their way to the corrections: sines and cosines, and
 //! what is divided by them.
 
-use super::variables;
+use super::chebyshev;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -37,7 +37,7 @@ const LEVER: f64 = 300.0;
 /// evenly over one, if the range is not smaller.
 pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     if high - low < TAU {
-        return variables::positions([low, high], count);
+        return chebyshev::points([low, high], count);
     }
     (0..count)
         .map(|k| low + TAU * (k as f64 + 0.5) / count as f64)

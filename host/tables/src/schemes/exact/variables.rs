@@ -1,7 +1,7 @@
 //! What a correction depends on: axis positions, directions, tool length, temperatures.
 
-use super::peaks;
 use super::turning::{self, Turning};
+use super::{chebyshev, peaks};
 use trueaxis_model::errors::{MAX_SENSORS, Motion};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
@@ -67,7 +67,7 @@ impl Variable {
     pub fn many(&self) -> Vec<f64> {
         let [low, high] = self.calibrated;
         let count = self.nodes.max(self.turning.base);
-        let mut all = self.with_peaks(positions(self.calibrated, count));
+        let mut all = self.with_peaks(chebyshev::points(self.calibrated, count));
         all.retain(|x| (low..=high).contains(x));
         all
     }
@@ -158,7 +158,7 @@ impl Variable {
     /// The node positions with its motions on: Chebyshev points with both ends, which keep
     /// polynomials and trigonometric functions well apart; and those at peaks.
     pub fn positions(&self, count: usize) -> Vec<f64> {
-        self.with_peaks(positions(self.range, count))
+        self.with_peaks(chebyshev::points(self.range, count))
     }
 
     /// With the nodes at peaks, in order.
@@ -182,17 +182,6 @@ const NARROW: f64 = 1.4;
 /// A position is on a kink if it is nearer than this part of the range: ten times the rounding of
 /// positions to f32.
 const KINK: f64 = 1e-6;
-
-/// Chebyshev points of a range, with both ends.
-pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
-    let (mid, half) = (0.5 * (low + high), 0.5 * (high - low));
-    (0..count)
-        .map(|k| {
-            let angle = std::f64::consts::PI * k as f64 / (count - 1) as f64;
-            mid - half * angle.cos()
-        })
-        .collect()
-}
 
 /// True if motions of rotary axes are better switched than sampled together: where a grid of all
 /// of them is too large.

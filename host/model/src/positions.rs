@@ -5,7 +5,7 @@
 //! (difference to the reference) K, with a decimal point. Empty lines are skipped. The order of
 //! the rows is the motion.
 
-use super::cells::{Cell, cells, lines, separated};
+use crate::formats::cells::{Cell, cells, lines, separated};
 use crate::machine::Machine;
 use crate::source::{FileError, right_case};
 use std::fmt::{Display, Write};

@@ -3,8 +3,9 @@
 //! The header is `parameter` and the names of the parameters; then one row for each, in the same order, that
 //! begins with its name: in the units of two parameters (mm, rad, per mmᵏ or radᵏ), multiplied.
 
-use super::cells::{cells, lines, separated};
-use crate::errors::{Covariance, Parameter};
+use super::Covariance;
+use crate::errors::Parameter;
+use crate::formats::cells::{cells, lines, separated};
 use crate::source::FileError;
 use nalgebra::DMatrix;
 use std::fmt::Write;
