@@ -42,7 +42,10 @@ fn parts(svg: &str) -> (Vec<f64>, String) {
 
 #[test]
 fn the_manual_shows_what_is_recomputed_and_what_is_fixed_from_outside_holds() {
-    let found = reproduce(&()).unwrap();
+    // As much stack as a program has: that of a test is a quarter of it.
+    let computing = std::thread::Builder::new().stack_size(8 << 20);
+    let computing = computing.spawn(|| reproduce(&()).unwrap()).unwrap();
+    let found = computing.join().unwrap();
     shows("reproduced.md", &page(&found));
     let json = serde_json::to_string_pretty(&found).unwrap();
     shows("reproduced.json", &json);
