@@ -7,17 +7,17 @@
 
 mod block;
 mod direct_error;
-mod doubts;
 mod error_file;
 pub mod iso230_2;
 mod measurement;
 mod motion;
 mod solve;
 mod square;
+mod warnings;
 
 pub use direct_error::DirectError;
-pub use doubts::{Doubt, counted_twice};
 pub use error_file::error_file;
 pub use measurement::{Column, Line, Means, Measured, Measurement, Setup, Square};
 pub use motion::FoundMotion;
 pub use solve::{Found, FoundLocation, Options, solve};
+pub use warnings::{Doubt, counted_twice};

@@ -4,19 +4,19 @@
 //! wrong and nothing else, by moving it as the instrument is used. No sign is written down here: that
 //! of a reading follows from the commands of the motion.
 
-mod alone;
 mod bench;
 mod choose;
 mod instrument;
 mod nothing;
 mod sentence;
+mod single_entry;
 
 use crate::errors::{ErrorModel, Parameter};
 use crate::machine::Machine;
-pub use alone::{Alone, Nature, Said};
 pub use bench::{Bench, Deviation, State};
 pub use instrument::{Instrument, Place, REACH, Reading, Sense};
 pub use sentence::number;
+pub use single_entry::{Alone, Nature, Said};
 
 /// What one thing in an error file means.
 #[derive(Clone, Debug)]

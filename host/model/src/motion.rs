@@ -1,11 +1,11 @@
 //! Rows of positions as a motion: their order gives the direction of travel of every axis.
 
-mod outside;
+mod beyond_travel;
 
 use crate::errors::{ErrorModel, Situation, Switches};
 use crate::kinematics::{Kinematics, NotConverged, Policy};
 use crate::machine::{Machine, PerAxis};
-pub use outside::{Outside, outside_compensation, outside_machine};
+pub use beyond_travel::{Outside, outside_compensation, outside_machine};
 use trueaxis::{Inputs, Largest, MOST_PERIODS, Reversal, Travel, Travelling};
 
 /// The most axes a blob may have.

@@ -1,8 +1,8 @@
 //! What `explain` says, against a second derivation of every reading, and signs derived by hand.
 
-mod first;
+mod first_order;
 
-use first::{First, left};
+use first_order::{First, left};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::{Instrument, Nature, Place, Sense, State, explain};
 use trueaxis_model::machine::Machine;

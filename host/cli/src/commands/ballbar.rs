@@ -6,9 +6,9 @@ mod path;
 mod simulate;
 
 use super::Outcome;
-use super::at;
 use super::bad_input::BadInput;
 use super::number::positive;
+use super::position_argument;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use trueaxis_measure::ballbar::{Bar, Hemisphere, Place};
@@ -76,7 +76,7 @@ impl Test {
     /// Sets the bar up, and sees that the axes reach everything.
     fn bar<'b>(&self, bench: &'b Bench<'b>, path: &[Place]) -> Result<Bar<'b>, BadInput> {
         let machine: &Machine = bench.machine;
-        let centre = at::position("--at", &self.at, machine)?;
+        let centre = position_argument::position("--at", &self.at, machine)?;
         let axes = Bar::axes(machine).ok_or_else(|| {
             BadInput::new(
                 format!("{} has no three axes X, Y and Z", machine.name),

@@ -4,12 +4,12 @@ mod answer;
 mod made;
 
 use super::Outcome;
-use super::at;
 use super::bad_input::BadInput;
-use super::blame;
+use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
 use super::policy::PolicyArguments;
+use super::position_argument;
 use super::progress::Bar;
 use super::random::Random;
 use super::scheme::SchemeArguments;
@@ -131,7 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         .iter()
         .map(|one| {
             let made = Made::new(&machine, &errors, &one.options, arguments.tolerance, &bar);
-            made.map_err(|error| blame::compile(error, files, &machine, &errors))
+            made.map_err(|error| error_source::compile(error, files, &machine, &errors))
         })
         .collect();
     let made = made?;
@@ -244,7 +244,8 @@ impl Arguments {
         let compensation = self.compensation(&runtime, wanted, made);
         let found = report::report(machine, errors, Some(compensation), None, document);
         let found = found.map_err(|error| super::report::bad(&error))?;
-        let blame = |error: CompileError| blame::compile(error, &self.files, machine, errors);
+        let blame =
+            |error: CompileError| error_source::compile(error, &self.files, machine, errors);
         let zero = tables.zero(machine, errors);
         let zero = zero.map_err(|error| blame(error.into()))?;
         let model = Model::relative_to(machine, errors, Some(&runtime), &zero);
@@ -321,7 +322,7 @@ impl Arguments {
         let zero_at = self
             .zero_at
             .as_deref()
-            .map(|text| at::zero_position(text, machine))
+            .map(|text| position_argument::zero_position(text, machine))
             .transpose()?;
         Ok(compile::Options {
             scheme,

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::blame;
+use super::error_source;
 use super::eval::Along;
 use super::files::{MachineFiles, Text};
 use super::policy::PolicyArguments;
@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             };
             let line = place.map_or(String::new(), |line| format!(", line {line}"));
             let message = format!("{error} ({}{line})", along.positions.display());
-            blame::not_converged(&message, files, &machine, &errors)
+            error_source::not_converged(&message, files, &machine, &errors)
         },
     )?;
     let corrections: Vec<Vec<f64>> = corrections

@@ -1,7 +1,7 @@
 //! `trueaxis identify`
 
 mod answer;
-mod gone;
+mod compensability;
 mod listed;
 mod screen;
 

@@ -1,14 +1,13 @@
 //! The commands: each reads files, calls the library, writes files, says what it did.
 
-mod at;
 mod bad_input;
 mod ballbar;
-mod blame;
 mod cec;
 mod compile;
 mod completions;
 mod control;
 mod correct;
+mod error_source;
 mod eval;
 mod explain;
 mod export;
@@ -25,10 +24,11 @@ mod monitor;
 mod monte_carlo;
 mod number;
 mod plan;
-mod planned;
+mod plan_output;
 mod policy;
 mod port;
 mod pose;
+mod position_argument;
 mod probings;
 mod progress;
 mod quantity;
@@ -40,8 +40,8 @@ mod schemes;
 mod screen;
 mod simulate;
 mod target;
-mod touching;
-mod unseen;
+mod touch_options;
+mod unidentifiable;
 mod verdict;
 mod verify;
 

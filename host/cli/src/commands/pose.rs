@@ -1,10 +1,10 @@
 //! `trueaxis pose`
 
 use super::Outcome;
-use super::at;
 use super::bad_input::BadInput;
 use super::eval::Along;
 use super::files;
+use super::position_argument;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write;
@@ -119,7 +119,7 @@ impl Arguments {
         errors: Option<&ErrorModel>,
     ) -> Result<Vec<f64>, BadInput> {
         let mut row = match &self.at {
-            Some(text) => at::position("--at", text, machine)?,
+            Some(text) => position_argument::position("--at", text, machine)?,
             None => vec![0.0; machine.axes.len()],
         };
         row.extend(machine.length_range.map(|_| machine.tool_length()));

@@ -1,11 +1,11 @@
 //! `trueaxis report`
 
 use super::Outcome;
-use super::at;
 use super::bad_input::BadInput;
-use super::blame;
+use super::error_source;
 use super::files::{self, MachineFiles, Text};
 use super::number::positive;
+use super::position_argument;
 use super::progress::Bar;
 use super::random::Random;
 use clap::Args;
@@ -124,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let zero_at = arguments
         .zero_at
         .as_deref()
-        .map(|text| at::zero_position(text, &machine))
+        .map(|text| position_argument::zero_position(text, &machine))
         .transpose()?;
     let proof = match &runtime {
         Some(runtime) => Some(arguments.prove(&machine, &errors, runtime, zero_at.as_ref())?),
@@ -169,7 +169,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         ..schemes::Options::default()
     };
     let zero = zero.zero(&machine, &errors);
-    let zero = zero.map_err(|error| blame::compile(error.into(), files, &machine, &errors))?;
+    let zero =
+        zero.map_err(|error| error_source::compile(error.into(), files, &machine, &errors))?;
     let model = Model::relative_to(&machine, &errors, runtime.as_ref(), &zero);
     if let Some(output) = &arguments.output {
         write_page(output, &report, &model)?;
@@ -254,7 +255,7 @@ impl Arguments {
         runtime: &Runtime<'_>,
         zero_at: Option<&Vec<f64>>,
     ) -> Result<(Proof, Option<OverTravel>), BadInput> {
-        let blame = |error| blame::compile(error, &self.files, machine, errors);
+        let blame = |error| error_source::compile(error, &self.files, machine, errors);
         let subtracted = schemes::Options {
             policy: of_blob(runtime.compensation().policy()),
             zero_at: zero_at.cloned(),

@@ -1,8 +1,8 @@
 //! `--scheme`, and the options that only one scheme has.
 
-use super::at;
 use super::bad_input::BadInput;
 use super::number::positive;
+use super::position_argument;
 use clap::{Args, ValueEnum};
 use std::str::FromStr;
 use trueaxis_model::errors::Parameter;
@@ -193,7 +193,7 @@ impl OwnArguments {
                 wanted.calibrated = matches!(self.zone, Some(Zone::Calibrated));
                 let wanted = wanted.clone();
                 let at = |text: &String| {
-                    let rotary = at::within_travel("--rotary", text, machine)?;
+                    let rotary = position_argument::within_travel("--rotary", text, machine)?;
                     let rotary = Some(rotary);
                     Ok(Scheme::Grid3d(grid3d::Wanted {
                         rotary,

@@ -10,7 +10,7 @@ use super::policy::PolicyArguments;
 use super::progress::Bar;
 use super::random::Random;
 use super::scheme::OwnArguments;
-use super::{at, target};
+use super::{position_argument, target};
 use clap::Args;
 use trueaxis_measure::compare::compare;
 use trueaxis_tables::compile::Options;
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             points: arguments.points.map(|n| n as usize),
             format: target.samples,
             zero_at: zero_at
-                .map(|text| at::zero_position(text, &machine))
+                .map(|text| position_argument::zero_position(text, &machine))
                 .transpose()?,
             target,
         },

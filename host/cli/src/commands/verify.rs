@@ -1,10 +1,10 @@
 //! `trueaxis verify`
 
-use super::at;
 use super::bad_input::BadInput;
-use super::blame;
+use super::error_source;
 use super::files::{self, MachineFiles};
 use super::number::positive;
+use super::position_argument;
 use super::progress::Bar;
 use super::random::Random;
 use super::{Outcome, screen, verdict};
@@ -88,11 +88,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let zero_at = arguments
         .zero_at
         .as_deref()
-        .map(|text| at::zero_position(text, &machine))
+        .map(|text| position_argument::zero_position(text, &machine))
         .transpose()?;
     let rotary = arguments.rotary.as_deref();
     let rotary = rotary
-        .map(|text| at::within_travel("--rotary", text, &machine))
+        .map(|text| position_argument::within_travel("--rotary", text, &machine))
         .transpose()?;
     let held = rotary.map_or(Vec::new(), |rotary| held(&machine, rotary));
     let policy = runtime.compensation().policy();
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         zero_at,
         ..schemes::Options::default()
     };
-    let blame = |error| blame::compile(error, files, &machine, &errors);
+    let blame = |error| error_source::compile(error, files, &machine, &errors);
     let zero = subtracted
         .zero(&machine, &errors)
         .map_err(|error| blame(error.into()))?;

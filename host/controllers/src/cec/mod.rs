@@ -26,7 +26,7 @@ mod function;
 mod literal;
 mod multiplied;
 mod plan;
-mod plausible;
+mod plausibility;
 mod print;
 mod probe;
 mod prove;
@@ -44,7 +44,7 @@ mod dialects;
 #[cfg(test)]
 mod oracle;
 #[cfg(test)]
-mod planned;
+mod plan_cost;
 #[cfg(test)]
 mod round_trip;
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::Table;
 use super::axes::unknown_axis;
 use super::multiplied::check_products;
-use super::plausible;
+use super::plausibility;
 use super::raw::{HIGHEST, MISSING, Raw, number};
 use super::reading::{Reading, Units};
 use super::statement::{Statement, statements};
@@ -277,7 +277,7 @@ impl<'t> Reader<'t, '_> {
         }
         let raw: Vec<&Raw<'_>> = self.raw.values().collect();
         check_products(&tables, &raw, self.reading, units)?;
-        plausible::doubts(&tables, &raw, self.reading.axes, &mut doubts);
+        plausibility::doubts(&tables, &raw, self.reading.axes, &mut doubts);
         // Like all lengths of the file.
         for limit in &mut self.limits {
             if limit.limited == Limited::Sum && !self.reading.axes.is_rotary(limit.axis) {

@@ -21,7 +21,7 @@ use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::{Field, Path};
-use super::ways::Ways;
+use super::travel_directions::Ways;
 use arriving::{ROUNDED, arrives, is_needless, is_tiny, near_in, off, over_hole, stands};
 pub use found::{CheckError, Found, ToolPath};
 pub use spread::{Spread, Statistics};

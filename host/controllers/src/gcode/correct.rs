@@ -25,7 +25,7 @@ use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::Traced;
-use super::ways::Ways;
+use super::travel_directions::Ways;
 use super::words::Block;
 use given::Given;
 pub use options::{Backlash, Options};

@@ -4,13 +4,13 @@ mod arc;
 mod asked;
 mod cycle;
 mod data;
+mod endless_axes;
 mod letters;
 mod modes;
 mod motion;
-mod needs;
-mod once;
+mod one_shot;
+mod preconditions;
 mod tool;
-mod wrapped;
 
 use super::axes::COUNT;
 use super::codes::{self, Code, Machine};
@@ -22,8 +22,8 @@ use super::offsets::Number;
 use super::state::{Rules, State};
 use super::words::{Block, Word};
 use asked::Asked;
+pub(super) use endless_axes::word_of_wrapped;
 pub(super) use motion::offset_in_doubt;
-pub(super) use wrapped::word_of_wrapped;
 
 /// What a line does.
 #[derive(Clone, Debug, Default, PartialEq)]

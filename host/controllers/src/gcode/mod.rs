@@ -31,7 +31,7 @@ pub mod stream;
 mod tables;
 mod tip;
 pub mod trace;
-mod ways;
+mod travel_directions;
 pub mod words;
 
 pub use correct::{Backlash, Corrector, Options};

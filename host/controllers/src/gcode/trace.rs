@@ -6,7 +6,7 @@ use super::arc::Arc;
 use super::axes::PerLetter;
 use super::tables::Tables;
 use super::tip::Tip;
-use super::ways::Ways;
+use super::travel_directions::Ways;
 pub use nodes::{MOST_PARTS, Traced};
 
 /// The path that a move commands, in words' coordinates (mm, degrees).

@@ -1,13 +1,13 @@
 //! Words of a line: letters with numbers, in f64, with the place of every byte.
 
 mod digits;
-mod strange;
+mod unknown_bytes;
 
 use super::axes;
 use super::dialect::Dialect;
 use super::fault::{FLAT, Fault, Kind};
 use digits::{Number, number_at};
-use strange::strange;
+use unknown_bytes::strange;
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,9 +1,9 @@
 //! What was measured, as an error file.
 
-use super::doubts::counted_twice;
 use super::measurement::{Measured, Measurement};
 use super::motion::name;
 use super::solve::Found;
+use super::warnings::counted_twice;
 use std::fmt::Write;
 use trueaxis_model::errors::Table;
 use trueaxis_model::machine::{Axis, Machine};

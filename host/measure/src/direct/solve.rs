@@ -2,10 +2,10 @@
 
 use super::block::{Block, blocks};
 use super::direct_error::DirectError;
-use super::doubts::{Doubt, doubts};
 use super::measurement::{Line, Means, Measured, Measurement, Square, mean_uncertainty, slope};
 use super::motion::{FoundMotion, without};
 use super::square::{location, squareness, uncertainty};
+use super::warnings::{Doubt, doubts};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;

@@ -3,7 +3,7 @@
 use super::IdentifyError;
 use super::factor::Factor;
 use super::rows::{Estimate, Problem, Weights};
-use super::unseen::seen;
+use super::unidentifiable::seen;
 use nalgebra::{DMatrix, DVector};
 
 /// Largest change of any residual (mm) by the last step: three orders below the 0.001 µm that are asked for,

@@ -6,7 +6,7 @@ use super::factor::Factor;
 use super::rows::{Estimate, Problem, Weights};
 use super::solve::STIFF;
 use super::structure::Structure;
-use super::unseen::Unseen;
+use super::unidentifiable::Unseen;
 use super::{IdentifyError, root_mean_square};
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueaxis_model::errors::{ErrorModel, Parameter};

@@ -1,6 +1,6 @@
 //! The equations: one per coordinate of each probing, one per bar, one per known coordinate of the stylus.
 
-use super::unseen::Spindle;
+use super::unidentifiable::Spindle;
 use super::{IdentifyError, Unknown};
 use crate::formats::artefact::Artefact;
 use crate::formats::probings::Probings;

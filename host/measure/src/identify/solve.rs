@@ -6,7 +6,7 @@ use super::identified::{Estimated, Identified, Place};
 use super::noise::Noise;
 use super::rows::{LARGEST_LENGTH, Problem};
 use super::structure::Structure;
-use super::unseen::GivenUp;
+use super::unidentifiable::GivenUp;
 use super::{IdentifyError, Unknown, bars, mistakes, root_mean_square, snoop, units};
 use nalgebra::{DMatrix, Vector3};
 use trueaxis_model::errors::Parameter;

@@ -4,7 +4,7 @@ use super::IdentifyError;
 use super::descent::setup_alone;
 use super::factor::Factor;
 use super::rows::{Estimate, Problem, Weights};
-use super::unseen::{GivenUp, seen};
+use super::unidentifiable::{GivenUp, seen};
 use crate::simulate::on_ball;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::Kinematics;

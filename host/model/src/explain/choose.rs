@@ -1,8 +1,8 @@
 //! Which instrument shows a parameter best.
 
-use super::alone::{Alone, Nature};
 use super::bench::{Bench, State};
 use super::instrument::{Instrument, Place, REACH, Reading, Sense, largest};
+use super::single_entry::{Alone, Nature};
 use crate::errors::ParameterKind;
 
 /// An instrument that is meant for a location shows at least this part of its size; less is a

@@ -1,8 +1,8 @@
 //! Parameters that change nothing: they move everything together, or turn the tool about itself.
 
-use super::alone::{Alone, Nature};
 use super::bench::{Bench, State};
 use super::instrument::REACH;
+use super::single_entry::{Alone, Nature};
 use crate::errors::{ErrorModel, Parameter, ParameterKind};
 use crate::kinematics::Htm;
 use crate::machine::{Machine, PerAxis};

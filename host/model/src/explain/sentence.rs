@@ -1,8 +1,8 @@
 //! Readings in words.
 
-use super::alone::{Alone, Nature, Said};
 use super::bench::State;
 use super::instrument::{Instrument, Place, REACH, Reading, Sense};
+use super::single_entry::{Alone, Nature, Said};
 use crate::errors::ParameterKind;
 use crate::machine::Machine;
 use crate::pose::carries;

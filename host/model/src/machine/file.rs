@@ -1,6 +1,6 @@
 //! `machine.toml`.
 
-mod doubts;
+mod warnings;
 
 use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineProblem};
 use crate::source::{Exactly, FileError, right_case};

@@ -1,9 +1,9 @@
 //! What `trueaxis identify --json` says.
 
 use super::super::quantity::EXPANDED;
-use super::super::unseen::added;
+use super::super::unidentifiable::added;
 use super::Found;
-use super::gone::Gone;
+use super::compensability::Gone;
 use super::listed::Listed;
 use super::screen::correlated;
 use nalgebra::Vector3;

@@ -1,9 +1,9 @@
 //! What `trueaxis identify` shows.
 
 use super::super::quantity::{EXPANDED, count, unit};
-use super::super::unseen;
+use super::super::unidentifiable;
 use super::Found;
-use super::gone::compensability;
+use super::compensability::compensability;
 use super::listed::published;
 use std::fmt::Write;
 use trueaxis_measure::identify::{Along, Form, Identified, Level, Row};
@@ -53,7 +53,7 @@ pub fn screen(found: &Found<'_>) -> String {
     checks(&mut text, found);
     bars(&mut text, identified);
     correlations(&mut text, identified);
-    unseen::lines(
+    unidentifiable::lines(
         &mut text,
         "in these probings",
         machine,

@@ -3,7 +3,7 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles, Text};
-use super::super::touching::Touching;
+use super::super::touch_options::Touching;
 use super::{not_simulated, size, three};
 use clap::Args;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use super::{Along, Check};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::trace::{Field, Lost, Path};
-use crate::gcode::ways::Ways;
+use crate::gcode::travel_directions::Ways;
 
 impl Check<'_> {
     /// The part of the way at which a written position belongs: the nearest, where the tolerances of linear and of

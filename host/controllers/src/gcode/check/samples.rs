@@ -6,7 +6,7 @@ use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
 use crate::gcode::program::Segment;
 use crate::gcode::trace::{Lost, Node, Path};
-use crate::gcode::ways::Ways;
+use crate::gcode::travel_directions::Ways;
 use std::f64::consts::TAU;
 
 /// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.

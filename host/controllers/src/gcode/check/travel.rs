@@ -8,7 +8,7 @@ use crate::gcode::interpret::bits;
 use crate::gcode::program::Segment;
 use crate::gcode::tables::Tables;
 use crate::gcode::trace::{Field, Lost, Path};
-use crate::gcode::ways::Ways;
+use crate::gcode::travel_directions::Ways;
 use std::f64::consts::FRAC_PI_2;
 use trueaxis::Travel;
 

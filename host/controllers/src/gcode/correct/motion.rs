@@ -10,7 +10,7 @@ use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
 use crate::gcode::moves::Move;
 use crate::gcode::trace::{Field, Node, Path};
-use crate::gcode::ways::Ways;
+use crate::gcode::travel_directions::Ways;
 use crate::gcode::words::{Block, Word};
 
 /// So far beside the corrected path a motion that feeds may begin, in parts of what is allowed: cuts take the rest.

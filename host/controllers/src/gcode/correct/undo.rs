@@ -8,7 +8,7 @@ use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::fault::Fault;
 use crate::gcode::moves::{Rate, Straight};
 use crate::gcode::trace::Path;
-use crate::gcode::ways::Ways;
+use crate::gcode::travel_directions::Ways;
 
 /// A step at a reversal is shorter (mm and degrees).
 const LONGEST_STEP: f64 = 2.0;

@@ -1,7 +1,7 @@
 //! Pieces as lines: the line of the program with its words changed, and further ones.
 
-mod first;
-mod further;
+mod inserted_lines;
+mod rewritten_line;
 mod wording;
 
 use super::Corrector;

@@ -1,6 +1,6 @@
 //! Arcs from their words: I, J, K or R, in the plane that holds.
 
-use super::needs::axis_span;
+use super::preconditions::axis_span;
 use super::{Asked, whole};
 use crate::gcode::arc::{Arc, centre_by_radius};
 use crate::gcode::axes::{COUNT, PerLetter};

@@ -1,6 +1,6 @@
 //! Canned cycles from their words, and those that stay from the line before.
 
-use super::needs::axis_span;
+use super::preconditions::axis_span;
 use super::{Asked, bits, whole};
 use crate::gcode::axes::{self, COUNT};
 use crate::gcode::cycle::{Cycle, Frame, Sticky, Wait};

@@ -1,6 +1,6 @@
 //! The motion of a line: straight moves, and what leads to arcs and cycles.
 
-use super::needs::{axis_span, first_axis};
+use super::preconditions::{axis_span, first_axis};
 use super::{Asked, Step, bits};
 use crate::gcode::axes::{self, Position};
 use crate::gcode::codes::Code;

@@ -4,7 +4,7 @@ use super::{Field, Lost, Node, Path};
 use crate::gcode::axes::{COUNT, is_rotary};
 use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
-use crate::gcode::ways::Ways;
+use crate::gcode::travel_directions::Ways;
 
 /// A path with its corrections.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 
 use super::Options;
 use super::grid::Grid;
-use super::seen::Seen;
+use super::peak_tables::Seen;
 use super::spline;
 use super::structure::{self, Function};
 use super::tables::{Found, input};

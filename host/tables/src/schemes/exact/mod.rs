@@ -26,12 +26,12 @@ mod grid;
 mod judge;
 mod limits;
 mod memory;
+mod peak_tables;
 mod peaks;
 mod points;
 mod prune;
 mod sampling;
 mod search;
-mod seen;
 #[cfg(test)]
 mod specimen;
 mod spline;

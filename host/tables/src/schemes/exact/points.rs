@@ -3,7 +3,7 @@
 use super::cubic;
 use super::grid::Grid;
 use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
-use super::seen::Seen;
+use super::peak_tables::Seen;
 use super::structure::Function;
 use super::tables::Found;
 use crate::schemes::Options;

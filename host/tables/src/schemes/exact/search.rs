@@ -10,8 +10,8 @@ use super::limits::{
     LITTLE_LESS, MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, REFINEMENTS, ROOM_STEPS, SHARES,
     STARVING, STUCK, TOO_GOOD, TOOL_SHARE,
 };
+use super::peak_tables::Seen;
 use super::sampling::{Component, Sampler};
-use super::seen::Seen;
 use super::tables::Found;
 use super::trials::Trials;
 use super::{components, cubic, draft, points};

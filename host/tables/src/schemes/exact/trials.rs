@@ -1,8 +1,8 @@
 //! A structure is tried before its tables get points.
 
 use super::limits::TRIALS;
+use super::peak_tables;
 use super::sampling::Sampler;
-use super::seen;
 use super::structure::Function;
 use super::tables::{self, Found, Sampled};
 use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
@@ -69,7 +69,7 @@ impl Trials {
         // Where tables are looked at anyway, samples are there twice for the work of one.
         let policy = sampler.kinematics.policy;
         let looks = |variable: &Variable| {
-            let grid = seen::grid(policy, variable);
+            let grid = peak_tables::grid(policy, variable);
             grid.map_or_else(Vec::new, |grid| grid.sampled_at(variable.wraps).collect())
         };
         let seen: Vec<Vec<f64>> = sampler.variables.iter().map(looks).collect();

@@ -1,4 +1,4 @@
-//! Words that hold in their line only: going home, G92, G52.
+//! Words that apply to their own line only: homing, G92, G52.
 
 use super::{Asked, Step, bits, unknown};
 use crate::gcode::axes::{self, COUNT};

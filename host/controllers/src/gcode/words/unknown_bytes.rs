@@ -1,4 +1,4 @@
-//! What to say of bytes that are no words.
+//! Messages for bytes that are not words.
 
 use crate::gcode::fault::{FLAT, Fault, Kind};
 

@@ -1,7 +1,7 @@
-//! What `trueaxis plan` prints.
+//! Output of `trueaxis plan`.
 
 use super::quantity::{EXPANDED, count, unit};
-use super::unseen;
+use super::unidentifiable;
 use serde::Serialize;
 use std::fmt::Write;
 use trueaxis_measure::formats::probings::Probing;
@@ -114,7 +114,7 @@ impl<'a> Answer<'a> {
         let parameters = foreseen.parameters.iter().zip(foreseen.uncertainties());
         let add = |unknown: &Unknown| {
             let balls = &judgement.strategy.balls;
-            unseen::added(machine, balls, *unknown, &judgement.remedies)
+            unidentifiable::added(machine, balls, *unknown, &judgement.remedies)
         };
         Self {
             machine: &machine.name,
@@ -203,7 +203,7 @@ pub fn screen(
     );
     let directions = [Some(&judgement.direction), other.map(|o| &o.direction)];
     spread(&mut text, "direction (µrad)", directions, 1e6);
-    unseen::lines(
+    unidentifiable::lines(
         &mut text,
         "by this strategy",
         machine,

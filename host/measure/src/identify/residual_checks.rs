@@ -1,4 +1,4 @@
-//! What is left, looked at in every way that tells whether uncertainties can be believed.
+//! Checks of the residuals that show whether the uncertainties can be believed.
 
 use super::trend::{OfBall, Repeats, Trend, by_ball, repeats, trend};
 use super::{Identified, Problem};

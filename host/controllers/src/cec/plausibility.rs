@@ -1,4 +1,4 @@
-//! What is in tables by mistake more often than not.
+//! Values in tables that are more often a mistake than intended.
 
 use super::axes::Axes;
 use super::raw::Raw;

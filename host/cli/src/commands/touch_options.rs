@@ -1,4 +1,4 @@
-//! How balls are touched, as options.
+//! Options for touching balls.
 
 use super::bad_input::BadInput;
 use clap::Args;

@@ -1,4 +1,4 @@
-//! What a description may say, but hardly means: other units, a tool beside its axis.
+//! Descriptions that are possible but unlikely: other units, a tool beside its axis.
 
 use super::{MachineFile, along};
 use crate::machine::{Letter, Machine};

@@ -1,4 +1,4 @@
-//! Words of rotary axes that go round for ever: which way they mean.
+//! Words of endless rotary axes, and the direction they mean.
 
 use super::Asked;
 use crate::gcode::axes;

@@ -1,4 +1,4 @@
-//! What a plan costs, and what it keeps to.
+//! The cost of a plan, and the limits it keeps.
 
 use super::oracle::File;
 use super::round_trip::round_trips;

@@ -1,4 +1,4 @@
-//! Positions outside of the travel: they are answered, but mean little.
+//! Positions beyond the travel: answered, but of little meaning.
 
 use crate::machine::{Letter, Machine};
 use serde::Serialize;

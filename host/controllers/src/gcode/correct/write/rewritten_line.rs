@@ -1,4 +1,4 @@
-//! The line of the program with other words.
+//! A line of the program with corrected words.
 
 use super::wording::{Wording, replace_number};
 use super::{Change, is_after};

@@ -1,4 +1,4 @@
-//! What somebody should look at who has measured.
+//! Warnings about measurements, for whoever took them.
 
 use super::block::gains;
 use super::measurement::{Line, slope};

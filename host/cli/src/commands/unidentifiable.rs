@@ -1,4 +1,4 @@
-//! What probings do not tell, and what would show it.
+//! Parameters that the probings cannot identify, and measurements that would identify them.
 
 use std::fmt::Write;
 use trueaxis_measure::formats::probings::Probing;

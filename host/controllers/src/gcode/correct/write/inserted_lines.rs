@@ -1,4 +1,4 @@
-//! Further lines: those of a motion that is cut.
+//! Lines inserted where a motion is split.
 
 use crate::gcode::axes;
 use crate::gcode::correct::Corrector;

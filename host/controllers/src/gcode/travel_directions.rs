@@ -1,4 +1,4 @@
-//! Which way axes have moved last.
+//! The direction in which each axis last moved.
 
 use super::axes::{COUNT, PerLetter, Position, is_rotary};
 use super::interpret::bits;

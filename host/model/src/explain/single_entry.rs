@@ -1,4 +1,4 @@
-//! One thing that an error file says, by itself.
+//! A single entry of an error file, by itself.
 
 use crate::errors::{ErrorModel, MAX_SENSORS, Parameter, ParameterKind, Table};
 use crate::machine::Machine;

@@ -1,4 +1,4 @@
-//! A position on the command line: `X=0,A=30`.
+//! A position given on the command line: `X=0,A=30`.
 
 use super::bad_input::BadInput;
 use trueaxis_model::machine::Machine;

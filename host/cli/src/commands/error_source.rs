@@ -1,4 +1,4 @@
-//! Which line of an error file to look at when a correction fails or is too large.
+//! Finds the line of an error file that explains a failed or too large correction.
 
 use super::bad_input::BadInput;
 use super::files::{MachineFiles, Text};

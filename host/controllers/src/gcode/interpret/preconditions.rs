@@ -1,4 +1,4 @@
-//! What must be known, or off, for a word to be done.
+//! Positions and modes that a word requires.
 
 use super::{Asked, bits, unknown};
 use crate::gcode::axes;

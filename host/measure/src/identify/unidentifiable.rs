@@ -1,4 +1,4 @@
-//! What these probings cannot tell.
+//! Parameters that the probings cannot identify.
 
 use super::Unknown;
 use super::factor::Factor;

@@ -1,4 +1,4 @@
-//! What a compensation has done to each parameter, for people and for programs.
+//! How far a compensation has reduced each parameter, as text and as JSON.
 
 use super::super::quantity::{EXPANDED, unit};
 use serde::Serialize;
