@@ -25,4 +25,5 @@ pub use program::{Feeds, NotTouched, linuxcnc, table};
 pub use remedy::{Remedy, would_show};
 pub use sets::{Positions, Set, SetError, positions};
 pub use simulated::{simulated_touches, touch_log};
-pub use touches::{PER_BALL, Probe, Touch, Touching, Unreachable, touching};
+pub(crate) use touches::PER_BALL;
+pub use touches::{Probe, Touch, Touching, Unreachable, touching};

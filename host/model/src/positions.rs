@@ -23,7 +23,7 @@ pub struct Input {
 }
 
 /// Name of the tool length as an input.
-pub const TOOL_LENGTH: &str = "tool length";
+pub(crate) const TOOL_LENGTH: &str = "tool length";
 
 impl Input {
     fn axis(letter: char) -> Self {

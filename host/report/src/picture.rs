@@ -119,7 +119,7 @@ impl Picture {
 
 /// Text for an attribute or between tags.
 #[must_use]
-pub fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -139,7 +139,7 @@ pub fn escaped(text: &str) -> String {
 /// A number at an axis: as many digits as it has, with a power of ten where those are many zeros, and a true minus
 /// sign.
 #[must_use]
-pub fn tick(value: f64) -> String {
+pub(crate) fn tick(value: f64) -> String {
     // What a sum of steps leaves of rounding.
     let rounded = format!("{value:.9}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');

@@ -78,7 +78,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
 }
 
 /// What probings have not seen, if the errors come from probings.
-pub fn never_probed(axes: &[AxisMotions]) -> Option<String> {
+pub(crate) fn never_probed(axes: &[AxisMotions]) -> Option<String> {
     let parts: Vec<String> = (axes.iter())
         .filter_map(|axis| {
             let [from, to] = axis.probed?;

@@ -80,7 +80,7 @@ pub fn name(alone: &Alone<'_>) -> String {
 }
 
 /// What it is: `the spindle's Z position`.
-pub fn in_words(alone: &Alone<'_>) -> String {
+pub(crate) fn in_words(alone: &Alone<'_>) -> String {
     let Parameter {
         component,
         axis,
@@ -141,7 +141,7 @@ fn along(axis: char) -> char {
 }
 
 /// What an error motion is, by its component 0…5 of an axis: `the straightness of X in Y`.
-pub fn motion_in_words(component: usize, axis: char) -> String {
+pub(crate) fn motion_in_words(component: usize, axis: char) -> String {
     let about = AXES[component % 3];
     match (is_rotary(axis), component >= 3, about == along(axis)) {
         (false, false, true) => format!("the positioning of {axis}"),

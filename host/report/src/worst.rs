@@ -21,7 +21,7 @@ const LARGER: f64 = 1e-9;
 /// Positions from which a search for a maximum goes on.
 const STARTS: usize = 3;
 /// Random positions from which a search goes on where each of them takes long, or where many errors are looked at.
-pub const FEW: usize = 500;
+pub(crate) const FEW: usize = 500;
 /// Places that are listed.
 const LISTED: usize = 6;
 /// Places that are nearer than this part of the travel, along every axis, are one.

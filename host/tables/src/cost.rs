@@ -9,22 +9,22 @@ use trueaxis::Interpolation;
 // which tables a scheme chooses.
 
 /// Of a term.
-pub const TERM: f64 = 10.0;
+pub(crate) const TERM: f64 = 10.0;
 /// Of each table of its product beyond two: its number, its address, its value, the product.
 pub const FACTOR: f64 = 4.0;
 /// Of a table with linear interpolation.
-pub const LINEAR_TABLE: f64 = 7.0;
+pub(crate) const LINEAR_TABLE: f64 = 7.0;
 /// Of a table with cubic interpolation.
-pub const CUBIC_TABLE: f64 = 19.0;
+pub(crate) const CUBIC_TABLE: f64 = 19.0;
 /// Of a bank of cubic tables, beyond one of linear ones.
-pub const CUBIC_BANK: f64 = 119.0;
+pub(crate) const CUBIC_BANK: f64 = 119.0;
 /// Of a bank: where its input is among its points. The layout of 40 tables of the source document takes 700 in all
 /// (`cargo xtask bench-target`).
-pub const BANK: f64 = 40.0;
+pub(crate) const BANK: f64 = 40.0;
 /// Of a grid of three inputs, and of each output of it: a grid with three outputs takes 200.
-pub const GRID: f64 = 80.0;
+pub(crate) const GRID: f64 = 80.0;
 /// See [`GRID`].
-pub const GRID_OUTPUT: f64 = 40.0;
+pub(crate) const GRID_OUTPUT: f64 = 40.0;
 
 /// Estimated instructions of one evaluation.
 #[must_use]

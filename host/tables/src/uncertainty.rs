@@ -20,7 +20,7 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// Probability with which an error is inside the band.
-pub const PROBABILITY: f64 = 0.95;
+pub(crate) const PROBABILITY: f64 = 0.95;
 
 /// What uncertain parameters leave at one position.
 #[derive(Clone, Copy, Debug, PartialEq)]

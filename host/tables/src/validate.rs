@@ -190,7 +190,7 @@ pub fn is_near_point(
 /// True if an error motion holds its end value anywhere in the travel, be it so near an end that
 /// only the correction carries its axis past it.
 #[must_use]
-pub fn holds_anywhere(machine: &Machine, errors: &ErrorModel) -> bool {
+pub(crate) fn holds_anywhere(machine: &Machine, errors: &ErrorModel) -> bool {
     let motions = &errors.motions[..machine.axes.len()];
     motions.iter().flatten().any(Motion::holds)
 }

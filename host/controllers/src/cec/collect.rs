@@ -126,7 +126,7 @@ impl Output {
     }
 
     /// The least limit that all factors of the axis can keep to (mm, deg).
-    pub fn least_limit(&self, tables: FactorTables) -> f64 {
+    pub(crate) fn least_limit(&self, tables: FactorTables) -> f64 {
         let groups = self.groups(tables);
         let limits = groups.iter().map(|group| group.least_limit(tables));
         limits.fold(0.0, f64::max)

@@ -142,7 +142,7 @@ impl Raw<'_> {
     }
 
     /// On an axis that turns without end a table repeats with the turn.
-    pub fn check_period(
+    pub(crate) fn check_period(
         &self,
         key: Key,
         spacing: &Spacing,

@@ -7,7 +7,7 @@ use super::{FactorTables, Table};
 use trueaxis_model::source::FileError;
 
 /// The rules of products.
-pub fn check_products(
+pub(crate) fn check_products(
     tables: &[Table],
     raw: &[&Raw<'_>],
     reading: &Reading<'_>,

@@ -56,12 +56,6 @@ impl Proof {
             a.difference <= most
         })
     }
-
-    /// Axes that products correct: those for which both readings differ.
-    #[must_use]
-    pub fn depends_on_reading(&self) -> bool {
-        self.axes.iter().any(|a| a.other_reading != a.difference)
-    }
 }
 
 /// Why what was written cannot be evaluated.

@@ -9,7 +9,7 @@ use std::ops::Range;
 use trueaxis_model::source::FileError;
 
 /// Label of the error of missing values.
-pub const MISSING: &str = "values are missing";
+pub(crate) const MISSING: &str = "values are missing";
 
 /// A text in the file and its bytes.
 type Written<'t> = (&'t str, Range<usize>);

@@ -5,7 +5,7 @@ use super::*;
 use trueaxis::Draft;
 
 #[track_caller]
-pub fn round_trips(draft: &Draft) {
+pub(crate) fn round_trips(draft: &Draft) {
     let blob = draft.encode().unwrap();
     for factor_tables in BOTH {
         let (_, text) = written(&blob, &options(factor_tables)).unwrap();

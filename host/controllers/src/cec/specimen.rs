@@ -11,7 +11,7 @@ use trueaxis_model::machine::MAX_AXES;
 use trueaxis_tables::validate::{Command, Runtime};
 
 pub const NAMES: [&str; 4] = ["AX1", "AX2", "AX5", "C_1"];
-pub const MAP: &str = "X=AX1,Y=AX2,A=AX5,C=C_1";
+pub(crate) const MAP: &str = "X=AX1,Y=AX2,A=AX5,C=C_1";
 pub const BOTH: [FactorTables; 2] = [FactorTables::NotAdded, FactorTables::Added];
 /// Rounding of corrections up to 1 (mm, deg) from sums of up to ten f32 products, and of positions up to 720 with
 /// slopes below 0.01 per mm or degree.

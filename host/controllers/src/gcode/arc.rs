@@ -128,7 +128,7 @@ impl Arc {
 }
 
 /// The centre of an arc by its radius (negative: more than half a turn); the cause if there is none.
-pub fn centre_by_radius(
+pub(crate) fn centre_by_radius(
     from: [f64; 2],
     to: [f64; 2],
     radius: f64,

@@ -20,7 +20,7 @@ pub const LARGEST: f64 = 1e8;
 
 /// False for what is larger than [`LARGEST`], for infinities and NaN.
 #[must_use]
-pub fn can_be(value: f64) -> bool {
+pub(crate) fn can_be(value: f64) -> bool {
     value.abs() <= LARGEST
 }
 
@@ -87,7 +87,7 @@ impl Position {
     }
 
     /// Forgets where an axis is.
-    pub fn forget(&mut self, axis: usize) {
+    pub(crate) fn forget(&mut self, axis: usize) {
         self.at[axis] = 0.0;
         self.known &= !(1 << axis);
     }

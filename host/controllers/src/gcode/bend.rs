@@ -134,7 +134,7 @@ impl Bend {
     /// How far corrections of linear axes (mm) and of rotary axes (degrees) are from the straight line between those of
     /// the ends, at most, of a straight move by so much on which no axis turns round.
     #[must_use]
-    pub fn at_most(&self, by: &PerLetter) -> [f64; 2] {
+    pub(crate) fn at_most(&self, by: &PerLetter) -> [f64; 2] {
         let by = by.map(f64::abs);
         self.together.each_ref().map(|change| 0.25 * change.of(&by))
     }

@@ -108,7 +108,7 @@ pub fn fitted(arc: &Arc, from: &PerLetter, nodes: &[Node]) -> Option<Arc> {
 
 /// How far the corrected nodes of an arc are from a shifted one at most, in parts of what is allowed.
 #[must_use]
-pub fn off_arc(arc: &Arc, shifted: &Arc, nodes: &[Node], limits: &Limits) -> f64 {
+pub(crate) fn off_arc(arc: &Arc, shifted: &Arc, nodes: &[Node], limits: &Limits) -> f64 {
     let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
         return 0.0;
     };

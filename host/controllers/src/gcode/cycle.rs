@@ -111,7 +111,7 @@ impl Cycle {
 
     /// True if it feeds out to the level before its series, if that is above R.
     #[must_use]
-    pub fn feeds_to_level(&self) -> bool {
+    pub(crate) fn feeds_to_level(&self) -> bool {
         self.code == 890 && self.feeds_to_clear && self.retract == Retract::Initial
     }
 
@@ -132,7 +132,7 @@ impl Cycle {
     /// Q of a cycle of pecks (mm) for a hole of another depth (mm), with as many pecks, and the tolerance (mm) within
     /// which each of them ends where its correction leads; how many pecks there are.
     #[must_use]
-    pub fn peck_for(&self, depth: f64, tolerance: f64) -> Option<(f64, f64)> {
+    pub(crate) fn peck_for(&self, depth: f64, tolerance: f64) -> Option<(f64, f64)> {
         let q = self.q.filter(|_| matches!(self.code, 730 | 830))?;
         let planned = self.r - self.bottom;
         let pecks = ((planned - NO_PECK) / q).ceil().max(1.0);

@@ -44,22 +44,16 @@ impl Dialect {
 
     /// The same of an arc or helix whose way in X, Y and Z is so long, while all axes together move by so much.
     #[must_use]
-    pub fn arc_length(self, linear: f64, by: &PerLetter) -> f64 {
+    pub(crate) fn arc_length(self, linear: f64, by: &PerLetter) -> f64 {
         match self {
             Self::LinuxCnc => linear,
             Self::Grbl | Self::Fanuc => by[3..].iter().fold(linear, |sum, d| sum.hypot(*d)),
         }
     }
 
-    /// True if such a move is counted in degrees alone.
-    #[must_use]
-    pub fn counts_degrees(by: &PerLetter) -> bool {
-        (0..axes::COUNT).all(|i| axes::is_rotary(i) || by[i] == 0.0)
-    }
-
     /// Most bytes of a line that is written.
     #[must_use]
-    pub fn longest_line(self) -> usize {
+    pub(crate) fn longest_line(self) -> usize {
         match self {
             Self::LinuxCnc => 255,
             // Of Grbl 1.1; grblHAL takes 256.

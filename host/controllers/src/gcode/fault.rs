@@ -47,7 +47,7 @@ impl Fault {
 
     /// A place of the tip that no axis positions lead to.
     #[must_use]
-    pub fn no_pose(span: Range<usize>) -> Self {
+    pub(crate) fn no_pose(span: Range<usize>) -> Self {
         Self::new(
             span,
             "no axis positions put the tip there",

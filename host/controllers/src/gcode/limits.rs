@@ -64,7 +64,7 @@ impl Limits {
 
     /// The same of the lengths of its linear part (mm) and of its rotary part (degrees).
     #[must_use]
-    pub fn of_lengths(&self, [linear, rotary]: [f64; 2]) -> f64 {
+    pub(crate) fn of_lengths(&self, [linear, rotary]: [f64; 2]) -> f64 {
         (linear / self.linear).max(rotary / self.rotary)
     }
 }

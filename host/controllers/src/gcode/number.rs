@@ -93,7 +93,7 @@ pub fn write(to: &mut Vec<u8>, value: f64, most: usize, least: usize, point: boo
 }
 
 /// A feed with six digits that count; what it then is.
-pub fn write_feed(to: &mut Vec<u8>, value: f64, point: bool) -> f64 {
+pub(crate) fn write_feed(to: &mut Vec<u8>, value: f64, point: bool) -> f64 {
     let size = value.abs();
     // Not by a logarithm, which is computed where no feed is written too.
     let before_point = POWERS[1..=5].iter().filter(|power| size >= **power).count();

@@ -17,7 +17,7 @@ pub type Number = u16;
 
 /// The name of a system, as it is written in a program and in a setup.
 #[must_use]
-pub fn system_name(number: Number) -> String {
+pub(crate) fn system_name(number: Number) -> String {
     match number {
         1..=6 => format!("G{}", 53 + number),
         7..=9 => format!("G59.{}", number - 6),
@@ -64,7 +64,7 @@ impl Offsets {
     }
 
     /// Makes a system the one that holds.
-    pub fn select(&mut self, number: Number) {
+    pub(crate) fn select(&mut self, number: Number) {
         self.selected = number;
         self.active = self.systems.get(&number).copied();
         let degrees = self.active.map_or(0.0, |s| s.rotation);
@@ -84,7 +84,7 @@ impl Offsets {
 
     /// The number of the system that holds.
     #[must_use]
-    pub fn selected(&self) -> Number {
+    pub(crate) fn selected(&self) -> Number {
         self.selected
     }
 
@@ -114,7 +114,7 @@ impl Offsets {
 
     /// A difference in X and Y of the machine as one of the program.
     #[must_use]
-    pub fn turned_back(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn turned_back(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [c, s] = self.turn;
         [c * x + s * y, c * y - s * x]
     }
@@ -141,7 +141,7 @@ impl Offsets {
 
     /// The same of one axis, where it does not depend on others.
     #[must_use]
-    pub fn machine_axis(&self, axis: usize, program: f64) -> f64 {
+    pub(crate) fn machine_axis(&self, axis: usize, program: f64) -> f64 {
         program + self.g92[axis] + self.origin(axis) + self.tool[axis]
     }
 }

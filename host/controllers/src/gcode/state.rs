@@ -172,7 +172,7 @@ impl State {
     /// Length of the tool (mm) for poses, and for a compensation that takes it in: while G43 holds, that of its tool, for
     /// controllers turn the part about the tip by it; `None`: that of the machine.
     #[must_use]
-    pub fn field_length(&self, rules: &Rules, takes_length: bool) -> Option<f64> {
+    pub(crate) fn field_length(&self, rules: &Rules, takes_length: bool) -> Option<f64> {
         match takes_length {
             true => self.tool_length(&rules.setup),
             false => self.length.filter(|_| self.offsets.tool[2] != 0.0),
@@ -194,7 +194,7 @@ impl State {
 /// Length (mm) of a tool, by its number and its offset: an offset that is not positive, as of tools that were touched
 /// off, is no length.
 #[must_use]
-pub fn length_of_tool(setup: &Setup, tool: u32, offset: &PerLetter) -> Option<f64> {
+pub(crate) fn length_of_tool(setup: &Setup, tool: u32, offset: &PerLetter) -> Option<f64> {
     let length = setup.lengths.get(&tool).copied();
     length.or_else(|| Some(offset[2]).filter(|l| *l > 0.0))
 }

@@ -7,7 +7,8 @@ use super::axes::PerLetter;
 use super::tables::Tables;
 use super::tip::Tip;
 use super::travel_directions::Ways;
-pub use nodes::{MOST_PARTS, Traced};
+pub(crate) use nodes::MOST_PARTS;
+pub use nodes::Traced;
 
 /// The path that a move commands, in words' coordinates (mm, degrees).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -40,7 +40,7 @@ impl Ways {
     /// Positions are rounded by so much (mm, degrees): an axis that comes back by no more than that beyond its hysteresis
     /// has not turned round.
     #[must_use]
-    pub fn rounded_by(self, slack: [f64; 2]) -> Self {
+    pub(crate) fn rounded_by(self, slack: [f64; 2]) -> Self {
         Self { slack, ..self }
     }
 
@@ -88,7 +88,7 @@ impl Ways {
     ///
     /// # Errors
     /// Those of `at`.
-    pub fn come_by<E>(
+    pub(crate) fn come_by<E>(
         &mut self,
         tables: &Tables<'_>,
         at: impl Fn(&Self) -> Result<PerLetter, E>,
@@ -134,7 +134,7 @@ impl Ways {
     ///
     /// # Errors
     /// Those of `stands`.
-    pub fn turn_by<E>(
+    pub(crate) fn turn_by<E>(
         &mut self,
         tables: &Tables<'_>,
         stands: impl Fn(&Self) -> Result<Option<PerLetter>, E>,
@@ -198,7 +198,7 @@ impl Ways {
     }
 
     /// The axes have come to a position, straight from the one before.
-    pub fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
+    pub(crate) fn come_to(&mut self, tables: &Tables<'_>, q: &PerLetter) {
         for axis in bits(tables.directional) {
             self.axis_to(tables, axis, q[axis]);
         }
@@ -206,7 +206,7 @@ impl Ways {
     }
 
     /// Which way an axis comes is no longer known, nor where from.
-    pub fn forget(&mut self, axis: usize) {
+    pub(crate) fn forget(&mut self, axis: usize) {
         self.last[axis] = f64::NAN;
         self.reversals[axis] = Reversal::new();
         self.travel[axis] = Travel::Unknown;

@@ -67,7 +67,7 @@ pub struct Block {
 }
 
 /// How the first comment of a corrected program begins.
-pub const MARK: &[u8] = b"(trueaxis corrected";
+pub(crate) const MARK: &[u8] = b"(trueaxis corrected";
 
 /// TRAORI and TRAFOOF, a Sinumerik's words for M428 and M429, as words M: numbers that no M word has.
 pub(super) const TRANSFORMATIONS: [(&str, f64); 2] = [("TRAORI", 428.9), ("TRAFOOF", 429.9)];

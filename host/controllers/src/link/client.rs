@@ -321,7 +321,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// [`LinkError`]
-    pub fn enable_at_start(&mut self, on: bool) -> Result<AtStart, LinkError> {
+    pub(crate) fn enable_at_start(&mut self, on: bool) -> Result<AtStart, LinkError> {
         self.ask_at_start(&Request::EnableAtStart(on))
     }
 

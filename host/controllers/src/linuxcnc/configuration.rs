@@ -95,7 +95,7 @@ impl Configuration {
 
     /// A value of a joint.
     #[must_use]
-    pub fn of_joint(&self, number: usize, key: &str) -> Option<&Entry> {
+    pub(crate) fn of_joint(&self, number: usize, key: &str) -> Option<&Entry> {
         self.ini.get(&format!("JOINT_{number}"), key)
     }
 

@@ -270,7 +270,7 @@ pub fn slope(positions: &[f64], values: &[f64]) -> f64 {
 }
 
 /// Standard uncertainty (mm or rad) of the mean of the runs of a direction, from how all of them scatter.
-pub fn mean_uncertainty(line: &Line) -> Option<f64> {
+pub(crate) fn mean_uncertainty(line: &Line) -> Option<f64> {
     let (mut squares, mut freedom, mut least) = (0.0, 0, usize::MAX);
     let means = line.means();
     for direction in means.directions() {

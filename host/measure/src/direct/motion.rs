@@ -64,13 +64,13 @@ impl FoundMotion {
 
     /// The standard uncertainty (mm or rad) of [`Self::backlash`]: the mean of as many differences as targets.
     #[must_use]
-    pub fn backlash_uncertainty(&self) -> Option<f64> {
+    pub(crate) fn backlash_uncertainty(&self) -> Option<f64> {
         Some(self.uncertainty? / (2.0 * self.positive.len() as f64).sqrt())
     }
 
     /// The same with the mean of both directions and one number for the backlash.
     #[must_use]
-    pub fn with_one_number(&self) -> Self {
+    pub(crate) fn with_one_number(&self) -> Self {
         let negative = self.negative.as_ref().unwrap_or(&self.positive);
         let pairs = self.positive.iter().zip(negative);
         Self {

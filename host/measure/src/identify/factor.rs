@@ -196,7 +196,7 @@ impl Factor {
 
     /// What part of an equation its own observation makes: 0 if the others tell it, 1 if nothing else does.
     /// `row` has the derivatives by all unknowns.
-    pub fn leverage(&self, row: &DVector<f64>) -> Option<f64> {
+    pub(crate) fn leverage(&self, row: &DVector<f64>) -> Option<f64> {
         let y = self.triangle.tr_solve_upper_triangular(&self.scaled(row))?;
         Some(y.norm_squared())
     }

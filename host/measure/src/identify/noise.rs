@@ -93,7 +93,7 @@ impl Noise {
     }
 
     /// Takes in what is left; true if that hardly changes anything.
-    pub fn learn(
+    pub(crate) fn learn(
         &mut self,
         misses: &[Vector3<f64>],
         freedom: usize,

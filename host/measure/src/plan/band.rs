@@ -84,7 +84,7 @@ impl Band {
     /// The means of DᵀD of tip and direction: with them, the mean variance of either is the trace of its product with
     /// the covariance.
     #[must_use]
-    pub fn mean_squares(&self) -> [DMatrix<f64>; 2] {
+    pub(crate) fn mean_squares(&self) -> [DMatrix<f64>; 2] {
         let count = self.parameters.len();
         [0, 1].map(|k| {
             let mut sum = DMatrix::zeros(count, count);

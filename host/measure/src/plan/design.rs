@@ -143,7 +143,7 @@ impl Choice {
     }
 
     /// The same with columns for balls and stylus, of which nothing matters.
-    pub fn with_setup(&self, effect: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(crate) fn with_setup(&self, effect: &DMatrix<f64>) -> DMatrix<f64> {
         let setup = self.foreseen.kept.len() - self.foreseen.parameters.len();
         effect.clone().insert_columns(effect.ncols(), setup, 0.0)
     }

@@ -90,17 +90,17 @@ impl Exchange {
     }
 
     /// No more exchanges than so much work.
-    pub fn limited_to(self, most_work: u64) -> Self {
+    pub(crate) fn limited_to(self, most_work: u64) -> Self {
         Self { most_work, ..self }
     }
 
     /// True if that has been done.
-    pub fn is_done(&self) -> bool {
+    pub(crate) fn is_done(&self) -> bool {
         self.work > self.most_work
     }
 
     /// An earlier state, with the work since then done.
-    pub fn back_to(&mut self, earlier: &Self) {
+    pub(crate) fn back_to(&mut self, earlier: &Self) {
         *self = Self {
             work: self.work,
             most_work: self.most_work,
@@ -109,7 +109,7 @@ impl Exchange {
     }
 
     /// Other things matter from now on.
-    pub fn set_effect(&mut self, effect: &DMatrix<f64>) {
+    pub(crate) fn set_effect(&mut self, effect: &DMatrix<f64>) {
         self.effect = scaled(effect, &self.scales);
         self.refresh();
     }
@@ -129,7 +129,7 @@ impl Exchange {
     }
 
     /// Exchanges rows as long as that helps.
-    pub fn improve(&mut self, measure: Measure) {
+    pub(crate) fn improve(&mut self, measure: Measure) {
         for _ in 0..PATIENCE * self.chosen().len() {
             if self.is_done() {
                 return;
@@ -149,7 +149,7 @@ impl Exchange {
     }
 
     /// Takes the row away that tells least, and exchanges the others.
-    pub fn shrink(&mut self, measure: Measure) {
+    pub(crate) fn shrink(&mut self, measure: Measure) {
         if let Some((old, _)) = self.worst(measure) {
             self.change(old, false);
             self.improve(measure);

@@ -24,9 +24,6 @@ pub enum Set {
 }
 
 impl Set {
-    /// All of them.
-    pub const EVERY: [Self; 3] = [Self::ChaseTheBall, Self::Rumba, Self::Samba];
-
     /// Its name in the command.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -10,7 +10,7 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// How many touches a ball gets.
-pub const PER_BALL: usize = 5;
+pub(crate) const PER_BALL: usize = 5;
 
 /// Four of them are so far above the equator of the ball, seen from the spindle (rad): on the equator only the
 /// touch at the pole would say how high the ball is, and one that is wrong would not be noticed.

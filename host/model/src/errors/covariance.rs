@@ -65,7 +65,7 @@ impl Covariance {
 
     /// The standard uncertainty of each.
     #[must_use]
-    pub fn standard_uncertainties(&self) -> Vec<f64> {
+    pub(crate) fn standard_uncertainties(&self) -> Vec<f64> {
         self.matrix.diagonal().iter().map(|v| v.sqrt()).collect()
     }
 

@@ -139,7 +139,7 @@ impl<'a> Bench<'a> {
     /// The point of a rotary axis nearest to the tip at a position (workpiece frame, mm): half-way to
     /// where the tip is half a turn later.
     #[must_use]
-    pub fn foot(&self, q: &PerAxis, rotary: usize) -> Vector3<f64> {
+    pub(crate) fn foot(&self, q: &PerAxis, rotary: usize) -> Vector3<f64> {
         let half = State::at(*q)
             .with(rotary, q[rotary] + std::f64::consts::PI)
             .q;

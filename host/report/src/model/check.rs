@@ -9,7 +9,7 @@ use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_tables::validate::{Command, Runtime, commands_in_travel};
 
 /// So many positions are checked.
-pub const CHECKS: usize = 100;
+pub(crate) const CHECKS: usize = 100;
 /// They are the same in every report of a machine.
 const SEED: u64 = 16;
 

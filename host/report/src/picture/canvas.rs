@@ -65,7 +65,7 @@ pub fn letters(ink: Ink) -> TextStyle<'static> {
 }
 
 /// The same, written about a point.
-pub fn letters_at(ink: Ink, h: HPos, v: VPos) -> TextStyle<'static> {
+pub(crate) fn letters_at(ink: Ink, h: HPos, v: VPos) -> TextStyle<'static> {
     letters(ink).pos(Pos::new(h, v))
 }
 
@@ -110,7 +110,7 @@ pub struct Entry<'a> {
 }
 
 /// Height in CSS pixels of a legend below a picture of a width in CSS pixels.
-pub fn legend_height(entries: &[Entry<'_>], wide: u32) -> u32 {
+pub(crate) fn legend_height(entries: &[Entry<'_>], wide: u32) -> u32 {
     let rows = placed(entries, wide);
     rows.last()
         .map_or(0, |(row, _)| (*row as u32 + 1) * (LETTERS + 5) + 4)

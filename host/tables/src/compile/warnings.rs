@@ -201,7 +201,7 @@ pub fn over_bounds(bounds: &[AxisBounds], largest: &[f64]) -> Vec<Warning> {
 }
 
 /// Tables in products that end before the travel of their axis.
-pub fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
+pub(crate) fn short_tables(machine: &Machine, runtime: &Runtime<'_>) -> Vec<Warning> {
     let compensation = runtime.compensation();
     let mut warnings = Vec::new();
     let mut first = 0;

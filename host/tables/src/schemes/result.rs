@@ -112,7 +112,7 @@ impl SchemeError {
     ///
     /// # Errors
     /// [`SchemeError::Axes`].
-    pub fn unless_five_axes(machine: &Machine, scheme: &str) -> Result<(), Self> {
+    pub(crate) fn unless_five_axes(machine: &Machine, scheme: &str) -> Result<(), Self> {
         match Self::axes(machine, scheme, "three linear and two rotary axes") {
             Self::Axes {
                 linear: 3,

@@ -68,7 +68,7 @@ impl Moving {
     }
 
     /// A direction that must be known.
-    pub fn direction_unknown(&self, axis: usize) -> Fault {
+    pub(crate) fn direction_unknown(&self, axis: usize) -> Fault {
         let letter = axes::name(axis);
         Fault::new(
             self.span.clone(),

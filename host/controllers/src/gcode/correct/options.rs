@@ -25,7 +25,7 @@ impl Backlash {
 
     /// True if a step that is taken is a move of its own.
     #[must_use]
-    pub fn is_apart(self) -> bool {
+    pub(crate) fn is_apart(self) -> bool {
         self != Self::Blend
     }
 }

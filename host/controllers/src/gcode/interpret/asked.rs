@@ -73,7 +73,7 @@ impl<'l> Asked<'l> {
     }
 
     /// The words, if there are any of G or M among them.
-    pub fn coded(&self) -> &'l [Word] {
+    pub(crate) fn coded(&self) -> &'l [Word] {
         match self.block.has_codes {
             true => &self.block.words,
             false => &[],
@@ -86,7 +86,7 @@ impl<'l> Asked<'l> {
     }
 
     /// True with G0 or G1.
-    pub fn cuts_or_positions(&self) -> bool {
+    pub(crate) fn cuts_or_positions(&self) -> bool {
         matches!(
             self.motion,
             Some((Code::Motion(Motion::Rapid | Motion::Feed), _))

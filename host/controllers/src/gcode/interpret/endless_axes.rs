@@ -87,7 +87,7 @@ pub fn wrapped(dialect: Dialect, word: f64, here: f64) -> Result<f64, String> {
 
 /// The word that turns a wrapped axis from here to there (degrees that go on counting), with so many decimals, and
 /// where it leads; `None` if no word does.
-pub fn word_of_wrapped(
+pub(crate) fn word_of_wrapped(
     dialect: Dialect,
     here: f64,
     there: f64,

@@ -21,7 +21,7 @@ pub(super) fn first_axis(block: &Block) -> Option<&Word> {
 
 impl State {
     /// A position that is needed and not known.
-    pub fn not_known(&self, rules: &Rules, word: &Word, axis: usize) -> Fault {
+    pub(crate) fn not_known(&self, rules: &Rules, word: &Word, axis: usize) -> Fault {
         self.position_not_known(rules, word.span(), axis)
     }
 
@@ -98,7 +98,7 @@ impl State {
     }
 
     /// G20 or G21, where it must be known.
-    pub fn needs_units(&self, span: Range<usize>) -> Result<Units, Fault> {
+    pub(crate) fn needs_units(&self, span: Range<usize>) -> Result<Units, Fault> {
         self.units.ok_or_else(|| {
             Fault::new(
                 span,

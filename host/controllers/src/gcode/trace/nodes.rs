@@ -31,7 +31,7 @@ const BETWEEN: f64 = 0.1;
 /// A part of a move is halved so often at most: at a step of the tables no number is enough.
 const HALVINGS: u32 = 8;
 /// Most parts of one move, which are all kept until it is written: 20 MB. More would be hundreds of turns.
-pub const MOST_PARTS: usize = 100_000;
+pub(crate) const MOST_PARTS: usize = 100_000;
 
 impl Field<'_> {
     /// The nodes of a path, so close that corrections between them are straight to a part of `limits`; the vectors

@@ -55,7 +55,7 @@ pub fn read(
 }
 
 /// The same of the two lines of a square.
-pub fn read_square(
+pub(crate) fn read_square(
     text: &str,
     start: usize,
     machine: &Machine,

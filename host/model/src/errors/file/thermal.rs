@@ -116,7 +116,7 @@ impl ErrorModel {
 impl Thermal {
     /// The largest difference (K) to the reference that a compensation must cover.
     #[must_use]
-    pub fn largest_kelvin(&self) -> f64 {
+    pub(crate) fn largest_kelvin(&self) -> f64 {
         self.range_kelvin[1].max(-self.range_kelvin[0])
     }
 }

@@ -19,12 +19,12 @@ pub struct Column {
 
 impl Column {
     /// True if they share all their exact corrections.
-    pub fn is_sampled_with(&self, other: &Self) -> bool {
+    pub(crate) fn is_sampled_with(&self, other: &Self) -> bool {
         self.monomial == other.monomial && self.is_beside(other)
     }
 
     /// True if they share most of them.
-    pub fn is_beside(&self, other: &Self) -> bool {
+    pub(crate) fn is_beside(&self, other: &Self) -> bool {
         (self.component, self.node) == (other.component, other.node)
     }
 }

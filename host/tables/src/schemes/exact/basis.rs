@@ -59,12 +59,12 @@ impl Basis {
     }
 
     /// The basis of a lever with its peaks in the calibrated range.
-    pub fn of_lever(variable: &Variable) -> Self {
+    pub(crate) fn of_lever(variable: &Variable) -> Self {
         Self::of_generators(variable, 2, &variable.calibrated)
     }
 
     /// All products of generators up to a degree, with their peaks at these positions.
-    pub fn of_generators(variable: &Variable, degree: usize, at: &[f64]) -> Self {
+    pub(crate) fn of_generators(variable: &Variable, degree: usize, at: &[f64]) -> Self {
         let basis = Self::of_products(products(&variable.kind, degree));
         let seen = basis.product_values(variable, at);
         basis.seen_as(seen)
@@ -221,7 +221,7 @@ impl Basis {
     }
 
     /// A sum of functions, at nodes of the calibrated range.
-    pub fn at_nodes(&self, coefficients: &[f64]) -> Vec<f64> {
+    pub(crate) fn at_nodes(&self, coefficients: &[f64]) -> Vec<f64> {
         let nodes = self.seen.nrows();
         let mut sums = vec![0.0; nodes];
         let columns = self.seen.as_slice().chunks_exact(nodes.max(1));
@@ -234,7 +234,7 @@ impl Basis {
     }
 
     /// Largest magnitude of a sum of functions.
-    pub fn peak_of(&self, coefficients: &[f64]) -> f64 {
+    pub(crate) fn peak_of(&self, coefficients: &[f64]) -> f64 {
         let sums = self.at_nodes(coefficients).into_iter();
         sums.fold(0.0, |most, sum: f64| most.max(sum.abs()))
     }

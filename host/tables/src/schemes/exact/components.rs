@@ -60,7 +60,7 @@ fn first(sampler: &Sampler<'_>) -> Vec<u32> {
 
 /// What two of these sets add together, where it shows, the strongest first; no more than can be had for
 /// so much work (nodes, each as often as there are subsets of its switches).
-pub fn second_order(
+pub(crate) fn second_order(
     sampler: &Sampler<'_>,
     tolerance: &PerAxis,
     most: usize,

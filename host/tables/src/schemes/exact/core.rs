@@ -171,6 +171,6 @@ pub fn entries(
 }
 
 /// True for variables whose functions may be merged into one table.
-pub fn merges(kind: &Kind) -> bool {
+pub(crate) fn merges(kind: &Kind) -> bool {
     !matches!(kind, Kind::Sign(_))
 }

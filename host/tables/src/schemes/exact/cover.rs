@@ -151,12 +151,12 @@ impl<'a> Cover<'a> {
     }
 
     /// The same, with what is small left out at last.
-    pub fn pruned(self, prunes: bool) -> Self {
+    pub(crate) fn pruned(self, prunes: bool) -> Self {
         Self { prunes, ..self }
     }
 
     /// The share at which nothing is chosen.
-    pub fn share_of_nothing(&self) -> f64 {
+    pub(crate) fn share_of_nothing(&self) -> f64 {
         let squares = Left::new(self.entries, 0.0).squares;
         2.0 * squares.into_iter().fold(0.0, f64::max).sqrt() * (1.0 + 1e-9)
     }

@@ -7,7 +7,7 @@ use crate::cost::{CUBIC_BANK, CUBIC_TABLE, LINEAR_TABLE};
 use trueaxis::SampleFormat;
 
 /// True if a variable's tables may be cubic: not where they have kinks or steps.
-pub fn may_be(variable: &Variable) -> bool {
+pub(crate) fn may_be(variable: &Variable) -> bool {
     variable.kinks.is_empty()
 }
 

@@ -62,7 +62,7 @@ impl Grid {
 
     /// The coarsest grid that has all kinks of a variable on points: those where motions were
     /// measured, and where they begin to hold. `None` if nothing was measured, or there is none.
-    pub fn through_kinks(variable: &Variable) -> Option<Self> {
+    pub(crate) fn through_kinks(variable: &Variable) -> Option<Self> {
         let [low, high] = variable.range;
         let first = *variable.kinks.first()?;
         if variable.kinks.len() <= variable.ends.len() {
@@ -117,7 +117,7 @@ impl Grid {
 
     /// The positions at which tables on it are sampled, of a variable that wraps or not: its points, for
     /// cubic tables also the middles between them.
-    pub fn sampled_at(&self, wraps: bool) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn sampled_at(&self, wraps: bool) -> impl Iterator<Item = f64> + '_ {
         let (count, step) = match self.cubic {
             true => (spline::positions(self.intervals, wraps), 0.5 * self.step),
             false => (self.samples(wraps), self.step),

@@ -89,7 +89,7 @@ pub struct Confirmation {
 impl Confirmation {
     /// What was measured before, with it. What is kept counts as what it was measured to be: a little less
     /// than the multiple was asked there.
-    pub fn added_to(self, before: Verdict) -> Verdict {
+    pub(crate) fn added_to(self, before: Verdict) -> Verdict {
         Verdict {
             error: match self.is_kept {
                 true => before.error,
@@ -131,13 +131,13 @@ impl<'a> Judge<'a> {
     }
 
     /// True if the tip and the tool's direction are measured.
-    pub fn is_of_tool(&self) -> bool {
+    pub(crate) fn is_of_tool(&self) -> bool {
         self.tolerance.is_of_tool()
     }
 
     /// The part of a correction that does not count: a little of the tolerance, seen from the
     /// largest correction.
-    pub fn smallest_part(&self) -> f64 {
+    pub(crate) fn smallest_part(&self) -> f64 {
         let sizes = self
             .largest
             .iter()
@@ -154,7 +154,12 @@ impl<'a> Judge<'a> {
 
     /// Measures a draft, not at the positions at which what is good is confirmed; `None` too if it errs by
     /// more than `most` tolerances.
-    pub fn measure_first(&self, draft: &Draft, target: &Target, most: f64) -> Option<Verdict> {
+    pub(crate) fn measure_first(
+        &self,
+        draft: &Draft,
+        target: &Target,
+        most: f64,
+    ) -> Option<Verdict> {
         self.measure_at(self.places.par_iter(), draft, target, most)
     }
 
@@ -178,7 +183,11 @@ impl<'a> Judge<'a> {
 
     /// Measures a draft at many more positions than it was measured at. Those where it does not keep a
     /// multiple of the tolerance are among the first from now on.
-    pub fn confirm(&mut self, draft: &Draft, factor: f64) -> Result<Confirmation, SchemeError> {
+    pub(crate) fn confirm(
+        &mut self,
+        draft: &Draft,
+        factor: f64,
+    ) -> Result<Confirmation, SchemeError> {
         self.draw_others()?;
         let blob = draft.encode();
         let Some(runtime) = blob.as_ref().ok().and_then(|b| Runtime::load(b).ok()) else {

@@ -125,7 +125,7 @@ impl Found<'_> {
     /// How far straight lines between the values of a variable's tables on a grid may lead each output
     /// astray, in units of its tolerance: table by table in the middle of every interval and at every kink
     /// between points, with the other factors at their peaks.
-    pub fn interpolation_error(
+    pub(crate) fn interpolation_error(
         &self,
         v: usize,
         functions: &[Function],

@@ -52,7 +52,7 @@ impl Spare {
 
 impl Structure {
     /// Leaves out what is small, the smallest first, as long as it can be spared.
-    pub fn prune(&mut self, bases: &[Basis], spare: &mut Spare) {
+    pub(crate) fn prune(&mut self, bases: &[Basis], spare: &mut Spare) {
         let mut order: Vec<(f64, usize)> = (0..self.terms.len())
             .map(|i| (self.peak(&self.terms[i], bases), i))
             .collect();
@@ -79,7 +79,7 @@ impl Structure {
     /// Gives terms that share their only bent table with another a copy of it, so that it can take the
     /// term's weight: in an output whose terms are products of at most two tables, of which all can take the
     /// weight, that is cheaper than to multiply by it.
-    pub fn unshare(&mut self, bases: &[Basis]) {
+    pub(crate) fn unshare(&mut self, bases: &[Basis]) {
         let mut seen: Vec<(usize, Function)> = Vec::new();
         let is_bent = |f: &Function| matches!(f, Function::Merged(_) | Function::Numeric(_));
         let has_bent = |t: &Term| t.factors.iter().any(|(_, f)| is_bent(f));
@@ -163,7 +163,7 @@ impl Structure {
 }
 
 /// The most that a term can contribute, with the peaks of merged tables.
-pub fn peak_with(term: &Term, bases: &[Basis], merged: impl Fn(usize) -> f64) -> f64 {
+pub(crate) fn peak_with(term: &Term, bases: &[Basis], merged: impl Fn(usize) -> f64) -> f64 {
     let peaks = term.factors.iter().map(|(v, function)| match function {
         Function::Numeric(k) => bases[*v].peaks[*k],
         Function::Merged(id) => merged(*id),

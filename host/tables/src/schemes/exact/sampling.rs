@@ -123,7 +123,7 @@ impl Sampler<'_> {
     /// True where the correction itself carries an axis across an end of its calibrated range:
     /// the motion bends at the corrected position, so the exact correction is no sum of products
     /// there.
-    pub fn is_near_end(&self, place: &Place, correction: &PerAxis) -> bool {
+    pub(crate) fn is_near_end(&self, place: &Place, correction: &PerAxis) -> bool {
         self.variables
             .iter()
             .enumerate()

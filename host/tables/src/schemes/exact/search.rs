@@ -292,7 +292,7 @@ impl<'a> Search<'a> {
     }
 
     /// True if what the best leaves is explained by what there was no room for.
-    pub fn lacks_room(&self) -> bool {
+    pub(crate) fn lacks_room(&self) -> bool {
         let best = self.best.as_ref();
         best.is_some_and(|b| b.is_full && b.verdict.error < CUT * b.left_out)
     }

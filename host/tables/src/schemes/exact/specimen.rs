@@ -21,7 +21,7 @@ pub fn machine(axes: &[(char, [f64; 2])]) -> Machine {
 }
 
 /// Three linear axes of ±200 mm and the rotary ones given.
-pub fn with_rotary(rotary: &[(char, [f64; 2])]) -> Machine {
+pub(crate) fn with_rotary(rotary: &[(char, [f64; 2])]) -> Machine {
     let linear = ['X', 'Y', 'Z'].map(|letter| (letter, [-200.0, 200.0]));
     machine(&[&linear[..], rotary].concat())
 }

@@ -114,7 +114,7 @@ impl Structure {
 
     /// A merged table for these coefficients: an existing one that is proportional, or a new one.
     /// Returns its number and the weight to use it with.
-    pub fn merge(
+    pub(crate) fn merge(
         &mut self,
         variable: usize,
         coefficients: Vec<f64>,

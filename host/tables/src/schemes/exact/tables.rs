@@ -158,7 +158,7 @@ pub fn input(machine: &Machine, variables: &[Variable], v: usize) -> (u8, f64) {
 }
 
 /// A number for each table, for evaluation in f64 at one place.
-pub fn values_at(
+pub(crate) fn values_at(
     sampled: &BTreeMap<usize, Sampled>,
     row: usize,
 ) -> HashMap<(usize, Function), f64> {

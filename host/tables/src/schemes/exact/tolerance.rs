@@ -44,7 +44,7 @@ impl Tolerance {
 
     /// True if the tip and the tool's direction are measured, where deviations of axes that belong together
     /// cancel: tables then need far fewer points than each of them seems to.
-    pub fn is_of_tool(&self) -> bool {
+    pub(crate) fn is_of_tool(&self) -> bool {
         self.tool.is_some()
     }
 

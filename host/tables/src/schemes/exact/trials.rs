@@ -13,7 +13,7 @@ use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 
 /// A random place in the calibrated ranges, with a random direction of travel where it counts.
-pub fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
+pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
     let mut place = [0.0; MAX_VARIABLES];
     for (x, variable) in place.iter_mut().zip(variables) {
         let [low, high] = variable.calibrated;
@@ -33,7 +33,7 @@ pub fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
 
 /// Moves every variable to the nearer end of its calibrated range, or as near to it as no motion holds
 /// there for a correction of 1 %: corners are where most effects are largest.
-pub fn to_corner(variables: &[Variable], place: &mut Place) {
+pub(crate) fn to_corner(variables: &[Variable], place: &mut Place) {
     for (x, variable) in place.iter_mut().zip(variables) {
         let [low, high] = variable.calibrated;
         let inset = if variable.ends.is_empty() {

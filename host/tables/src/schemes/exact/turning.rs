@@ -49,7 +49,7 @@ impl Turning {
     pub const NONE: Self = Self { base: 1, others: 1 };
     /// Of a rotary axis whose motions are never off: up to three or so times five functions, and
     /// the first of them.
-    pub const UNEVEN: Self = Self {
+    pub(crate) const UNEVEN: Self = Self {
         base: 33,
         others: 17,
     };
@@ -156,7 +156,7 @@ pub fn within_travel(machine: &Machine, random: &mut Pcg64Mcg) -> PerAxis {
 
 /// The corrections (mm, rad times a lever) of every small location and motion error of every axis,
 /// linearised at a position.
-pub fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
+pub(crate) fn responses(kinematics: &Kinematics<'_>, q: &PerAxis) -> Vec<f64> {
     let machine = kinematics.machine;
     let linearised = Linearised::new(kinematics, q, &Situation::default());
     let Some(solver) = kinematics.jacobian(q, None).solver(kinematics.policy) else {

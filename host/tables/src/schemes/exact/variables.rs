@@ -7,7 +7,7 @@ use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
 
 /// The most variables: axes, directions, tool length, temperatures.
-pub const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
+pub(crate) const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
 
 /// A value for each variable (mm, rad, K, ±1), in the order of [`variables`].
 pub type Place = [f64; MAX_VARIABLES];
@@ -59,7 +59,7 @@ pub struct Variable {
 
 impl Variable {
     /// True for variables whose functions are found numerically, node by node.
-    pub fn is_rich(&self) -> bool {
+    pub(crate) fn is_rich(&self) -> bool {
         matches!(self.kind, Kind::Bending(_) | Kind::Rotary(_))
     }
 
@@ -74,7 +74,7 @@ impl Variable {
 
     /// True for variables that can be switched off: the correction is split into what is there
     /// without them and what each, and each pair, adds.
-    pub fn is_switch(&self) -> bool {
+    pub(crate) fn is_switch(&self) -> bool {
         self.moves || matches!(self.kind, Kind::Kelvin(_) | Kind::Sign(_))
     }
 
@@ -104,7 +104,7 @@ impl Variable {
     }
 
     /// The position of a coordinate ξ.
-    pub fn at_coordinate(&self, xi: f64) -> f64 {
+    pub(crate) fn at_coordinate(&self, xi: f64) -> f64 {
         let [zero, scale] = self.origin();
         zero + xi * scale
     }
@@ -151,7 +151,7 @@ impl Variable {
     }
 
     /// True for a rotary axis whose motions are never off.
-    pub fn is_uneven(&self) -> bool {
+    pub(crate) fn is_uneven(&self) -> bool {
         self.turning == Turning::UNEVEN
     }
 
@@ -170,7 +170,7 @@ impl Variable {
 
     /// The node positions of a rotary axis with its motions off, where everything repeats after a
     /// turn: evenly over one, if the range is not smaller.
-    pub fn turning_positions(&self, count: usize) -> Vec<f64> {
+    pub(crate) fn turning_positions(&self, count: usize) -> Vec<f64> {
         self.with_peaks(turning::positions(self.range, count))
     }
 }

@@ -12,7 +12,7 @@ const RANK: f64 = 1e-10;
 const EXPLAINED: f64 = 1e-9;
 
 /// The chains of a group: products of tables, each of another input, at least one.
-pub fn chains(group: &Group, variables: &Variables, points: &[Points]) -> Vec<Vec<Factor>> {
+pub(crate) fn chains(group: &Group, variables: &Variables, points: &[Points]) -> Vec<Vec<Factor>> {
     let form = &group.form.0;
     let offsets = offsets(form);
     let mut chains = Vec::new();

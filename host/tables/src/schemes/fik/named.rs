@@ -83,7 +83,11 @@ fn matched(
 }
 
 /// The errors of each term.
-pub fn of_terms(sources: &[Source], groups: &[Group], placed: &[Placed]) -> Vec<Vec<String>> {
+pub(crate) fn of_terms(
+    sources: &[Source],
+    groups: &[Group],
+    placed: &[Placed],
+) -> Vec<Vec<String>> {
     let of = |placed: &Placed| {
         let members = groups.get(placed.tag).map(|group| &group.members);
         let members = members.into_iter().flatten();

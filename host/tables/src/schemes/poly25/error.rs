@@ -16,7 +16,11 @@ const STEP: f64 = 1e-9;
 
 /// Coefficients (functions × outputs) that leave least of the volumetric error: of the rotation what the
 /// policy asks for, and under its damping the rotary corrections too.
-pub fn of_error(kinematics: &Kinematics<'_>, lattice: &Lattice, basis: &Basis) -> DMatrix<f64> {
+pub(crate) fn of_error(
+    kinematics: &Kinematics<'_>,
+    lattice: &Lattice,
+    basis: &Basis,
+) -> DMatrix<f64> {
     let machine = kinematics.machine;
     let (functions, outputs) = (basis.count(), machine.axes.len());
     let weights = Weights::new(kinematics);

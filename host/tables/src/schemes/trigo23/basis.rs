@@ -3,7 +3,7 @@
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// Functions of the rotary axis: 1, cos, sin, cos·sin, sin².
-pub const FUNCTIONS: usize = 5;
+pub(crate) const FUNCTIONS: usize = 5;
 
 /// 1, cos, sin, cos·sin, sin² of an angle (rad).
 pub fn functions(angle: f64) -> [f64; FUNCTIONS] {
