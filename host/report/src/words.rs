@@ -40,7 +40,7 @@ pub fn quantity(name: &str, value: f64) -> String {
     text.replace('-', "−")
 }
 
-/// As [`unit`], and of coefficients of motions in µm or µrad per metre or radian to their degree.
+/// As [`unit()`], and of coefficients of motions in µm or µrad per metre or radian to their degree.
 fn shown(parameter: Parameter) -> (f64, String) {
     let coefficient = match (unit(parameter), parameter.kind) {
         ((Some(factor), unit), _) => return (factor, unit.to_owned()),
