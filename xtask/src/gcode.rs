@@ -7,7 +7,7 @@ mod rs274;
 mod speed;
 
 use crate::packages;
-use crate::process::{cargo, root, run, target};
+use crate::process::{root, run, target, trueaxis};
 use rs274::Motion;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -58,16 +58,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
     fs::create_dir_all(&work).map_err(|e| format!("{}: {e}", work.display()))?;
     match chosen {
         [] => {
-            run(cargo().args([
-                "build",
-                "-q",
-                "-p",
-                "trueaxis-cli",
-                "--bin",
-                "trueaxis",
-                "--example",
-                "gcode_moves",
-            ]))?;
+            trueaxis()?;
             compare(&work)?;
             own::check(&work)?;
             five_axes::check(&work)?;

@@ -36,13 +36,19 @@ pub fn trueaxis() -> Result<PathBuf, String> {
     // All that the commands need from the workspace, in one: cargo chooses the features of dependencies by what
     // is built, and with an example among it they are those of `cargo test --workspace`. Otherwise half of them
     // would be built once more.
-    let programs = ["--bin", "trueaxis", "--bin", "hil", "--example", BLOBS];
-    run(cargo().args(["build", "-q", "--workspace"]).args(programs))?;
+    let programs = ["--bin", "trueaxis", "--bin", "hil"];
+    let examples = ["--example", BLOBS, "--example", MOVES];
+    run(cargo()
+        .args(["build", "-q", "--workspace"])
+        .args(programs)
+        .args(examples))?;
     Ok(target("debug").join("trueaxis"))
 }
 
 /// The example that makes blobs for `bench-target`.
 const BLOBS: &str = "bench-blobs";
+/// The example that moves through programs for `gcode`.
+const MOVES: &str = "gcode_moves";
 
 /// True if a program starts and succeeds, silently.
 pub fn works(command: &mut Command) -> bool {
