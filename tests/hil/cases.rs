@@ -28,7 +28,8 @@ pub const CASES: [(&str, &str, &str, &[&str]); 10] = [
         "hu40-84",
         "hu40/machine",
         "hu40/errors-84",
-        &["--allow-large"],
+        // Finer ones, which are tried otherwise, take minutes.
+        &["--allow-large", "--tolerance", "1"],
     ),
     ("kolibri-10", "kolibri/machine", "kolibri/errors-10", &[]),
     ("kolibri-12", "kolibri/machine", "kolibri/errors-12", &[]),
@@ -36,7 +37,8 @@ pub const CASES: [(&str, &str, &str, &[&str]); 10] = [
         "kolibri-81",
         "kolibri/machine",
         "kolibri/errors-81",
-        &["--allow-large"],
+        // Finer ones, which are tried otherwise, take minutes.
+        &["--allow-large", "--tolerance", "1"],
     ),
     (
         "fork-head-13",

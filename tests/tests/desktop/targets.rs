@@ -31,15 +31,9 @@ fn the_boards_are_built_with_the_capacities_of_the_reference_target() {
         assert!(read(&file).contains(&capacities), "{board}");
     }
     let slot = 1024 * number("memory.x", "SLOT_A : ORIGIN = 0x08080000, LENGTH = ");
-    let trailer = number(
-        "firmware/src/slots/layout.rs",
-        "pub const TRAILER: usize = ",
-    );
-    let choices = ["RESERVED", "CHOICE"].map(|name| {
-        let item = format!("pub const {name}: usize = ");
-        number("firmware/src/slots/choices.rs", &item)
-    });
-    let [reserved, choice] = choices;
+    let layout = ["pub const TRAILER", "const RESERVED", "pub const CHOICE"];
+    let [trailer, reserved, choice] =
+        layout.map(|item| number("firmware/src/slots/layout.rs", &format!("{item}: usize = ")));
     assert_eq!(target.bytes, Some(slot - trailer - reserved * choice));
     let other = "firmware/boards/stm32h743/stm32h743.x";
     let other = 1024 * number(other, "SLOT_A : ORIGIN = 0x08100000, LENGTH = ");
