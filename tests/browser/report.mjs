@@ -26,8 +26,9 @@ const FLAGS = [
 ];
 /** Widths at which nothing may overflow: a phone, a desk. */
 const WIDTHS = [390, 1400];
-/** Milliseconds in which a page is open, at the best of three times. */
-const MOST_OPEN = 4000;
+/** Milliseconds in which a page is open, at the best of so many times: what else runs on the computer only adds to it. */
+const MOST_OPEN = 1000;
+const OPENINGS = 10;
 
 /** Of these there are pictures of both widths in both schemes. */
 const SHOWN = ["huron-13", "kolibri-12", "mill-21", "six-axes"];
@@ -78,7 +79,7 @@ async function look(browser, report) {
     if (width === Math.max(...WIDTHS)) {
       const timing = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
       figures.open = timing;
-      for (let again = 0; again < 2; again++) {
+      for (let times = 1; times < OPENINGS && figures.open > MOST_OPEN; times++) {
         await page.reload();
         figures.open = Math.min(
           figures.open,

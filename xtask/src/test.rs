@@ -21,8 +21,34 @@ fn with(mut step: Step, key: &str, value: &str) -> Step {
     step
 }
 
-/// Boards and examples whose workspaces are their own.
-const APART: [&str; 5] = ["stm32f405", "stm32h743", "portable", "rtic", "embassy"];
+/// Boards and examples whose workspaces are their own: folder, the steps of their formatting and of their licences.
+const APART: [[&str; 3]; 5] = [
+    [
+        "stm32f405",
+        "formatting of the STM32F405",
+        "licences, bans, sources of the STM32F405",
+    ],
+    [
+        "stm32h743",
+        "formatting of the STM32H743",
+        "licences, bans, sources of the STM32H743",
+    ],
+    [
+        "portable",
+        "formatting of the program for every processor",
+        "licences, bans, sources of the program for every processor",
+    ],
+    [
+        "rtic",
+        "formatting of the example for RTIC",
+        "licences, bans, sources of the example for RTIC",
+    ],
+    [
+        "embassy",
+        "formatting of the example for embassy",
+        "licences, bans, sources of the example for embassy",
+    ],
+];
 /// Of the tests only what this one needs: minutes of building less.
 const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test bit_identical";
 
@@ -32,10 +58,10 @@ const SIX: &str = "6 random machines";
 /// What runs anywhere, with nothing to install: minutes.
 fn usual() -> Vec<Step> {
     let mut steps = vec![step("formatting", "fmt --all --check")];
-    steps.extend(APART.map(|folder| {
+    steps.extend(APART.map(|[folder, name, _]| {
         let manifest = format!("firmware/boards/{folder}/Cargo.toml");
         step(
-            "formatting of a board",
+            name,
             &format!("fmt --manifest-path {manifest} --all --check"),
         )
     }));
@@ -227,14 +253,14 @@ pub fn deny() -> Result<(), String> {
         "licences, bans, sources",
         "deny --all-features check licenses bans sources",
     )];
-    steps.extend(APART.map(|folder| {
+    steps.extend(APART.map(|[folder, _, name]| {
         let manifest = format!("firmware/boards/{folder}/Cargo.toml");
         let features = match folder {
             "stm32f405" | "stm32h743" => "--all-features",
             _ => "",
         };
         step(
-            "licences, bans, sources of a board",
+            name,
             &format!("deny --manifest-path {manifest} {features} --config deny.toml check licenses bans sources"),
         )
     }));

@@ -15,7 +15,7 @@ pub(super) enum Stage {
     Open,
     /// The machine has left standstill.
     Paused,
-    /// An erase has failed: for the next who asks.
+    /// An erase has failed. The next request gets this answer.
     Failed(Refusal),
     /// Done.
     Committed(Upload),

@@ -350,6 +350,22 @@ mod tests {
     use trueaxis_model::errors::Parameter;
 
     #[test]
+    fn a_table_on_a_part_of_the_travel_leaves_the_rest_uncalibrated() {
+        let text = include_str!("../../../examples/kolibri/machine.toml");
+        let machine = Machine::from_toml(text).unwrap();
+        for (at, is_partly) in [("-100.0, 130.0", true), ("-130.0, 0.0, 130.0", false)] {
+            let value = if is_partly {
+                "0.0, 1e-3"
+            } else {
+                "0.0, 1e-3, 0.0"
+            };
+            let text = format!("[tabulated.EXX]\nat = [{at}]\nvalue = [{value}]\n");
+            let errors = ErrorModel::from_toml(&text, &machine).unwrap();
+            assert_eq!(is_partly_calibrated(&machine, &errors), is_partly, "{at}");
+        }
+    }
+
+    #[test]
     fn drawing_where_hardly_a_position_is_comes_to_an_end() {
         let text = include_str!("../../../examples/kolibri/machine.toml");
         let machine = Machine::from_toml(text).unwrap();

@@ -3,6 +3,7 @@
 use super::bench::Bench;
 use super::rows::Rows;
 use std::fs;
+use std::io::ErrorKind;
 
 /// Joints, in LinuxCNC's order.
 pub const JOINTS: [&str; 5] = ["X", "Y", "Z", "A", "C"];
@@ -50,12 +51,19 @@ impl Run {
         for name in ["xyzac.ini", "xyzac.hal", "drive.py", "tool.tbl"] {
             bench.copy(&format!("{folder}/{name}"), name)?;
         }
+        // What an earlier scenario has left must not stand in.
         for name in ["record", "result"] {
-            let _ = fs::remove_file(bench.file(name));
+            let file = bench.file(name);
+            match fs::remove_file(&file) {
+                Err(e) if e.kind() != ErrorKind::NotFound => {
+                    return Err(format!("{}: {e}", file.display()));
+                }
+                _ => {}
+            }
         }
         bench.write("scenario", scenario)?;
         let mut said = bench.inside(&["linuxcnc", "/tmp/xyzac.ini"])?;
-        // Without a terminal, what is said goes here.
+        // Without a terminal, what is said goes here; what never spoke has no file.
         for name in ["linuxcnc_print.txt", "linuxcnc_debug.txt"] {
             said += &fs::read_to_string(bench.file(name)).unwrap_or_default();
         }
