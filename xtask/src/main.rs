@@ -46,7 +46,7 @@ usage: cargo xtask COMMAND
   portable                       one program linked for every kind of processor, and its bits in emulators
                                  compared with the desktop's
   linuxcnc [PART…]               the component in LinuxCNC: in halrun, under its motion controller, as a package
-  random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--seed N]
+  random-machines [COUNT] [--tolerance T] [--quick] [--unmeasured] [--best-effort] [--seed N]
                                  the scheme `exact` on machines nobody drew (300), at T (1) µm and µrad, a
                                  twentieth and five times of it: how many meet it, what is worse for it
   gcode [speed]                  programs beside LinuxCNC's interpreter rs274: as read and as corrected; or
