@@ -359,7 +359,8 @@ mod tests {
             } else {
                 "0.0, 1e-3, 0.0"
             };
-            let text = format!("[tabulated.EXX]\nat = [{at}]\nvalue = [{value}]\n");
+            let text =
+                format!("machine = \"Kolibri\"\n[tabulated.EXX]\nat = [{at}]\nvalue = [{value}]\n");
             let errors = ErrorModel::from_toml(&text, &machine).unwrap();
             assert_eq!(is_partly_calibrated(&machine, &errors), is_partly, "{at}");
         }
