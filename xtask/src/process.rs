@@ -36,19 +36,29 @@ pub fn trueaxis() -> Result<PathBuf, String> {
     // All that the commands need from the workspace, in one: cargo chooses the features of dependencies by what
     // is built, and with an example among it they are those of `cargo test --workspace`. Otherwise half of them
     // would be built once more.
-    let programs = ["--bin", "trueaxis", "--bin", "hil"];
-    let examples = ["--example", BLOBS, "--example", MOVES];
+    let programs = ["trueaxis", "hil"].map(|name| ["--bin", name]);
+    let examples = [BLOBS, MOVES, RANDOM_MACHINES].map(|name| ["--example", name]);
     run(cargo()
         .args(["build", "-q", "--workspace"])
-        .args(programs)
-        .args(examples))?;
+        .args(programs.as_flattened())
+        .args(examples.as_flattened()))?;
     Ok(target("debug").join("trueaxis"))
+}
+
+/// The same build, of which an example is wanted: its place.
+///
+/// # Errors
+/// It does not build.
+pub fn example(name: &str) -> Result<PathBuf, String> {
+    Ok(trueaxis()?.with_file_name("examples").join(name))
 }
 
 /// The example that makes blobs for `bench-target`.
 const BLOBS: &str = "bench-blobs";
 /// The example that moves through programs for `gcode`.
 const MOVES: &str = "gcode_moves";
+/// The example that compiles for machines nobody drew.
+pub const RANDOM_MACHINES: &str = "random-machines";
 
 /// True if a program starts and succeeds, silently.
 pub fn works(command: &mut Command) -> bool {
