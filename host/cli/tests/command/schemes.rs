@@ -260,6 +260,8 @@ fn schemes_that_cannot_do_a_machine_are_listed_with_the_reason() {
         &tables_only[1],
         "--random",
         "300",
+        "--tolerance",
+        "1",
     ];
     let text = answer(0, &arguments);
     let reason = "compensability is not known: the error file has no parameters";
