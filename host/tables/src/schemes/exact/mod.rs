@@ -13,6 +13,7 @@ mod along;
 mod attempt;
 mod basis;
 mod between;
+mod budget;
 mod chebyshev;
 mod components;
 mod core;

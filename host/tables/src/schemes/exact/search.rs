@@ -2,13 +2,13 @@
 
 use super::attempt::{self, Attempt, attempt};
 use super::basis::Basis;
+use super::budget::Budget;
 use super::cover::Minimize;
 use super::judge::{Judge, Verdict};
 use super::limits::{
-    BLAMELESS, CLOSER, COARSENINGS, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS,
-    FULL_ATTEMPTS, GOOD, HARMLESS, HOPELESS, JUST_GOOD, LEAST_COARSER, LEAST_POINT_SHARE,
-    LITTLE_LESS, MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, REFINEMENTS, ROOM_STEPS, SHARES,
-    STARVING, STUCK, TOO_GOOD, TOOL_SHARE,
+    CLOSER, COARSER, CUT, FINER, FIRST_SHARE, FIRST_TOOL_SHARE, FITS, FULL_ATTEMPTS, GOOD,
+    HARMLESS, HOPELESS, LEAST_POINT_SHARE, MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, SHARES,
+    STARVING, STUCK, TOOL_SHARE,
 };
 use super::peak_tables::Seen;
 use super::sampling::{Component, Sampler};
@@ -16,6 +16,7 @@ use super::tables::Found;
 use super::trials::Trials;
 use super::{components, cubic, draft, points};
 use crate::schemes::{Options, SchemeError};
+use crate::target::Target;
 use std::collections::BTreeMap;
 use trueaxis::Draft;
 use trueaxis_model::machine::PerAxis;
@@ -74,58 +75,6 @@ pub struct Search<'a> {
     pub is_full: bool,
     /// The best so far.
     pub best: Option<Candidate>,
-}
-
-/// Looks for the fewest points that are enough: which share of the tolerance they may take.
-struct Coarsening {
-    /// How often fewer points were tried.
-    tried: usize,
-    /// The largest share that left enough, and the smallest that did not.
-    enough: Option<f64>,
-    too_few: f64,
-    /// If what was enough is what remains.
-    is_last: bool,
-}
-
-impl Default for Coarsening {
-    fn default() -> Self {
-        Self {
-            tried: 0,
-            enough: None,
-            too_few: f64::INFINITY,
-            is_last: false,
-        }
-    }
-}
-
-impl Coarsening {
-    /// True if fewer points may be tried.
-    fn goes_on(&self) -> bool {
-        !self.is_last && self.tried < COARSENINGS
-    }
-
-    /// The share that was enough, while larger ones are tried.
-    fn enough_so_far(&self) -> Option<f64> {
-        self.enough.filter(|_| !self.is_last)
-    }
-
-    /// The share to try after one that was enough: so many times more, or something between.
-    fn was_enough(&mut self, share: f64, more: f64) -> f64 {
-        self.tried += 1;
-        self.enough = Some(share);
-        (share * more).min((share * self.too_few).sqrt())
-    }
-
-    /// The share to try after one that was not: something between, or what was enough.
-    fn was_too_few(&mut self, share: f64, enough: f64) -> f64 {
-        self.tried += 1;
-        self.too_few = share;
-        self.is_last = self.tried > COARSENINGS;
-        match self.is_last {
-            true => enough,
-            false => (enough * share).sqrt(),
-        }
-    }
 }
 
 impl<'a> Search<'a> {
@@ -312,22 +261,23 @@ impl<'a> Search<'a> {
                 return Ok(false);
             };
             // What the best was confirmed to meet, the fitted one must meet too.
-            let meets = best.meets();
             let good = verdict.error <= GOOD;
-            let factor = if good { 1.0 } else { meets.unwrap_or(1.0) };
-            let confirmed = self.judge.confirm(&draft, factor)?;
-            verdict = confirmed.added_to(verdict);
-            if !confirmed.is_kept {
-                let known = self.judge.measure(&best.draft, target);
-                best.verdict = known.unwrap_or(best.verdict);
-            }
-            let keeps = confirmed.is_kept || best.meets().is_none();
+            let meets = best.meets().filter(|_| !good).unwrap_or(1.0);
+            let is_confirmed = confirm(
+                &mut self.judge,
+                Some(&mut *best),
+                &draft,
+                &mut verdict,
+                meets,
+                target,
+            )?;
+            let keeps = is_confirmed || best.meets().is_none();
             let harmless = verdict.harm <= HARMLESS;
             if keeps && harmless && verdict.error < best.verdict.error {
                 best.draft = draft;
                 best.verdict = verdict;
             }
-            if good && confirmed.is_kept && harmless {
+            if good && is_confirmed && harmless {
                 return Ok(true);
             }
             if verdict.error > OUT_OF_REACH {
@@ -454,123 +404,96 @@ impl<'a> Search<'a> {
         tried: &Tried,
         finer: bool,
     ) -> Result<bool, SchemeError> {
-        let Tried {
-            attempt,
-            error: structure_error,
-            pairs,
-            seen,
-        } = tried;
-        let structure_error = *structure_error;
+        let attempt = &tried.attempt;
         if attempt.structure.count() > usize::from(u8::MAX) {
             return Ok(false);
         }
-        let found = attempt.found(
-            &self.sampler,
-            &self.components[..self.count(*pairs)],
-            tolerance,
-        );
-        // Tolerances differ by a common factor.
-        let factor = tolerance[0] / self.judge.tolerance()[0];
-        let mut share = self.first_point_share(structure_error);
-        let adapts = self.adapts();
+        let components = &self.components[..self.count(tried.pairs)];
+        let found = attempt.found(&self.sampler, components, tolerance);
         let own;
-        let seen = match seen {
+        let seen = match &tried.seen {
             Some(seen) => seen,
             None => {
                 own = Seen::all(&found)?;
                 &own
             }
         };
-        let mut last = f64::INFINITY;
-        let mut room = ROOM_STEPS;
-        let mut refinement = 0;
-        let mut coarsening = Coarsening::default();
-        while refinement <= REFINEMENTS {
-            let grids = points::grids(&found, seen, self.options, share, finer)?;
+        // Tolerances differ by a common factor. What is made for a finer one is to meet the one asked for.
+        let factor = tolerance[0] / self.judge.tolerance()[0];
+        let wanted = factor.max(1.0);
+        let target = &self.options.target;
+        let adapts = self.adapts();
+        let mut budget = Budget::new(self.first_point_share(tried.error), wanted, adapts);
+        while budget.goes_on() {
+            let grids = points::grids(&found, seen, self.options, budget.share, finer)?;
             let draft = draft::draft(&found, &grids, seen, self.options)?;
-            // What is made for a finer tolerance is to meet the one asked for.
-            let wanted = factor.max(1.0);
-            let target = &self.options.target;
-            let judge = &self.judge;
-            let measured = match coarsening.enough_so_far() {
-                // Of fewer points only counts if they are enough.
-                Some(enough) => {
-                    let measured = judge.measure_first(&draft, target, GOOD * wanted);
-                    if measured.is_none() {
-                        share = coarsening.was_too_few(share, enough);
-                        continue;
-                    }
-                    measured
-                }
-                None if adapts => judge.measure_first(&draft, target, f64::INFINITY),
-                None => judge.measure(&draft, target),
+            let measured = match budget.most_error() {
+                Some(most) => self.judge.measure_first(&draft, target, most),
+                None => self.judge.measure(&draft, target),
             };
             let Some(mut verdict) = measured else {
-                self.is_full = true;
-                // More than the target holds: fewer points, unless they were enough before.
-                if last.is_finite() || room == 0 {
-                    return Ok(false);
+                self.is_full |= !budget.is_coarsening();
+                if budget.after_unusable() {
+                    continue;
                 }
-                room -= 1;
-                share *= 2.0;
-                continue;
+                return Ok(false);
             };
-            let too_good = verdict.error < TOO_GOOD * wanted && verdict.harm <= HARMLESS;
-            if adapts && too_good && coarsening.goes_on() {
-                // Part of the error is the structure's, and does not grow with fewer points.
-                let more = (JUST_GOOD * wanted / verdict.error).clamp(LEAST_COARSER, TOOL_SHARE);
-                share = coarsening.was_enough(share, more);
+            if verdict.harm <= HARMLESS && budget.takes_more(verdict.error) {
                 continue;
             }
-            let mut good = verdict.error <= GOOD * wanted;
-            if good {
-                let confirmed = self.judge.confirm(&draft, wanted)?;
-                verdict = confirmed.added_to(verdict);
-                if !confirmed.is_kept {
-                    good = false;
-                    if let Some(best) = &mut self.best {
-                        let known = self.judge.measure(&best.draft, &self.options.target);
-                        best.verdict = known.unwrap_or(best.verdict);
-                    }
-                }
-            }
-            let better = match &self.best {
+            let is_good = verdict.error <= GOOD * wanted
+                && confirm(
+                    &mut self.judge,
+                    self.best.as_mut(),
+                    &draft,
+                    &mut verdict,
+                    wanted,
+                    target,
+                )?;
+            let is_better = match &self.best {
                 // Of tables with more points or fewer, what is good counts, not what is best.
-                Some(best) if adapts && good => best.verdict.error > GOOD * wanted,
+                Some(best) if adapts && is_good => best.verdict.error > GOOD * wanted,
                 Some(best) => verdict.error < best.verdict.error,
                 None => true,
             };
-            if verdict.harm <= HARMLESS && better {
+            if verdict.harm <= HARMLESS && is_better {
                 self.best = Some(Candidate {
                     draft,
                     verdict,
-                    structure_error: structure_error * factor,
-                    pairs: if *pairs { self.pairs.unwrap_or(0) } else { 0 },
+                    structure_error: tried.error * factor,
+                    pairs: self.pairs.filter(|_| tried.pairs).unwrap_or(0),
                     factor,
                     is_fitted: false,
                     is_full: attempt.is_full,
                     left_out: attempt.left_out * factor,
                 });
             }
-            if good {
+            if is_good {
                 return Ok(verdict.harm <= HARMLESS);
             }
-            if let Some(enough) = coarsening.enough_so_far() {
-                // It failed where it was confirmed: what was hardly finer would fail there too.
-                let less = enough.min(LITTLE_LESS * share);
-                share = coarsening.was_too_few(share, less);
-                continue;
-            }
-            let blameless = share * factor < BLAMELESS * verdict.error;
-            // What was enough fails by little.
-            let stuck = verdict.error > 0.9 * last && !coarsening.is_last;
-            if self.options.points.is_some() || stuck || blameless {
+            if !budget.after_bad(verdict.error, factor, self.options.points.is_some()) {
                 break;
             }
-            last = verdict.error;
-            share *= if coarsening.is_last { LITTLE_LESS } else { 0.5 };
-            refinement += 1;
         }
         Ok(false)
     }
+}
+
+/// Measures a draft at many more positions; true if it keeps `factor` times the tolerance there. Otherwise the best so
+/// far is measured again, for positions were added.
+fn confirm(
+    judge: &mut Judge<'_>,
+    best: Option<&mut Candidate>,
+    draft: &Draft,
+    verdict: &mut Verdict,
+    factor: f64,
+    target: &Target,
+) -> Result<bool, SchemeError> {
+    let confirmed = judge.confirm(draft, factor)?;
+    *verdict = confirmed.added_to(*verdict);
+    if let (false, Some(best)) = (confirmed.is_kept, best) {
+        let known = judge.measure(&best.draft, target);
+        best.verdict = known.unwrap_or(best.verdict);
+    }
+    Ok(confirmed.is_kept)
 }
