@@ -27,7 +27,7 @@ pub enum MockError {
     Torn,
     /// A word with a [`Defect`] was programmed.
     Defective,
-    /// The address is no multiple of the size, or outside.
+    /// The address is not a multiple of the size, or outside.
     Place(NorFlashErrorKind),
 }
 

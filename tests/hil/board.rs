@@ -198,5 +198,5 @@ impl Drop for Board<'_> {
 
 /// A path as an argument.
 pub fn text(path: &Path) -> Result<&str, Failure> {
-    Ok(path.to_str().ok_or("a path that is no text")?)
+    Ok(path.to_str().ok_or("a path that is not a text")?)
 }

@@ -193,7 +193,11 @@ fn what_the_runtime_uses_from_its_root_is_a_module() {
     for file in all.values().flatten() {
         for name in names(&code(file), "crate::") {
             let is_module = all.contains_key(name);
-            assert!(is_module, "{}: crate::{name} is no module", file.display());
+            assert!(
+                is_module,
+                "{}: crate::{name} is not a module",
+                file.display()
+            );
         }
     }
 }

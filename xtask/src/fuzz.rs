@@ -101,7 +101,10 @@ pub fn run(options: &[&str]) -> Result<(), String> {
 }
 
 fn read(options: &[&str]) -> Result<Length, String> {
-    let number = |text: &str| text.parse().map_err(|_| format!("`{text}` is no number"));
+    let number = |text: &str| {
+        text.parse()
+            .map_err(|_| format!("`{text}` is not a number"))
+    };
     match options {
         [] => Ok(Length::Seconds(60)),
         ["--seconds", n] => Ok(Length::Seconds(number(n)?)),

@@ -77,7 +77,7 @@ impl Input {
 /// Reads positions: one row per position, its values in the order of `inputs`.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: no header, a name that is no input, one that
+/// [`FileError`] with line, column, cause and remedy: no header, a name that is not an input, one that
 /// stands twice or is missing, a row that is too short or too long, a value that is missing or
 /// no finite number of f32 size, no rows.
 pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
@@ -136,7 +136,7 @@ fn read_header(
                 if name.is_empty() {
                     format!("column {} has no name", columns.len() + 1)
                 } else {
-                    format!("column {}: `{name}` is no input", columns.len() + 1)
+                    format!("column {}: `{name}` is not an input", columns.len() + 1)
                 },
                 "unknown column",
                 match right_case(name, |n| inputs.iter().any(|i| i.name == n)) {
@@ -223,7 +223,7 @@ fn read_row(
         let Ok(value) = cell.parse::<f64>() else {
             return Err(FileError::at(
                 span,
-                format!("{place}: `{cell}` is no number"),
+                format!("{place}: `{cell}` is not a number"),
                 "not a number",
                 "write a plain number in mm or degrees, like -12.5",
             ));
@@ -283,7 +283,7 @@ mod tests {
     #[test]
     fn every_mistake_is_told_with_line_and_place() {
         for (text, line, message, marked) in [
-            ("X,A,Q\n1,2,3\n", 1, "column 3: `Q` is no input", "Q"),
+            ("X,A,Q\n1,2,3\n", 1, "column 3: `Q` is not an input", "Q"),
             ("X,A,A\n1,2,3\n", 1, "column 3: `A` stands there twice", "A"),
             (
                 "X,A\n1,2\n",
@@ -318,7 +318,7 @@ mod tests {
             (
                 "X,A,length\n1,two,3\n",
                 2,
-                "column 2 (A): `two` is no number",
+                "column 2 (A): `two` is not a number",
                 "two",
             ),
             (

@@ -132,7 +132,7 @@ impl From<NotConverged> for ReportError {
 ///
 /// # Errors
 /// [`ReportError`] where positions cannot be drawn, or the one that is left out is wrong. A kinematic correction
-/// that fails somewhere is no error, but said in the report.
+/// that fails somewhere is not an error, but said in the report.
 pub fn report(
     machine: &Machine,
     errors: &ErrorModel,

@@ -29,7 +29,7 @@ pub struct Volumetric {
     pub difference_urad: Option<f64>,
     /// True if the tables keep the tolerance.
     pub meets_tolerance: Option<bool>,
-    /// Change of the tip's error with the length of the tool, where that is no input of the tables.
+    /// Change of the tip's error with the length of the tool, where that is not an input of the tables.
     pub um_per_mm_of_tool_length: Option<f64>,
     /// What uncertain parameters leave, if an uncertainty is known.
     pub known: Option<Known>,

@@ -53,7 +53,7 @@ pub struct AxisEntry {
     pub hysteresis: f32,
 }
 
-/// An input that is no axis.
+/// An input that is not an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AuxiliaryEntry {
     /// Its name.

@@ -62,7 +62,7 @@ pub(super) enum Followed {
     Along,
     /// The direction of travel is new.
     Turned,
-    /// It is no position of this axis.
+    /// It is not a position of this axis.
     Unusable,
 }
 

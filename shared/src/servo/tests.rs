@@ -328,7 +328,7 @@ fn an_axis_that_only_receives_corrections_may_be_homed_with_the_others_in() {
 
 #[test]
 fn an_unusable_position_moves_no_rail() {
-    // Modulo tables on a rotary axis of finite travel: beyond 8192 turns is no position.
+    // Modulo tables on a rotary axis of finite travel: beyond 8192 turns is not a position.
     let mut draft = draft(1.0);
     (draft.axes[2].travel, draft.axes[2].period) = ([-400.0, 400.0], 0.0);
     let mut servo = S::new(leak(&draft));

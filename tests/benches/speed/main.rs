@@ -322,7 +322,9 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words[..] {
         ["--calls", workload, count] => {
-            let result = count.parse().map_err(|_| format!("`{count}` is no number"));
+            let result = count
+                .parse()
+                .map_err(|_| format!("`{count}` is not a number"));
             if let Err(message) = result.and_then(|n: usize| calls(workload, n.min(POINTS))) {
                 eprintln!("{message}");
                 return ExitCode::from(2);

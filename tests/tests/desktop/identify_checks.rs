@@ -169,7 +169,7 @@ fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
     .checks
 }
 
-/// Each ball again after the others, in turn: drift is no place of a ball.
+/// Each ball again after the others, in turn: drift is not a place of a ball.
 fn in_turn(case: &mut Case) {
     let rows = case.strategy.rows.clone();
     let quarter = rows.len() / 4;

@@ -27,7 +27,7 @@ impl Capacities {
     /// Sets the number of an option: `--axes` for `TRUEAXIS_AXES`.
     ///
     /// # Errors
-    /// There is no such option, or it is no number.
+    /// There is no such option, or it is not a number.
     pub fn set(&mut self, option: &str, number: &str) -> Result<(), String> {
         let named = |name: &str| {
             let name = name.trim_start_matches("TRUEAXIS_").to_lowercase();

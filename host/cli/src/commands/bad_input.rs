@@ -225,10 +225,10 @@ mod tests {
     fn a_message_keeps_its_start_and_its_end() {
         assert_eq!(cut("short".to_owned(), 200), "short");
         let shown = cut(
-            "`".to_owned() + &"x".repeat(1_000_000) + "` is no number",
+            "`".to_owned() + &"x".repeat(1_000_000) + "` is not a number",
             200,
         );
         assert_eq!(shown.chars().count(), 200);
-        assert!(shown.starts_with("`xxx") && shown.ends_with("xx` is no number"));
+        assert!(shown.starts_with("`xxx") && shown.ends_with("xx` is not a number"));
     }
 }

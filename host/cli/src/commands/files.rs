@@ -35,7 +35,7 @@ impl Text {
                 .count()
                 + 1;
             BadInput::new(
-                format!("{name}, line {line}: this is no UTF-8 text"),
+                format!("{name}, line {line}: this is not UTF-8 text"),
                 "save the file as UTF-8 text",
             )
         })?;
@@ -225,7 +225,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), BadInput> {
     })
 }
 
-/// Writes to standard output; a reader that has gone away is no error.
+/// Writes to standard output; a reader that has gone away is not an error.
 pub fn print(text: &str) -> Result<(), BadInput> {
     stream(text).map(|_| ())
 }

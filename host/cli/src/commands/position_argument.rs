@@ -44,7 +44,7 @@ pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>,
         }
         match value.trim().parse::<f64>() {
             Ok(value) if value.is_finite() => position[index] = Some(value),
-            _ => return Err(bad(format!("`{}` is no finite number", value.trim()))),
+            _ => return Err(bad(format!("`{}` is not a finite number", value.trim()))),
         }
     }
     Ok(position

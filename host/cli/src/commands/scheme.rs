@@ -63,7 +63,7 @@ pub struct OwnArguments {
 
 fn parameter(name: &str) -> Result<Parameter, String> {
     Parameter::parse(name)
-        .ok_or_else(|| format!("`{name}` is no error parameter: write EB0A or EXX1"))
+        .ok_or_else(|| format!("`{name}` is not an error parameter: write EB0A or EXX1"))
 }
 
 #[derive(Clone, Copy, ValueEnum)]

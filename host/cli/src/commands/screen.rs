@@ -255,7 +255,7 @@ pub fn largest(policy: trueaxis::Policy, bounds: &[AxisBounds]) -> String {
 pub fn tool_length(proof: &Proof) -> String {
     match proof.um_per_mm_of_tool_length {
         Some(um) => format!(
-            "{} µm of error per mm of tool length: the length is no input (length_range_mm makes it one)\n",
+            "{} µm of error per mm of tool length: the length is not an input (length_range_mm makes it one)\n",
             number(um)
         ),
         None => String::new(),

@@ -30,7 +30,7 @@ fn an_unknown_name_is_refused() {
     refuses(
         "[parameters]\nEXX1 = 1e-5\nEXQ1 = 1e-5",
         4,
-        "`EXQ1` is no error parameter",
+        "`EXQ1` is not an error parameter",
         "write EB0A",
     );
 }
@@ -150,7 +150,7 @@ fn harmonics_of_a_linear_axis_are_refused() {
     refuses(
         "[parameters]\nEXAs9 = 1e-3",
         3,
-        "`EXAs9` is no error parameter",
+        "`EXAs9` is not an error parameter",
         "EXCc1 or EXCs1 (cosine, sine of 1 to 8 times the angle",
     );
 }
@@ -401,7 +401,7 @@ fn a_bad_zero_position_is_refused() {
         ("X", "`X` is not an axis, an equals sign and a number"),
         ("B=0", "the machine has no axis `B`"),
         ("X=0,X=1", "axis X is given twice"),
-        ("X=nan", "`nan` is no finite number"),
+        ("X=nan", "`nan` is not a finite number"),
         ("X=1000", "X = 1000 is outside its travel -130 to 130 mm"),
     ] {
         let blob = folder.at("x.trax");

@@ -52,7 +52,13 @@ fn refuses(from: &str, to: &str, line: usize, cause: &str, remedy: &str) {
 
 #[test]
 fn an_unknown_letter_is_refused() {
-    refuses("\"B\"", "\"Q\"", 20, "`Q` is no axis letter", "X Y Z U V W");
+    refuses(
+        "\"B\"",
+        "\"Q\"",
+        20,
+        "`Q` is not an axis letter",
+        "X Y Z U V W",
+    );
 }
 
 #[test]
@@ -162,7 +168,7 @@ fn a_missing_tool_axis_is_refused() {
         "axis = \"z\"",
         "axis = \"k\"",
         25,
-        "`k` is no axis of the spindle frame",
+        "`k` is not an axis of the spindle frame",
         "write x, y or z",
     );
 }
@@ -197,6 +203,6 @@ fn a_file_that_is_not_there_or_no_text_is_refused() {
     let machine = folder.file("machine.toml", b"name = \"\n\xff\"");
     refused(
         &["compile", &machine, &errors, "-o", &blob],
-        &["line 2: this is no UTF-8 text", "save the file as UTF-8"],
+        &["line 2: this is not UTF-8 text", "save the file as UTF-8"],
     );
 }

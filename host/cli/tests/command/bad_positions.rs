@@ -44,7 +44,7 @@ fn a_wrong_header_is_refused() {
     refuses(
         "X,Y,Z,A,B\n1,2,3,4,5\n",
         1,
-        "column 5: `B` is no input",
+        "column 5: `B` is not an input",
         "Y,A,C,X,Z",
     );
     refuses(
@@ -74,7 +74,7 @@ fn a_wrong_header_is_refused() {
     refuses(
         "X,Y,Z,a,C\n1,2,3,4,5\n",
         1,
-        "column 4: `a` is no input",
+        "column 4: `a` is not an input",
         "write A: axes have capital letters",
     );
 }
@@ -84,7 +84,7 @@ fn an_extra_column_is_refused() {
     refuses(
         "X,Y,Z,A,C,feed\n1,2,3,4,5,6\n",
         1,
-        "column 6: `feed` is no input",
+        "column 6: `feed` is not an input",
         "exactly the inputs",
     );
     refuses(
@@ -146,7 +146,7 @@ fn what_is_no_finite_number_is_refused() {
     refuses(
         "X,Y,Z,A,C\n1,2,3,4,five\n",
         2,
-        "column 5 (C): `five` is no number",
+        "column 5 (C): `five` is not a number",
         "plain number",
     );
 }

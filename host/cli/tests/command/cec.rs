@@ -245,7 +245,7 @@ fn the_probe_needs_no_compensation() {
     }
     refused(
         &["export", "cec", "--probe", "1X", "-o", &probe],
-        &["`1X` is no name of an axis"],
+        &["`1X` is not a name of an axis"],
     );
 }
 

@@ -57,7 +57,7 @@ fn small_letters_are_told() {
     refused(
         &["pose", &machine],
         &[
-            "machine.toml, line 12: `a` is no axis letter",
+            "machine.toml, line 12: `a` is not an axis letter",
             "write \"A\"",
         ],
     );
@@ -279,7 +279,7 @@ fn a_bad_file_of_measured_values_is_refused_at_its_line() {
             "0,1\n800,1\n",
             "unit = \"arcsec\"",
             "errors.toml, line 4:",
-            "`arcsec` is no unit of a length",
+            "`arcsec` is not a unit of a length",
             "write mm, um or in",
         ),
         (

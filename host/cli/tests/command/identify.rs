@@ -1,4 +1,4 @@
-//! From probings to parameters, and what is no probing.
+//! From probings to parameters, and what is not a probing.
 
 use crate::program::{Folder, answer, example, plain, refused, trueaxis};
 
@@ -353,11 +353,11 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,3,x,4,5\n",
-            ["`x` is no finite number", "decimal point"],
+            ["`x` is not a finite number", "decimal point"],
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,3,NaN,4,5\n",
-            ["`NaN` is no finite number", "decimal point"],
+            ["`NaN` is not a finite number", "decimal point"],
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,3,4,500,5\n",
@@ -365,11 +365,11 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,Y,A,C,X,Z,A_dir\n1,2,3,4,5,6,2\n",
-            ["`2` is no direction", "write 1"],
+            ["`2` is not a direction", "write 1"],
         ),
         (
             "ball,Y,A,C,X,Z,sigma_um\n1,2,3,4,5,6,0\n",
-            ["0 µm is no uncertainty of a probing", "more than 0"],
+            ["0 µm is not an uncertainty of a probing", "more than 0"],
         ),
         (
             "ball,Y,A,C,X,Z\n,2,3,4,5,6\n",

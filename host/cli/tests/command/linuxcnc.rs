@@ -504,7 +504,7 @@ fn weights_without_pins_and_pins_without_weights_are_found() {
     machine.change("trueaxis.hal", "weights=1", "weights=few");
     machine.finds(
         &[],
-        ["refused", "loadrt", "weights= is no number", "weights=2"],
+        ["refused", "loadrt", "weights= is not a number", "weights=2"],
     );
     machine.change("trueaxis.hal", "weights=few", "weights=2");
     let found = machine.findings(&[]);
@@ -806,7 +806,7 @@ fn what_cannot_be_read_is_named_with_its_line() {
             "machine.ini",
             "JOINTS = 3",
             "JOINTS = many",
-            ["machine.ini, line", "`many` is no number of joints"],
+            ["machine.ini, line", "`many` is not a number of joints"],
         ),
         (
             "machine.ini",
@@ -851,7 +851,7 @@ fn what_cannot_be_read_is_named_with_its_line() {
             "trueaxis.hal",
             "servo-thread 1",
             "servo-thread 7",
-            ["trueaxis.hal, line", "`7` is no place in servo-thread"],
+            ["trueaxis.hal, line", "`7` is not a place in servo-thread"],
         ),
     ] {
         let machine = simulated("mill-21");

@@ -215,7 +215,7 @@ fn simulated_runs_and_circles_are_written() {
         ),
         (
             &["laser", "--axis", "X", "--at", "Y"],
-            ["`Y` is no position", "--at Y=150"],
+            ["`Y` is not a position", "--at Y=150"],
         ),
         (
             &["laser", "--axis", "X", "--to", "900"],
@@ -286,7 +286,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             with("\"um\"", "\"urad\""),
-            ["line 3: `urad` is no unit of a length", "mm, um or in"],
+            ["line 3: `urad` is not a unit of a length", "mm, um or in"],
         ),
         (with("Y = 0, Z = 0", "Y = 0"), ["where Z stood", "add Z"]),
         (
@@ -327,7 +327,10 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             format!("{head}target,run1\n0,1\n"),
-            ["`run1` is no run with a direction", "direction of travel"],
+            [
+                "`run1` is not a run with a direction",
+                "direction of travel",
+            ],
         ),
         (
             format!("{head}target;+1\n0;1\n"),
@@ -346,11 +349,11 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             format!("{head}target,+1\n0,1\n10,\n"),
-            ["line 7: `` is no finite number", "every run"],
+            ["line 7: `` is not a finite number", "every run"],
         ),
         (
             format!("{head}target,+1\n0,1\n10,inf\n"),
-            ["`inf` is no finite number", "every run"],
+            ["`inf` is not a finite number", "every run"],
         ),
         (
             format!("{head}target,+1\n10,1\n0,1\n"),
@@ -366,7 +369,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             square.replace("\nX,0", "\nZ,0"),
-            ["`Z` is no line of this square", "reads_along"],
+            ["`Z` is not a line of this square", "reads_along"],
         ),
         (
             square.replace("Y,100,0\n", ""),

@@ -217,7 +217,7 @@ fn what_cannot_be_planned_is_refused() {
     refused(&["--indexings", "A=0:60"], &["`A=0:60` are no positions"]);
     refused(
         &["--indexings", "X=0:60:10"],
-        &["X is no rotary axis of Kolibri"],
+        &["X is not a rotary axis of Kolibri"],
     );
     refused(
         &["--indexings", "A=0:150:50"],
@@ -306,7 +306,7 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
     );
     refused(
         "1.0 2.0 x 0 0 0 0 0 0\n",
-        &["line 1: column 3: `x` is no finite number"],
+        &["line 1: column 3: `x` is not a finite number"],
     );
     refused(
         "1.0 2.0 500 0 0 0 0 0 0\n",

@@ -23,7 +23,7 @@ pub enum AxesError {
     #[error("the machine has no axis `{0}`")]
     NoAxis(String),
     /// Not what a controller calls axes.
-    #[error("`{0}` is no name of an axis: letters, digits and underscores, the first a letter")]
+    #[error("`{0}` is not a name of an axis: letters, digits and underscores, the first a letter")]
     Name(String),
     /// One name for two axes.
     #[error("`{0}` is given twice")]
@@ -187,7 +187,7 @@ mod tests {
         for (map, message) in [
             ("X", "`X` is not an axis of the machine, an equals"),
             ("U=AX1", "no axis `U`"),
-            ("X=1", "`1` is no name"),
+            ("X=1", "`1` is not a name"),
             ("X=AX1,Y=ax1", "`AX1` is given twice"),
             ("", "`` is not an axis"),
         ] {

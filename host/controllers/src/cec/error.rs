@@ -16,7 +16,7 @@ pub enum PlanError {
     Axes(usize),
     /// A tool length without an input for it.
     #[error(
-        "the tool length is no input of the compensation: its tables hold for one tool already"
+        "the tool length is not an input of the compensation: its tables hold for one tool already"
     )]
     NoLength,
     /// Products of more than two axes.

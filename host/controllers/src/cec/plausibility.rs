@@ -10,7 +10,7 @@ use trueaxis_model::source::FileError;
 const SLOPE: f64 = 0.005;
 /// An outlier is so many times as far from its neighbours as half of all points are.
 const TIMES: f64 = 8.0;
-/// Less than this (mm, deg) is no outlier.
+/// Less than this (mm, deg) is not an outlier.
 const LEAST: f64 = 1e-3;
 
 /// Warns of slopes that no machine has, and of single values that stand out.

@@ -65,10 +65,10 @@ pub enum ProveError {
     #[error("what was written is not read: {0}")]
     Read(#[from] FileError),
     /// It cannot be held.
-    #[error("what was written is no compensation: {0}")]
+    #[error("what was written is not a compensation: {0}")]
     Encode(#[from] EncodeError),
     /// It cannot be loaded.
-    #[error("what was written is no compensation: {0}")]
+    #[error("what was written is not a compensation: {0}")]
     Load(#[from] LoadError),
 }
 

@@ -45,7 +45,7 @@ pub(super) const HIGHEST: usize = 99_999;
 fn no_number((text, span): &Written<'_>) -> FileError {
     FileError::at(
         span.clone(),
-        format!("`{text}` is no number that the controller knows"),
+        format!("`{text}` is not a number that the controller knows"),
         "here",
         "write a decimal number with a point, like -0.0048; an exponent is written EX: 4.8EX-3",
     )
@@ -272,7 +272,7 @@ impl<'t> Raw<'t> {
                         key.said(),
                         index.said()
                     ),
-                    None => "$AN_CEC_MULT_BY_TABLE is no number of a table".to_owned(),
+                    None => "$AN_CEC_MULT_BY_TABLE is not a number of a table".to_owned(),
                 },
                 "here",
                 "write 0, or the number of a table of the file, which is its index + 1",

@@ -220,7 +220,7 @@ impl<'t> Reader<'t, '_> {
         let value = value.ok_or_else(|| {
             FileError::at(
                 span.clone(),
-                format!("this is no limit: ${name} is a number from 0"),
+                format!("this is not a limit: ${name} is a number from 0"),
                 "here",
                 "write a decimal number with a point, like 0.5",
             )

@@ -163,7 +163,7 @@ impl Hal {
         };
         let Some(index) = index.filter(|index| *index <= count) else {
             return Err(command.place.error(
-                format!("`{at}` is no place in {thread}, which has {count} functions here"),
+                format!("`{at}` is not a place in {thread}, which has {count} functions here"),
                 "here",
                 "write a place from 1 on, or -1 for the end",
             ));
@@ -346,8 +346,11 @@ mod tests {
                 "`other.hal` cannot be read: there is none",
             ),
             ("source self.hal", "source each other"),
-            ("addf a t 3", "`3` is no place in t, which has 0 functions"),
-            ("addf a t first", "`first` is no place"),
+            (
+                "addf a t 3",
+                "`3` is not a place in t, which has 0 functions",
+            ),
+            ("addf a t first", "`first` is not a place"),
         ] {
             let error = take(text).unwrap_err();
             assert!(error.message.contains(message), "{}", error.message);

@@ -149,7 +149,7 @@ impl Setup {
             let number = number_of(name.get_ref()).ok_or_else(|| {
                 FileError::at(
                     name.span(),
-                    format!("`{}` is no work coordinate system", name.get_ref()),
+                    format!("`{}` is not a work coordinate system", name.get_ref()),
                     "here",
                     "write [offset.G54] to [offset.G59], [offset.\"G59.1\"] or [offset.\"G54.1 P1\"]",
                 )

@@ -192,7 +192,7 @@ impl State {
 }
 
 /// Length (mm) of a tool, by its number and its offset: an offset that is not positive, as of tools that were touched
-/// off, is no length.
+/// off, is not a length.
 #[must_use]
 pub(crate) fn length_of_tool(setup: &Setup, tool: u32, offset: &PerLetter) -> Option<f64> {
     let length = setup.lengths.get(&tool).copied();

@@ -6,7 +6,7 @@ use super::words::Block;
 use super::{Corrector, Dialect};
 use std::io::{BufRead, Error, Read, Write};
 
-/// Longest line that is read, bytes: a file without line ends is no program.
+/// Longest line that is read, bytes: a file without line ends is not a program.
 const LONGEST: u64 = 10_000;
 
 /// Why a program was not corrected.
@@ -100,7 +100,7 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
             continue;
         }
         match block.scan(line, dialect) {
-            // What stands behind the end is no program.
+            // What stands behind the end is not a program.
             Ok(()) if block.percent && number > 1 => break,
             Ok(()) if !block.deleted && codes::ends(&block, dialect) => break,
             Err(fault) if matches!(fault.kind, Kind::Parameter | Kind::Expression | Kind::Flow) => {

@@ -55,7 +55,7 @@ pub enum ControlError {
     #[error("{0}")]
     Link(#[from] LinkError),
     /// Not a finite number.
-    #[error("{0} is no finite number")]
+    #[error("{0} is not a finite number")]
     NotFinite(f32),
     /// No such adjustable term.
     #[error("term {term} does not exist or has a fixed weight; adjustable: {}", listed(.known))]

@@ -40,7 +40,7 @@ impl<P: Port + ?Sized> Port for Box<P> {
 #[derive(Debug, thiserror::Error)]
 pub enum BadPort {
     /// `tcp:` is not followed by a host and a port number.
-    #[error("`{0}` is no `tcp:host:port`")]
+    #[error("`{0}` is not a `tcp:host:port`")]
     Address(String),
     /// It cannot be opened.
     #[error("{0}: cannot be opened: {1}")]

@@ -53,7 +53,7 @@ impl Configuration {
         let count = joints.value.parse().ok();
         let count = count.filter(|n| (1..=MOST_JOINTS).contains(n));
         let count = count.ok_or_else(|| {
-            let message = format!("`{}` is no number of joints", joints.value);
+            let message = format!("`{}` is not a number of joints", joints.value);
             joints
                 .place
                 .error(message, "here", "write JOINTS = 1 to 16")

@@ -118,7 +118,7 @@ impl StylusEntry {
                 if value.is_nan() || value.abs() >= LARGEST {
                     return Err(FileError::at(
                         span,
-                        "this is no place on a machine",
+                        "this is not a place on a machine",
                         "here",
                         "write mm in the spindle frame",
                     ));
@@ -232,7 +232,7 @@ fn point(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
     }
     Err(FileError::at(
         value.span(),
-        "this is no place on a machine",
+        "this is not a place on a machine",
         "here",
         "write x, y and z in mm",
     ))
@@ -245,7 +245,7 @@ fn direction(value: &Spanned<Exactly<3>>) -> Result<Vector3<f64>, FileError> {
         .ok_or_else(|| {
             FileError::at(
                 value.span(),
-                "this is no direction",
+                "this is not a direction",
                 "here",
                 "write a vector from the table to the ball in the workpiece frame: [0.0, 0.0, 1.0]",
             )

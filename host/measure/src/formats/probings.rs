@@ -76,7 +76,7 @@ const BEYOND: f64 = 1e-3;
 ///
 /// # Errors
 /// [`FileError`] with line, column, cause and remedy: another separator, a column that is unknown, missing
-/// or there twice, a row that is too short or too long, what is no finite number, a position outside the
+/// or there twice, a row that is too short or too long, what is not a finite number, a position outside the
 /// travel, rotary positions that look like radians, a direction that is none, the same row twice.
 pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, FileError> {
     let needed = needed(machine, linear);
@@ -324,7 +324,7 @@ fn read_row(
         let Some(value) = text.parse::<f64>().ok().filter(|v| v.is_finite()) else {
             return Err(FileError::at(
                 span,
-                format!("`{text}` is no finite number"),
+                format!("`{text}` is not a finite number"),
                 "not a number",
                 "write numbers in mm and degrees with a decimal point: 12.5",
             ));
@@ -353,7 +353,7 @@ fn read_row(
             Column::Direction(_) => {
                 return Err(FileError::at(
                     span,
-                    format!("`{text}` is no direction"),
+                    format!("`{text}` is not a direction"),
                     "here",
                     "write 1 after positive travel, -1 after negative travel, 0 if it is not known",
                 ));
@@ -366,7 +366,7 @@ fn read_row(
             Column::Sigma => {
                 return Err(FileError::at(
                     span,
-                    format!("{value} µm is no uncertainty of a probing"),
+                    format!("{value} µm is not an uncertainty of a probing"),
                     "here",
                     "write the standard uncertainty of one coordinate in µm, more than 0",
                 ));

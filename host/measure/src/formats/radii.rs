@@ -77,7 +77,7 @@ impl Column {
 /// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: a heading without radius or unit, unknown columns, what is no finite
+/// [`FileError`] with line, cause and remedy: a heading without radius or unit, unknown columns, what is not a finite
 /// number, a position that is not near the sphere.
 pub fn read(text: &str) -> Result<Radii, FileError> {
     let mut bare = String::with_capacity(text.len());
@@ -130,7 +130,7 @@ impl Heading {
         if !LENGTHS.contains(radius.get_ref()) {
             return Err(at(
                 radius.span(),
-                format!("{} mm is no length of a ball-bar", radius.get_ref()),
+                format!("{} mm is not a length of a ball-bar", radius.get_ref()),
                 "write the nominal length in mm: # radius_mm = 150.0",
             ));
         }
@@ -155,7 +155,7 @@ fn readings(rows: &[(&str, usize)], radius: f64, factor: f64) -> Result<Readings
         let wrong = || {
             FileError::at(
                 span,
-                format!("`{name}` is no column, or there twice"),
+                format!("`{name}` is not a column, or there twice"),
                 "here",
                 COLUMNS,
             )
@@ -250,7 +250,7 @@ fn numbers(line: &str, start: usize, wanted: usize) -> Result<Vec<Option<f64>>, 
             Ok(number) if number.is_finite() => Ok(Some(number)),
             _ => Err(FileError::at(
                 span,
-                format!("`{cell}` is no finite number"),
+                format!("`{cell}` is not a finite number"),
                 "not a number",
                 "write numbers with a decimal point",
             )),
@@ -298,12 +298,12 @@ mod tests {
             (
                 "# radius_mm = 0.1\n# unit = \"um\"\nangle,ccw\n".to_owned(),
                 Some(1),
-                "0.1 mm is no length of a ball-bar",
+                "0.1 mm is not a length of a ball-bar",
             ),
             (
                 "# radius_mm = 100\n# unit = \"furlong\"\nangle,ccw\n".to_owned(),
                 Some(2),
-                "`furlong` is no unit of a length",
+                "`furlong` is not a unit of a length",
             ),
             (head.to_owned(), None, "the file has no readings"),
             (
@@ -314,12 +314,12 @@ mod tests {
             (
                 format!("{head}angle,phi\n"),
                 Some(3),
-                "`phi` is no column, or there twice",
+                "`phi` is not a column, or there twice",
             ),
             (
                 format!("{head}angle,angle\n"),
                 Some(3),
-                "`angle` is no column, or there twice",
+                "`angle` is not a column, or there twice",
             ),
             (
                 format!("{head}X,Y,radial\n"),
@@ -334,7 +334,7 @@ mod tests {
             (
                 format!("{head}angle,ccw\n0,inf\n"),
                 Some(4),
-                "`inf` is no finite number",
+                "`inf` is not a finite number",
             ),
             (
                 format!("{head}angle,ccw\n,1\n"),

@@ -41,7 +41,7 @@ impl BarCheck {
 /// One good bar of 15 000 differs by more standard deviations.
 const DOUBTFUL: f64 = 4.0;
 /// If all others together leave a bar so small a part of its own observation, they know its length a thousand
-/// times worse than the artefact does: that is no test.
+/// times worse than the artefact does: that is not a test.
 const TESTED: f64 = 1e-6;
 /// Bars differ from what probings say by no more than the largest error and this part, before anything is known
 /// of the machine: a scale of 10 mm in a metre.

@@ -50,7 +50,7 @@ pub enum IdentifyError {
     )]
     NothingSeen,
     /// Uncertainties or positions are so large or small that nothing can be computed with them.
-    #[error("the equations are no finite numbers")]
+    #[error("the equations are not finite numbers")]
     NotFinite,
     /// A bar without a direction.
     #[error("the balls {} and {} of a bar are in the same place to start with", balls[0], balls[1])]

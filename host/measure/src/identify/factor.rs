@@ -180,7 +180,7 @@ impl Factor {
     }
 
     /// The step that makes the gradient Jᵀ·r zero if the Jacobian stays as it is: of all unknowns, 0 for those
-    /// that are not among its columns. None if that is no finite number.
+    /// that are not among its columns. None if that is not a finite number.
     pub fn step(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
         let forward = self
             .triangle

@@ -15,7 +15,7 @@ impl Problem<'_> {
     /// together can do to the tip. What is known of the machine counts as made up for.
     ///
     /// # Errors
-    /// [`IdentifyError`]: derivatives that are no finite numbers.
+    /// [`IdentifyError`]: derivatives that are not finite numbers.
     pub fn missing(&self) -> Result<Vec<Parameter>, IdentifyError> {
         let Ideal {
             problem,

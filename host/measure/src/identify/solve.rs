@@ -115,7 +115,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
             continue;
         }
         // Stiff bars and steps in between can end in another place; and what is farther off than any error is no
-        // error. That is no result.
+        // error. That is not a result.
         if left.is_nan() || left > trusted(&before, &noise) * (1.0 + STILL) || left > LARGEST_LENGTH
         {
             return Err(not_converged(&misses));

@@ -128,7 +128,10 @@ impl Allowed {
             let letter = name.chars().next().filter(|_| name.len() == 1);
             let axis = letter.and_then(|l| machine.index(l));
             let Some(index) = axis.filter(|i| machine.axes[*i].letter.is_rotary()) else {
-                return Err(bad(format!("{name} is no rotary axis of {}", machine.name)));
+                return Err(bad(format!(
+                    "{name} is not a rotary axis of {}",
+                    machine.name
+                )));
             };
             let axis = &machine.axes[index];
             let [low, high] = axis.travel;

@@ -30,7 +30,7 @@ pub struct Touched {
 /// Reads the touches of a log.
 ///
 /// # Errors
-/// [`FileError`]: nothing in it, a column that is missing, a line that is too short or too long, what is no number,
+/// [`FileError`]: nothing in it, a column that is missing, a line that is too short or too long, what is not a number,
 /// a position outside the travel.
 pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError> {
     let mut lines = lines(text).peekable();
@@ -141,7 +141,7 @@ fn touched(
                 } else {
                     span.clone()
                 },
-                format!("column {}: `{text}` is no finite number", column + 1),
+                format!("column {}: `{text}` is not a finite number", column + 1),
                 "not a number",
                 "numbers are in mm and degrees, with a decimal point: 12.5",
             ));

@@ -175,7 +175,7 @@ fn known(name: &Spanned<String>, machine: &Machine) -> Result<Parameter, FileErr
     let Some(parameter) = Parameter::parse(name.get_ref()) else {
         return Err(FileError::at(
             name.span(),
-            format!("`{}` is no error parameter", name.get_ref()),
+            format!("`{}` is not an error parameter", name.get_ref()),
             "unknown name",
             match right_case(name.get_ref(), |n| Parameter::parse(n).is_some()) {
                 Some(right) => {
@@ -221,7 +221,7 @@ fn axis(name: &Spanned<String>, machine: &Machine) -> Result<usize, FileError> {
             .ok_or_else(|| no_such_axis(name.span(), letter, machine)),
         _ => Err(FileError::at(
             name.span(),
-            format!("`{}` is no axis", name.get_ref()),
+            format!("`{}` is not an axis", name.get_ref()),
             "unknown axis",
             "write one axis letter",
         )),

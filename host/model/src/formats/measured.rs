@@ -21,7 +21,7 @@ const REMEDY: &str = "write position,deviation or position,after positive travel
 ///
 /// # Errors
 /// [`FileError`] with line, cause and remedy: another separator, another number of columns than two or
-/// three, or than in the first row, what is no finite number, positions that do not increase, fewer
+/// three, or than in the first row, what is not a finite number, positions that do not increase, fewer
 /// than two rows.
 pub fn read(text: &str) -> Result<Measured, FileError> {
     let mut found = Measured::default();
@@ -59,7 +59,7 @@ pub fn read(text: &str) -> Result<Measured, FileError> {
                     let span = if span.is_empty() { &whole } else { span };
                     return Err(FileError::at(
                         span.clone(),
-                        format!("`{cell}` is no finite number"),
+                        format!("`{cell}` is not a finite number"),
                         "not a number",
                         REMEDY,
                     ));
@@ -126,9 +126,9 @@ mod tests {
                 Some(1),
                 "the row has 4 columns, not two or three",
             ),
-            ("0,1\n1,two\n", Some(2), "`two` is no finite number"),
-            ("0,1\n1,nan\n", Some(2), "`nan` is no finite number"),
-            ("0,1\n1,\n", Some(2), "`` is no finite number"),
+            ("0,1\n1,two\n", Some(2), "`two` is not a finite number"),
+            ("0,1\n1,nan\n", Some(2), "`nan` is not a finite number"),
+            ("0,1\n1,\n", Some(2), "`` is not a finite number"),
             (
                 "0,1\n5,1\n5,2\n",
                 Some(3),

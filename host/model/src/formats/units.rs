@@ -3,7 +3,7 @@
 /// The mm or rad in a unit, or what is wrong with it and what to write.
 ///
 /// # Errors
-/// It is no unit of a length, or of an angle.
+/// It is not a unit of a length, or of an angle.
 pub fn factor(unit: &str, is_angular: bool) -> Result<f64, (String, String)> {
     match (unit, is_angular) {
         ("mm", false) | ("rad", true) => Ok(1.0),
@@ -18,7 +18,7 @@ pub fn factor(unit: &str, is_angular: bool) -> Result<f64, (String, String)> {
                 true => ("an angle", "rad, mrad, urad, arcsec or deg"),
                 false => ("a length", "mm, um or in"),
             };
-            let message = format!("`{other}` is no unit of {what}");
+            let message = format!("`{other}` is not a unit of {what}");
             Err((message, format!("write {units}")))
         }
     }

@@ -131,7 +131,7 @@ impl Machine {
             other => {
                 return Err(FileError::at(
                     tool_axis.span(),
-                    format!("`{other}` is no axis of the spindle frame"),
+                    format!("`{other}` is not an axis of the spindle frame"),
                     "the tool axis",
                     "write x, y or z",
                 ));
@@ -229,7 +229,7 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
         _ => {
             return Err(FileError::at(
                 entry.name.span(),
-                format!("`{name}` is no axis letter"),
+                format!("`{name}` is not an axis letter"),
                 "unknown axis",
                 match right_case(name, is_letter) {
                     Some(right) => format!("write \"{right}\": axes have capital letters"),
@@ -244,7 +244,7 @@ fn read_axis(entry: &AxisEntry) -> Result<Axis, FileError> {
         other => {
             return Err(FileError::at(
                 entry.branch.span(),
-                format!("`{other}` is no branch"),
+                format!("`{other}` is not a branch"),
                 "unknown branch",
                 "write \"workpiece\" or \"tool\"",
             ));

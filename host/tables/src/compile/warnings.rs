@@ -1,4 +1,4 @@
-//! What a user should know about a compensation that is no error.
+//! What a user should know about a compensation that is not an error.
 
 use super::bounds::{Peak, Survey};
 use super::{AxisBounds, Proof};

@@ -12,7 +12,7 @@ const TABLES: NonZeroU8 = NonZeroU8::new(10).unwrap();
 
 /// Nothing has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{name}` is no scheme: write one of {}", names())]
+#[error("`{name}` is not a scheme: write one of {}", names())]
 pub struct UnknownScheme {
     /// What was written.
     pub name: String,
@@ -112,7 +112,7 @@ mod tests {
         }
         let error = "exactly".parse::<Scheme>().unwrap_err().to_string();
         assert!(
-            error.starts_with("`exactly` is no scheme: write one of exact"),
+            error.starts_with("`exactly` is not a scheme: write one of exact"),
             "{error}"
         );
     }

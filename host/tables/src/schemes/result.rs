@@ -61,7 +61,7 @@ pub enum SchemeError {
         /// By how much the root mean square of what is left still changes there (µm).
         change_um: f64,
     },
-    /// The correction of this machine is no sum of products of functions of one axis each.
+    /// The correction of this machine is not a sum of products of functions of one axis each.
     #[error(
         "fik knows no closed form for this machine: the directions of its linear axes turn with a rotary axis between them"
     )]

@@ -69,7 +69,7 @@ impl Target {
                 other => {
                     return Err(FileError::at(
                         name.span(),
-                        format!("`{other}` is no format of samples"),
+                        format!("`{other}` is not a format of samples"),
                         "the format",
                         "write f32 or i16",
                     ));
@@ -152,7 +152,7 @@ mod tests {
                 "bytes = 261760",
                 "samples = \"f64\"",
                 7,
-                "`f64` is no format",
+                "`f64` is not a format",
             ),
         ] {
             let text = text.replacen(from, to, 1);

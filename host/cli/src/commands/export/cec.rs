@@ -209,7 +209,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
 fn write_probe(arguments: &Arguments, axis: &str) -> Result<Outcome, BadInput> {
     if !cec::is_name(axis) {
         return Err(BadInput::new(
-            format!("--probe: `{axis}` is no name of an axis"),
+            format!("--probe: `{axis}` is not a name of an axis"),
             "write what the controller calls the axis whose compensation is looked at, like AX1",
         ));
     }

@@ -56,7 +56,7 @@ fn open(folder: &Path, name: &str) -> Result<Named, String> {
     let found = paths.iter().find(|p| p.is_file()).or(paths.first());
     let path = found.ok_or("there is no home folder")?;
     let bytes = files::read_bytes(path).map_err(|bad| bad.to_string())?;
-    let text = String::from_utf8(bytes).map_err(|_| "it is no UTF-8 text".to_owned())?;
+    let text = String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned())?;
     Ok(Named {
         name: path.display().to_string(),
         text,

@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             ));
         }
     }
-    // The head says what they mean; a name is no mark.
+    // The head says what they mean; a name is not a mark.
     let marks = |text: &str| {
         text.lines()
             .filter(|l| l.contains("CHECK") && l.contains('#'))

@@ -68,7 +68,7 @@ impl Ballbar {
         let centre = position(&bench, self.at.as_deref())?;
         if !(self.radius > 0.0 && self.radius.is_finite()) {
             return Err(BadInput::new(
-                "--radius is no length",
+                "--radius is not a length",
                 "write the length of the bar: --radius 100",
             ));
         }

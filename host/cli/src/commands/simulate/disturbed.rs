@@ -35,7 +35,7 @@ impl Disturbed {
     pub fn of_readings(&self, unit: f64) -> Result<OfReadings, BadInput> {
         if !self.drift.is_finite() {
             return Err(BadInput::new(
-                "--drift is no finite number",
+                "--drift is not a finite number",
                 "write --drift 5",
             ));
         }

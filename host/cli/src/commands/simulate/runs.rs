@@ -261,7 +261,7 @@ pub fn position(bench: &Bench<'_>, text: Option<&str>) -> Result<Vec<f64>, BadIn
     for part in text.into_iter().flat_map(|text| text.split(',')) {
         let wrong = || {
             BadInput::new(
-                format!("--at: `{part}` is no position of an axis"),
+                format!("--at: `{part}` is not a position of an axis"),
                 "write --at Y=150,Z=-40 in mm and degrees",
             )
         };

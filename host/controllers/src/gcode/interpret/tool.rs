@@ -86,7 +86,7 @@ impl State {
                         "write H, or give the setup the tool in the spindle: [start] tool = …",
                     ));
                 };
-                // Fanuc's H0 is no offset; LinuxCNC's the tool in the spindle, or none.
+                // Fanuc's H0 is not an offset; LinuxCNC's the tool in the spindle, or none.
                 match (number, asked.rules.dialect) {
                     (0, Dialect::Fanuc) => {
                         return self.set_tool_offset(word, [0.0; COUNT], self.length);

@@ -171,7 +171,7 @@ impl Checked<'_> {
             Some(given) => format!(
                 "weights={given} makes pins without effect: the compensation has {terms} adjustable terms"
             ),
-            None => "weights= is no number".to_owned(),
+            None => "weights= is not a number".to_owned(),
         };
         let place = loaded.place.clone();
         let write = format!("weights={terms}");

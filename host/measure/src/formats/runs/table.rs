@@ -76,7 +76,7 @@ pub(crate) fn read_square(
         let Some(line) = found.iter_mut().find(|line| letter(line) == *name) else {
             return Err(FileError::at(
                 span.clone(),
-                format!("`{name}` is no line of this square"),
+                format!("`{name}` is not a line of this square"),
                 "unknown line",
                 "write the axis that moves along the line, one of the two in reads_along",
             ));
@@ -239,7 +239,7 @@ impl Table {
             if direction == 0.0 || !number.bytes().all(|b| b.is_ascii_digit()) {
                 return Err(FileError::at(
                     span.clone(),
-                    format!("`{name}` is no run with a direction of travel"),
+                    format!("`{name}` is not a run with a direction of travel"),
                     "here",
                     REMEDY,
                 ));
@@ -308,7 +308,7 @@ impl Table {
                 } else {
                     span.clone()
                 },
-                format!("`{cell}` is no finite number"),
+                format!("`{cell}` is not a finite number"),
                 "not a number",
                 "write a reading for every run, with decimal points",
             )),
@@ -348,7 +348,7 @@ impl Table {
             if reading.abs() > largest {
                 return Err(FileError::at(
                     cell.1.clone(),
-                    format!("a reading of {} is no error of a machine", cell.0),
+                    format!("a reading of {} is not an error of a machine", cell.0),
                     "here",
                     "write what is read less the target, or say reads_position = true if readings are positions, and check unit",
                 ));

@@ -22,7 +22,7 @@ const REMEDY: &str = "the header is parameter and the names of the parameters, t
 ///
 /// # Errors
 /// [`FileError`] with line, column, cause and remedy: another separator, a name that is none or is there twice,
-/// rows in another order, what is no finite number, a variance below 0, a matrix that is not symmetric, or none
+/// rows in another order, what is not a finite number, a variance below 0, a matrix that is not symmetric, or none
 /// of a covariance (not positive semidefinite).
 pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
     let mut lines = lines(text);
@@ -88,7 +88,7 @@ fn header(line: &str, start: usize) -> Result<(Vec<Parameter>, Vec<Range<usize>>
         let Some(parameter) = Parameter::parse(name) else {
             return Err(FileError::at(
                 span,
-                format!("`{name}` is no error parameter"),
+                format!("`{name}` is not an error parameter"),
                 "unknown name",
                 "write names as in the error file: EB0A, EXY2, EXCc1, EAAb",
             ));
@@ -144,7 +144,7 @@ fn row(
             } else {
                 span.clone()
             },
-            format!("`{text}` is no finite number"),
+            format!("`{text}` is not a finite number"),
             "not a number",
             "write numbers with a decimal point: 1.5e-12",
         )),
@@ -257,13 +257,13 @@ mod tests {
             ("", "the file is empty"),
             ("a,EB0A\n", "does not begin with `parameter`"),
             ("parameter;EB0A\n", "separated by semicolons"),
-            ("parameter,EB0Q\n", "`EB0Q` is no error parameter"),
+            ("parameter,EB0Q\n", "`EB0Q` is not an error parameter"),
             ("parameter,EB0A,EB0A\n", "EB0A is there twice"),
             ("parameter,EB0A\n", "there are 0 rows"),
             ("parameter,EB0A\nEB0A,1\nEB0A,1\n", "more rows than the 1"),
             ("parameter,EB0A\nEC0A,1\n", "the row of `EC0A`, not of EB0A"),
             ("parameter,EB0A\nEB0A,1,2\n", "the row has 3 columns"),
-            ("parameter,EB0A\nEB0A,inf\n", "`inf` is no finite number"),
+            ("parameter,EB0A\nEB0A,inf\n", "`inf` is not a finite number"),
             (
                 "parameter,EB0A\nEB0A,-1\n",
                 "the variance of EB0A is below 0",

@@ -24,7 +24,7 @@ impl ErrorModel {
             let Some((component, letter)) = Parameter::parse_motion(name.get_ref()) else {
                 return Err(FileError::at(
                     name.span(),
-                    format!("`{}` is no error motion", name.get_ref()),
+                    format!("`{}` is not an error motion", name.get_ref()),
                     "unknown name",
                     match right_case(name.get_ref(), |n| Parameter::parse_motion(n).is_some()) {
                         Some(right) => format!("write [tabulated.{right}]"),

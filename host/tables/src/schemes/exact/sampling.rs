@@ -121,7 +121,7 @@ impl Sampler<'_> {
     }
 
     /// True where the correction itself carries an axis across an end of its calibrated range:
-    /// the motion bends at the corrected position, so the exact correction is no sum of products
+    /// the motion bends at the corrected position, so the exact correction is not a sum of products
     /// there.
     pub(crate) fn is_near_end(&self, place: &Place, correction: &PerAxis) -> bool {
         self.variables

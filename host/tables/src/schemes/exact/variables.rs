@@ -44,7 +44,7 @@ pub struct Variable {
     pub calibrated: [f64; 2],
     /// The ends of the calibrated range that lie inside the travel. The motion holds from where
     /// the *corrected* position passes an end, so near them, within the correction itself, the
-    /// exact correction is no sum of products.
+    /// exact correction is not a sum of products.
     pub ends: Vec<f64>,
     /// True if the axis has error motions that vary along it. They can be switched off; what is
     /// left along a rotary axis are its sines and cosines, along a linear one its coordinate.
