@@ -2,7 +2,7 @@
 
 mod warnings;
 
-use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineProblem};
+use super::{Axis, Branch, Letter, MAX_AXES, Machine, MachineError, MachineProblem};
 use crate::source::{Exactly, FileError, right_case};
 use serde::Deserialize;
 use std::ops::Range;
@@ -72,8 +72,39 @@ impl Machine {
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: MachineFile =
             toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
+        let axes = file.axes()?;
+        let tool = file.tool()?;
+        let spindle = file.spindle(tool)?;
+        let tool_axis = tool_axis(spindle)?;
+        let spindle = spindle.get_ref();
+        let tip = finite(&tool.tip_mm)?;
+        let machine = Machine {
+            name: file.name()?,
+            length_range: tool.length_range(tip[tool_axis])?,
+            can_orient: spindle.can_be_oriented,
+            machine: trueaxis_kinematics::Machine {
+                axes: axes.into_iter().collect(),
+                spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
+                tool_axis,
+                tip,
+                workpiece: frame(&file.workpiece.origin_mm, &file.workpiece.orientation_deg)?,
+            },
+        };
+        if let Some(topology) = &file.topology {
+            check_topology(topology, &machine)?;
+        }
+        machine
+            .check()
+            .map_err(|error| file.refused(&machine, &error))?;
+        Ok(machine)
+    }
+}
+
+impl MachineFile {
+    /// Three to six axes, each with its own letter.
+    fn axes(&self) -> Result<Vec<Axis>, FileError> {
         let mut axes: Vec<Axis> = Vec::new();
-        for entry in &file.axis {
+        for entry in &self.axis {
             let axis = read_axis(entry.get_ref())?;
             if axes.iter().any(|a| a.letter == axis.letter) {
                 return Err(FileError::at(
@@ -86,133 +117,127 @@ impl Machine {
             axes.push(axis);
         }
         if !(3..=MAX_AXES).contains(&axes.len()) {
+            let last = self.axis.last().map(|a| a.get_ref().name.span());
             return Err(FileError::at(
-                file.axis
-                    .last()
-                    .map_or(file.name.span(), |a| a.get_ref().name.span()),
+                last.unwrap_or(self.name.span()),
                 format!("the machine has {} axes", axes.len()),
                 "the last of them",
                 "describe three to six [[axis]] entries",
             ));
         }
-        let Some(tool) = &file.tool else {
-            return Err(FileError::at(
-                file.name.span(),
+        Ok(axes)
+    }
+
+    fn tool(&self) -> Result<&ToolEntry, FileError> {
+        self.tool.as_ref().ok_or_else(|| {
+            FileError::at(
+                self.name.span(),
                 "the machine has no [tool]",
                 "this machine",
                 "add [tool] with tip_mm = [x, y, z], the tool tip in the spindle frame",
-            ));
-        };
-        let Some(spindle) = &file.spindle else {
-            return Err(FileError::at(
-                file.name.span(),
+            )
+        })
+    }
+
+    fn spindle(&self, tool: &ToolEntry) -> Result<&Spanned<SpindleEntry>, FileError> {
+        self.spindle.as_ref().ok_or_else(|| {
+            FileError::at(
+                self.name.span(),
                 "the machine has no [spindle]",
                 "this machine",
                 format!(
                     "add [spindle] with axis = \"{}\": the tool axis in the spindle frame, along which the tip is",
                     along(tool.tip_mm.get_ref().0)
                 ),
-            ));
-        };
-        let place = spindle.span();
-        let spindle = spindle.get_ref();
-        let Some(tool_axis) = &spindle.axis else {
+            )
+        })
+    }
+
+    /// The machine's name. 64 bytes fit every blob and every hello message.
+    fn name(&self) -> Result<String, FileError> {
+        let name = self.name.get_ref();
+        if name.is_empty() || name.len() > 64 {
             return Err(FileError::at(
-                place,
-                "the spindle does not say which of its axes is the tool axis",
-                "no axis here",
-                "add axis = \"z\" (or x, y) to [spindle]",
-            ));
-        };
-        let component = match tool_axis.get_ref().as_str() {
-            "x" => 0,
-            "y" => 1,
-            "z" => 2,
-            other => {
-                return Err(FileError::at(
-                    tool_axis.span(),
-                    format!("`{other}` is not an axis of the spindle frame"),
-                    "the tool axis",
-                    "write x, y or z",
-                ));
-            }
-        };
-        let tip = finite(&tool.tip_mm)?;
-        let length_range = match &tool.length_range_mm {
-            None => None,
-            Some(range) => {
-                let [low, high] = finite(range)?;
-                if low < 0.0 || low >= high {
-                    return Err(FileError::at(
-                        range.span(),
-                        "the range of the tool length is empty or negative",
-                        "here",
-                        "write [shortest, longest] in mm, measured along the tool axis from the spindle frame",
-                    ));
-                }
-                if tip[component] == 0.0 {
-                    return Err(FileError::at(
-                        tool.tip_mm.span(),
-                        "the tip lies in the spindle's face, so nobody can tell to which side the tool grows",
-                        "0 along the tool axis",
-                        "give tip_mm a length along the tool axis: its sign is the side",
-                    ));
-                }
-                Some([low, high])
-            }
-        };
-        let machine = Machine {
-            name: file.name.get_ref().clone(),
-            length_range,
-            can_orient: spindle.can_be_oriented,
-            machine: trueaxis_kinematics::Machine {
-                axes: axes.into_iter().collect(),
-                spindle: frame(&spindle.origin_mm, &spindle.orientation_deg)?,
-                tool_axis: component,
-                tip,
-                workpiece: frame(&file.workpiece.origin_mm, &file.workpiece.orientation_deg)?,
-            },
-        };
-        // 64 bytes of name fit every blob and every hello message.
-        if machine.name.is_empty() || machine.name.len() > 64 {
-            return Err(FileError::at(
-                file.name.span(),
+                self.name.span(),
                 "the machine's name is empty or longer than 64 bytes",
                 "here",
                 "give a short name: error files and blobs refer to it",
             ));
         }
-        if let Some(topology) = &file.topology {
-            check_topology(topology, &machine)?;
-        }
-        machine.check().map_err(|error| {
-            let name = |i: usize| file.axis[i].get_ref().name.span();
-            let (span, label) = match error.axis {
-                Some(i) => (name(i), "this axis".to_owned()),
-                // No single one is wrong: point to the first of the kind.
-                None => {
-                    let rotary =
-                        matches!(error.problem, MachineProblem::DependentRotaryAxes { .. });
-                    let first = machine
-                        .axes
-                        .iter()
-                        .position(|a| a.letter.is_rotary() == rotary);
-                    let kind = if rotary { "rotary" } else { "linear" };
-                    (
-                        name(first.unwrap_or(0)),
-                        format!("the first of the {kind} axes"),
-                    )
-                }
-            };
-            FileError::at(
-                span,
-                error.problem.to_string(),
-                label,
-                error.problem.remedy(),
-            )
-        })?;
-        Ok(machine)
+        Ok(name.clone())
     }
+
+    /// Why the kinematic chain is refused, at the axis to blame.
+    fn refused(&self, machine: &Machine, error: &MachineError) -> FileError {
+        let name = |i: usize| self.axis[i].get_ref().name.span();
+        let (span, label) = match error.axis {
+            Some(i) => (name(i), "this axis".to_owned()),
+            // No single one is wrong: point to the first of the kind.
+            None => {
+                let rotary = matches!(error.problem, MachineProblem::DependentRotaryAxes { .. });
+                let mut axes = machine.axes.iter();
+                let first = axes.position(|a| a.letter.is_rotary() == rotary);
+                let kind = if rotary { "rotary" } else { "linear" };
+                let label = format!("the first of the {kind} axes");
+                (name(first.unwrap_or(0)), label)
+            }
+        };
+        FileError::at(
+            span,
+            error.problem.to_string(),
+            label,
+            error.problem.remedy(),
+        )
+    }
+}
+
+impl ToolEntry {
+    /// The range of lengths, if the tool length is an input; `along` is the tip's coordinate on the tool axis.
+    fn length_range(&self, along: f64) -> Result<Option<[f64; 2]>, FileError> {
+        let Some(range) = &self.length_range_mm else {
+            return Ok(None);
+        };
+        let [low, high] = finite(range)?;
+        if low < 0.0 || low >= high {
+            return Err(FileError::at(
+                range.span(),
+                "the range of the tool length is empty or negative",
+                "here",
+                "write [shortest, longest] in mm, measured along the tool axis from the spindle frame",
+            ));
+        }
+        if along == 0.0 {
+            return Err(FileError::at(
+                self.tip_mm.span(),
+                "the tip lies in the spindle's face, so it does not show to which side the tool grows",
+                "0 along the tool axis",
+                "give tip_mm a length along the tool axis: its sign is the side",
+            ));
+        }
+        Ok(Some([low, high]))
+    }
+}
+
+/// Which axis of the spindle frame the tool axis is: 0 to 2.
+fn tool_axis(spindle: &Spanned<SpindleEntry>) -> Result<usize, FileError> {
+    let Some(axis) = &spindle.get_ref().axis else {
+        return Err(FileError::at(
+            spindle.span(),
+            "the spindle does not say which of its axes is the tool axis",
+            "no axis here",
+            "add axis = \"z\" (or x, y) to [spindle]",
+        ));
+    };
+    let name = axis.get_ref().as_str();
+    let found = ["x", "y", "z"].iter().position(|known| *known == name);
+    found.ok_or_else(|| {
+        FileError::at(
+            axis.span(),
+            format!("`{name}` is not an axis of the spindle frame"),
+            "the tool axis",
+            "write x, y or z",
+        )
+    })
 }
 
 /// True for the name of an axis.
