@@ -1,7 +1,5 @@
 //! The triangle of a Jacobian: what it takes to make steps, and to say how well they are known.
 
-use super::condition::condition;
-use super::triangle::triangle;
 use nalgebra::{DMatrix, DVector};
 use std::iter::StepBy;
 use std::ops::Range;
@@ -79,7 +77,7 @@ impl Factor {
         }
         whole
             .view_mut((k, k), (n - k, n - k))
-            .copy_from(&triangle(others));
+            .copy_from(&others.qr().unpack_r());
         let mut places = vec![0; n];
         for (place, i) in order.into_iter().enumerate() {
             places[i] = place;
@@ -106,7 +104,7 @@ impl Factor {
             unknowns: left.iter().map(|i| self.unknowns[*i]).collect(),
             lengths: left.iter().map(|i| self.lengths[*i]).collect(),
             places: left.iter().map(place).collect(),
-            triangle: triangle(self.triangle.select_columns(&columns)),
+            triangle: self.triangle.select_columns(&columns).qr().unpack_r(),
         }
     }
 
@@ -161,7 +159,8 @@ impl Factor {
         if self.unknowns.is_empty() {
             return 1.0;
         }
-        condition(&self.triangle)
+        let values = self.triangle.singular_values();
+        values.max() / values.min()
     }
 
     /// What the unit of each unknown is here: a column of length 1.
