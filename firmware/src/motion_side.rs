@@ -14,7 +14,7 @@
 //! What the machine does then is an [alarm](Applied::alarm): hold the feed, stop the program.
 
 use crate::device::Command;
-use crate::spi::{Answer, Said};
+use crate::spi::{Answer, CommandFrame};
 
 /// What a motion side accepts. All of it is about the machine, and independent of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +104,7 @@ impl<const AXES: usize> MotionSide<AXES> {
     ) -> Option<&'a [u8]> {
         self.count = self.count.wrapping_add(1);
         let count = self.count;
-        Said { count, command }.put(out)
+        CommandFrame { count, command }.put(out)
     }
 
     /// What has come back while the frame of [`command`](Self::command) went out; nothing, or

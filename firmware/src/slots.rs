@@ -29,7 +29,7 @@ use choices::Choices;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use layout::{NO_BLOB, WORD};
-use scan::{Found, newer};
+use scan::{ScannedSlot, newer};
 use upload::Session;
 
 /// Flash with two slots that the processor can read in place.
@@ -66,7 +66,7 @@ pub trait TableFlash: NorFlash {
 #[derive(Debug)]
 pub struct Slots<F> {
     flash: F,
-    found: [Found; 2],
+    found: [ScannedSlot; 2],
     choices: [Choices; 2],
     health: [Health; 2],
     /// Leases of the blob of each slot that are out.
@@ -96,7 +96,7 @@ impl<F: TableFlash> Slots<F> {
         }
         let mut slots = Self {
             flash,
-            found: [Found::NOTHING; 2],
+            found: [ScannedSlot::NOTHING; 2],
             choices: [Choices::default(); 2],
             health: [Health::Sound; 2],
             leases: [0; 2],

@@ -24,6 +24,6 @@ mod polled;
 mod tests;
 
 pub use exchange::{Exchange, Sink, Source};
-pub use frame::{Answer, MOST, NoFrame, Said, VERSION, length};
+pub use frame::{Answer, CommandFrame, MOST, NoFrame, VERSION, length};
 pub use intake::{Intake, Tolerance};
 pub use polled::Polled;

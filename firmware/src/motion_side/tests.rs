@@ -67,7 +67,7 @@ fn every_command_has_the_next_count() {
     for count in 1..=600_u32 {
         let mut out = [0; MOST];
         let bytes = side.command(Command::new([1.0, 2.0], 3), &mut out).unwrap();
-        let said = Said::<[f32; 2]>::get(bytes).unwrap();
+        let said = CommandFrame::<[f32; 2]>::get(bytes).unwrap();
         assert_eq!(said.count, count as u8);
         assert_eq!(said.command, Command::new([1.0, 2.0], 3));
     }

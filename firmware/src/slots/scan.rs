@@ -8,7 +8,7 @@ use super::{Damage, Slot, SlotState, Slots, TableFlash};
 
 /// What a scan has found.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
+pub(super) struct ScannedSlot {
     pub state: SlotState,
     /// Erase cycles.
     pub wear: u32,
@@ -16,7 +16,7 @@ pub(super) struct Found {
     pub committed: Option<u32>,
 }
 
-impl Found {
+impl ScannedSlot {
     pub const NOTHING: Self = Self {
         state: SlotState::Damaged(Damage::Record),
         wear: 0,
@@ -81,7 +81,7 @@ impl<F: TableFlash> Slots<F> {
         let found = &mut self.found[slot.index()];
         // Of all that is known the largest: counts only grow.
         let wear = found.wear.max(own.unwrap_or(0)).max(seen.unwrap_or(0));
-        *found = Found {
+        *found = ScannedSlot {
             state,
             wear,
             committed,

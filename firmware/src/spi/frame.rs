@@ -40,7 +40,7 @@ pub enum NoFrame {
 
 /// What the motion side says in one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Said<A> {
+pub struct CommandFrame<A> {
     /// One more, modulo 256, in every new command.
     pub count: u8,
     /// The command.
@@ -130,7 +130,7 @@ fn put<'a>(
     Some(frame)
 }
 
-impl<const AXES: usize> Said<[f32; AXES]> {
+impl<const AXES: usize> CommandFrame<[f32; AXES]> {
     /// Writes it, as the motion side does; `None` if there is no room.
     pub fn put<'a>(&self, out: &'a mut [u8]) -> Option<&'a [u8]> {
         let Command {

@@ -1,6 +1,6 @@
 //! From frames to the commands of servo periods, also where the two do not come one for one.
 
-use super::frame::Said;
+use super::frame::CommandFrame;
 use crate::device::{Command, Regularity};
 
 /// How many frames may be missing, damaged, or too many.
@@ -40,7 +40,7 @@ impl Tolerance {
 pub struct Intake<A> {
     tolerance: Tolerance,
     /// The last sound frame.
-    last: Option<Said<A>>,
+    last: Option<CommandFrame<A>>,
     /// It has come since the last period.
     fresh: bool,
     /// Periods without a new frame since the last one.
@@ -65,7 +65,7 @@ impl<const AXES: usize> Intake<[f32; AXES]> {
 
     /// Bytes have come from the motion side.
     pub fn hear(&mut self, bytes: &[u8]) {
-        let Ok(said) = Said::get(bytes) else {
+        let Ok(said) = CommandFrame::get(bytes) else {
             self.seen.damaged = self.seen.damaged.wrapping_add(1);
             return;
         };

@@ -8,14 +8,14 @@ use crate::device::{Command, CorrectionSink, Enabling, PositionSource, Regularit
 const Q: [f32; 3] = [1.0, -2.5, 700.0];
 const LENGTH: usize = length(3);
 
-fn said(count: u8) -> Said<[f32; 3]> {
-    Said {
+fn said(count: u8) -> CommandFrame<[f32; 3]> {
+    CommandFrame {
         count,
         command: Command::new(Q, 0b101),
     }
 }
 
-fn bytes(said: &Said<[f32; 3]>) -> Vec<u8> {
+fn bytes(said: &CommandFrame<[f32; 3]>) -> Vec<u8> {
     said.put(&mut [0; MOST]).unwrap().to_vec()
 }
 
@@ -30,7 +30,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 
 #[test]
 fn the_bytes_are_those_of_the_table() {
-    let command = Said {
+    let command = CommandFrame {
         count: 7,
         command: Command {
             enabling: Enabling::Off,
@@ -43,7 +43,7 @@ fn the_bytes_are_those_of_the_table() {
         &[130.0, 1.0, -2.5, 700.0],
     );
     assert_eq!(bytes(&command), expected);
-    assert_eq!(Said::get(&expected), Ok(command));
+    assert_eq!(CommandFrame::get(&expected), Ok(command));
     let answer = Answer {
         count: Some(9),
         healthy: true,
@@ -76,8 +76,8 @@ fn each_way_of_enabling_comes_back_and_a_fourth_is_none() {
                 tool_length,
                 ..said(1).command
             };
-            let sent = Said { count: 1, command };
-            assert_eq!(Said::get(&bytes(&sent)), Ok(sent));
+            let sent = CommandFrame { count: 1, command };
+            assert_eq!(CommandFrame::get(&bytes(&sent)), Ok(sent));
         }
     }
     for (place, value) in [(0, 1), (4, 3), (4, 8), (5, 2), (6, 1), (7, 1)] {
@@ -85,7 +85,7 @@ fn each_way_of_enabling_comes_back_and_a_fourth_is_none() {
         other[place] = value;
         let other = sealed(other);
         assert_eq!(
-            Said::<[f32; 3]>::get(&other),
+            CommandFrame::<[f32; 3]>::get(&other),
             Err(NoFrame::Unknown),
             "{place}"
         );
@@ -107,25 +107,28 @@ fn every_damaged_bit_an_open_wire_and_another_length_are_no_frame() {
         let mut bad = good.clone();
         bad[bit / 8] ^= 1 << (bit % 8);
         assert_eq!(
-            Said::<[f32; 3]>::get(&bad),
+            CommandFrame::<[f32; 3]>::get(&bad),
             Err(NoFrame::Check),
             "bit {bit}"
         );
     }
     for level in [0x00, 0xFF] {
-        assert_eq!(Said::<[f32; 3]>::get(&[level; LENGTH]), Err(NoFrame::Check));
+        assert_eq!(
+            CommandFrame::<[f32; 3]>::get(&[level; LENGTH]),
+            Err(NoFrame::Check)
+        );
     }
     for length in [0, 3, 4, LENGTH - 1] {
-        let short = Said::<[f32; 3]>::get(&good[..length]);
+        let short = CommandFrame::<[f32; 3]>::get(&good[..length]);
         assert_eq!(short, Err(NoFrame::Length));
     }
     // Sound, but of other axes.
-    assert_eq!(Said::<[f32; 2]>::get(&good), Err(NoFrame::Length));
+    assert_eq!(CommandFrame::<[f32; 2]>::get(&good), Err(NoFrame::Length));
 }
 
 #[test]
 fn the_longest_frame_fits_and_a_longer_one_is_not_written() {
-    let long = Said {
+    let long = CommandFrame {
         count: 0,
         command: Command::new([0.0; trueaxis::link::MOST_AXES], 0),
     };

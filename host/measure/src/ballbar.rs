@@ -7,6 +7,6 @@ mod read_out;
 mod sphere;
 
 pub use circle::{Circle, CircleError, Turns};
-pub use hemisphere::{Hemisphere, Place, Uneven, program};
+pub use hemisphere::{Hemisphere, PathPoint, Uneven, program};
 pub use read_out::{Bar, OutOfTravel, Read, tip};
 pub use sphere::{Fitted, Sphere, TooFew, fitted};

@@ -19,5 +19,5 @@ pub use direct_error::DirectError;
 pub use error_file::error_file;
 pub use measurement::{Column, Line, Means, Measured, Measurement, Setup, Square};
 pub use motion::FoundMotion;
-pub use solve::{Found, FoundLocation, Options, solve};
+pub use solve::{DirectResult, FoundLocation, Options, solve};
 pub use warnings::{Doubt, counted_twice};

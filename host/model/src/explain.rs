@@ -14,9 +14,9 @@ mod single_entry;
 use crate::errors::{ErrorModel, Parameter};
 use crate::machine::Machine;
 pub use bench::{Bench, Deviation, State};
-pub use instrument::{Instrument, Place, REACH, Reading, Sense};
+pub use instrument::{BallPlacement, Instrument, REACH, Reading, Sense};
 pub use sentence::number;
-pub use single_entry::{Alone, Nature, Said};
+pub use single_entry::{Alone, EntryKind, Nature};
 
 /// What one thing in an error file means.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use super::{ReportError, Subject};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
-use trueaxis_model::explain::{Alone, Said};
+use trueaxis_model::explain::{Alone, EntryKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
 
@@ -98,12 +98,12 @@ fn share(
 ) -> Result<Share, ReportError> {
     let quality = does(subject, alone, commands, depth)?;
     let (value, standard_uncertainty) = match &alone.said {
-        Said::Parameter(value) => (
+        EntryKind::Parameter(value) => (
             Some(*value),
             uncertainty(subject, alone).filter(|u| *u > 0.0),
         ),
-        Said::PerKelvin { per_kelvin, .. } => (Some(*per_kelvin), None),
-        Said::Table | Said::TableReversal => (None, None),
+        EntryKind::PerKelvin { per_kelvin, .. } => (Some(*per_kelvin), None),
+        EntryKind::Table | EntryKind::TableReversal => (None, None),
     };
     let is_whole = depth == Depth::Everything;
     let spread = match standard_uncertainty {
@@ -143,7 +143,7 @@ fn uncertainty(subject: &Subject<'_>, alone: &Alone<'_>) -> Option<f64> {
 /// The situation with the temperature of the one sensor that a model of one parameter has.
 fn situation(subject: &Subject<'_>, alone: &Alone<'_>, situation: &Situation) -> Situation {
     let mut kelvin = [0.0; MAX_SENSORS];
-    if let Said::PerKelvin { sensor, .. } = &alone.said {
+    if let EntryKind::PerKelvin { sensor, .. } = &alone.said {
         let sensors = &subject.errors.sensors;
         if let Some(index) = sensors.iter().position(|s| s.sensor == *sensor) {
             kelvin[0] = situation.kelvin[index];

@@ -45,7 +45,7 @@ use trueaxis_tables::uncertainty::OverTravel;
 use trueaxis_tables::validate::{DrawError, Runtime};
 pub use volumetric::{Known, Volumetric};
 pub use words::{figure, unit};
-pub use worst::{Place, Worst};
+pub use worst::{ErrorAt, Worst};
 
 /// The version of what is written: it grows when a name changes its meaning.
 pub const FORMAT: u32 = 1;

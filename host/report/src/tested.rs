@@ -4,7 +4,7 @@
 use super::Subject;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use trueaxis_measure::ballbar::{Bar, Circle, Place, Turns, tip};
+use trueaxis_measure::ballbar::{Bar, Circle, PathPoint, Turns, tip};
 use trueaxis_measure::direct::iso230_2::analysis;
 use trueaxis_measure::direct::{Column, Line, Setup};
 use trueaxis_model::explain::{Bench, Sense};
@@ -179,14 +179,14 @@ fn circular(
     let place = |step: i32, is_read: bool| {
         let mut at = [0.0; 3];
         (at[a], at[b]) = (radius * angle(step).cos(), radius * angle(step).sin());
-        Place { at, is_read }
+        PathPoint { at, is_read }
     };
     let is_read = |step: i32| (0..=STEPS).contains(&step);
     let forth = (-OVERSHOOT..=STEPS + OVERSHOOT).map(|k| place(k, is_read(k)));
     let back = (-OVERSHOOT..=STEPS + OVERSHOOT)
         .rev()
         .map(|k| place(k, is_read(k)));
-    let path: Vec<Place> = forth.chain(back).collect();
+    let path: Vec<PathPoint> = forth.chain(back).collect();
     let bar = Bar::new(bench, axes, centre.to_vec());
     bar.reaches(&path).ok()?;
     let found = |runtime: Option<&Runtime<'_>>| {

@@ -1,7 +1,7 @@
 //! Parameters and figures as people say them.
 
 use trueaxis_model::errors::{Parameter, ParameterKind};
-use trueaxis_model::explain::{Alone, Said, number};
+use trueaxis_model::explain::{Alone, EntryKind, number};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
@@ -72,10 +72,10 @@ pub fn name(alone: &Alone<'_>) -> String {
     let name = alone.parameter.to_string();
     let motion = &name[..3.min(name.len())];
     match &alone.said {
-        Said::Parameter(_) => name,
-        Said::Table => format!("{motion} (table)"),
-        Said::TableReversal => format!("{motion} (reversal)"),
-        Said::PerKelvin { sensor, .. } => format!("{name} (per K of {sensor})"),
+        EntryKind::Parameter(_) => name,
+        EntryKind::Table => format!("{motion} (table)"),
+        EntryKind::TableReversal => format!("{motion} (reversal)"),
+        EntryKind::PerKelvin { sensor, .. } => format!("{name} (per K of {sensor})"),
     }
 }
 
@@ -92,8 +92,8 @@ pub(crate) fn in_words(alone: &Alone<'_>) -> String {
     let rotary = is_rotary(axis);
     let motion = || motion_in_words(component, axis);
     let words = match (&alone.said, kind) {
-        (Said::Table, _) => format!("{}, as measured", motion()),
-        (Said::TableReversal, _) => format!("{}, between its two directions", motion()),
+        (EntryKind::Table, _) => format!("{}, as measured", motion()),
+        (EntryKind::TableReversal, _) => format!("{}, between its two directions", motion()),
         (_, ParameterKind::Inter) => match (axis, angular) {
             ('S', false) => format!("the spindle's {about} position"),
             ('S', true) => format!("the spindle's inclination about {about}"),
@@ -121,7 +121,7 @@ pub(crate) fn in_words(alone: &Alone<'_>) -> String {
         }
     };
     match &alone.said {
-        Said::PerKelvin { sensor, .. } => format!("{words}, as {sensor} warms"),
+        EntryKind::PerKelvin { sensor, .. } => format!("{words}, as {sensor} warms"),
         _ => words,
     }
 }

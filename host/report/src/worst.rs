@@ -31,14 +31,14 @@ const NEAR: f64 = 0.25;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Worst {
     /// Without correction, the worst first, none near another.
-    pub before: Vec<Place>,
+    pub before: Vec<ErrorAt>,
     /// The same with the tables; empty if there are none.
-    pub after: Vec<Place>,
+    pub after: Vec<ErrorAt>,
 }
 
 /// A place, and the error there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct ErrorAt {
     /// Positions of the axes (mm, deg).
     pub position: Vec<f64>,
     /// Whence each axis has come: 1 from below, −1 from above, 0 if it does not matter.
@@ -148,7 +148,7 @@ impl Search<'_> {
     }
 
     /// Raises the maxima, and lists the worst places of the tip, none near another.
-    fn places(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) -> Vec<Place> {
+    fn places(&self, found: &mut Quality, commands: &[Command], left: &Left<'_>) -> Vec<ErrorAt> {
         self.raise_of(Of::Direction, found, commands, left);
         let all = sized(commands, left, Of::Tip);
         let climbed = self.climbed(&all, LISTED, left, Of::Tip);
@@ -182,7 +182,7 @@ impl Search<'_> {
         })
     }
 
-    fn place(&self, mut command: Command, left: &Left<'_>) -> Place {
+    fn place(&self, mut command: Command, left: &Left<'_>) -> ErrorAt {
         let axes = self.machine.axes.len();
         let errors = |command: &Command| [Of::Tip, Of::Direction].map(|of| left(command, of));
         let here = errors(&command);
@@ -198,7 +198,7 @@ impl Search<'_> {
             Travel::Negative => -1,
             Travel::Unknown => 0,
         };
-        Place {
+        ErrorAt {
             position: command.axes[..axes]
                 .iter()
                 .copied()

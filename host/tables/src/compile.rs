@@ -204,7 +204,7 @@ pub fn build(
     progress: &dyn Progress,
 ) -> Result<Built, CompileError> {
     progress.stage("finding tables and terms", 0);
-    let schemes::Found {
+    let schemes::SchemeResult {
         mut draft,
         structure_error,
         meets,

@@ -1,6 +1,6 @@
 //! What a compensation consists of, in words and numbers: axes, banks, terms, grids.
 
-use crate::policy::Told;
+use crate::policy::PolicyName;
 use crate::size::Size;
 use crate::validate::Runtime;
 use serde::Serialize;
@@ -13,7 +13,7 @@ pub struct Contents<'a> {
     pub machine: &'a str,
     /// What rotary axes are corrected for.
     #[serde(flatten)]
-    pub policy: Told,
+    pub policy: PolicyName,
     /// The same as the blob stores it.
     #[serde(skip)]
     pub stored: Policy,

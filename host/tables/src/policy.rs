@@ -5,14 +5,14 @@ use trueaxis_model::kinematics::Policy;
 
 /// A policy in answers for programs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Told {
+pub struct PolicyName {
     /// `direction`, `orientation` or `position`.
     pub policy: &'static str,
     /// The damping of `direction`.
     pub damping: Option<f32>,
 }
 
-impl From<trueaxis::Policy> for Told {
+impl From<trueaxis::Policy> for PolicyName {
     fn from(policy: trueaxis::Policy) -> Self {
         let (policy, damping) = match policy {
             trueaxis::Policy::Direction { damping } => ("direction", Some(damping)),

@@ -6,12 +6,12 @@ use core::fmt;
 /// Where a problem shows: the positions of the rotary axes, or everywhere. Written as ` at A = 90.0°`,
 /// or as nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Place {
+pub struct RotaryPositions {
     /// Rotary axes with their positions (degrees).
     pub rotary: [Option<(Letter, f64)>; MAX_AXES],
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for RotaryPositions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, (letter, degrees)) in self.rotary.iter().flatten().enumerate() {
             let before = if k == 0 { " at" } else { "," };
@@ -37,7 +37,7 @@ pub enum MachineProblem {
     /// The linear axes leave a direction of space without motion.
     LinearAxesDoNotSpan {
         /// Where.
-        at: Place,
+        at: RotaryPositions,
     },
     /// Two rotary axes turn about the same direction.
     ParallelRotaryAxes {
@@ -46,12 +46,12 @@ pub enum MachineProblem {
         /// The second.
         second: char,
         /// Where.
-        at: Place,
+        at: RotaryPositions,
     },
     /// Three rotary axes lose a direction somewhere in the travel.
     DependentRotaryAxes {
         /// Where.
-        at: Place,
+        at: RotaryPositions,
     },
 }
 
@@ -157,9 +157,9 @@ impl Machine {
 
     /// A position of the grid over the travels of the rotary axes, the last of them fastest; named,
     /// unless all axes are at zero.
-    fn on_grid(&self, mut number: usize) -> (PerAxis, Place) {
+    fn on_grid(&self, mut number: usize) -> (PerAxis, RotaryPositions) {
         let mut q = PerAxis::default();
-        let mut at = Place::default();
+        let mut at = RotaryPositions::default();
         for (i, axis) in self.axes.iter().enumerate().rev() {
             if axis.letter.is_rotary() {
                 let [low, high] = axis.travel.map(f64::to_radians);
@@ -169,7 +169,7 @@ impl Machine {
             }
         }
         if q == PerAxis::default() {
-            at = Place::default();
+            at = RotaryPositions::default();
         }
         (q, at)
     }

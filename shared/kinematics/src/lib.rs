@@ -72,7 +72,7 @@ mod stored;
 
 pub use axis::{Axis, Branch, Letter};
 pub use chain::Kinematics;
-pub use check::{MachineError, MachineProblem, Place};
+pub use check::{MachineError, MachineProblem, RotaryPositions};
 pub use correction::{Correction, NotConverged};
 pub use errors::{ErrorModel, InterChange, Situation, Switches};
 pub use htm::{Htm, Twist};

@@ -4,7 +4,7 @@ use super::embedded::Example;
 use super::grids::Tables;
 use super::{Chapter, Compared, Drawn, Figure, Fixed, Picture, ReproduceError, Table};
 use rayon::prelude::*;
-use trueaxis_measure::ballbar::{Bar, Hemisphere, Place, Read, Sphere};
+use trueaxis_measure::ballbar::{Bar, Hemisphere, PathPoint, Read, Sphere};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::Bench;
 use trueaxis_report::picture::{Chart, Ink, Mark, Scale, Series};
@@ -32,7 +32,7 @@ type OfTold = fn(&Told) -> f64;
 fn read(
     example: &Example,
     errors: &ErrorModel,
-    path: &[Place],
+    path: &[PathPoint],
     with: Option<&Built>,
 ) -> Result<Vec<Read>, ReproduceError> {
     let machine = &example.machine;

@@ -5,7 +5,9 @@ mod instruments;
 
 use instruments::{everything, simulate};
 use nalgebra::{DMatrix, DVector, Vector3};
-use trueaxis_measure::direct::{Found, Line, Measured, Measurement, Options, error_file, solve};
+use trueaxis_measure::direct::{
+    DirectResult, Line, Measured, Measurement, Options, error_file, solve,
+};
 use trueaxis_measure::formats::runs;
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind, Situation, Switches, Table};
 use trueaxis_model::explain::Bench;
@@ -16,7 +18,7 @@ use trueaxis_tables::validate::{Command, Runtime};
 use trueaxis_tests::random_machines::cases;
 use trueaxis_tests::{Fixed, errors, machine};
 
-fn import(machine: &Machine, measured: &[Measurement]) -> Found {
+fn import(machine: &Machine, measured: &[Measurement]) -> DirectResult {
     let perfect = ErrorModel::perfect(machine);
     solve(machine, measured, &perfect, Options::default()).unwrap()
 }
@@ -31,7 +33,7 @@ fn slope(at: &[f64], values: &[f64]) -> f64 {
 
 /// Motions of every kind on every axis, other ones for each direction: zero in the mean of both at the target
 /// next to zero, straightnesses without slope; and the squarenesses.
-fn drawn(machine: &Machine, found: &Found, random: &mut Fixed) -> ErrorModel {
+fn drawn(machine: &Machine, found: &DirectResult, random: &mut Fixed) -> ErrorModel {
     let mut errors = ErrorModel::perfect(machine);
     for motion in &found.motions {
         let axis = &machine.axes[motion.axis];
@@ -444,7 +446,7 @@ fn a_straightness_with_a_slope_beside_a_squareness_may_count_it_twice() {
     )
     .unwrap();
     let found = |slope: &str| solve(&machine, &dial(slope), &known, Options::default()).unwrap();
-    let counts_twice = |found: &Found| {
+    let counts_twice = |found: &DirectResult| {
         let said = found.doubts.iter().map(ToString::to_string);
         said.filter(|said| said.contains("counted twice"))
             .collect::<Vec<_>>()
@@ -498,7 +500,7 @@ fn one_number_is_half_of_the_mean_reversal_value() {
 }
 
 /// Readings of the C of a machine with an endless table.
-fn calibrator(machine: &Machine, readings: &str) -> Found {
+fn calibrator(machine: &Machine, readings: &str) -> DirectResult {
     let text = format!(
         "# axis = \"C\"\n# reads = \"tool +C\"\n# unit = \"urad\"\n# at = {{ A = 0 }}\ntarget,+1\n{readings}"
     );
@@ -528,7 +530,7 @@ fn runs_of_an_endless_axis_are_closed_and_a_large_gap_is_told() {
     let text = error_file(
         &machine,
         &[],
-        &Found {
+        &DirectResult {
             motions: Vec::new(),
             ..found.clone()
         },
@@ -575,7 +577,7 @@ fn readings_of_no_small_errors_make_no_error_file() {
     let text = error_file(
         &machine,
         &[],
-        &Found {
+        &DirectResult {
             motions: Vec::new(),
             ..found
         },

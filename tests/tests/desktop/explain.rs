@@ -4,7 +4,7 @@ mod first_order;
 
 use first_order::{First, left};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::explain::{Instrument, Nature, Place, Sense, State, explain};
+use trueaxis_model::explain::{BallPlacement, Instrument, Nature, Sense, State, explain};
 use trueaxis_model::machine::Machine;
 use trueaxis_tests::random_machines::{ALL, cases};
 use trueaxis_tests::{Fixed, errors, machine};
@@ -259,7 +259,7 @@ fn a_centre_shows_twice_on_a_ball() {
     assert_eq!(
         reading.instrument,
         Instrument::Ball {
-            place: Place::OnAxis
+            place: BallPlacement::OnAxis
         }
     );
     assert!((reading.value - 84.2e-3).abs() < 1e-9);

@@ -8,7 +8,7 @@ use trueaxis::Usual;
 use super::*;
 use crate::controller::tests::{leak, shared, side};
 use crate::device::{Command, NoClock, ServoAccess};
-use crate::spi::{Answer, Said, length};
+use crate::spi::{Answer, CommandFrame, length};
 
 /// The bus, seen from both ends, and the timer.
 #[derive(Default)]
@@ -89,7 +89,7 @@ impl Stand {
     fn next(&mut self, x: f32) -> Vec<u8> {
         self.count = self.count.wrapping_add(1);
         let command = Command::new([x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3);
-        let said = Said {
+        let said = CommandFrame {
             count: self.count,
             command,
         };

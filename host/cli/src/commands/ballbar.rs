@@ -11,7 +11,7 @@ use super::number::positive;
 use super::position_argument;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
-use trueaxis_measure::ballbar::{Bar, Hemisphere, Place};
+use trueaxis_measure::ballbar::{Bar, Hemisphere, PathPoint};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
@@ -59,7 +59,7 @@ struct Test {
 }
 
 impl Test {
-    fn path(&self) -> Result<Vec<Place>, BadInput> {
+    fn path(&self) -> Result<Vec<PathPoint>, BadInput> {
         let hemisphere = Hemisphere {
             radius: self.radius,
             meridians: self.meridians,
@@ -74,7 +74,7 @@ impl Test {
     }
 
     /// Sets the bar up, and sees that the axes reach everything.
-    fn bar<'b>(&self, bench: &'b Bench<'b>, path: &[Place]) -> Result<Bar<'b>, BadInput> {
+    fn bar<'b>(&self, bench: &'b Bench<'b>, path: &[PathPoint]) -> Result<Bar<'b>, BadInput> {
         let machine: &Machine = bench.machine;
         let centre = position_argument::position("--at", &self.at, machine)?;
         let axes = Bar::axes(machine).ok_or_else(|| {

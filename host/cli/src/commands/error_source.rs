@@ -3,7 +3,7 @@
 use super::bad_input::BadInput;
 use super::files::{MachineFiles, Text};
 use trueaxis_model::errors::{ErrorModel, Parameter, ParameterKind};
-use trueaxis_model::explain::{Alone, Said};
+use trueaxis_model::explain::{Alone, EntryKind};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
@@ -46,7 +46,7 @@ pub fn not_converged(
     let Some(largest) = all.iter().max_by(|a, b| size(a).total_cmp(&size(b))) else {
         return BadInput::new(message, remedy);
     };
-    let tabulated = matches!(largest.said, Said::Table | Said::TableReversal);
+    let tabulated = matches!(largest.said, EntryKind::Table | EntryKind::TableReversal);
     let unit = match largest.parameter.is_angular() {
         true => "rad",
         false => "mm",

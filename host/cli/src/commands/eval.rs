@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use trueaxis::Policy;
 use trueaxis_model::motion::{self, Outside};
 use trueaxis_model::positions::{self, Input};
-use trueaxis_tables::policy::Told;
+use trueaxis_tables::policy::PolicyName;
 use trueaxis_tables::validate::Runtime;
 
 /// Evaluate a compensation at positions, as the controller does
@@ -50,7 +50,7 @@ pub struct Along {
 #[derive(Serialize)]
 struct Corrections<'a, T> {
     #[serde(flatten)]
-    policy: Told,
+    policy: PolicyName,
     axes: &'a [char],
     outside: &'a [Outside<T>],
     corrections: &'a [Vec<T>],
@@ -59,7 +59,7 @@ struct Corrections<'a, T> {
 #[derive(Serialize)]
 struct Written<'a, T> {
     #[serde(flatten)]
-    policy: Option<Told>,
+    policy: Option<PolicyName>,
     file: &'a Path,
     rows: usize,
     outside: &'a [Outside<T>],
@@ -121,7 +121,7 @@ impl Along {
                 files::write(path, csv().as_bytes())?;
                 if self.json {
                     files::print_json(&Written {
-                        policy: policy.map(Told::from),
+                        policy: policy.map(PolicyName::from),
                         file: path,
                         rows,
                         outside,

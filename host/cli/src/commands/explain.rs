@@ -6,7 +6,7 @@ use super::files::{self, MachineFiles};
 use clap::Args;
 use serde::Serialize;
 use trueaxis_model::errors::Parameter;
-use trueaxis_model::explain::{Explained, Instrument, Said, Sense, State, explain};
+use trueaxis_model::explain::{EntryKind, Explained, Instrument, Sense, State, explain};
 use trueaxis_model::machine::Machine;
 
 /// Say what each error parameter means on this machine, and what an instrument would show
@@ -89,13 +89,13 @@ impl One {
     fn new(machine: &Machine, explained: &Explained<'_>) -> Self {
         let alone = &explained.alone;
         let (kind, value) = match &alone.said {
-            Said::Parameter(value) => ("parameter", Some(*value)),
-            Said::Table => ("table", None),
-            Said::TableReversal => ("table_reversal", None),
-            Said::PerKelvin { per_kelvin, .. } => ("per_kelvin", Some(*per_kelvin)),
+            EntryKind::Parameter(value) => ("parameter", Some(*value)),
+            EntryKind::Table => ("table", None),
+            EntryKind::TableReversal => ("table_reversal", None),
+            EntryKind::PerKelvin { per_kelvin, .. } => ("per_kelvin", Some(*per_kelvin)),
         };
         let name = alone.parameter.to_string();
-        let whole = matches!(alone.said, Said::Table | Said::TableReversal);
+        let whole = matches!(alone.said, EntryKind::Table | EntryKind::TableReversal);
         let meant = explained
             .meant
             .iter()

@@ -10,7 +10,7 @@ use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::{
-    DirectError, Found, Line, Measured, Measurement, Options, error_file, solve,
+    DirectError, DirectResult, Line, Measured, Measurement, Options, error_file, solve,
 };
 use trueaxis_measure::formats::runs;
 use trueaxis_model::errors::ErrorModel;
@@ -66,7 +66,7 @@ pub struct Imported {
     /// What was measured.
     pub measurements: Vec<Measurement>,
     /// What was found.
-    pub found: Found,
+    pub found: DirectResult,
 }
 
 impl Files {
@@ -144,7 +144,7 @@ fn known(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
 }
 
 /// What to look at, with the file that it is about.
-fn warnings(found: &Found, measurements: &[Measurement]) -> Vec<String> {
+fn warnings(found: &DirectResult, measurements: &[Measurement]) -> Vec<String> {
     let said = found.doubts.iter().map(|doubt| match doubt.file() {
         Some(file) => format!("{}: {doubt}", measurements[file].name),
         None => doubt.to_string(),

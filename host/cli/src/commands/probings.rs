@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::probings::{self, Probing};
 use trueaxis_measure::simulate::{SimulateError, applied, corrections};
-use trueaxis_measure::spheres::{Found, read_log, to_probings};
+use trueaxis_measure::spheres::{LogContents, read_log, to_probings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::belongs;
@@ -130,8 +130,8 @@ impl Arguments {
 }
 
 /// What was found.
-fn said(found: &Found, is_known: bool) -> String {
-    let Found {
+fn said(found: &LogContents, is_known: bool) -> String {
+    let LogContents {
         probings,
         touches: log,
         missing,

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use trueaxis_model::machine::Machine;
 use trueaxis_report::{self as report, Compensation};
 use trueaxis_tables::compile::{self, Proof, Refusal, Size, Warning};
-use trueaxis_tables::policy::{Told, of_blob, tolerance_urad};
+use trueaxis_tables::policy::{PolicyName, of_blob, tolerance_urad};
 use trueaxis_tables::schemes;
 use trueaxis_tables::uncertainty::{OverTravel, over_travel};
 use trueaxis_tables::validate::Runtime;
@@ -59,7 +59,7 @@ struct Answer<'a> {
     machine: &'a str,
     zero_at: Option<&'a str>,
     #[serde(flatten)]
-    policy: Told,
+    policy: PolicyName,
     tolerance_um: f64,
     tolerance_urad: f64,
     meets_tolerance: bool,

@@ -36,7 +36,7 @@ pub fn statements(text: &str) -> Result<Vec<Placed<'_>>, FileError> {
     let mut found = Vec::new();
     let mut next = 0;
     for line in text.split_inclusive('\n') {
-        let mut rest = Rest { text, at: next };
+        let mut rest = Cursor { text, at: next };
         next += line.len();
         let code = line.split(';').next().unwrap_or(line);
         let end = rest.at + code.trim_end().len();
@@ -61,12 +61,12 @@ pub fn statements(text: &str) -> Result<Vec<Placed<'_>>, FileError> {
 }
 
 /// What is left of a line.
-struct Rest<'t> {
+struct Cursor<'t> {
     text: &'t str,
     at: usize,
 }
 
-impl<'t> Rest<'t> {
+impl<'t> Cursor<'t> {
     fn skip(&mut self, until: &str, is: impl Fn(char) -> bool) {
         let rest = until.get(self.at..).unwrap_or("");
         self.at += rest.len() - rest.trim_start_matches(is).len();

@@ -1,6 +1,6 @@
 //! HAL files of LinuxCNC: what they load, add to threads, connect and set.
 
-use super::ini::{Ini, Place, joined};
+use super::ini::{FileLocation, Ini, joined};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use trueaxis_model::source::{FileError, Named};
@@ -11,7 +11,7 @@ pub struct Command {
     /// Its words, with what the INI file has put in.
     pub words: Vec<String>,
     /// Where it stands.
-    pub place: Place,
+    pub place: FileLocation,
 }
 
 /// What HAL files make of an empty machine, one command after the other.
@@ -26,7 +26,7 @@ pub struct Hal {
     /// Values of pins, parameters and signals.
     pub values: BTreeMap<String, (String, Command)>,
     /// Files that are not read, for they are programs.
-    pub programs: Vec<(String, Place)>,
+    pub programs: Vec<(String, FileLocation)>,
 }
 
 /// Most files that files may name in a chain.
@@ -56,7 +56,7 @@ impl Hal {
     ) -> Result<(), FileError> {
         let source = Rc::new(source);
         for (line, span) in joined(&source.text) {
-            let place = Place {
+            let place = FileLocation {
                 source: Rc::clone(&source),
                 span,
             };
@@ -84,7 +84,7 @@ impl Hal {
     ///
     /// # Errors
     /// As [`Self::take`].
-    pub fn line(&mut self, line: &str, ini: &Ini, place: &Place) -> Result<(), FileError> {
+    pub fn line(&mut self, line: &str, ini: &Ini, place: &FileLocation) -> Result<(), FileError> {
         let words = words(line, ini, place)?;
         self.command(Command {
             words,
@@ -211,7 +211,7 @@ impl Command {
 }
 
 /// A file that a HAL or INI file names and that cannot be read.
-pub fn missing(place: &Place, file: &str, cause: &str) -> FileError {
+pub fn missing(place: &FileLocation, file: &str, cause: &str) -> FileError {
     place.error(
         format!("the HAL file `{file}` cannot be read: {cause}"),
         "named here",
@@ -224,7 +224,7 @@ fn is_arrow(word: &str) -> bool {
 }
 
 /// The words of a line without its comment, with values of the INI file put in.
-fn words(line: &str, ini: &Ini, place: &Place) -> Result<Vec<String>, FileError> {
+fn words(line: &str, ini: &Ini, place: &FileLocation) -> Result<Vec<String>, FileError> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;
     let mut quote: Option<char> = None;

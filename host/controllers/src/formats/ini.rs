@@ -9,14 +9,14 @@ use trueaxis_model::source::{FileError, Named};
 
 /// A place in a file.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct FileLocation {
     /// The file.
     pub source: Rc<Named>,
     /// Bytes of the first line of what is there.
     pub span: Range<usize>,
 }
 
-impl Place {
+impl FileLocation {
     /// Its line, from 1.
     #[must_use]
     pub fn line(&self) -> usize {
@@ -47,14 +47,14 @@ pub struct Entry {
     /// What stands behind the equals sign, without spaces around it.
     pub value: String,
     /// Where.
-    pub place: Place,
+    pub place: FileLocation,
 }
 
 /// An INI file with what it includes.
 #[derive(Debug)]
 pub struct Ini {
     entries: Vec<Entry>,
-    sections: Vec<(String, Place)>,
+    sections: Vec<(String, FileLocation)>,
 }
 
 /// Reads a file that another one names; the cause if that fails.
@@ -112,7 +112,7 @@ impl Ini {
         read: Option<&Reader<'_>>,
     ) -> Result<(), FileError> {
         for (line, span) in joined(&source.text) {
-            let place = Place {
+            let place = FileLocation {
                 source: Rc::clone(source),
                 span,
             };
@@ -179,7 +179,7 @@ impl Ini {
 
     /// Where a section begins.
     #[must_use]
-    pub fn section(&self, name: &str) -> Option<&Place> {
+    pub fn section(&self, name: &str) -> Option<&FileLocation> {
         let mut sections = self.sections.iter();
         Some(&sections.find(|(found, _)| found == name)?.1)
     }

@@ -5,8 +5,8 @@
 //! program at whose corrected end they arrive.
 
 mod arriving;
-mod found;
 mod part;
+mod result;
 mod samples;
 mod spread;
 mod tool;
@@ -21,9 +21,9 @@ use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::{Field, Path};
-use super::travel_directions::Ways;
+use super::travel_directions::TravelDirections;
 use arriving::{ROUNDED, arrives, is_needless, is_tiny, near_in, off, over_hole, stands};
-pub use found::{CheckError, Found, ToolPath};
+pub use result::{CheckError, CheckResult, ToolPath};
 pub use spread::{Spread, Statistics};
 use std::f64::consts::TAU;
 use std::io::BufRead;
@@ -46,10 +46,10 @@ struct Check<'a> {
     tip: Option<&'a Tip<'a>>,
     exact: Option<(&'a Exact<'a>, Kinematics<'a>)>,
     options: Options,
-    ways: Ways,
+    ways: TravelDirections,
     /// The same of all axes, whether tables tell directions apart or not.
     all: [trueaxis::Travel; COUNT],
-    found: Found,
+    found: CheckResult,
     spreads: [Spread; 4],
     /// Where the corrected program is.
     at: PerLetter,
@@ -76,7 +76,7 @@ struct Along<'s> {
     field: Field<'s>,
     segment: &'s Segment,
     /// Directions of travel, as far as it has come.
-    travel: Ways,
+    travel: TravelDirections,
     /// True if steps at reversals are blended into it.
     blends: bool,
     /// True if they may change.
@@ -101,7 +101,7 @@ pub fn check(
     tip: Option<&Tip<'_>>,
     exact: Option<&Exact<'_>>,
     options: Options,
-) -> Result<Found, CheckError> {
+) -> Result<CheckResult, CheckError> {
     let mut before = Program::new(program, rules, tables, tip);
     let mut after = Program::new(corrected, rules, tables, tip);
     let start = State::new(rules).position;
@@ -115,9 +115,9 @@ pub fn check(
         tip,
         exact: kinematics,
         options,
-        ways: Ways::new(tables, &start, &rules.setup.travel),
+        ways: TravelDirections::new(tables, &start, &rules.setup.travel),
         all: rules.setup.travel,
-        found: Found::default(),
+        found: CheckResult::default(),
         spreads: std::array::from_fn(|_| Spread::default()),
         at: start.at,
         cycle: None,

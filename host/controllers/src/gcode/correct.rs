@@ -25,7 +25,7 @@ use super::state::{Rules, State};
 use super::tables::Tables;
 use super::tip::Tip;
 use super::trace::Traced;
-use super::travel_directions::Ways;
+use super::travel_directions::TravelDirections;
 use super::words::Block;
 use given::Given;
 pub use options::{Backlash, Options};
@@ -40,9 +40,9 @@ pub struct Corrector<'a> {
     nominal: State,
     /// What the corrected program says.
     written: State,
-    ways: Ways,
+    ways: TravelDirections,
     /// The same before the move that is looked at.
-    start_ways: Ways,
+    start_ways: TravelDirections,
     /// What was done so far.
     pub report: Report,
     line: u64,
@@ -102,7 +102,7 @@ impl<'a> Corrector<'a> {
                 system_name(*number)
             ));
         }
-        let mut ways = Ways::new(tables, &nominal.position, &rules.setup.travel);
+        let mut ways = TravelDirections::new(tables, &nominal.position, &rules.setup.travel);
         if options.undo && options.backlash == Backlash::Move {
             // Where an axis turns round there is a step, which tells it.
             ways = ways.rounded_by(undo::STANDS);

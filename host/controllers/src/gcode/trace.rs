@@ -6,7 +6,7 @@ use super::arc::Arc;
 use super::axes::PerLetter;
 use super::tables::Tables;
 use super::tip::Tip;
-use super::travel_directions::Ways;
+use super::travel_directions::TravelDirections;
 pub(crate) use nodes::MOST_PARTS;
 pub use nodes::Traced;
 
@@ -97,7 +97,7 @@ impl Field<'_> {
     }
 
     /// The corrected command at a commanded position.
-    pub fn node(&self, t: f64, command: &PerLetter, ways: &Ways) -> Result<Node, Lost> {
+    pub fn node(&self, t: f64, command: &PerLetter, ways: &TravelDirections) -> Result<Node, Lost> {
         let q = self.axes(command)?;
         if let Some((axis, limits)) = self.tables.outside(&q)
             && !self.undo

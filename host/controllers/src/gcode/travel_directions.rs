@@ -7,7 +7,7 @@ use trueaxis::{Reversal, Travel};
 
 /// Which way each axis has moved last, along a program.
 #[derive(Clone, Debug)]
-pub struct Ways {
+pub struct TravelDirections {
     reversals: [Reversal; COUNT],
     /// As [`Reversal`] tells.
     pub travel: [Travel; COUNT],
@@ -17,7 +17,7 @@ pub struct Ways {
     slack: [f64; 2],
 }
 
-impl Ways {
+impl TravelDirections {
     /// Before the first line: where axes stand, and which way they have moved before, if that is known.
     #[must_use]
     pub fn new(tables: &Tables<'_>, start: &Position, travel: &[Travel; COUNT]) -> Self {

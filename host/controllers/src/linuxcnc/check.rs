@@ -7,7 +7,7 @@ mod topology;
 
 use super::configuration::{Configuration, Joint, millimetres};
 use crate::formats::hal::Command;
-use crate::formats::ini::Place;
+use crate::formats::ini::FileLocation;
 use serde::Serialize;
 use trueaxis::{Axis, Largest};
 use trueaxis_model::machine::Machine;
@@ -90,7 +90,7 @@ pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding
 }
 
 impl<'a> Checked<'a> {
-    fn add(&mut self, severity: Severity, place: &Place, reason: String, write: String) {
+    fn add(&mut self, severity: Severity, place: &FileLocation, reason: String, write: String) {
         self.findings.push(Finding {
             severity,
             file: place.source.name.clone(),
@@ -100,16 +100,16 @@ impl<'a> Checked<'a> {
         });
     }
 
-    fn refuse(&mut self, place: &Place, reason: String, write: String) {
+    fn refuse(&mut self, place: &FileLocation, reason: String, write: String) {
         self.add(Severity::Refused, place, reason, write);
     }
 
-    fn warn(&mut self, place: &Place, reason: String, write: String) {
+    fn warn(&mut self, place: &FileLocation, reason: String, write: String) {
         self.add(Severity::Warning, place, reason, write);
     }
 
     /// Something that is missing: perhaps a program brings it.
-    fn missing(&mut self, place: &Place, reason: String, write: String) {
+    fn missing(&mut self, place: &FileLocation, reason: String, write: String) {
         let severity = match self.configuration.hal.programs.is_empty() {
             true => Severity::Refused,
             false => Severity::Warning,

@@ -2,7 +2,7 @@
 
 use super::kinematics::Module;
 use crate::formats::hal::{self, Hal};
-use crate::formats::ini::{Entry, Ini, Place};
+use crate::formats::ini::{Entry, FileLocation, Ini};
 use std::rc::Rc;
 use trueaxis_model::source::{FileError, Named};
 
@@ -17,7 +17,7 @@ pub struct Configuration {
     /// What its HAL files do.
     pub hal: Hal,
     /// The INI file itself.
-    pub start: Place,
+    pub start: FileLocation,
     /// Number of joints.
     pub joints: usize,
     /// The kinematics.
@@ -44,7 +44,7 @@ impl Configuration {
     /// # Errors
     /// [`FileError`]: what cannot be read, and what LinuxCNC would not start without.
     pub fn read(source: Named, open: &Open<'_>) -> Result<Self, FileError> {
-        let start = Place {
+        let start = FileLocation {
             source: Rc::new(source.clone()),
             span: 0..0,
         };
@@ -89,7 +89,7 @@ impl Configuration {
 
     /// Where a section begins, or the file.
     #[must_use]
-    pub fn section(&self, name: &str) -> &Place {
+    pub fn section(&self, name: &str) -> &FileLocation {
         self.ini.section(name).unwrap_or(&self.start)
     }
 
@@ -128,7 +128,7 @@ pub fn millimetres(unit: &str) -> Option<f64> {
 
 fn need<'i>(
     ini: &'i Ini,
-    start: &Place,
+    start: &FileLocation,
     section: &str,
     key: &str,
     example: &str,

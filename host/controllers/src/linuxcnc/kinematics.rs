@@ -1,7 +1,7 @@
 //! Kinematics modules of LinuxCNC: which joint has which axis, and what machine they are for.
 
 use crate::formats::hal::{Command, Hal};
-use crate::formats::ini::{Entry, Place};
+use crate::formats::ini::{Entry, FileLocation};
 use trueaxis_model::machine::{Branch, Machine};
 
 /// The module that HAL loads, and `[KINS]KINEMATICS` where that cannot be seen.
@@ -12,7 +12,7 @@ pub struct Module {
     /// The letter of each joint, where that is known.
     pub letters: String,
     /// Where it stands.
-    pub place: Place,
+    pub place: FileLocation,
 }
 
 /// What a module takes for granted.

@@ -15,7 +15,7 @@ pub struct Hemisphere {
 
 /// A place of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PathPoint {
     /// X, Y and Z from the centre (mm).
     pub at: [f64; 3],
     /// False where the bar is brought to its length and away from it.
@@ -49,10 +49,10 @@ impl Default for Hemisphere {
 
 impl Hemisphere {
     /// Azimuth and height over the equator (deg), and how far outside (mm).
-    fn place(&self, azimuth: f64, height: f64, outside: f64, is_read: bool) -> Place {
+    fn place(&self, azimuth: f64, height: f64, outside: f64, is_read: bool) -> PathPoint {
         let (sine, cosine) = azimuth.to_radians().sin_cos();
         let (up, flat) = height.to_radians().sin_cos();
-        Place {
+        PathPoint {
             at: [flat * cosine, flat * sine, up].map(|part| (self.radius + outside) * part),
             is_read,
         }
@@ -63,7 +63,7 @@ impl Hemisphere {
     ///
     /// # Errors
     /// [`Uneven`]: the next meridian does not begin after a whole number of steps, or there is none on top.
-    pub fn path(&self) -> Result<Vec<Place>, Uneven> {
+    pub fn path(&self) -> Result<Vec<PathPoint>, Uneven> {
         let Self {
             meridians, steps, ..
         } = *self;
@@ -96,9 +96,9 @@ impl Hemisphere {
 
 /// The path as a program: words to four decimals, zero in the centre (G54), at a feed (mm/min).
 #[must_use]
-pub fn program(path: &[Place], feed: f64) -> String {
+pub fn program(path: &[PathPoint], feed: f64) -> String {
     let mut text = String::from("%\nG21 G90 G17 G94 G54\n");
-    for (number, Place { at: [x, y, z], .. }) in path.iter().enumerate() {
+    for (number, PathPoint { at: [x, y, z], .. }) in path.iter().enumerate() {
         match number {
             0 => text += "G0 ",
             1 => {
@@ -121,7 +121,7 @@ mod tests {
     fn the_path_of_the_document_has_its_19809_places() {
         let path = Hemisphere::default().path().unwrap();
         assert_eq!(path.len(), 19_809);
-        for Place { at, is_read } in &path {
+        for PathPoint { at, is_read } in &path {
             let distance = at.iter().map(|c| c * c).sum::<f64>().sqrt();
             assert!((distance - 150.0).abs() < if *is_read { 1e-10 } else { 0.61 });
             assert!(at[2] >= -1e-10, "a hemisphere");

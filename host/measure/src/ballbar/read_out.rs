@@ -1,6 +1,6 @@
 //! What a ball-bar reads on a machine with known errors, along a path, with and without a compensation.
 
-use super::Place;
+use super::PathPoint;
 use nalgebra::Vector3;
 use trueaxis_model::explain::{Bench, State};
 use trueaxis_model::machine::{Machine, PerAxis};
@@ -54,7 +54,7 @@ impl<'a> Bar<'a> {
 
     /// # Errors
     /// [`OutOfTravel`]: an axis of the first that cannot follow.
-    pub fn reaches(&self, path: &[Place]) -> Result<(), OutOfTravel> {
+    pub fn reaches(&self, path: &[PathPoint]) -> Result<(), OutOfTravel> {
         for (k, &index) in self.axes.iter().enumerate() {
             let axis = &self.bench.machine.axes[index];
             let (low, high) = path.iter().fold((0.0_f64, 0.0_f64), |(low, high), place| {
@@ -77,7 +77,7 @@ impl<'a> Bar<'a> {
     /// Readings along a path, at the places that are read; the axes go where a compensation takes them. The path in
     /// order is the motion: an axis has come from the last side it moved on.
     #[must_use]
-    pub fn read(&self, path: &[Place], runtime: Option<&Runtime<'_>>) -> Vec<Read> {
+    pub fn read(&self, path: &[PathPoint], runtime: Option<&Runtime<'_>>) -> Vec<Read> {
         let tip = |position: &[f64], coming: &PerAxis| tip(self.bench, position, coming, runtime);
         let [nominal_centre, actual_centre] = tip(&self.centre, &PerAxis::default());
         let mut last = [0.0; 3];

@@ -2,7 +2,7 @@
 
 use super::measurement::{Measured, Measurement};
 use super::motion::name;
-use super::solve::Found;
+use super::solve::DirectResult;
 use super::warnings::counted_twice;
 use std::fmt::Write;
 use trueaxis_model::errors::Table;
@@ -10,7 +10,7 @@ use trueaxis_model::machine::{Axis, Machine};
 
 /// An error file: everything that was known and everything that was measured, which has a comment.
 #[must_use]
-pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Found) -> String {
+pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &DirectResult) -> String {
     let errors = &found.errors;
     let mut text = format!("machine = {}\n", toml::Value::from(machine.name.as_str()));
     if !counted_twice(machine, errors).is_empty() {
@@ -67,7 +67,7 @@ pub fn error_file(machine: &Machine, measurements: &[Measurement], found: &Found
 }
 
 /// True if an axis has motions that were known before and hold their end values.
-fn held(found: &Found, index: usize) -> bool {
+fn held(found: &DirectResult, index: usize) -> bool {
     let anew = |component: usize| {
         let mut motions = found.motions.iter();
         motions.any(|m| (m.axis, m.component) == (index, component))

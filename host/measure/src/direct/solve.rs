@@ -32,7 +32,7 @@ pub struct FoundLocation {
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct DirectResult {
     /// Everything: what was known before, and what was measured.
     pub errors: ErrorModel,
     /// The motions that were measured.
@@ -60,7 +60,7 @@ pub fn solve(
     measurements: &[Measurement],
     known: &ErrorModel,
     options: Options,
-) -> Result<Found, DirectError> {
+) -> Result<DirectResult, DirectError> {
     let mut lines: Vec<(usize, &Line)> = Vec::new();
     let mut squares: Vec<(usize, &Square)> = Vec::new();
     for (k, measurement) in measurements.iter().enumerate() {
@@ -164,7 +164,7 @@ pub fn solve(
         model.standard_uncertainty.extend(uncertainty);
     }
     let doubts = doubts(machine, &lines, &motions, &model);
-    Ok(Found {
+    Ok(DirectResult {
         errors: model,
         motions,
         locations,

@@ -2,7 +2,7 @@
 
 use super::Unknown;
 use super::factor::{Alone, Factor};
-use super::rows::{Estimate, LARGEST_LENGTH, Place, Problem, Weights};
+use super::rows::{Estimate, LARGEST_LENGTH, ProbingRow, Problem, Weights};
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -34,7 +34,7 @@ struct Effects {
 const ERRORS: usize = 6 * (2 * MAX_AXES + 1);
 
 impl Effects {
-    fn new(found: Sensitivity, weight: f64, place: &Place) -> Self {
+    fn new(found: Sensitivity, weight: f64, place: &ProbingRow) -> Self {
         let Sensitivity {
             by_inter,
             by_intra,
@@ -188,7 +188,7 @@ impl Problem<'_> {
                 continue;
             };
             let i = self.machine.index(axis).unwrap_or(0);
-            let basis = |place: &Place| match kind {
+            let basis = |place: &ProbingRow| match kind {
                 ParameterKind::Backlash => place.situation.sign[i],
                 kind => kind.basis(place.q[i]),
             };

@@ -51,12 +51,12 @@ pub struct Identified {
     /// Every probing, in the order of the file.
     pub rows: Vec<Row>,
     /// Where it was found.
-    pub(super) place: Place,
+    pub(super) place: Solution,
 }
 
 /// Where a solution was found: what more can be asked of it.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct Solution {
     pub estimate: Estimate,
     pub weights: Weights,
     pub factor: Factor,

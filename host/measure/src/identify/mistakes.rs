@@ -1,7 +1,7 @@
 //! What is commonly wrong with a file of probings as a whole, found by trying it.
 
 use super::descent::setup_alone;
-use super::rows::{Place, Problem, Weights};
+use super::rows::{ProbingRow, Problem, Weights};
 use super::units::UNITS;
 use super::{IdentifyError, root_mean_square};
 use nalgebra::Vector3;
@@ -94,7 +94,7 @@ fn found(problem: &Problem<'_>) -> Option<Mistake> {
 fn readings<'a>(problem: &Problem<'a>) -> Vec<(Mistake, Problem<'a>)> {
     let axes = &problem.machine.axes;
     let mut all = Vec::new();
-    let mut reading = |what: String, remedy: String, change: &dyn Fn(&mut Place)| {
+    let mut reading = |what: String, remedy: String, change: &dyn Fn(&mut ProbingRow)| {
         let mut other = problem.clone();
         other.places.iter_mut().for_each(change);
         all.push((Mistake { what, remedy }, other));

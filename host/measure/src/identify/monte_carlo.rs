@@ -95,7 +95,7 @@ const POSITIONS: usize = 100;
 const OWN: u64 = 0x00ba_4500;
 
 /// What one identification found.
-struct Once {
+struct OneTrial {
     /// Errors of parameters by their stated uncertainties.
     normalised: Vec<f64>,
     noise: f64,
@@ -133,7 +133,7 @@ pub fn monte_carlo(
         .map(|at| [at.tip_band(), at.direction_band()])
         .collect();
     let real = Kinematics::new(machine, &truth);
-    let once = |seed: u64| -> Result<Once, TrialError> {
+    let once = |seed: u64| -> Result<OneTrial, TrialError> {
         let measured = simulate::disturbed(machine, &clean, &trial.disturbances(trial.noise, seed));
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ OWN);
         let problem = problem.with_positions(&measured);
@@ -167,13 +167,13 @@ pub fn monte_carlo(
             inside[1] += usize::from(turned <= band[1] * scale);
         }
         step();
-        Ok(Once {
+        Ok(OneTrial {
             normalised: first.parameters.iter().map(off).collect(),
             noise: first.noise * scale,
             inside,
         })
     };
-    let all: Vec<Once> = (1..=seeds as u64)
+    let all: Vec<OneTrial> = (1..=seeds as u64)
         .into_par_iter()
         .map(once)
         .collect::<Result<_, _>>()?;

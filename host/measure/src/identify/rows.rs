@@ -20,7 +20,7 @@ pub struct Problem<'a> {
     /// What is looked for: parameters, stylus, balls.
     pub unknowns: Vec<Unknown>,
     /// The probings, in an order that does not depend on that of the file.
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<ProbingRow>,
     /// Names of the balls, in the order of the file.
     pub(super) balls: Vec<String>,
     pub(super) bars: Vec<Bar>,
@@ -33,7 +33,7 @@ pub struct Problem<'a> {
 
 /// A probing.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct ProbingRow {
     pub ball: usize,
     /// Its row in the file, and its line.
     pub row: usize,
@@ -110,7 +110,7 @@ impl<'a> Problem<'a> {
         let index = |name: &String| probings.balls.iter().position(|b| b == name);
         let place = |row: usize| {
             let probing = &probings.rows[row];
-            Place {
+            ProbingRow {
                 ball: probing.ball,
                 row,
                 line: probing.line,
@@ -246,7 +246,7 @@ impl<'a> Problem<'a> {
     ) -> Vec<(usize, Vector3<f64>)> {
         let kinematics = Kinematics::new(self.machine, errors);
         let own = Vector3::from(self.machine.tip);
-        let tip = |place: &Place| {
+        let tip = |place: &ProbingRow| {
             let pose = kinematics.actual(&place.q, &place.situation, &Switches::ALL);
             pose.r * (place.turned * stylus - own) + pose.t
         };

@@ -2,7 +2,7 @@
 
 use super::descent::{STILL, descend, setup_alone};
 use super::factor::Factor;
-use super::identified::{Estimated, Identified, Place};
+use super::identified::{Estimated, Identified, Solution};
 use super::noise::Noise;
 use super::rows::{LARGEST_LENGTH, Problem};
 use super::structure::Structure;
@@ -131,7 +131,7 @@ fn solve(problem: &Problem<'_>, options: Options) -> Result<Identified, Identify
         } else {
             (jacobian, factor)
         };
-        let place = Place {
+        let place = Solution {
             estimate,
             weights,
             factor,
@@ -170,7 +170,7 @@ struct End {
 /// Puts together what is known in the end.
 fn identified(
     problem: &Problem<'_>,
-    place: Place,
+    place: Solution,
     end: End,
     jacobian: &DMatrix<f64>,
 ) -> Result<Identified, IdentifyError> {
@@ -180,7 +180,7 @@ fn identified(
         noise,
         given_up,
     } = end;
-    let Place {
+    let Solution {
         estimate,
         weights,
         factor,

@@ -1,7 +1,7 @@
 //! Which instrument shows a parameter best.
 
 use super::bench::{Bench, State};
-use super::instrument::{Instrument, Place, REACH, Reading, Sense, largest};
+use super::instrument::{BallPlacement, Instrument, REACH, Reading, Sense, largest};
 use super::single_entry::{Alone, Nature};
 use crate::errors::ParameterKind;
 
@@ -116,7 +116,7 @@ fn tilt(bench: &Bench<'_>, axis: usize, swing: [f64; 2]) -> Option<Reading> {
         .collect();
     let beside = all.iter().filter(|reading| {
         let Instrument::Ball {
-            place: Place::Away(away),
+            place: BallPlacement::Away(away),
         } = reading.instrument
         else {
             return false;

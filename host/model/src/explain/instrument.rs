@@ -31,7 +31,7 @@ pub enum Instrument {
     /// A ball on the workpiece and an indicator in the spindle, which the linear axes keep on it.
     Ball {
         /// Where the ball is.
-        place: Place,
+        place: BallPlacement,
     },
     /// A dial on an arm in the spindle, swept over the table.
     Tram,
@@ -41,7 +41,7 @@ pub enum Instrument {
 
 /// Where a ball is on the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub enum BallPlacement {
     /// On the axis that turns.
     OnAxis,
     /// [`REACH`] from there in the direction of a linear axis (by index).
@@ -265,10 +265,10 @@ impl Bench<'_> {
     pub fn ball(&self, rotary: usize, [from, to]: [f64; 2], away: Option<usize>) -> Vec<Reading> {
         let home = self.home();
         let (place, point) = match (self.machine.axes[rotary].branch, away) {
-            (Branch::Tool, _) => (Place::Tip, self.nominal(&home).t),
-            (Branch::Workpiece, None) => (Place::OnAxis, self.foot(&home, rotary)),
+            (Branch::Tool, _) => (BallPlacement::Tip, self.nominal(&home).t),
+            (Branch::Workpiece, None) => (BallPlacement::OnAxis, self.foot(&home, rotary)),
             (Branch::Workpiece, Some(axis)) => (
-                Place::Away(axis),
+                BallPlacement::Away(axis),
                 self.foot(&home, rotary) + self.way(&home, axis) * REACH,
             ),
         };

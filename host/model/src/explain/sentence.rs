@@ -1,8 +1,8 @@
 //! Readings in words.
 
 use super::bench::State;
-use super::instrument::{Instrument, Place, REACH, Reading, Sense};
-use super::single_entry::{Alone, Nature, Said};
+use super::instrument::{BallPlacement, Instrument, REACH, Reading, Sense};
+use super::single_entry::{Alone, EntryKind, Nature};
 use crate::errors::ParameterKind;
 use crate::machine::Machine;
 use crate::pose::carries;
@@ -13,10 +13,10 @@ pub fn subject(alone: &Alone<'_>) -> String {
     let name = alone.parameter.to_string();
     let motion = &name[..3.min(name.len())];
     let what = match &alone.said {
-        Said::Parameter(value) => format!("{name} = {}", number(*value)),
-        Said::Table => format!("the table {motion}"),
-        Said::TableReversal => format!("the table {motion}, between its two directions"),
-        Said::PerKelvin { per_kelvin, sensor } => {
+        EntryKind::Parameter(value) => format!("{name} = {}", number(*value)),
+        EntryKind::Table => format!("the table {motion}"),
+        EntryKind::TableReversal => format!("the table {motion}, between its two directions"),
+        EntryKind::PerKelvin { per_kelvin, sensor } => {
             let sign = if *per_kelvin < 0.0 { "" } else { "+" };
             format!("{name} {sign}{} per K of {sensor}", number(*per_kelvin))
         }
@@ -46,7 +46,7 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
     let letter = |axis: usize| machine.axes[axis].letter.char();
     let moved = reading.moved.map_or(' ', letter);
     let warm = match alone.said {
-        Said::PerKelvin { .. } => "1 K warmer, ",
+        EntryKind::PerKelvin { .. } => "1 K warmer, ",
         _ => "",
     };
     let value = match reading.sense {
@@ -109,12 +109,16 @@ pub fn reading(alone: &Alone<'_>, reading: &Reading) -> String {
         }
         Instrument::Ball { place } => {
             let ball = match place {
-                Place::OnAxis => format!("a ball on the axis of {moved}, indicator in the spindle"),
-                Place::Away(axis) => format!(
+                BallPlacement::OnAxis => {
+                    format!("a ball on the axis of {moved}, indicator in the spindle")
+                }
+                BallPlacement::Away(axis) => format!(
                     "a ball {REACH} mm in +{} from the axis of {moved}, indicator in the spindle",
                     letter(axis)
                 ),
-                Place::Tip => "a ball on the table, indicator in the spindle kept on it".to_owned(),
+                BallPlacement::Tip => {
+                    "a ball on the table, indicator in the spindle kept on it".to_owned()
+                }
             };
             format!("{ball}, reads {value}{sense} from {moved} = {from} to {at}")
         }

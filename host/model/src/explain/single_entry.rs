@@ -5,7 +5,7 @@ use crate::machine::Machine;
 
 /// What an error file says about one parameter, motion or change.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Said {
+pub enum EntryKind {
     /// A parameter and its value (mm, rad, per mmᵏ or radᵏ).
     Parameter(f64),
     /// A measured motion.
@@ -42,7 +42,7 @@ pub struct Alone<'a> {
     /// The parameter; of a table its degree 0.
     pub parameter: Parameter,
     /// What is said about it.
-    pub said: Said,
+    pub said: EntryKind,
     /// Where the motion is known (mm or rad), which is all of the travel for the spindle and for what
     /// holds everywhere.
     pub range: [f64; 2],
@@ -62,11 +62,11 @@ impl<'a> Alone<'a> {
             table: None,
         };
         let parameters = errors.parameters.iter();
-        all.extend(parameters.map(|(p, value)| new(*p, Said::Parameter(*value))));
+        all.extend(parameters.map(|(p, value)| new(*p, EntryKind::Parameter(*value))));
         let sensor = |sensor: usize| errors.sensors.get(sensor).map(|s| s.sensor.clone());
         let changed = |parameter, index, per_kelvin| {
             let sensor = sensor(index).unwrap_or_default();
-            new(parameter, Said::PerKelvin { per_kelvin, sensor })
+            new(parameter, EntryKind::PerKelvin { per_kelvin, sensor })
         };
         for change in &errors.inter_thermal {
             let parameter = Parameter {
@@ -93,8 +93,8 @@ impl<'a> Alone<'a> {
                 if let Some(table) = &motion.table {
                     let degree_0 = parameter(ParameterKind::Degree(0));
                     let kinds = match table.negative {
-                        Some(_) => [Some(Said::Table), Some(Said::TableReversal)],
-                        None => [Some(Said::Table), None],
+                        Some(_) => [Some(EntryKind::Table), Some(EntryKind::TableReversal)],
+                        None => [Some(EntryKind::Table), None],
                     };
                     all.extend(kinds.into_iter().flatten().map(|said| Self {
                         table: Some(table),
@@ -112,7 +112,7 @@ impl<'a> Alone<'a> {
     pub fn instead(&self, parameter: Parameter, value: f64) -> Self {
         Self {
             parameter,
-            said: Said::Parameter(value),
+            said: EntryKind::Parameter(value),
             table: None,
             ..*self
         }
@@ -129,8 +129,8 @@ impl<'a> Alone<'a> {
     #[must_use]
     pub fn nature(&self) -> Nature {
         match (&self.said, self.parameter.kind) {
-            (Said::Table, _) => Nature::Curve,
-            (Said::TableReversal, _) | (_, ParameterKind::Backlash) => Nature::Reversal,
+            (EntryKind::Table, _) => Nature::Curve,
+            (EntryKind::TableReversal, _) | (_, ParameterKind::Backlash) => Nature::Reversal,
             (_, ParameterKind::Inter | ParameterKind::Degree(0)) => Nature::Constant,
             (_, ParameterKind::Degree(1)) => Nature::Slope,
             _ => Nature::Curve,
@@ -144,15 +144,15 @@ impl<'a> Alone<'a> {
         let mut model = ErrorModel::perfect(self.machine);
         let mut kelvin = [0.0; MAX_SENSORS];
         match (&self.said, self.table) {
-            (Said::Parameter(value), _) => {
+            (EntryKind::Parameter(value), _) => {
                 model.set(self.machine, self.parameter, value * factor);
             }
-            (Said::PerKelvin { per_kelvin, .. }, _) => {
+            (EntryKind::PerKelvin { per_kelvin, .. }, _) => {
                 kelvin[0] = 1.0;
                 model.set_per_kelvin(self.machine, self.parameter, 0, per_kelvin * factor);
             }
             (said, Some(table)) => {
-                let reversal = *said == Said::TableReversal;
+                let reversal = *said == EntryKind::TableReversal;
                 let table = scaled(table, reversal, factor);
                 model.tabulate(self.index(), self.parameter.component, table);
             }
@@ -166,10 +166,10 @@ impl<'a> Alone<'a> {
     pub fn size(&self) -> f64 {
         let kind = self.parameter.kind;
         let value = match (&self.said, self.table) {
-            (Said::Parameter(value), _) => *value,
-            (Said::PerKelvin { per_kelvin, .. }, _) => *per_kelvin,
+            (EntryKind::Parameter(value), _) => *value,
+            (EntryKind::PerKelvin { per_kelvin, .. }, _) => *per_kelvin,
             (said, Some(table)) => {
-                let table = scaled(table, *said == Said::TableReversal, 1.0);
+                let table = scaled(table, *said == EntryKind::TableReversal, 1.0);
                 let values = table.positive.iter().chain(table.negative.iter().flatten());
                 return values.fold(0.0, |most: f64, v| most.max(v.abs()));
             }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use trueaxis::{Direction, Interpolation, Largest};
-use trueaxis_tables::policy::Told;
+use trueaxis_tables::policy::PolicyName;
 
 /// Tables, terms and grids. Samples include their scale: of tables stored as integers the sum is the same to
 /// the rounding of f32, of others to the bit.
@@ -10,7 +10,7 @@ use trueaxis_tables::policy::Told;
 pub struct Tables {
     /// What rotary axes are corrected for.
     #[serde(flatten)]
-    pub policy: Told,
+    pub policy: PolicyName,
     /// The banks; tables are numbered through them in order.
     pub banks: Vec<Bank>,
     /// The terms, in stored order.

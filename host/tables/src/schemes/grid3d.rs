@@ -9,7 +9,7 @@ mod mesh;
 mod size;
 
 use super::blank::blank;
-use super::{Found, Options, SchemeError};
+use super::{Options, SchemeError, SchemeResult};
 use crate::validate::calibrated;
 use mesh::Mesh;
 use size::Sizing;
@@ -84,7 +84,7 @@ pub fn compile(
     errors: &ErrorModel,
     wanted: &Wanted,
     options: &Options,
-) -> Result<Found, SchemeError> {
+) -> Result<SchemeResult, SchemeError> {
     let linear = three_linear(machine)?;
     let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
     let zero = options.zero(machine, errors)?;
@@ -109,7 +109,7 @@ pub fn compile(
         );
     }
     notes.extend(super::without_direction(machine, errors));
-    Ok(Found {
+    Ok(SchemeResult {
         draft: Draft {
             grids: vec![grid(machine, &mesh, &zero, options)],
             ..blank(&kinematics)

@@ -1,7 +1,7 @@
 //! Schemes: from errors to tables.
 //!
 //! A scheme is a folder or a file here, a value of [`Scheme`] with its name, and a line in [`find`]. It is
-//! given what is common to all of them, [`Options`], and returns what is: [`Found`] or a [`SchemeError`].
+//! given what is common to all of them, [`Options`], and returns what is: [`SchemeResult`] or a [`SchemeError`].
 
 mod blank;
 pub mod exact;
@@ -21,7 +21,7 @@ pub mod trigo23;
 use exact::Minimize;
 pub use name::UnknownScheme;
 pub use options::Options;
-pub use result::{Found, SchemeError};
+pub use result::{SchemeError, SchemeResult};
 use std::num::NonZeroU8;
 use trueaxis_model::errors::{ErrorModel, Parameter};
 use trueaxis_model::machine::Machine;
@@ -115,7 +115,7 @@ pub fn find(
     errors: &ErrorModel,
     scheme: &Scheme,
     options: &Options,
-) -> Result<Found, SchemeError> {
+) -> Result<SchemeResult, SchemeError> {
     match scheme {
         Scheme::Exact { minimize } => exact::compile(machine, errors, *minimize, options),
         Scheme::Grid3d(wanted) => grid3d::compile(machine, errors, wanted, options),

@@ -10,7 +10,7 @@ use super::blank::blank;
 use super::lattice::Lattice;
 use super::moments::Moments;
 use super::points::Points;
-use super::{Found, Options, SchemeError};
+use super::{Options, SchemeError, SchemeResult};
 use nalgebra::{DMatrix, DVector};
 use trueaxis::{Draft, Term};
 use trueaxis_model::errors::ErrorModel;
@@ -85,7 +85,7 @@ pub fn compile(
     errors: &ErrorModel,
     wanted: Wanted,
     options: &Options,
-) -> Result<Found, SchemeError> {
+) -> Result<SchemeResult, SchemeError> {
     SchemeError::unless_five_axes(machine, "poly25")?;
     let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
     let zero = options.zero(machine, errors)?;
@@ -128,7 +128,7 @@ pub fn compile(
             factors: std::iter::once((input * count + output) as u8).collect(),
         }
     });
-    Ok(Found {
+    Ok(SchemeResult {
         draft: Draft {
             banks: axes.clone().map(bank).collect(),
             terms: terms.collect(),

@@ -7,7 +7,7 @@ use trueaxis_model::machine::Machine;
 
 /// Tables and terms, with what the scheme knows about them.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct SchemeResult {
     /// The compensation, ready to be encoded but for the bounds of its axes.
     pub draft: Draft,
     /// Largest difference to the kinematic correction at random places before interpolation, in

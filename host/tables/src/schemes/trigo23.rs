@@ -15,7 +15,7 @@ use super::blank::blank;
 use super::lattice::Lattice;
 use super::moments::{Moments, SAMPLED};
 use super::points::Points;
-use super::{Found, Options, SchemeError};
+use super::{Options, SchemeError, SchemeResult};
 use basis::Basis;
 use rayon::prelude::*;
 use tables::Fitted;
@@ -48,7 +48,7 @@ pub fn compile(
     errors: &ErrorModel,
     wanted: Wanted,
     options: &Options,
-) -> Result<Found, SchemeError> {
+) -> Result<SchemeResult, SchemeError> {
     SchemeError::unless_five_axes(machine, "trigo23")?;
     let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
     let zero = options.zero(machine, errors)?;
@@ -88,7 +88,7 @@ pub fn compile(
     let letter = machine.axes[basis.rotary[rotary]].letter;
     let mut notes = vec![format!("functions are those of {letter}")];
     notes.extend(super::without_direction(machine, errors));
-    Ok(Found {
+    Ok(SchemeResult {
         draft: Draft {
             banks,
             terms,

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use trueaxis_model::errors::{ErrorModel, Situation};
-use trueaxis_model::explain::{Explained, Instrument, REACH, Reading, Said, Sense, State};
+use trueaxis_model::explain::{EntryKind, Explained, Instrument, REACH, Reading, Sense, State};
 use trueaxis_model::kinematics::{Kinematics, Linearised};
 use trueaxis_model::machine::Machine;
 
@@ -27,10 +27,10 @@ impl First<'_> {
                 .unwrap()
         };
         match &alone.said {
-            Said::Parameter(value) => *value,
-            Said::PerKelvin { per_kelvin, .. } => *per_kelvin,
-            Said::Table => table().value(state.q[index.min(n - 1)], 0.0),
-            Said::TableReversal => {
+            EntryKind::Parameter(value) => *value,
+            EntryKind::PerKelvin { per_kelvin, .. } => *per_kelvin,
+            EntryKind::Table => table().value(state.q[index.min(n - 1)], 0.0),
+            EntryKind::TableReversal => {
                 let at = |sign| table().value(state.q[index], sign);
                 0.5 * (at(1.0) - at(-1.0)) * state.sign[index]
             }

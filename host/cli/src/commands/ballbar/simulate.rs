@@ -9,7 +9,7 @@ use clap::Args;
 use nalgebra::Vector3;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::ballbar::{Place, Read};
+use trueaxis_measure::ballbar::{PathPoint, Read};
 use trueaxis_model::explain::Bench;
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::validate::Runtime;
@@ -80,13 +80,13 @@ impl Simulate {
 }
 
 /// The readings as a file.
-fn csv(machine: &str, radius: f64, path: &[Place], read: &[Read]) -> String {
+fn csv(machine: &str, radius: f64, path: &[PathPoint], read: &[Read]) -> String {
     let mut text = format!(
         "# machine = {}\n# radius_mm = {radius:?}\n# unit = \"um\"\nX,Y,Z,radial\n",
         toml::Value::from(machine)
     );
     let places = path.iter().filter(|place| place.is_read);
-    for (Place { at: [x, y, z], .. }, read) in places.zip(read) {
+    for (PathPoint { at: [x, y, z], .. }, read) in places.zip(read) {
         let [x, y, z] = [x, y, z].map(|c| (c * 1e4).round() / 1e4 + 0.0);
         let um = (read.deviation * 1e7).round() / 1e4 + 0.0;
         let _ = writeln!(text, "{x:.4},{y:.4},{z:.4},{um:.4}");

@@ -8,7 +8,7 @@ use trueaxis::Policy;
 use trueaxis_tables::compile::{
     AxisBounds, Built, FINEST, Full, Proof, Refusal, Size, Warning, over_bounds, worse,
 };
-use trueaxis_tables::policy::Told;
+use trueaxis_tables::policy::PolicyName;
 use trueaxis_tables::target::{Shortage, Target};
 use trueaxis_tables::uncertainty::OverTravel;
 
@@ -25,7 +25,7 @@ pub struct Answer<'a> {
     /// The position whose correction the tables leave out.
     pub zero_at: Option<&'a str>,
     #[serde(flatten)]
-    pub policy: Told,
+    pub policy: PolicyName,
     #[serde(skip)]
     pub stored: Policy,
     pub target: &'a Target,

@@ -4,7 +4,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 use trueaxis_controllers::gcode::axes;
-use trueaxis_controllers::gcode::check::{Found, Statistics};
+use trueaxis_controllers::gcode::check::{CheckResult, Statistics};
 use trueaxis_controllers::gcode::{Options, Report, Tables};
 use trueaxis_model::machine::Machine;
 
@@ -42,7 +42,7 @@ impl Lengths {
     }
 
     /// What there is to be warned of.
-    pub fn warning(&self, found: Option<&Found>) -> Option<String> {
+    pub fn warning(&self, found: Option<&CheckResult>) -> Option<String> {
         let own = self.made_for_mm?;
         let differs = |l: &f64| (l - own).abs() > 1e-3;
         let others: Vec<f64> = self.used_mm.iter().copied().filter(differs).collect();
@@ -97,7 +97,7 @@ pub struct Answer<'a> {
     #[serde(flatten)]
     report: &'a Report,
     largest: Vec<Largest>,
-    check: Option<&'a Found>,
+    check: Option<&'a CheckResult>,
 }
 
 fn largest(report: &Report) -> Vec<Largest> {
@@ -118,7 +118,7 @@ impl<'a> Answer<'a> {
         report: &'a Report,
         compensation: &'a trueaxis::Largest<'_>,
         tool_length: &'a Lengths,
-        check: Option<&'a Found>,
+        check: Option<&'a CheckResult>,
     ) -> Self {
         Self {
             file,
@@ -196,7 +196,7 @@ pub fn report(file: &Path, report: &Report) -> String {
 }
 
 /// What the check says, for people.
-pub fn check(found: &Found, options: &Options) -> String {
+pub fn check(found: &CheckResult, options: &Options) -> String {
     let mut text = String::from("check: both programs read anew\n");
     let _ = writeln!(
         text,

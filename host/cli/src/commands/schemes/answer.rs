@@ -8,7 +8,7 @@ use trueaxis_measure::compare::{Compared, Figures};
 use trueaxis_measure::identify::Compensated;
 use trueaxis_model::machine::Machine;
 use trueaxis_tables::compile::{Options, Size};
-use trueaxis_tables::policy::{Told, stored};
+use trueaxis_tables::policy::{PolicyName, stored};
 use trueaxis_tables::validate::{Quality, Verification};
 
 /// All that there is to say.
@@ -17,7 +17,7 @@ pub struct Answer<'a> {
     machine: &'a str,
     zero_at: Option<&'a str>,
     #[serde(flatten)]
-    policy: Told,
+    policy: PolicyName,
     #[serde(skip)]
     stored: trueaxis::Policy,
     tolerance_um: f64,

@@ -8,7 +8,7 @@ use trueaxis_controllers::gcode::modal::Units;
 use trueaxis_controllers::gcode::offsets::System;
 use trueaxis_controllers::gcode::program::{Event, Program};
 use trueaxis_controllers::gcode::{Corrector, Options, Rules, Setup, Tables};
-use trueaxis_measure::ballbar::{Hemisphere, Place, program};
+use trueaxis_measure::ballbar::{Hemisphere, PathPoint, program};
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{Machine, PerAxis};
@@ -123,7 +123,7 @@ impl Bench {
         let nominal: Vec<PerLetter> = path
             .iter()
             .filter(|place| place.is_read)
-            .map(|Place { at, .. }| {
+            .map(|PathPoint { at, .. }| {
                 let mut q = [0.0; COUNT];
                 (0..3).for_each(|i| q[i] = digits(at[i]) + CENTRE[i]);
                 q

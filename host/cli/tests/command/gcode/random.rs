@@ -8,7 +8,7 @@ use rand::seq::IndexedRandom;
 use rand_pcg::Pcg64Mcg;
 use trueaxis::AlignedBlob;
 use trueaxis_controllers::gcode::axes::{self, COUNT};
-use trueaxis_controllers::gcode::check::{Exact, Found, check};
+use trueaxis_controllers::gcode::check::{CheckResult, Exact, check};
 use trueaxis_controllers::gcode::fault::Refusal;
 use trueaxis_controllers::gcode::modal::Units;
 use trueaxis_controllers::gcode::offsets::System;
@@ -108,7 +108,7 @@ pub fn try_one(
     tip: Option<&Tip<'_>>,
     options: Options,
     text: &str,
-) -> Result<Found, Refusal> {
+) -> Result<CheckResult, Refusal> {
     let mut corrector = Corrector::new(rules, tables, tip, options, None).unwrap();
     let mut written = Vec::new();
     match stream::correct(text.as_bytes(), &mut written, &mut corrector, |_| {}) {

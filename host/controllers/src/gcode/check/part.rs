@@ -3,13 +3,18 @@
 use super::{Along, Check};
 use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::trace::{Field, Lost, Path};
-use crate::gcode::travel_directions::Ways;
+use crate::gcode::travel_directions::TravelDirections;
 
 impl Check<'_> {
     /// The part of the way at which a written position belongs: the nearest, where the tolerances of linear and of
     /// rotary axes count alike. (With a degree for a millimetre, half a micrometre along a short path would seem to be
     /// microradians.)
-    pub(super) fn part(&self, along: &Along<'_>, at: &PerLetter, ways: &Ways) -> Result<f64, Lost> {
+    pub(super) fn part(
+        &self,
+        along: &Along<'_>,
+        at: &PerLetter,
+        ways: &TravelDirections,
+    ) -> Result<f64, Lost> {
         let (segment, last_t) = (along.segment, along.last_t);
         let back = Field {
             undo: true,

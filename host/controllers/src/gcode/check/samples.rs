@@ -6,7 +6,7 @@ use crate::gcode::axes::{COUNT, PerLetter, is_rotary};
 use crate::gcode::moves::Rate;
 use crate::gcode::program::Segment;
 use crate::gcode::trace::{Lost, Node, Path};
-use crate::gcode::travel_directions::Ways;
+use crate::gcode::travel_directions::TravelDirections;
 use std::f64::consts::TAU;
 
 /// How far along the path a step at a reversal may seem to go (mm): what the last digits of words do.
@@ -109,7 +109,7 @@ impl Check<'_> {
         let from = self.part(along, &written.path.at(0.0), &along.travel)?;
         let mut turned = along.travel.clone();
         let (mut beyond, mut ahead, mut last) = (BEYOND, from, from);
-        let mut first: Option<(f64, bool, Ways, f64)> = None;
+        let mut first: Option<(f64, bool, TravelDirections, f64)> = None;
         while ahead < 1.0 {
             ahead = (from + beyond / whole).min(1.0);
             let before = turned.travel;
@@ -183,9 +183,9 @@ impl Check<'_> {
     fn turns_one(
         &self,
         along: &Along<'_>,
-        before: &Ways,
+        before: &TravelDirections,
         [last, mut ahead]: [f64; 2],
-    ) -> Result<(f64, Ways), Lost> {
+    ) -> Result<(f64, TravelDirections), Lost> {
         let mut halvings = 0;
         loop {
             let mut turned = before.clone();
@@ -205,7 +205,7 @@ impl Check<'_> {
     fn turns_here(
         &self,
         along: &Along<'_>,
-        before: &Ways,
+        before: &TravelDirections,
         [came_from, t]: [f64; 2],
     ) -> Result<bool, Lost> {
         let path = &along.segment.path;

@@ -8,7 +8,7 @@ use crate::gcode::interpret::bits;
 use crate::gcode::program::Segment;
 use crate::gcode::tables::Tables;
 use crate::gcode::trace::{Field, Lost, Path};
-use crate::gcode::travel_directions::Ways;
+use crate::gcode::travel_directions::TravelDirections;
 use std::f64::consts::FRAC_PI_2;
 use trueaxis::Travel;
 
@@ -32,7 +32,7 @@ pub(super) fn quarters(path: &Path) -> Vec<f64> {
 }
 
 /// Directions of travel, and the corrected place at which a motion ends with them.
-pub(super) type End = (Ways, PerLetter);
+pub(super) type End = (TravelDirections, PerLetter);
 
 impl Along<'_> {
     /// Takes directions along from one part of the way to another, past every place where an axis of an arc turns
@@ -40,7 +40,7 @@ impl Along<'_> {
     pub(super) fn goes(
         &self,
         tables: &Tables<'_>,
-        ways: &mut Ways,
+        ways: &mut TravelDirections,
         [from, to]: [f64; 2],
     ) -> Result<(), Lost> {
         let first = self.quarters.partition_point(|t| *t <= from);
@@ -86,7 +86,12 @@ impl Check<'_> {
     }
 
     /// Takes the directions of travel along.
-    fn follow(&self, field: &Field<'_>, segment: &Segment, ways: &mut Ways) -> Result<(), Lost> {
+    fn follow(
+        &self,
+        field: &Field<'_>,
+        segment: &Segment,
+        ways: &mut TravelDirections,
+    ) -> Result<(), Lost> {
         if !self.axes_turn() {
             return Ok(());
         }
@@ -117,7 +122,7 @@ impl Check<'_> {
         segment: &Segment,
         [from, to]: [(f64, PerLetter); 2],
         halvings: u32,
-        ways: &mut Ways,
+        ways: &mut TravelDirections,
     ) -> Result<(), Lost> {
         let t = 0.5 * (from.0 + to.0);
         let q = field.axes(&segment.path.at(t))?;

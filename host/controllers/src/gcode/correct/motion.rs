@@ -10,7 +10,7 @@ use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
 use crate::gcode::moves::Move;
 use crate::gcode::trace::{Field, Node, Path};
-use crate::gcode::travel_directions::Ways;
+use crate::gcode::travel_directions::TravelDirections;
 use crate::gcode::words::{Block, Word};
 
 /// So far beside the corrected path a motion that feeds may begin, in parts of what is allowed: cuts take the rest.
@@ -178,7 +178,7 @@ impl<'a> Corrector<'a> {
     ) -> Result<(), Fault> {
         let field = self.field();
         if self.axes_turn() {
-            let at = |ways: &Ways| {
+            let at = |ways: &TravelDirections| {
                 let mut node = field.node(1.0, to, ways)?;
                 self.hold(held, &mut node);
                 Ok(node.moved)

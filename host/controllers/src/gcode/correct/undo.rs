@@ -8,7 +8,7 @@ use crate::gcode::codes::{self, Code, Group};
 use crate::gcode::fault::Fault;
 use crate::gcode::moves::{Rate, Straight};
 use crate::gcode::trace::Path;
-use crate::gcode::travel_directions::Ways;
+use crate::gcode::travel_directions::TravelDirections;
 
 /// A step at a reversal is shorter (mm and degrees).
 const LONGEST_STEP: f64 = 2.0;
@@ -39,7 +39,7 @@ impl Corrector<'_> {
             return Ok(false);
         }
         let field = self.field();
-        let stands = |ways: &Ways| {
+        let stands = |ways: &TravelDirections| {
             let mut node = field.node(1.0, to, ways)?;
             self.hold(held, &mut node);
             let near =

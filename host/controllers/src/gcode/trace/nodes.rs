@@ -4,7 +4,7 @@ use super::{Field, Lost, Node, Path};
 use crate::gcode::axes::{COUNT, is_rotary};
 use crate::gcode::interpret::bits;
 use crate::gcode::limits::Limits;
-use crate::gcode::travel_directions::Ways;
+use crate::gcode::travel_directions::TravelDirections;
 
 /// A path with its corrections.
 #[derive(Debug, Default)]
@@ -21,7 +21,7 @@ struct Tracing<'t> {
     field: &'t Field<'t>,
     path: &'t Path,
     limits: &'t Limits,
-    ways: &'t mut Ways,
+    ways: &'t mut TravelDirections,
     traced: &'t mut Traced,
 }
 
@@ -45,7 +45,7 @@ impl Field<'_> {
         &self,
         path: &Path,
         limits: &Limits,
-        ways: &mut Ways,
+        ways: &mut TravelDirections,
         finer: usize,
         traced: &mut Traced,
     ) -> Result<Node, Lost> {

@@ -6,7 +6,7 @@ use super::cover::{Cover, Minimize};
 use super::limits::BASIS_SHARE;
 use super::sampling::{Component, Sampler};
 use super::structure::Structure;
-use super::tables::Found;
+use super::tables::Decomposition;
 use crate::target::Target;
 use rayon::prelude::*;
 use trueaxis_model::kinematics::{NotConverged, Policy};
@@ -34,8 +34,8 @@ impl Attempt {
         sampler: &'a Sampler<'a>,
         components: &'a [Component],
         tolerance: &'a PerAxis,
-    ) -> Found<'a> {
-        Found {
+    ) -> Decomposition<'a> {
+        Decomposition {
             sampler,
             components,
             bases: &self.bases,

@@ -3,7 +3,7 @@
 use super::limits::{JOINT_NODES, LEAST_NODES, MOST_NODES, PAIR_PLACES, PAIRS_SHOW};
 use super::sampling::{Component, Sampler};
 use super::trials::{random_place, to_corner};
-use super::variables::{Kind, Place};
+use super::variables::{Kind, VariableValues};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -137,7 +137,7 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
     unions.sort_unstable();
     unions.dedup();
     let mut random = Pcg64Mcg::seed_from_u64(2);
-    let places: Vec<Place> = (0..PAIR_PLACES)
+    let places: Vec<VariableValues> = (0..PAIR_PLACES)
         .map(|number| {
             let mut place = random_place(sampler.variables, &mut random);
             if number % 2 == 0 {

@@ -2,10 +2,10 @@
 
 use super::Options;
 use super::grid::Grid;
-use super::peak_tables::Seen;
+use super::peak_tables::PeakTables;
 use super::spline;
 use super::structure::{self, Function};
-use super::tables::{Found, input};
+use super::tables::{Decomposition, input};
 use super::variables::Kind;
 use crate::schemes::blank::blank;
 use std::collections::{BTreeMap, HashMap};
@@ -18,9 +18,9 @@ const SAMPLED: f64 = 1e-10;
 
 /// Lays out banks and terms.
 pub fn draft(
-    found: &Found<'_>,
+    found: &Decomposition<'_>,
     grids: &BTreeMap<usize, Grid>,
-    seen: &BTreeMap<usize, Seen>,
+    seen: &BTreeMap<usize, PeakTables>,
     options: &Options,
 ) -> Result<Draft, NotConverged> {
     let (kinematics, variables) = (found.sampler.kinematics, found.sampler.variables);
@@ -174,7 +174,10 @@ const MOST_WEIGHT: f64 = 1e6;
 
 /// The terms with weights in mm or degrees, and what each table is multiplied by so that as many
 /// weights as possible are 1: those cost nothing.
-fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<structure::Term>, HashMap<Factor, f64>) {
+fn weighed(
+    machine: &Machine,
+    found: &Decomposition<'_>,
+) -> (Vec<structure::Term>, HashMap<Factor, f64>) {
     let (terms, scales) = weighed_with(machine, found, true);
     if terms.iter().all(|t| t.weight.abs() <= MOST_WEIGHT) {
         return (terms, scales);
@@ -185,7 +188,7 @@ fn weighed(machine: &Machine, found: &Found<'_>) -> (Vec<structure::Term>, HashM
 /// The same; `freely`: tables also take weights as small as the tolerance.
 fn weighed_with(
     machine: &Machine,
-    found: &Found<'_>,
+    found: &Decomposition<'_>,
     freely: bool,
 ) -> (Vec<structure::Term>, HashMap<Factor, f64>) {
     let mut terms = found.structure.terms.clone();

@@ -28,22 +28,22 @@ pub struct Judge<'a> {
     tolerance: Tolerance,
     /// The correction at the zero position (mm, rad).
     zero: PerAxis,
-    places: Vec<Place>,
+    places: Vec<JudgedPosition>,
     /// Positions that only what is good so far is measured at, once there is any.
-    others: Vec<Place>,
+    others: Vec<JudgedPosition>,
     /// Further positions at which weights are fitted, once these are many.
-    further: Vec<Place>,
+    further: Vec<JudgedPosition>,
     /// Largest correction of each axis (mm, rad).
     largest: PerAxis,
     /// Positions that climbs have come to: the next one passes many of them again.
-    climbed: Mutex<HashMap<Bits, Place>>,
+    climbed: Mutex<HashMap<Bits, JudgedPosition>>,
 }
 
 /// The bits of a command's numbers, and its directions of travel.
 type Bits = ([u32; MAX_AXES], [u8; MAX_AXES], [u32; AUXILIARIES]);
 
 #[derive(Clone)]
-struct Place {
+struct JudgedPosition {
     command: Command,
     /// The exact correction (mm, rad), less that of the zero position.
     correction: PerAxis,
@@ -165,7 +165,7 @@ impl<'a> Judge<'a> {
 
     fn measure_at<'p>(
         &self,
-        places: impl ParallelIterator<Item = &'p Place>,
+        places: impl ParallelIterator<Item = &'p JudgedPosition>,
         draft: &Draft,
         target: &Target,
         most: f64,
@@ -206,7 +206,7 @@ impl<'a> Judge<'a> {
         let misses = |verdict: &Verdict| verdict.error > factor;
         let missed = order.iter().take_while(|i| misses(&verdicts[**i]));
         let missed = missed.take(MOST_MISSED).map(|i| self.others[*i].clone());
-        let mut missed: Vec<Place> = missed.collect();
+        let mut missed: Vec<JudgedPosition> = missed.collect();
         let mut worst = verdicts
             .iter()
             .copied()
@@ -237,9 +237,9 @@ impl<'a> Judge<'a> {
     fn climb(
         &self,
         mut verdict: Verdict,
-        mut place: Place,
+        mut place: JudgedPosition,
         runtime: &Runtime<'_>,
-    ) -> Result<(Verdict, Place), NotConverged> {
+    ) -> Result<(Verdict, JudgedPosition), NotConverged> {
         let axes = self.kinematics.machine.axes.len();
         let moves = moves(self.kinematics);
         for _ in 0..CLIMB_ROUNDS {
@@ -263,8 +263,8 @@ impl<'a> Judge<'a> {
         Ok((verdict, place))
     }
 
-    /// [`Place::inside`], once for each command.
-    fn climbed_to(&self, command: Command) -> Result<Place, NotConverged> {
+    /// [`JudgedPosition::inside`], once for each command.
+    fn climbed_to(&self, command: Command) -> Result<JudgedPosition, NotConverged> {
         let bits = (
             command.axes.map(f32::to_bits),
             command.travel.map(|travel| travel as u8),
@@ -274,7 +274,7 @@ impl<'a> Judge<'a> {
         if let Some(place) = known().get(&bits) {
             return Ok(place.clone());
         }
-        let place = Place::inside(self.kinematics, &self.zero, command)?;
+        let place = JudgedPosition::inside(self.kinematics, &self.zero, command)?;
         known().insert(bits, place.clone());
         Ok(place)
     }
@@ -317,7 +317,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Measures tables at one position.
-    fn at(&self, place: &Place, runtime: &Runtime<'_>) -> Verdict {
+    fn at(&self, place: &JudgedPosition, runtime: &Runtime<'_>) -> Verdict {
         let machine = self.kinematics.machine;
         let table = runtime.evaluate(&place.command).map(f64::from);
         let table = machine.to_kinematic(&table);
@@ -354,7 +354,7 @@ fn places(
     zero: &PerAxis,
     count: usize,
     seed: u64,
-) -> Result<Vec<Place>, SchemeError> {
+) -> Result<Vec<JudgedPosition>, SchemeError> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut commands = Vec::new();
     for (region, count) in [(Region::Travel, count / 3), (Region::Inside, count)] {
@@ -369,20 +369,20 @@ fn places(
             (region, command)
         }));
     }
-    let places: Result<Vec<Place>, NotConverged> = commands
+    let places: Result<Vec<JudgedPosition>, NotConverged> = commands
         .into_par_iter()
         .map(|(region, command)| {
             if region == Region::Inside {
-                Place::inside(kinematics, zero, command)
+                JudgedPosition::inside(kinematics, zero, command)
             } else {
-                Place::new(kinematics, zero, command)
+                JudgedPosition::new(kinematics, zero, command)
             }
         })
         .collect();
     Ok(places?)
 }
 
-impl Place {
+impl JudgedPosition {
     fn new(
         kinematics: &Kinematics<'_>,
         zero: &PerAxis,
@@ -554,7 +554,7 @@ mod tests {
         // The error grows towards the ends of several axes at once.
         let at = |axes: &[f64]| {
             let command = Command::at(&machine, axes);
-            let place = Place::inside(&kinematics, &judge.zero, command).unwrap();
+            let place = JudgedPosition::inside(&kinematics, &judge.zero, command).unwrap();
             (judge.at(&place, &runtime), place)
         };
         let (start, place) = at(&[10.0, 20.0, -30.0, 5.0]);

@@ -67,7 +67,7 @@ pub fn compile(
     errors: &ErrorModel,
     minimize: Minimize,
     options: &Options,
-) -> Result<schemes::Found, SchemeError> {
+) -> Result<schemes::SchemeResult, SchemeError> {
     let kinematics = Kinematics::new(machine, errors).with_policy(options.policy);
     let whole = Tolerance::new(&kinematics, options.tolerance);
     let tolerance = whole.axes;
@@ -88,7 +88,7 @@ pub fn compile(
         search.fit()?;
     }
     let Some(best) = search.best else {
-        return Ok(schemes::Found {
+        return Ok(schemes::SchemeResult {
             draft: blank(&kinematics),
             structure_error: None,
             meets: None,
@@ -96,7 +96,7 @@ pub fn compile(
             notes: vec!["no tables were found that do no harm".to_owned()],
         });
     };
-    Ok(schemes::Found {
+    Ok(schemes::SchemeResult {
         meets: best.meets().map(|factor| options.tolerance * factor),
         draft: best.draft,
         structure_error: Some(best.structure_error),

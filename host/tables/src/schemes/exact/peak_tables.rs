@@ -9,7 +9,7 @@ use super::limits::{
 };
 use super::spline;
 use super::structure::Function;
-use super::tables::{Found, Sampled};
+use super::tables::{Decomposition, Sampled};
 use super::variables::{Kind, Variable};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
 
 /// A variable's tables at the beginnings and middles of so many intervals, which see every peak.
-pub struct Seen {
+pub struct PeakTables {
     grid: Grid,
     wraps: bool,
     tables: Sampled,
@@ -49,9 +49,9 @@ pub fn grid(policy: Policy, variable: &Variable) -> Option<Grid> {
     ))
 }
 
-impl Seen {
+impl PeakTables {
     /// Looks at the tables whose variable has no kinks, where the policy makes peaks.
-    pub fn all(found: &Found<'_>) -> Result<BTreeMap<usize, Self>, NotConverged> {
+    pub fn all(found: &Decomposition<'_>) -> Result<BTreeMap<usize, Self>, NotConverged> {
         let bent = found.tables().into_iter().map(|(v, (bent, _))| (v, bent));
         let bent = bent.filter(|(_, bent)| !bent.is_empty());
         let seen = bent.filter_map(|(v, bent)| {
@@ -63,7 +63,7 @@ impl Seen {
     }
 
     fn of(
-        found: &Found<'_>,
+        found: &Decomposition<'_>,
         v: usize,
         functions: &[Function],
         grid: Grid,
@@ -114,7 +114,7 @@ impl Seen {
     }
 }
 
-impl Found<'_> {
+impl Decomposition<'_> {
     /// How far straight lines between the values of a variable's tables on a grid, and how far cubics on
     /// the same intervals, may lead each output astray, in units of its tolerance: table by table at the
     /// points and between them, with the other factors at their peaks.

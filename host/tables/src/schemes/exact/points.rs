@@ -3,9 +3,9 @@
 use super::cubic;
 use super::grid::Grid;
 use super::limits::{GRID_SLACK, LEAST_INTERVALS, MOST_INTERVALS, STUCK};
-use super::peak_tables::Seen;
+use super::peak_tables::PeakTables;
 use super::structure::Function;
-use super::tables::Found;
+use super::tables::Decomposition;
 use crate::schemes::Options;
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
@@ -14,8 +14,8 @@ use trueaxis_model::kinematics::NotConverged;
 /// no more than `share` of the tolerance; as many points as `options` give instead, if they do. Where
 /// motions were measured, points lie between those positions only if `finer`.
 pub fn grids(
-    found: &Found<'_>,
-    seen: &BTreeMap<usize, Seen>,
+    found: &Decomposition<'_>,
+    seen: &BTreeMap<usize, PeakTables>,
     options: &Options,
     share: f64,
     finer: bool,
@@ -57,7 +57,7 @@ pub fn grids(
 /// The coarsest grid found whose interpolation errs by no more than `most`; the best one, if none
 /// does.
 fn coarsest(
-    found: &Found<'_>,
+    found: &Decomposition<'_>,
     v: usize,
     functions: &[Function],
     most: f64,
@@ -121,7 +121,7 @@ fn coarsest(
     })
 }
 
-impl Found<'_> {
+impl Decomposition<'_> {
     /// How far straight lines between the values of a variable's tables on a grid may lead each output
     /// astray, in units of its tolerance: table by table in the middle of every interval and at every kink
     /// between points, with the other factors at their peaks.

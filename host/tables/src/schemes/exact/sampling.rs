@@ -2,7 +2,7 @@
 
 use super::chebyshev;
 use super::memory::Memory;
-use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
+use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
 use rayon::prelude::*;
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
@@ -89,7 +89,7 @@ impl<'a> Sampler<'a> {
 
 impl Sampler<'_> {
     /// The exact correction with the switches in `on`.
-    pub fn exact(&self, place: &Place, on: u32) -> Result<PerAxis, NotConverged> {
+    pub fn exact(&self, place: &VariableValues, on: u32) -> Result<PerAxis, NotConverged> {
         let mut q = PerAxis::default();
         let mut situation = Situation::default();
         let mut switches = Switches {
@@ -123,7 +123,7 @@ impl Sampler<'_> {
     /// True where the correction itself carries an axis across an end of its calibrated range:
     /// the motion bends at the corrected position, so the exact correction is not a sum of products
     /// there.
-    pub(crate) fn is_near_end(&self, place: &Place, correction: &PerAxis) -> bool {
+    pub(crate) fn is_near_end(&self, place: &VariableValues, correction: &PerAxis) -> bool {
         self.variables
             .iter()
             .enumerate()
@@ -137,12 +137,17 @@ impl Sampler<'_> {
     }
 
     /// What the switches in `on` add together at a place (inclusion and exclusion).
-    pub fn added(&self, place: &Place, on: u32) -> Result<PerAxis, NotConverged> {
+    pub fn added(&self, place: &VariableValues, on: u32) -> Result<PerAxis, NotConverged> {
         self.added_with(place, on, 0)
     }
 
     /// The part of that in which `always` are on.
-    fn added_with(&self, place: &Place, on: u32, always: u32) -> Result<PerAxis, NotConverged> {
+    fn added_with(
+        &self,
+        place: &VariableValues,
+        on: u32,
+        always: u32,
+    ) -> Result<PerAxis, NotConverged> {
         let mut sum = PerAxis::default();
         let mut subset = on;
         loop {
@@ -221,11 +226,11 @@ impl Sampler<'_> {
         &self,
         component: &Component,
         levers: &[(usize, f64)],
-        place: &Place,
+        place: &VariableValues,
     ) -> Result<PerAxis, NotConverged> {
         // Without one of the odd variables both its ends are the same and cancel.
         let odd = component.odd.iter().fold(0, |odd, v| odd | 1 << v);
-        let added = |at: &Place| self.added_with(at, component.on, odd);
+        let added = |at: &VariableValues| self.added_with(at, component.on, odd);
         let mut sum = self.odd_part(component, levers, place, added)?;
         // The zero offset belongs to the part without switches, and to it alone.
         if component.on == 0 {
@@ -242,7 +247,7 @@ impl Sampler<'_> {
         &self,
         component: &Component,
         monomials: &[usize],
-        place: &Place,
+        place: &VariableValues,
     ) -> Result<Vec<PerAxis>, NotConverged> {
         // The monomials share the points of their stencils.
         let mut known: Vec<(Levers, PerAxis)> = Vec::new();
@@ -383,8 +388,8 @@ impl Sampler<'_> {
         &self,
         component: &Component,
         levers: &[(usize, f64)],
-        place: &Place,
-        function: impl Fn(&Place) -> Result<PerAxis, NotConverged>,
+        place: &VariableValues,
+        function: impl Fn(&VariableValues) -> Result<PerAxis, NotConverged>,
     ) -> Result<PerAxis, NotConverged> {
         let mut place = *place;
         for &v in component.monomials.iter().flatten() {
@@ -457,7 +462,7 @@ impl Component {
     }
 
     /// The place of a rich node (affine and odd variables 0).
-    pub fn place(&self, mut node: usize) -> Place {
+    pub fn place(&self, mut node: usize) -> VariableValues {
         let mut place = [0.0; MAX_VARIABLES];
         for (v, positions) in self.rich.iter().rev() {
             place[*v] = positions[node % positions.len()];

@@ -10,9 +10,9 @@ use super::limits::{
     HARMLESS, HOPELESS, LEAST_POINT_SHARE, MOST_WORK, MOST_WORK_IF_HOPELESS, OUT_OF_REACH, SHARES,
     STARVING, STUCK, TOOL_SHARE,
 };
-use super::peak_tables::Seen;
+use super::peak_tables::PeakTables;
 use super::sampling::{Component, Sampler};
-use super::tables::Found;
+use super::tables::Decomposition;
 use super::trials::Trials;
 use super::{components, cubic, draft, points};
 use crate::schemes::{Options, SchemeError};
@@ -29,7 +29,7 @@ struct Tried {
     /// With what motions add in pairs.
     pairs: bool,
     /// Its tables with peaks, once they have been looked at.
-    seen: Option<BTreeMap<usize, Seen>>,
+    seen: Option<BTreeMap<usize, PeakTables>>,
 }
 
 /// A draft that does no harm.
@@ -172,7 +172,7 @@ impl<'a> Search<'a> {
     /// What a structure costs, in instructions, with the points that it gets at first.
     fn expected_cost(&self, tolerance: &PerAxis, tried: &mut Tried) -> Result<f64, SchemeError> {
         let found = self.found(tolerance, tried);
-        let seen = Seen::all(&found)?;
+        let seen = PeakTables::all(&found)?;
         let share = self.first_point_share(tried.error);
         let grids = points::grids(&found, &seen, self.options, share, false)?;
         let mut cost = tried.attempt.structure.cost(self.sampler.variables);
@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
     }
 
     /// With what the tables of a structure are sampled from.
-    fn found<'t>(&'t self, tolerance: &'t PerAxis, tried: &'t Tried) -> Found<'t> {
+    fn found<'t>(&'t self, tolerance: &'t PerAxis, tried: &'t Tried) -> Decomposition<'t> {
         let components = &self.components[..self.count(tried.pairs)];
         tried.attempt.found(&self.sampler, components, tolerance)
     }
@@ -414,7 +414,7 @@ impl<'a> Search<'a> {
         let seen = match &tried.seen {
             Some(seen) => seen,
             None => {
-                own = Seen::all(&found)?;
+                own = PeakTables::all(&found)?;
                 &own
             }
         };

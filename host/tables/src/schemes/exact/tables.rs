@@ -11,7 +11,7 @@ use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::{Machine, PerAxis};
 
 /// Everything found about a correction.
-pub struct Found<'a> {
+pub struct Decomposition<'a> {
     pub sampler: &'a Sampler<'a>,
     pub components: &'a [Component],
     pub bases: &'a [Basis],
@@ -27,7 +27,7 @@ pub struct Sampled {
     pub values: DMatrix<f64>,
 }
 
-impl Found<'_> {
+impl Decomposition<'_> {
     /// The tables of one variable, at positions in its kinematic unit.
     pub fn sample(
         &self,

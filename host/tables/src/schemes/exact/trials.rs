@@ -4,8 +4,8 @@ use super::limits::TRIALS;
 use super::peak_tables;
 use super::sampling::Sampler;
 use super::structure::Function;
-use super::tables::{self, Found, Sampled};
-use super::variables::{Kind, MAX_VARIABLES, Place, Variable};
+use super::tables::{self, Decomposition, Sampled};
+use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
 
 /// A random place in the calibrated ranges, with a random direction of travel where it counts.
-pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Place {
+pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> VariableValues {
     let mut place = [0.0; MAX_VARIABLES];
     for (x, variable) in place.iter_mut().zip(variables) {
         let [low, high] = variable.calibrated;
@@ -33,7 +33,7 @@ pub(crate) fn random_place(variables: &[Variable], random: &mut Pcg64Mcg) -> Pla
 
 /// Moves every variable to the nearer end of its calibrated range, or as near to it as no motion holds
 /// there for a correction of 1 %: corners are where most effects are largest.
-pub(crate) fn to_corner(variables: &[Variable], place: &mut Place) {
+pub(crate) fn to_corner(variables: &[Variable], place: &mut VariableValues) {
     for (x, variable) in place.iter_mut().zip(variables) {
         let [low, high] = variable.calibrated;
         let inset = if variable.ends.is_empty() {
@@ -57,7 +57,7 @@ fn nearest(positions: &[f64], x: f64) -> f64 {
 
 /// Random places with their exact corrections.
 pub struct Trials {
-    places: Vec<Place>,
+    places: Vec<VariableValues>,
     corrections: Vec<PerAxis>,
 }
 
@@ -95,7 +95,7 @@ impl Trials {
     }
 
     /// Largest difference of the structure to the exact correction, in units of the tolerance.
-    pub fn error(&self, found: &Found<'_>) -> Result<f64, NotConverged> {
+    pub fn error(&self, found: &Decomposition<'_>) -> Result<f64, NotConverged> {
         let mut sampled: BTreeMap<usize, Sampled> = BTreeMap::new();
         for (v, (bent, straight)) in found.tables() {
             let functions: Vec<Function> = bent.into_iter().chain(straight).collect();

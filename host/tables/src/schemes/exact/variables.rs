@@ -10,7 +10,7 @@ use trueaxis_model::machine::MAX_AXES;
 pub(crate) const MAX_VARIABLES: usize = 2 * MAX_AXES + 1 + MAX_SENSORS;
 
 /// A value for each variable (mm, rad, K, ±1), in the order of [`variables`].
-pub type Place = [f64; MAX_VARIABLES];
+pub type VariableValues = [f64; MAX_VARIABLES];
 
 /// What a variable stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,7 @@ mod weights;
 
 use crate::schemes::blank::blank;
 use crate::schemes::products::{Factor, Product, layout, points, subtracted};
-use crate::schemes::{Found, Options, SchemeError};
+use crate::schemes::{Options, SchemeError, SchemeResult};
 use form::Variables;
 pub use named::names;
 use trueaxis::Draft;
@@ -48,9 +48,9 @@ pub fn compile(
     errors: &ErrorModel,
     adjustable: &[Parameter],
     options: &Options,
-) -> Result<Found, SchemeError> {
+) -> Result<SchemeResult, SchemeError> {
     let arranged = arranged(machine, errors, adjustable, options)?;
-    Ok(Found {
+    Ok(SchemeResult {
         draft: arranged.draft,
         structure_error: None,
         meets: None,

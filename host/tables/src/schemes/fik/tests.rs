@@ -1,7 +1,7 @@
 //! The scheme beside the document's formulas, its counts and its cases.
 
 use super::compile;
-use crate::schemes::{self, Found, SchemeError};
+use crate::schemes::{self, SchemeError, SchemeResult};
 use crate::validate::{Command, Runtime};
 use trueaxis::{Inputs, Travel, Travelling};
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation};
@@ -35,7 +35,7 @@ fn parameters(names: &[&str]) -> Vec<Parameter> {
         .collect()
 }
 
-fn found(machine: &Machine, errors: &ErrorModel, policy: Policy) -> Found {
+fn found(machine: &Machine, errors: &ErrorModel, policy: Policy) -> SchemeResult {
     compile(machine, errors, &[], &options(policy)).unwrap()
 }
 

@@ -13,7 +13,7 @@ mod tests;
 
 use crate::schemes::blank::blank;
 use crate::schemes::products::{Factor, Function, Points, Product, layout, points, subtracted};
-use crate::schemes::{Found, Options, SchemeError, fik};
+use crate::schemes::{Options, SchemeError, SchemeResult, fik};
 use crate::validate::{Region, random_commands};
 use candidates::{Candidate, Functions};
 use remains::{LEVER, Remains};
@@ -37,7 +37,7 @@ pub fn compile(
     errors: &ErrorModel,
     tables: NonZeroU8,
     options: &Options,
-) -> Result<Found, SchemeError> {
+) -> Result<SchemeResult, SchemeError> {
     let rotary = machine.axes.iter().filter(|axis| axis.letter.is_rotary());
     if rotary.count() != 2 {
         return Err(SchemeError::axes(machine, "subset", "two rotary axes"));
@@ -61,7 +61,7 @@ pub fn compile(
         .collect();
     products.extend(subtracted(machine, &options.zero(machine, errors)?));
     let (banks, placed) = layout(&products, &points, options.format);
-    Ok(Found {
+    Ok(SchemeResult {
         draft: Draft {
             banks,
             terms: placed.into_iter().map(|p| p.term).collect(),

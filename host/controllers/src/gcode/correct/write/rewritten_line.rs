@@ -16,7 +16,7 @@ use crate::gcode::words::Word;
 
 /// What the words of the line say already, and where others belong.
 #[derive(Default)]
-struct Said {
+struct WordsPresent {
     axes: u16,
     centre: [bool; 2],
     turns: bool,
@@ -60,9 +60,9 @@ impl Corrector<'_> {
         change: &Change<'_>,
         wording: &Wording,
         edits: &mut Edits,
-    ) -> Said {
+    ) -> WordsPresent {
         let (rules, words) = (self.rules, &wording.words);
-        let mut said = Said::default();
+        let mut said = WordsPresent::default();
         for word in &given.block.words {
             if let Some(Code::Motion(was)) = codes::code(word, rules.dialect) {
                 if let Some(motion) = wording.motion {
@@ -132,7 +132,13 @@ impl Corrector<'_> {
     }
 
     /// Adds what the words of the line do not say.
-    fn add_words(&mut self, given: &Given<'_>, wording: &Wording, said: &Said, edits: &mut Edits) {
+    fn add_words(
+        &mut self,
+        given: &Given<'_>,
+        wording: &Wording,
+        said: &WordsPresent,
+        edits: &mut Edits,
+    ) {
         let (block, words) = (given.block, &wording.words);
         let point = self.rules.dialect == Dialect::Fanuc;
         let mut before = given.line[..block.end].iter();

@@ -23,7 +23,7 @@ pub struct ToolPath {
 
 /// What was found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Found {
+pub struct CheckResult {
     /// Lines of both programs.
     pub lines: [u64; 2],
     /// Motions of both programs.
@@ -58,7 +58,7 @@ pub struct Found {
     pub tool_path: Option<ToolPath>,
 }
 
-impl Found {
+impl CheckResult {
     /// Adds what a motion takes, before (0) or after (1).
     pub(super) fn takes(&mut self, which: usize, rate: Rate, time: f64) {
         match rate {

@@ -23,7 +23,7 @@ const OFF: f64 = 1.0;
 
 /// What a log holds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct LogContents {
     /// The probings of rows whose touches are all there, in the order of the strategy.
     pub probings: Probings,
     /// Their touches, five for each.
@@ -46,7 +46,7 @@ pub fn to_probings(
     log: &[Touched],
     radius: Option<f64>,
     errors: &ErrorModel,
-) -> Result<Found, FileError> {
+) -> Result<LogContents, FileError> {
     let (strategy, touches, missing) = match belongs(machine, strategy, log) {
         Ok(()) => (strategy.clone(), log.to_vec(), Vec::new()),
         Err(error) => whole_rows(machine, strategy, log).ok_or(error)?,
@@ -116,7 +116,7 @@ pub fn to_probings(
         let q = reach(&kinematics, row, &tip, &fitted.centres[number]);
         row.position = machine.to_command(&q.ok_or_else(|| no_sphere(number))?);
     }
-    Ok(Found {
+    Ok(LogContents {
         probings,
         touches,
         missing,
