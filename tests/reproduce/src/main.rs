@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::{env, fs};
 use trueaxis_reproduce::{page, reproduce};
+use trueaxis_tables::compile::Progress;
 
 const USAGE: &str =
     "usage: reproduce DIR, to which reproduced.md, reproduced.json and pictures/ are written";
@@ -23,10 +24,21 @@ fn main() -> ExitCode {
     }
 }
 
+/// Shows which chapter is being recomputed.
+struct Stages;
+
+impl Progress for Stages {
+    fn stage(&self, what: &'static str, _: usize) {
+        eprintln!("{what}");
+    }
+
+    fn step(&self) {}
+}
+
 fn write(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let pictures = folder.join("pictures");
     fs::create_dir_all(&pictures)?;
-    let found = reproduce(&())?;
+    let found = reproduce(&Stages)?;
     fs::write(folder.join("reproduced.md"), page(&found))?;
     let json = serde_json::to_string_pretty(&found)?;
     fs::write(folder.join("reproduced.json"), json)?;
