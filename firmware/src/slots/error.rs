@@ -82,7 +82,7 @@ pub enum SlotError {
 impl fmt::Display for SlotError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NotStandstill => f.write_str("the machine does not stand still with drives off"),
+            Self::NotStandstill => f.write_str("the machine is not at standstill with drives off"),
             Self::Length { capacity } => write!(f, "a slot holds 16 to {capacity} bytes"),
             Self::NoUpload => f.write_str("no upload has begun"),
             Self::Erasing => f.write_str("the slot is still being erased"),
@@ -93,7 +93,7 @@ impl fmt::Display for SlotError {
             Self::Readback { offset } => write!(f, "flash at {offset} reads wrong: begin again"),
             Self::Unusable { slot, block } => write!(
                 f,
-                "Slot unusable: block {block} of slot {slot} does not hold what is written to it"
+                "Slot unusable: block {block} of slot {slot} does not keep what is written to it"
             ),
             Self::Leased => f.write_str("the slot is still being read"),
             Self::Spoiled => f.write_str("the upload is spoiled: begin again"),

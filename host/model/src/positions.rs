@@ -150,7 +150,7 @@ fn read_header(
         if columns.contains(&input) {
             return Err(FileError::at(
                 span.clone(),
-                format!("column {}: `{name}` stands there twice", columns.len() + 1),
+                format!("column {}: `{name}` is listed twice", columns.len() + 1),
                 "second column of this input",
                 "keep one of the two columns",
             ));
@@ -284,7 +284,7 @@ mod tests {
     fn every_mistake_is_told_with_line_and_place() {
         for (text, line, message, marked) in [
             ("X,A,Q\n1,2,3\n", 1, "column 3: `Q` is not an input", "Q"),
-            ("X,A,A\n1,2,3\n", 1, "column 3: `A` stands there twice", "A"),
+            ("X,A,A\n1,2,3\n", 1, "column 3: `A` is listed twice", "A"),
             (
                 "X,A\n1,2\n",
                 1,

@@ -36,7 +36,7 @@ pub fn beyond(subject: &Subject<'_>, volumetric: &Volumetric, budget: &Budget) -
         }
         if best.translation_um.max >= 1e-3 {
             sentences.push(format!(
-                "At the tip {} µm stay at most, whatever the tables.",
+                "Up to {} µm remain at the tip, whatever the tables.",
                 figure(best.translation_um.max)
             ));
         }

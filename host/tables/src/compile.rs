@@ -172,7 +172,7 @@ impl CompileError {
                 "check this parameter and its unit (mm and rad), say under [calibrated] where it is known, subtract a constant with --zero-at, or use --allow-large if the machine really is so far off"
             }
             Self::Draw(_) => {
-                "widen [calibrated] in the error file: it is hardly wider than the corrections are large"
+                "widen [calibrated] in the error file: it is barely wider than the corrections"
             }
         }
     }

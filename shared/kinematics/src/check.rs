@@ -68,7 +68,7 @@ impl fmt::Display for MachineProblem {
             ),
             Self::ParallelRotaryAxes { first, second, at } => write!(
                 f,
-                "the rotary axes {first} and {second} are parallel{at}: a correction could not tell them apart"
+                "the rotary axes {first} and {second} are parallel{at}: a correction could not distinguish them"
             ),
             Self::DependentRotaryAxes { at } => {
                 write!(f, "the three rotary axes become dependent{at}")

@@ -130,7 +130,7 @@ impl fmt::Display for Refusal {
             Self::BadRows => f.write_str("the rows do not fit the axes"),
             Self::TooManyRows { most } => write!(f, "at most {most} rows at once"),
             Self::Occupied => f.write_str("the positions are commanded by something else"),
-            Self::Suspended => f.write_str("the servo stands still for an upload"),
+            Self::Suspended => f.write_str("the servo is paused for an upload"),
             Self::NotFinite => f.write_str("not a finite number"),
             Self::Flash => f.write_str("the flash does not work"),
             Self::LogicBug => f.write_str("a mistake in the firmware"),
@@ -145,7 +145,7 @@ impl fmt::Display for Refusal {
             Self::Full => f.write_str("the slot in use has no room to store anything more"),
             Self::Unusable { slot, block } => write!(
                 f,
-                "Slot unusable: block {block} of slot {slot} does not hold what is written to it"
+                "Slot unusable: block {block} of slot {slot} does not keep what is written to it"
             ),
             Self::NoNonce => {
                 f.write_str("the controller has no boot nonce, so it opens no session")

@@ -211,9 +211,9 @@ fn start(state: &State) -> String {
     match at_start.storing {
         Storing::Stored => {}
         Storing::Pending => {
-            text += "; what is wanted is stored at the next standstill with drives off";
+            text += "; the change is stored at the next standstill with drives off";
         }
-        Storing::Failed(why) => text += &format!("; what is wanted is not stored: {why}"),
+        Storing::Failed(why) => text += &format!("; the change is not stored: {why}"),
     }
     text
 }

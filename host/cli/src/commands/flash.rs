@@ -177,7 +177,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     if activated != Activated::No && at_start.in_use != Some(slot) {
         text += match at_start.storing {
             Storing::Failed(_) => {
-                "not stored: the next start takes what it took before; see `trueaxis control`\n"
+                "not stored: the next start uses the previous compensation; see `trueaxis control`\n"
             }
             _ => "at the next start too once the machine has stood still with its drives off\n",
         };

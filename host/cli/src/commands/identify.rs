@@ -304,7 +304,7 @@ impl Found<'_> {
                 .map(|row| row.line);
             if let (Some(line), None) = (lines.next(), lines.next()) {
                 warnings.push(format!(
-                    "line {line}: ball {name} was probed only once, which tells nothing but where it is: probe it at other rotary positions too; if it is another ball, correct the name"
+                    "line {line}: ball {name} was probed only once, which shows only where it is: probe it at other rotary positions too; if it is a different ball, correct the name"
                 ));
             }
         }
@@ -332,7 +332,7 @@ impl Found<'_> {
         );
         if let Some(repeats) = self.honesty.repeats.filter(|repeats| repeats.is_less) {
             warnings.push(format!(
-                "what is left is {:.1} times what repeats: the machine does something that the model does not have; try --model auto, or a model with more parameters",
+                "the residuals are {:.1} times the repeatability: the machine does something that the model lacks; try --model auto, or a model with more parameters",
                 repeats.ratio
             ));
         }

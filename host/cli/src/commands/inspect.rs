@@ -157,7 +157,7 @@ fn names(
                 path.display(),
                 errors.display()
             ),
-            "give the errors of which it was compiled; other schemes have no terms of single errors",
+            "pass the errors it was compiled from; other schemes have no terms for single errors",
         )
     })
 }

@@ -128,7 +128,7 @@ fn upload(upload: Upload) -> Option<String> {
         Upload::Erasing { done, blocks } => Some(format!("erasing, {done} of {blocks} blocks")),
         Upload::Receiving { next, length } => Some(format!("{next} of {length} bytes")),
         Upload::Paused { next, length } => Some(format!(
-            "paused at {next} of {length} bytes: the machine does not stand still"
+            "paused at {next} of {length} bytes: the machine is moving"
         )),
         Upload::Committed { slot, sequence } => Some(format!("slot {slot}, number {sequence}")),
     }
@@ -176,7 +176,7 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
         report.factor
     );
     if report.suspended {
-        let _ = writeln!(t, "servo        stands still for an upload");
+        let _ = writeln!(t, "servo        paused for an upload");
     }
     if let Some(state) = upload(report.upload) {
         let _ = writeln!(t, "upload       {state}");

@@ -51,7 +51,7 @@ impl PortArguments {
                 "compile it with the --target that `trueaxis flash --dry-run` prints, or build the firmware with larger capacities"
             }
             FlashError::Link(error) => remedy(error),
-            FlashError::NotReady(_) => "see `trueaxis monitor` for what it waits for",
+            FlashError::NotReady(_) => "`trueaxis monitor` shows what it is waiting for",
             FlashError::NotVerified(_) => {
                 "flash it again; if that does not help, the flash memory is worn out"
             }
@@ -72,7 +72,7 @@ fn remedy(error: &LinkError) -> &'static str {
         LinkError::Unexpected => "use the version of trueaxis that belongs to the firmware",
         LinkError::Refused(refusal) => match refusal {
             Refusal::NotStandstill => {
-                "stop the machine and switch its drives off: this controller stands still while it writes flash"
+                "stop the machine and switch its drives off: this controller pauses while it writes flash"
             }
             Refusal::Busy => {
                 "wait until the change of compensation or the upload is over; `trueaxis monitor` shows it"
@@ -100,7 +100,7 @@ fn remedy(error: &LinkError) -> &'static str {
             }
             Refusal::OtherMachine => "check that this is the right file; --force if it is meant so",
             Refusal::Unusable { .. } => {
-                "what is in use stays in use; after a restart of the controller the slot is tried once more, then replace the part: its flash memory is worn out"
+                "the active compensation stays in use; restart the controller to try the slot once more, then replace the part: its flash memory is worn out"
             }
             Refusal::NoNonce => {
                 "restart the controller; if that does not help, its random number generator does not work"

@@ -18,7 +18,7 @@ const LONGEST: usize = 200;
 /// Puts `bytes` in the place of the file, or leaves the old one as it was.
 ///
 /// # Errors
-/// Those of the file system; also if what was written is not what is read back.
+/// Those of the file system; also if the file does not read back as it was written.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
     replace_by(path, |file| file.write_all(bytes), |_| Ok(()))
 }
@@ -178,7 +178,9 @@ impl Partial {
             }
         }
         if sum.finalize() != written {
-            return Err(Error::other("what was written is not what is read back"));
+            return Err(Error::other(
+                "the file does not read back as it was written",
+            ));
         }
         Ok(())
     }

@@ -127,7 +127,7 @@ fn what_cannot_be_is_refused() {
     );
     refused(
         &["ballbar", "analyse", &line],
-        &["do not tell the centre and the radius apart", "hemisphere"],
+        &["do not determine both centre and radius", "hemisphere"],
     );
     let unknown = folder.file("unknown.csv", "# radius = 100\nangle,ccw\n");
     refused(

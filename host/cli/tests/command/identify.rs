@@ -337,7 +337,7 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,X,Y,Z,A,C,C\n",
-            ["column 7: `C` is there twice", "keep one"],
+            ["column 7: `C` is listed twice", "keep one"],
         ),
         ("ball;X;Y;Z;A;C\n", ["separated by semicolons", "commas"]),
         (
@@ -459,7 +459,7 @@ fn models_and_artefacts_that_are_none_are_refused() {
         ),
         (
             "[[ball]]\nname = \"1\"\n[[ball]]\nname = \"1\"\n",
-            ["ball `1` is there twice", "its own name"],
+            ["ball `1` is listed twice", "its own name"],
         ),
         (
             "[[ball]]\nname = \"1\"\nnominal_mm = [1.0, 2.0]\n",

@@ -915,7 +915,7 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
             ],
             &[
                 "load the component trueaxis already",
-                "take HALFILE = trueaxis.hal out",
+                "remove HALFILE = trueaxis.hal",
             ],
         );
         machine.change(
@@ -952,7 +952,7 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
         refused(
             &setup,
             &[
-                "trueaxis.hal is there already: nothing was written",
+                "trueaxis.hal already exists: nothing was written",
                 "--overwrite",
             ],
         );

@@ -365,7 +365,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             format!("{head}target,+1\n0,0\n700,700000\n"),
-            ["no error of a machine", "check unit"],
+            ["no error of a machine", "check the unit"],
         ),
         (
             square.replace("\nX,0", "\nZ,0"),
@@ -426,7 +426,7 @@ fn what_one_reading_mixes_is_refused() {
     let y = folder.file("y.csv", radial("+Y"));
     refused(
         &["measured", &machine, &x],
-        &["EXC, EYC cannot be told apart", "in other directions"],
+        &["EXC, EYC cannot be distinguished", "in other directions"],
     );
     let said = answer(0, &["measured", &machine, &x, &y]);
     assert!(said.contains("EXC") && said.contains("EYC"), "{said}");

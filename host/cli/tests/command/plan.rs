@@ -223,7 +223,7 @@ fn what_cannot_be_planned_is_refused() {
         &["--indexings", "A=0:150:50"],
         &["A = 150 is outside the travel of -120 to 120"],
     );
-    refused(&["--indexings", "A=0,A=10"], &["A is there twice"]);
+    refused(&["--indexings", "A=0,A=10"], &["A is listed twice"]);
     refused(&["--indexings", "A"], &["`A` says no positions"]);
     refused(
         &["--indexings", "A=100"],
@@ -492,7 +492,7 @@ fn a_spindle_that_cannot_be_oriented_is_not_turned_and_its_stylus_can_be_stated(
         "{said}"
     );
     assert!(
-        shown.contains("EX0S cannot be told from the stylus' x"),
+        shown.contains("EX0S cannot be distinguished from the stylus' x"),
         "{shown}"
     );
     let oriented = std::fs::read_to_string(&machine).unwrap();
@@ -502,9 +502,9 @@ fn a_spindle_that_cannot_be_oriented_is_not_turned_and_its_stylus_can_be_stated(
         said.contains("the strategy turns the spindle (M19)"),
         "{said}"
     );
-    assert!(!shown.contains("EX0S cannot be told"), "{shown}");
+    assert!(!shown.contains("EX0S cannot be distinguished"), "{shown}");
     let zeroed = "[stylus]\nx_mm = 0.0\nx_standard_uncertainty_mm = 0.002\ny_mm = 0.0\ny_standard_uncertainty_mm = 0.002\n";
     let (said, shown) = plan(&machine, zeroed);
     assert!(!said.contains("spindle"), "{said}");
-    assert!(!shown.contains("EX0S cannot be told"), "{shown}");
+    assert!(!shown.contains("EX0S cannot be distinguished"), "{shown}");
 }

@@ -189,7 +189,7 @@ fn what_is_hardly_meant_is_warned_of_with_its_line() {
             "[0.0, 0.0, -74.0]",
             "[0.0, -74.0, 0.0]",
             35,
-            "the tip is 74.000 mm beside the tool axis z",
+            "the tip is 74.000 mm off the tool axis z",
         ),
     ] {
         let said = warned(from, to);

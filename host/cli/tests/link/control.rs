@@ -166,7 +166,7 @@ fn what_can_only_be_stored_at_standstill_is_refused_or_pending_and_said() {
         text.contains("compensation slot B in use -> slot A in use"),
         "{text}"
     );
-    let pending = "what is wanted is stored at the next standstill with drives off";
+    let pending = "the change is stored at the next standstill with drives off";
     assert!(text.contains(pending), "{text}");
     // Flashing what is there already says so too.
     let text = says(

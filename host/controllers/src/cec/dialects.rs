@@ -175,7 +175,7 @@ fn a_table_that_repeats_has_both_ends_and_the_blob_one() {
         (
             "STEP[0]=90",
             "STEP[0]=360",
-            "value 2 of table 0 lies beyond MAX",
+            "value 2 of table 0 is beyond MAX",
         ),
     ] {
         let text = file(&table(0, &values, &more)).replace(from, to);
@@ -237,7 +237,7 @@ fn what_is_not_understood_is_refused_at_its_line() {
             "M17",
             "$AN_CEC[0,3]=0",
             15,
-            "value 3 of table 0 lies beyond MAX",
+            "value 3 of table 0 is beyond MAX",
         ),
         ("M17", "$AN_CEC[0,2]=0", 15, "a second time"),
         ("M17", "M17\nMETRIC", 16, "after the end"),

@@ -126,7 +126,7 @@ impl Raw<'_> {
             if next == expected {
                 return Err(FileError::at(
                     span.clone(),
-                    format!("value {k} of {table} lies beyond MAX"),
+                    format!("value {k} of {table} is beyond MAX"),
                     "here",
                     format!(
                         "MIN, MAX and STEP make {expected} values: leave it out, or correct them"

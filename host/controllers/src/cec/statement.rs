@@ -108,7 +108,7 @@ impl<'t> Cursor<'t> {
                 whole,
                 "this is not understood",
                 "neither $AN_CEC… nor METRIC, INCH, CHANDATA or M17",
-                "leave nothing in the file but the tables of the compensation, and comments behind a semicolon",
+                "keep only the tables of the compensation in the file, and comments after a semicolon",
             ));
         }
         self.at = all;

@@ -215,7 +215,7 @@ pub fn missing(place: &FileLocation, file: &str, cause: &str) -> FileError {
     place.error(
         format!("the HAL file `{file}` cannot be read: {cause}"),
         "named here",
-        "HAL files are looked for beside the INI file, and with LIB: before the name in LinuxCNC's library",
+        "HAL files are looked up next to the INI file, or in LinuxCNC's library if LIB: precedes the name",
     )
 }
 

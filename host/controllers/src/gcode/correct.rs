@@ -247,11 +247,11 @@ impl<'a> Corrector<'a> {
             Dialect::LinuxCnc => return Ok(()),
             Dialect::Fanuc if self.closed => return Ok(()),
             Dialect::Fanuc => (
-                "a line behind the end of the program: another program, which would not be corrected",
+                "a line after the end of the program: another program, which would not be corrected",
                 "give each program in a file of its own",
             ),
             Dialect::Grbl => (
-                "a line behind the end of the program: Grbl does it as any other",
+                "a line after the end of the program: Grbl runs it like any other",
                 "take out M2, M30 or % before it, or the line",
             ),
         };

@@ -75,8 +75,8 @@ impl State {
                 None => {
                     return Err(Fault::new(
                         0..block.end,
-                        "a line behind `/`: it is done or left out, as a switch of the controller says",
-                        "say how the switch stands: --block-delete on or off",
+                        "a line after `/`: a switch of the controller decides whether it runs",
+                        "pass the position of the switch: --block-delete on or off",
                     ));
                 }
             }

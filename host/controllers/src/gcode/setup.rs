@@ -123,7 +123,7 @@ impl Setup {
                             "[start] {letter}: not a finite number, or beyond {:.0e}",
                             axes::LARGEST
                         ),
-                        "write where the machine stands",
+                        "write the machine's position",
                     ));
                 }
                 setup.start.set(axis, in_mm(axis, *value, units));

@@ -91,7 +91,7 @@ fn another_block(line: &[u8], at: usize) -> Result<(), Fault> {
         false => Ok(()),
         true => Err(Fault::new(
             letter..line.len(),
-            "words behind `;`, which ends a block on some controllers and begins a comment on others",
+            "words after `;`, which ends a block on some controllers and begins a comment on others",
             "write a line for each block, and comments in brackets",
         )),
     }
@@ -227,7 +227,7 @@ impl Block {
                 _ => Fault::new(
                     start..(number + 1).min(line.len()),
                     "a letter without a number",
-                    "write a number behind each letter: digits, a point, no exponent",
+                    "write a number after each letter: digits, a point, no exponent",
                 ),
             });
         };

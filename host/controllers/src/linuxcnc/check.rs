@@ -69,7 +69,7 @@ pub fn check(configuration: &Configuration, against: Against<'_>) -> Vec<Finding
     for (name, place) in &configuration.hal.programs {
         checked.warn(
             place,
-            format!("{name} is a program, which is not read: what it loads, connects and sets is not checked"),
+            format!("{name} is a program, which is not read: anything it loads, connects or sets is not checked"),
             format!("HALFILE = {}.hal, with the lines that the program makes", name.trim_end_matches(".tcl")),
         );
     }

@@ -36,7 +36,7 @@ pub struct Circle {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CircleError {
     /// The readings lie on too short an arc, or there are fewer than four.
-    #[error("the readings are no part of a circle that would tell centre and radius apart")]
+    #[error("the readings do not cover enough of a circle to determine both centre and radius")]
     TooFew,
 }
 

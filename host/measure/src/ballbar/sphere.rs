@@ -4,7 +4,7 @@ use nalgebra::{Matrix4, Vector3, Vector4};
 
 /// Fewer readings, or in fewer directions, than there are unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the readings do not tell the centre and the radius apart")]
+#[error("the readings do not determine both centre and radius")]
 pub struct TooFew;
 
 /// The sphere, or circle, of least squares through points.

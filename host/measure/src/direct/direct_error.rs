@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DirectError {
     /// A reading has more motions than there are readings.
-    #[error("{} cannot be told apart by these readings", motions.join(", "))]
+    #[error("{} cannot be distinguished by these readings", motions.join(", "))]
     Mixed {
         /// The files.
         files: Vec<usize>,

@@ -77,9 +77,9 @@ impl Doubt {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Abbe { .. } => {
-                "measure it too, or give what is known of it with --update: what was found holds on the measured line"
+                "measure it too, or pass what is known about it with --update: the result holds on the measured line"
             }
-            Self::Oblique { .. } => "measure it too, or give what is known of it with --update",
+            Self::Oblique { .. } => "measure it too, or pass what is known about it with --update",
             Self::Gap { .. } => "measure the whole turn if that matters",
             Self::Slope { .. } => {
                 "take the slope off the straightness, or leave the squareness out; or write `slopes_beside_squareness = true` into the file if they belong together"

@@ -158,7 +158,7 @@ impl Artefact {
     /// Reads it; `tool_axis` is along which axis of the spindle frame the stylus points (0, 1, 2).
     ///
     /// # Errors
-    /// [`FileError`]: syntax, unknown keys, a ball that is there twice, a bar between balls that are not
+    /// [`FileError`]: syntax, unknown keys, a ball that is listed twice, a bar between balls that are not
     /// two or not listed, lengths and uncertainties that cannot be.
     pub fn from_toml(text: &str, tool_axis: usize) -> Result<Self, FileError> {
         let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error, text))?;
@@ -168,7 +168,7 @@ impl Artefact {
             if artefact.balls.iter().any(|b| b.name == *name) {
                 return Err(FileError::at(
                     span,
-                    format!("ball `{name}` is there twice"),
+                    format!("ball `{name}` is listed twice"),
                     "the second one",
                     "give every ball its own name",
                 ));

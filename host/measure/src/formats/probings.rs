@@ -240,7 +240,7 @@ fn read_header(
         if columns.contains(&found) {
             return Err(FileError::at(
                 span.clone(),
-                format!("column {}: `{name}` is there twice", columns.len() + 1),
+                format!("column {}: `{name}` is listed twice", columns.len() + 1),
                 "the second one",
                 "keep one of the two columns",
             ));

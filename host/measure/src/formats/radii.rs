@@ -94,9 +94,9 @@ pub fn read(text: &str) -> Result<Radii, FileError> {
             Some(_) => {
                 return Err(FileError::at(
                     start..start + line.len(),
-                    "a line with # stands between the readings".to_owned(),
+                    "there is a line with # between the readings".to_owned(),
                     "here",
-                    "lines with # say how it was measured and stand before the columns' names",
+                    "lines with # say how it was measured and come before the column names",
                 ));
             }
             None => rows.push((line, start)),
@@ -349,7 +349,7 @@ mod tests {
             (
                 format!("{head}angle,ccw\n0,1\n# unit = \"mm\"\n"),
                 Some(5),
-                "a line with # stands between the readings",
+                "there is a line with # between the readings",
             ),
         ] {
             let error = read(&text).unwrap_err();

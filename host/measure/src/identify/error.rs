@@ -112,7 +112,7 @@ impl IdentifyError {
                 "leave it out: parameters are of axes of the machine, harmonics of rotary ones, up to the eighth"
             }
             Self::NothingSeen => {
-                "probe at other rotary positions, or give another model; balls tell nothing of a machine whose rotary axes stand"
+                "probe at other rotary positions, or choose another model; balls reveal nothing about a machine whose rotary axes do not move"
             }
             Self::NotConverged { .. } => {
                 "look whether the machine file describes this machine (trueaxis pose), whether positions are machine coordinates in mm and degrees without tool length, and whether balls have the right names"

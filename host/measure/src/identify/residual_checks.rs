@@ -141,7 +141,7 @@ impl Checked {
             )
         });
         let um = um.join(", ");
-        let drift = "probe balls in an order that repeats them, warm the machine up before, or write the temperature of the artefact beside the rows";
+        let drift = "probe the balls in an order that repeats them, warm the machine up first, or add the temperature of the artefact to the rows";
         Some(match self.along {
             Along::Time(span) => format!(
                 "the tip drifts against the balls, by {um} µm (x, y, z, k = 2) over {span:.0} s: {drift}"
@@ -150,16 +150,16 @@ impl Checked {
                 "the tip drifts against the balls, or the model lacks something, by {um} µm (x, y, z, k = 2) from the first to the last row: {drift}"
             ),
             Along::Temperature(span) => format!(
-                "what is left goes with temperature, by {um} µm (x, y, z, k = 2) over {span:.1} K: probe at one temperature, or one run for each, and identify each by itself"
+                "the residuals follow temperature, by {um} µm (x, y, z, k = 2) over {span:.1} K: probe at one temperature, or one run for each, and identify each by itself"
             ),
             Along::Run(run) => format!(
                 "run {run} is off the others by {um} µm (x, y, z, k = 2): look whether the artefact has moved, and identify the runs one by one"
             ),
             Along::Direction(axis) if self.is_modelled => format!(
-                "what is left depends on the direction from which {axis} came, by {um} µm (x, y, z, k = 2), although its backlash is in the model: its reversal is not the same everywhere"
+                "the residuals depend on the direction from which {axis} came, by {um} µm (x, y, z, k = 2), although its backlash is in the model: its backlash varies over the travel"
             ),
             Along::Direction(axis) => format!(
-                "what is left depends on the direction from which {axis} came, by {um} µm (x, y, z, k = 2): add its backlash to the model, as EAAb is that of A"
+                "the residuals depend on the direction from which {axis} came, by {um} µm (x, y, z, k = 2): add its backlash to the model, as EAAb is that of A"
             ),
         })
     }

@@ -221,7 +221,7 @@ impl Unseen {
                 .map(|(u, _)| u.to_string())
                 .collect();
             return format!(
-                "{name} cannot be told from {}: {}",
+                "{name} cannot be distinguished from {}: {}",
                 [stylus, parameters].concat().join(", "),
                 self.stylus_remedy()
             );
@@ -233,9 +233,12 @@ impl Unseen {
                     "{name} is not known: no row says from which direction the axis came (a column such as A_dir)"
                 ),
                 true => format!("{name} does nothing at these positions"),
-                false => format!("{name} cannot be told from where the balls are"),
+                false => format!("{name} cannot be distinguished from the balls' locations"),
             };
         }
-        format!("{name} cannot be told from {}", parameters.join(", "))
+        format!(
+            "{name} cannot be distinguished from {}",
+            parameters.join(", ")
+        )
     }
 }

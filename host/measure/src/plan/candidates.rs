@@ -106,7 +106,7 @@ impl Allowed {
             let (name, range) = (part.split_once('='))
                 .ok_or_else(|| bad(format!("`{part}` says no positions of an axis")))?;
             if named.contains(&name) {
-                return Err(bad(format!("{name} is there twice")));
+                return Err(bad(format!("{name} is listed twice")));
             }
             named.push(name);
             let numbers: Option<Vec<f64>> = (range.split(':'))

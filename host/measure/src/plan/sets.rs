@@ -108,7 +108,7 @@ pub enum SetError {
     #[error("samba needs a bar, and the artefact has none")]
     NoBar,
     /// And balls besides those of the bar.
-    #[error("samba needs master balls besides the two of the bar")]
+    #[error("samba needs master balls in addition to the two of the bar")]
     NoMasterBall,
     /// Nothing of it can be probed.
     #[error("nothing of {set} can be probed: ball {ball}: {reason}")]

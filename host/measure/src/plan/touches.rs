@@ -27,7 +27,7 @@ pub enum Unreachable {
     NoWay,
     /// The stylus would come from the table.
     #[error(
-        "the stylus would be {degrees:.0}° from the direction in which the ball stands away from the table"
+        "the stylus would be {degrees:.0}° from the direction in which the ball points away from the table"
     )]
     Cone {
         /// The angle.
@@ -58,7 +58,7 @@ pub struct Probe {
 
 impl Default for Probe {
     /// A ball of 20 mm and a stylus tip of 6 mm, touches from 5 mm before to 3 mm behind the surface, and the stylus up
-    /// to 60° from the direction in which the ball stands away from the table.
+    /// to 60° from the direction in which the ball points away from the table.
     fn default() -> Self {
         Self {
             radius: 13.0,

@@ -71,7 +71,7 @@ pub(super) fn belongs(
                     "a sixth touch, where {} should begin",
                     named(machine, strategy, row)
                 ),
-                "remove the touch that is there twice",
+                "remove the duplicate touch",
             )
         } else {
             (
@@ -96,7 +96,7 @@ pub(super) fn belongs(
                 strategy.rows.len()
             ),
             "the last touch",
-            "probe to the end; or give a strategy with the whole rows only, and remove the touches behind them",
+            "probe to the end, or pass a strategy with only the complete rows and remove the touches after them",
         )),
         _ => Ok(()),
     }

@@ -179,7 +179,7 @@ fn known(name: &Spanned<String>, machine: &Machine) -> Result<Parameter, FileErr
             "unknown name",
             match right_case(name.get_ref(), |n| Parameter::parse(n).is_some()) {
                 Some(right) => {
-                    format!("write {right}: small letters are c, s and b behind the axis")
+                    format!("write {right}: lower-case letters are c, s and b after the axis")
                 }
                 None => format!(
                     "write EB0A (inter-axis), EXY2 (coefficient, degree 0 to {MAX_DEGREE}), EXCc1 or EXCs1 (cosine, sine of 1 to {MAX_HARMONIC} times the angle of a rotary axis) or EAAb (backlash)"

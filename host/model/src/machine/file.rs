@@ -209,7 +209,7 @@ impl ToolEntry {
         if along == 0.0 {
             return Err(FileError::at(
                 self.tip_mm.span(),
-                "the tip lies in the spindle's face, so it does not show to which side the tool grows",
+                "the tip is in the plane of the spindle's face, so the side to which the tool extends is not known",
                 "0 along the tool axis",
                 "give tip_mm a length along the tool axis: its sign is the side",
             ));
@@ -394,6 +394,6 @@ fn check_topology(topology: &Spanned<String>, machine: &Machine) -> Result<(), F
             topology.get_ref()
         ),
         format!("the axes below make {expected}"),
-        "order the [[axis]] entries of each branch from the foundation outwards, or correct the topology: workpiece axes stand left of F, the outermost first",
+        "order the [[axis]] entries of each branch from the foundation outwards, or correct the topology: workpiece axes go to the left of F, the outermost first",
     ))
 }

@@ -80,7 +80,7 @@ pub enum Warning {
     /// A table in a product ends before the travel of its axis: it holds its end value there,
     /// which is wrong kinematics.
     #[error(
-        "table {table} of {axis} covers {from} to {to} only, less than the travel, and stands in a product"
+        "table {table} of {axis} covers {from} to {to} only, less than the travel, and is a factor of a product"
     )]
     ShortTable {
         /// Number of the table.

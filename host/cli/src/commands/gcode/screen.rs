@@ -55,7 +55,7 @@ impl Lengths {
                 found.length_um,
                 place(found.length_line)
             ),
-            None => "--check with --errors tells what that makes at the tip".to_owned(),
+            None => "--check with --errors shows what that means at the tip".to_owned(),
         };
         Some(format!(
             "tool length {} mm, and the compensation was made for {own:.3} mm, without length input: {cost}",
@@ -67,7 +67,7 @@ impl Lengths {
     pub fn note(&self) -> String {
         match self.made_for_mm {
             None if !self.is_input && !self.used_mm.is_empty() => format!(
-                "tool length {} mm: whether the compensation was made for it, --machine tells\n",
+                "tool length {} mm: pass --machine to see whether the compensation was made for it\n",
                 shown(&self.used_mm)
             ),
             _ => String::new(),

@@ -89,11 +89,11 @@ pub fn published(text: &mut String, published: Option<&Published>) {
     };
     list(published.kept.len(), "kept here too", Vec::new());
     for (why, what) in [
-        (Missing::Constant, "constants, for which locations stand: "),
         (
-            Missing::Confounded,
-            "that cannot be told from what is kept: ",
+            Missing::Constant,
+            "constants, which the location errors cover: ",
         ),
+        (Missing::Confounded, "not distinguishable from those kept: "),
         (
             Missing::Idle,
             "that do nothing here, or of whose axis no row says from where it came: ",
@@ -104,7 +104,7 @@ pub fn published(text: &mut String, published: Option<&Published>) {
         ),
         (
             Missing::Form,
-            "polynomials of axes that turn right round, of which harmonics are kept: ",
+            "polynomials of endless axes, whose harmonics are kept: ",
         ),
     ] {
         let names = published.missing.iter().filter(|(_, other)| *other == why);
@@ -112,7 +112,7 @@ pub fn published(text: &mut String, published: Option<&Published>) {
         list(names.len(), what, names);
     }
     let besides = published.besides.iter().map(Parameter::to_string);
-    list(published.besides.len(), "kept besides: ", besides.collect());
+    list(published.besides.len(), "also kept: ", besides.collect());
     if published.is_same {
         *text += "  as many, and they leave the same: the same errors in other coefficients\n";
     }

@@ -203,7 +203,7 @@ fn checks(text: &mut String, found: &Found<'_>) {
             }
             None => writeln!(
                 text,
-                "  {name:<42} cannot be told from the balls and parameters"
+                "  {name:<42} cannot be distinguished from the balls and parameters"
             ),
         };
     }

@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 "{}: its HAL files load the component trueaxis already",
                 ini.display()
             ),
-            "take HALFILE = trueaxis.hal out of the INI file first: its lines connect what is there without it",
+            "remove HALFILE = trueaxis.hal from the INI file first: this command connects to the configuration as it is without it",
         ));
     }
     let named = configuration
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         files::prepare(file, &[ini])?;
         if !arguments.overwrite && file.symlink_metadata().is_ok() {
             return Err(BadInput::new(
-                format!("{} is there already: nothing was written", file.display()),
+                format!("{} already exists: nothing was written", file.display()),
                 "give -o another folder, or --overwrite",
             ));
         }

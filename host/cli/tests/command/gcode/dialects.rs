@@ -245,10 +245,10 @@ fn behind_its_end_a_program_goes_on_for_grbl_alone() {
     let out = corrected(&folder, program, &["--check"]);
     assert!(out.ends_with("M2\n(end)\n\nG0 X30\n"), "{out}");
     let grbl = ["--dialect", "grbl"];
-    let parts = ["line 6", "`G0`", "behind the end of the program"];
+    let parts = ["line 6", "`G0`", "after the end of the program"];
     refuses(program, &grbl, &parts);
     let program = "%\nG21 G90\nG0 X10 Y10 Z50\n%\nG0 X30\n";
-    refuses(program, &grbl, &["line 5", "behind the end of the program"]);
+    refuses(program, &grbl, &["line 5", "after the end of the program"]);
     corrected(&folder, "G21 G90\nG0 X10 Y10 Z50\nM30\n%\n(end)\n", &grbl);
 }
 

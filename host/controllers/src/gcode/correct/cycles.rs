@@ -98,7 +98,7 @@ impl Corrector<'_> {
                      to turn",
                     cycle.code / 10
                 ),
-                "write M3 or M4 before it, behind the last tool change",
+                "write M3 or M4 before it, after the last tool change",
             )),
         }
     }

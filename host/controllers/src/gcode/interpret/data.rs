@@ -31,7 +31,7 @@ impl State {
             (Some(10..=13), _) => {
                 return Err(unknown(
                     word,
-                    "G10 L10, L11, L12, L13: lengths of tools by where the machine stands, or in parts",
+                    "G10 L10, L11, L12, L13: tool lengths set from the machine's position, or in parts",
                     "write the lengths into the setup instead, and take the words out",
                 ));
             }
@@ -53,7 +53,7 @@ impl State {
             let name = system_name(number);
             return Err(Fault::new(
                 word.span(),
-                format!("{name} is set for some axes, and what it was for the others is not known"),
+                format!("{name} is set for some axes, and its value for the others is not known"),
                 format!("give the setup [offset.\"{name}\"], or write all axes here"),
             ));
         }

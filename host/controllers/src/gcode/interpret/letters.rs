@@ -31,7 +31,7 @@ impl State {
                 if users != 1 {
                     let (cause, remedy) = match users {
                         0 => (
-                            "a word that nothing in its line uses: what it means is not known",
+                            "a word that nothing in its line uses: its meaning is not known",
                             "check the G word of the line and --dialect, or take it out",
                         ),
                         _ => ("a word that two others of its line use", "write two lines"),

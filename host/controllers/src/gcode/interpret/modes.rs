@@ -208,7 +208,7 @@ fn further_system(asked: &Asked<'_>, word: &Word) -> Result<Number, Fault> {
 
 fn unknown_m(word: &Word) -> Fault {
     let pass = format!(
-        "pass it as it is with --pass M{}, if it moves nothing and changes no coordinates",
+        "pass it unchanged with --pass M{}, if it moves nothing and changes no coordinates",
         word.value
     );
     match word.tenths() {

@@ -314,7 +314,7 @@ impl State {
 pub(in crate::gcode) fn offset_in_doubt(span: std::ops::Range<usize>) -> Fault {
     Fault::new(
         span,
-        "Z behind G28, G30, G53 or M6: whether the tool offset of G43 still holds depends on the controller",
+        "Z after G28, G30, G53 or M6: whether the tool offset of G43 still holds depends on the controller",
         "write G43 with H, or G49, before Z moves again",
     )
 }

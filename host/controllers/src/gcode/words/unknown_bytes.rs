@@ -39,7 +39,7 @@ pub(super) fn strange(line: &[u8], at: usize) -> Fault {
         _ => Fault::new(
             span,
             "this begins no word",
-            "a line is words, each a letter and a number, with comments in ( ) or behind ;",
+            "a line is words, each a letter and a number, with comments in ( ) or after ;",
         ),
     }
 }

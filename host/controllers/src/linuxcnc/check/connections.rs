@@ -166,7 +166,7 @@ impl Checked<'_> {
                 "the compensation has {terms} adjustable terms, and weights= is not given: they keep the weights of the file"
             ),
             Some(given) if given < terms => format!(
-                "the compensation has {terms} adjustable terms, the component {given} pins: those behind keep the weights of the file"
+                "the compensation has {terms} adjustable terms, the component {given} pins: the remaining terms keep the weights of the file"
             ),
             Some(given) => format!(
                 "weights={given} makes pins without effect: the compensation has {terms} adjustable terms"

@@ -84,7 +84,7 @@ impl Checked<'_> {
                 "trueaxis.write",
                 &WRITES[..],
                 false,
-                "commands of the last period: it belongs behind trueaxis.write",
+                "commands of the last period: it belongs after trueaxis.write",
             ),
         ];
         for (ours, endings, before, reason) in around {

@@ -350,7 +350,7 @@ impl Table {
                     cell.1.clone(),
                     format!("a reading of {} is not an error of a machine", cell.0),
                     "here",
-                    "write what is read less the target, or say reads_position = true if readings are positions, and check unit",
+                    "write readings minus targets, or set reads_position = true if the readings are positions, and check the unit",
                 ));
             }
             column.readings.push(reading);

@@ -21,7 +21,7 @@ const REMEDY: &str = "the header is parameter and the names of the parameters, t
 /// Reads them, and where the name of each parameter stands in the header.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: another separator, a name that is none or is there twice,
+/// [`FileError`] with line, column, cause and remedy: another separator, a name that is none or is listed twice,
 /// rows in another order, what is not a finite number, a variance below 0, a matrix that is not symmetric, or none
 /// of a covariance (not positive semidefinite).
 pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
@@ -96,7 +96,7 @@ fn header(line: &str, start: usize) -> Result<(Vec<Parameter>, Vec<Range<usize>>
         if parameters.contains(&parameter) {
             return Err(FileError::at(
                 span,
-                format!("{parameter} is there twice"),
+                format!("{parameter} is listed twice"),
                 "the second one",
                 "give every parameter once",
             ));
@@ -258,7 +258,7 @@ mod tests {
             ("a,EB0A\n", "does not begin with `parameter`"),
             ("parameter;EB0A\n", "separated by semicolons"),
             ("parameter,EB0Q\n", "`EB0Q` is not an error parameter"),
-            ("parameter,EB0A,EB0A\n", "EB0A is there twice"),
+            ("parameter,EB0A,EB0A\n", "EB0A is listed twice"),
             ("parameter,EB0A\n", "there are 0 rows"),
             ("parameter,EB0A\nEB0A,1\nEB0A,1\n", "more rows than the 1"),
             ("parameter,EB0A\nEC0A,1\n", "the row of `EC0A`, not of EB0A"),

@@ -100,7 +100,7 @@ fn tip(tip: &Spanned<Exactly<3>>, axis: &str) -> Option<FileError> {
         return None;
     }
     at(
-        format!("the tip is {beside:.3} mm beside the tool axis {axis} of the spindle"),
+        format!("the tip is {beside:.3} mm off the tool axis {axis} of the spindle"),
         format!(
             "a rotating tool has its tip on the axis: check axis in [spindle] (the tip is along {})",
             along([x, y, z])
