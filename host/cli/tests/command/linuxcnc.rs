@@ -322,7 +322,7 @@ fn functions_in_the_wrong_order_are_found() {
             "addf trueaxis.write servo-thread 1",
             "refused",
             "addf trueaxis.write",
-            "behind motion-controller",
+            "after motion-controller",
             "addf trueaxis.write servo-thread 4",
         ),
         (

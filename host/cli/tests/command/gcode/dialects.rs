@@ -204,7 +204,7 @@ fn where_an_offset_may_move_z_it_is_not_known() {
         ("G43 H1 X30.\n", "line 5"),
     ] {
         let program = format!("{BEGIN}{lines}M30\n%\n");
-        let what = "behind G43 or G49 without an absolute Z";
+        let what = "after G43 or G49 without an absolute Z";
         refuses(program, &FANUC, &[number, what, "write Z in that line"]);
     }
     let out = corrected(

@@ -58,14 +58,14 @@ fn bad_programs_are_refused_by_line_and_word() {
             "G28\nG0 X5",
             &[
                 "line 4",
-                "position of Y is not known here behind G28",
+                "position of Y is not known here after G28",
                 "[home.G28] Y = ",
             ],
         ),
-        ("G30\nG0 X5", &["line 4", "behind G30", "[home.G30] Y = "]),
+        ("G30\nG0 X5", &["line 4", "after G30", "[home.G30] Y = "]),
         (
             "G38.2 Z-5 F10\nG1 X5",
-            &["line 4", "position of Z", "behind probing", "G53 G0 Z"],
+            &["line 4", "position of Z", "after probing", "G53 G0 Z"],
         ),
         (
             "G2 I0.005 F100",

@@ -77,10 +77,10 @@ impl State {
                 ),
             ),
         };
-        let behind = behind.map_or(String::new(), |what| format!(" behind {what}"));
+        let after = behind.map_or(String::new(), |what| format!(" after {what}"));
         Fault::new(
             span,
-            format!("the position of {letter} is not known here{behind}"),
+            format!("the position of {letter} is not known here{after}"),
             remedy,
         )
     }

@@ -48,7 +48,7 @@ impl Checked<'_> {
             (
                 "trueaxis.write",
                 at("trueaxis.write").map(|k| k > controller),
-                "behind",
+                "after",
                 add_write,
             ),
         ] {
