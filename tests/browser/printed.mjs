@@ -61,6 +61,8 @@ function mark() {
 }
 
 export async function prints(page, report, folder, fault) {
+  // As it opens: what is folded stays folded.
+  await page.$$eval("details", (all) => all.forEach((e) => (e.open = false)));
   await page.emulateMedia({ media: "print" });
   const seen = await page.$$eval(
     "input, button.play, .view-buttons, .choice",
