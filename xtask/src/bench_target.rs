@@ -230,15 +230,7 @@ fn measure(program: &Path) -> Result<(Figures, Costs), String> {
 fn servo_path(runtime: &Program, root: &str, wrong: &mut Vec<String>) -> Result<u32, String> {
     // As the compiler mangles `servo_path::ROOT`.
     let reach = runtime.reach(&format!("10servo_path{}{root}", root.len()))?;
-    for (function, from) in &reach.functions {
-        if function.contains("panic") {
-            let from = from.as_deref().unwrap_or_default();
-            wrong.push(format!("{root} can panic: {from} calls {function}"));
-        }
-    }
-    for function in &reach.through_pointers {
-        wrong.push(format!("{root} calls through a pointer in {function}"));
-    }
+    wrong.extend(reach.faults(root));
     Ok(reach.size)
 }
 

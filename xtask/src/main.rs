@@ -9,6 +9,7 @@ mod capi;
 mod cross;
 mod elf;
 mod figures;
+mod files;
 mod fuzz;
 mod gcode;
 mod grblhal;

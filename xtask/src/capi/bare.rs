@@ -34,16 +34,7 @@ pub fn check() -> Result<(), String> {
         if NOT_IN_THE_LOOP.contains(&function.as_str()) {
             continue;
         }
-        let reach = program.reach_from(function)?;
-        for (name, from) in &reach.functions {
-            if name.contains("panic") {
-                let from = from.as_deref().unwrap_or_default();
-                wrong.push(format!("{function} can panic: {from} calls {name}"));
-            }
-        }
-        for name in &reach.through_pointers {
-            wrong.push(format!("{function} calls through a pointer in {name}"));
-        }
+        wrong.extend(program.reach_from(function)?.faults(function));
     }
     let mut frames = program.frames();
     frames.sort_unstable_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
