@@ -3,8 +3,8 @@
 use super::bench::Bench;
 use super::oracle::eval;
 use super::probing::{limits, probing};
+use super::rows;
 use super::run::{JOINTS, Run};
-use super::times::Times;
 use crate::files;
 use crate::process::root;
 
@@ -128,8 +128,8 @@ fn programs(run: &Run) -> Result<String, String> {
 /// Time stamps of the processor, mean and least, of each function. They are those of caches which other programs fill
 /// meanwhile, on both sides, and are shown: the part `times` holds the component to its share.
 fn times(run: &Run) -> Result<(), String> {
-    let mean = |name: &str| Times(run.rows.of(name)).mean();
-    let least = |name: &str| Times(run.rows.of(name)).least();
+    let mean = |name: &str| rows::mean(&run.rows.of(name));
+    let least = |name: &str| rows::least(&run.rows.of(name));
     println!("function             mean    least     tmax  (counts of the processor's clock)");
     for (name, column) in [
         ("rivals.nothing", "nothing"),

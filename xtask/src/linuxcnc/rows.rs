@@ -75,6 +75,14 @@ pub fn adds_up(
     Ok(())
 }
 
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+pub fn least(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
 /// Writes rows to be played.
 pub fn play(bench: &Bench, name: &str, rows: &[Vec<f64>]) -> Result<(), String> {
     let bytes: Vec<u8> = rows

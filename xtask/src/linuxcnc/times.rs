@@ -3,7 +3,7 @@
 
 use super::bench::Bench;
 use super::motion;
-use super::rows::{Rows, play};
+use super::rows::{Rows, least, mean, play};
 use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 
@@ -45,15 +45,15 @@ const WAYS: [[f64; 2]; 5] = [
 const LETTERS: [&str; 5] = ["x", "y", "z", "a", "c"];
 
 /// Times of one function, in counts of the processor's clock.
-pub struct Times(pub Vec<f64>);
+struct Times(Vec<f64>);
 
 impl Times {
-    pub fn mean(&self) -> f64 {
-        self.0.iter().sum::<f64>() / self.0.len() as f64
+    fn mean(&self) -> f64 {
+        mean(&self.0)
     }
 
-    pub fn least(&self) -> f64 {
-        self.0.iter().copied().fold(f64::INFINITY, f64::min)
+    fn least(&self) -> f64 {
+        least(&self.0)
     }
 
     fn most(&self) -> f64 {
