@@ -66,7 +66,7 @@ pub fn chapter() -> Result<Chapter, ReproduceError> {
     Ok(Chapter {
         title: "Strategies: counts and times",
         how: "From the published lists of positions (Tables 4-1, 5-3 and 5-4), which are the strategies of the \
-            examples, and the sets of [`trueaxis plan --set`](planning.md#sets-of-positions-with-a-name).",
+            examples, and the sets of [`trueaxis plan --set`](planning-reference.md#named-position-sets).",
         compared: vec![
             Compared::plain(
                 "pairs of A and C, calibration (Table 5-3)",
