@@ -32,7 +32,7 @@ fn setup(strategy: &Probings) -> usize {
 const BALLS: &str = "the balls that Table 4-1 lists for each position are 109; the text says that each test measured 123 \
     positions";
 const CONDITION: &str = "which columns the document counted and where its balls stood is not published: see \
-    [condition numbers](identification.md#condition-numbers)";
+    [condition numbers](identification-reference.md#condition-numbers)";
 const SAGITTA: &str = "r·(1 − cos 0.05°) of 150 mm; the document's figure is 400 times less";
 
 pub fn chapter() -> Result<Chapter, ReproduceError> {
