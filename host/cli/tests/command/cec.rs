@@ -284,7 +284,10 @@ fn what_the_controller_cannot_hold_is_refused_and_nothing_written() {
             "or more",
         ],
     );
-    refuses(&["--tool-length", "100"], &["no input", "length_range_mm"]);
+    refuses(
+        &["--tool-length", "100"],
+        &["not an input", "length_range_mm"],
+    );
     let mut arguments = export(&huron, "added", &cec);
     arguments[4] = "X=AX1,Y=AX2";
     refused(&arguments, &["--axes: axis A has no name"]);
@@ -335,7 +338,7 @@ fn a_file_that_is_not_understood_is_refused_at_its_line_and_leaves_nothing() {
     std::fs::write(&path, b"METRIC\n\xff\n").unwrap();
     refused(
         &import(&path, &machine, "added", &out),
-        &["line 2", "no UTF-8 text"],
+        &["line 2", "not UTF-8 text"],
     );
     // A millimetre slip: 5 mm where 5 µm are meant.
     let large = "METRIC\n$AN_CEC[0,0]=5\n$AN_CEC[0,1]=5\n$AN_CEC_INPUT_AXIS[0]=AX1\n$AN_CEC_OUTPUT_AXIS[0]=AX1\n\

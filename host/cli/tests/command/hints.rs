@@ -287,7 +287,7 @@ fn a_bad_file_of_measured_values_is_refused_at_its_line() {
             "unit = \"mm\"",
             "errors.toml, line 3:",
             "EXX cannot be physical",
-            "check the unit",
+            "check unit",
         ),
         (
             "0,1\n800,1\n",

@@ -957,7 +957,7 @@ fn setup_writes_the_lines_of_the_simulated_machines() {
             ],
         );
         std::fs::remove_file(machine.at("new/trueaxis.hal")).unwrap();
-        refused(&setup, &["machine.toml is there already"]);
+        refused(&setup, &["machine.toml already exists"]);
         assert!(!Path::new(&machine.at("new/trueaxis.hal")).exists());
         assert_eq!(machine.text("new/machine.toml"), "mine");
         answer(0, &[&setup[..], &["--overwrite"]].concat());

@@ -330,7 +330,7 @@ fn a_port_that_is_none_is_named() {
     let files = Files::new();
     let file = files.at("first");
     let text = says(2, &["flash", &file, "--port", "tcp:nowhere"]);
-    assert!(text.contains("no `tcp:host:port`"), "{text}");
+    assert!(text.contains("not a `tcp:host:port`"), "{text}");
     let text = says(2, &["flash", &file, "--port", "/dev/no-such-port"]);
     assert!(
         text.contains("/dev/no-such-port: cannot be opened"),

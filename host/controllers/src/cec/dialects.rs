@@ -250,9 +250,9 @@ fn what_is_not_understood_is_refused_at_its_line() {
         ),
         ("METRIC\n", "", 3, "whether it is metric"),
         ("=AX3", "=AX4", 7, "`AX4` is not in the map"),
-        ("0.002", "0,002", 5, "no number"),
-        ("0.002", "2e-3", 5, "no number"),
-        ("0.002", "NAN", 5, "no number"),
+        ("0.002", "0,002", 5, "not a number"),
+        ("0.002", "2e-3", 5, "not a number"),
+        ("0.002", "NAN", 5, "not a number"),
         ("[0,1]", "[0,-1]", 5, "not the indices of $AN_CEC"),
         ("[0,1]", "[0]", 5, "not the indices of $AN_CEC"),
         ("$AN_CEC_MIN[0]=-100\n", "", 4, "has no $AN_CEC_MIN"),
@@ -294,7 +294,7 @@ fn what_is_not_understood_is_refused_at_its_line() {
             14,
             "table 1, which is not in the file",
         ),
-        ("TABLE[0]=0", "TABLE[0]=0.5", 14, "no number of a table"),
+        ("TABLE[0]=0", "TABLE[0]=0.5", 14, "not a number of a table"),
         ("M17", "$SN_CEC_TABLE_ENABLE[0]=0", 15, "switched off"),
     ] {
         assert!(text.contains(from), "{from}");

@@ -316,7 +316,7 @@ mod tests {
             ("units = \"m\"", "no unit"),
             (
                 "units = \"mm\"\n[offset.G53]\nX = 1",
-                "no work coordinate system",
+                "not a work coordinate system",
             ),
             ("units = \"mm\"\n[offset.G54]\nQ = 1", "no axis"),
             ("units = \"mm\"\n[offset.G54]\nX = nan", "finite"),
@@ -326,7 +326,7 @@ mod tests {
             ("units = \"mm\"\n[tool.1]\nlength = nan", "finite"),
             (
                 "units = \"mm\"\n[offset.\"G54.04\"]\nX = 1",
-                "no work coordinate system",
+                "not a work coordinate system",
             ),
             ("units = \"mm\"\n[axis.X]\nwrapped = true", "no rotary axis"),
             ("units = \"mm\"\n[axis.C]\n", "missing field"),
