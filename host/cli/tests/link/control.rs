@@ -225,9 +225,9 @@ fn a_weight_is_shown_with_its_axis_and_limits_and_what_is_wrong_is_named() {
     );
     for value in ["nan", "inf"] {
         let text = control(2, &served, &["weight", "1", value]);
-        assert!(text.contains("is no finite number"), "{text}");
+        assert!(text.contains("is not a finite number"), "{text}");
         let text = control(2, &served, &["tool-length", value]);
-        assert!(text.contains("is no finite number"), "{text}");
+        assert!(text.contains("is not a finite number"), "{text}");
     }
     assert_eq!(
         json(&served, &["show"])["after"]["weights"][0]["value"],
