@@ -141,13 +141,13 @@ fn what_cannot_be_seen_is_said() {
     found.sort();
     let mut expected = vec![
         "EXX1 and EYY1, EZZ1 differ by a common scale only: there is no length reference (a bar in the artefact), so they are relative to EXX1".to_owned(),
-        "EX0S cannot be told from the stylus' x: index the spindle; if it cannot be oriented, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact".to_owned(),
-        "EZ0S cannot be told from the stylus' z: give the length of the stylus with its uncertainty (length_standard_uncertainty_mm in the artefact)".to_owned(),
-        "EZ0C cannot be told from where the balls are".to_owned(),
+        "EX0S cannot be distinguished from the stylus' x: index the spindle; if it cannot be oriented, zero the stylus for run-out and state x_mm and y_mm with their standard uncertainties under [stylus] in the artefact".to_owned(),
+        "EZ0S cannot be distinguished from the stylus' z: give the length of the stylus with its uncertainty (length_standard_uncertainty_mm in the artefact)".to_owned(),
+        "EZ0C cannot be distinguished from the balls' locations".to_owned(),
         "EC0S does nothing at these positions".to_owned(),
         "ECCb is not known: no row says from which direction the axis came (a column such as A_dir)".to_owned(),
-        "EA0A cannot be told from EA0C".to_owned(),
-        "EC0Y cannot be told from EC0X".to_owned(),
+        "EA0A cannot be distinguished from EA0C".to_owned(),
+        "EC0Y cannot be distinguished from EC0X".to_owned(),
     ];
     expected.sort();
     assert_eq!(found, expected);
