@@ -1,7 +1,6 @@
 //! `cargo xtask mutants`: small changes of the servo, the loader and the controller's side, each of which a test
 //! must notice.
 
-use crate::files;
 use crate::process::{cargo, provide, run, target};
 
 /// What tests are called that draw thousands of cases, or go through as many. They look at those changes that no
@@ -52,7 +51,9 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
 
 /// The changes of one package, first under short tests built with an optimisation of `level`.
 fn part(package: &str, list: &str, level: &str, names: &[&str]) -> Result<(), String> {
-    let output = files::folder(target("mutants").join(package))?;
+    let output = target("mutants").join(package);
+    let made = std::fs::create_dir_all(&output);
+    made.map_err(|error| format!("{}: {error}", output.display()))?;
     let mutants = |names: &[&str]| {
         let mut command = cargo();
         command.args(["mutants", "--package", package, "--no-shuffle"]);

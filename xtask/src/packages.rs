@@ -1,18 +1,7 @@
 //! Packages of the distribution that the commands need.
 
-use crate::process::{has, is_root, output, run};
+use crate::process::{run, works};
 use std::process::Command;
-
-/// Installs packages unless a program says its version.
-///
-/// # Errors
-/// As [`install`].
-pub fn provide(program: &str, packages: &[&str], what_for: &str) -> Result<(), String> {
-    match has(program) {
-        true => Ok(()),
-        false => install(packages, what_for),
-    }
-}
 
 /// Installs packages with `apt-get`, as root or with `sudo`.
 ///
@@ -21,7 +10,7 @@ pub fn provide(program: &str, packages: &[&str], what_for: &str) -> Result<(), S
 pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     let names = packages.join(" ");
     let by_hand = format!("{what_for} needs the packages {names} (Debian's names); install them");
-    if !has("apt-get") {
+    if !works(Command::new("apt-get").arg("--version")) {
         return Err(by_hand);
     }
     eprintln!("{what_for} needs {names}: installing");
@@ -49,11 +38,14 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
 
 /// Whether packages are unpacked and configured.
 fn are_whole(packages: &[&str]) -> bool {
-    let mut query = Command::new("dpkg-query");
-    let states = output(query.args(["-W", "-f=${Status}\n"]).args(packages));
+    let states = Command::new("dpkg-query")
+        .args(["-W", "-f=${Status}\n"])
+        .args(packages)
+        .output();
     states.is_ok_and(|states| {
-        states.lines().count() >= packages.len()
-            && states.lines().all(|line| line == "install ok installed")
+        let lines = String::from_utf8_lossy(&states.stdout);
+        lines.lines().count() >= packages.len()
+            && lines.lines().all(|line| line == "install ok installed")
     })
 }
 
@@ -61,7 +53,7 @@ fn are_whole(packages: &[&str]) -> bool {
 fn as_root(program: &str) -> Command {
     let quietly = ["DEBIAN_FRONTEND=noninteractive", program];
     let mut command;
-    if is_root() {
+    if works(Command::new("sh").args(["-c", "test $(id -u) = 0"])) {
         command = Command::new("env");
     } else {
         command = Command::new("sudo");

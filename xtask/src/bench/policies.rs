@@ -1,8 +1,8 @@
 //! What the policy `direction` costs beside `orientation`: tables, terms, bytes, and the instructions of
 //! `compile`, on every example with ten to thirteen errors.
 
-use crate::callgrind;
-use crate::process::{root, shipped_trueaxis, target};
+use super::collected;
+use crate::process::{self, cargo, root, target};
 use std::path::Path;
 use std::process::Command;
 
@@ -31,7 +31,8 @@ struct Costs {
 /// # Errors
 /// A build or a compilation that fails, or valgrind that does not count.
 pub fn run() -> Result<(), String> {
-    let program = shipped_trueaxis()?;
+    process::run(cargo().args(["build", "-q", "--profile", "dist", "-p", "trueaxis-cli"]))?;
+    let program = target("dist/trueaxis");
     println!(
         "`direction` / `orientation` (compile in millions of instructions, callgrind, one thread):"
     );
@@ -67,16 +68,26 @@ fn name(path: &str) -> String {
 }
 
 fn of(program: &Path, machine: &str, errors: &str, policy: &str) -> Result<Costs, String> {
-    let blob = target("policies.trax");
-    let mut compile = Command::new(program);
-    compile
+    let [counts, blob] = ["policies.callgrind", "policies.trax"].map(target);
+    let output = Command::new("valgrind")
         .current_dir(root().join("examples"))
         .env("RAYON_NUM_THREADS", "1")
+        .args(["--tool=callgrind", "-q"])
+        .arg(format!("--callgrind-out-file={}", counts.display()))
+        .arg(program)
         .args(["compile", "--json", "--allow-large", "--policy", policy])
         .args([format!("{machine}.toml"), format!("{errors}.toml")])
         .arg("-o")
-        .arg(&blob);
-    let (instructions, json) = callgrind::count(&compile, None)?;
+        .arg(&blob)
+        .output()
+        .map_err(|e| e.to_string())?;
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    if !output.status.success() {
+        return Err(format!(
+            "compile --policy {policy} {machine} {errors}:\n{said}"
+        ));
+    }
+    let json = String::from_utf8_lossy(&output.stdout).into_owned();
     let number = |key: &str| {
         let rest = json.split(&format!("\n  \"{key}\": ")).nth(1)?;
         rest.split([',', '\n']).next()?.trim().parse().ok()
@@ -86,7 +97,7 @@ fn of(program: &Path, machine: &str, errors: &str, policy: &str) -> Result<Costs
         tables: number("tables").ok_or_else(|| missing("tables"))?,
         terms: number("terms").ok_or_else(|| missing("terms"))?,
         bytes: number("bytes").ok_or_else(|| missing("bytes"))?,
-        instructions,
+        instructions: collected(&counts)?,
     };
     let _ = std::fs::remove_file(blob);
     Ok(costs)

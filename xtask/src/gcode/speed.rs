@@ -1,8 +1,6 @@
 //! How fast programs are corrected, beside `rs274` in one run, and how much memory a long one takes.
 
-use super::correct;
-use crate::files;
-use crate::process::shipped_trueaxis;
+use crate::process::{cargo, run, target};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -85,7 +83,17 @@ struct Bench<'w> {
 
 impl<'w> Bench<'w> {
     fn new(work: &'w Path) -> Result<Self, String> {
-        let trueaxis = shipped_trueaxis()?;
+        run(cargo().args([
+            "build",
+            "-q",
+            "--profile",
+            "dist",
+            "-p",
+            "trueaxis-cli",
+            "--bin",
+            "trueaxis",
+        ]))?;
+        let trueaxis = target("dist").join("trueaxis");
         let bench = Self {
             work,
             blob: super::compensation(&trueaxis, work)?,
@@ -95,14 +103,23 @@ impl<'w> Bench<'w> {
             out: work.join("long-corrected.ngc"),
         };
         let text = "units = \"mm\"\n[start]\nX = 250\nY = 150\nZ = -200\n[offset.G54]\nX = 250\nY = 150\nZ = -200\n";
-        files::write(&bench.setup, text)?;
+        fs::write(&bench.setup, text).map_err(|e| format!("{}: {e}", bench.setup.display()))?;
         Ok(bench)
     }
 
     fn corrected(&self, options: &[&str]) -> Result<Took, String> {
-        let [program, out] = [&self.long, &self.out];
-        let mut command = correct(&self.trueaxis, program, out, &self.blob, &self.setup);
-        timed(command.args(options))
+        timed(
+            Command::new(&self.trueaxis)
+                .arg("gcode")
+                .arg(&self.long)
+                .arg("-o")
+                .arg(&self.out)
+                .arg("--compensation")
+                .arg(&self.blob)
+                .arg("--setup")
+                .arg(&self.setup)
+                .args(options),
+        )
     }
 
     fn interpreted(&self) -> Result<Took, String> {

@@ -1,7 +1,6 @@
 //! `trueaxis eval` at positions that were recorded.
 
 use super::bench::Bench;
-use crate::csv;
 use std::fmt::Write;
 
 /// Corrections at these positions, in mm and degrees, in the order of `columns`, the inputs of the blob of which
@@ -23,11 +22,19 @@ pub fn eval(
     text.push('\n');
     bench.write("positions.csv", text)?;
     let printed = bench.trueaxis(&["eval", blob, "--positions", "positions.csv"])?;
-    let corrections: Vec<String> = columns[..axes]
+    let mut lines = printed.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let order: Vec<usize> = columns[..axes]
         .iter()
-        .map(|axis| format!("d{axis}"))
+        .map(|letter| header.iter().position(|h| h[1..] == **letter))
+        .collect::<Option<_>>()
+        .ok_or_else(|| format!("{blob} has {header:?}, not {columns:?}"))?;
+    let rows: Vec<Vec<f32>> = lines
+        .map(|line| {
+            let cells: Vec<f32> = line.split(',').filter_map(|c| c.parse().ok()).collect();
+            order.iter().map(|&k| cells[k]).collect()
+        })
         .collect();
-    let rows = csv::columns::<f32>(&printed, &corrections).map_err(|e| format!("{blob}: {e}"))?;
     if rows.len() == positions.len() {
         Ok(rows)
     } else {

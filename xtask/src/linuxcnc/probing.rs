@@ -2,7 +2,6 @@
 
 use super::bench::Bench;
 use super::run::{JOINTS, PERIOD, Run};
-use crate::csv;
 
 /// The tolerance of `compile` at the tip, mm.
 const TOLERANCE: f64 = 5e-5;
@@ -29,7 +28,11 @@ pub fn probing(bench: &Bench, machine: &str, run: &Run) -> Result<(), String> {
         "positions.csv",
     ];
     let poses = bench.trueaxis(&words)?;
-    let pose = csv::numbers(&poses)?.swap_remove(0);
+    let row = poses.lines().nth(1).unwrap_or_default();
+    let pose: Vec<f64> = row
+        .split(',')
+        .filter_map(|c| c.trim().parse().ok())
+        .collect();
     let &[nominal, _, _, _, _, _, uncorrected, ..] = &pose[..] else {
         return Err(format!("`trueaxis pose` says\n{poses}"));
     };
