@@ -401,7 +401,7 @@ fn a_bad_zero_position_is_refused() {
         ("X", "`X` is not an axis, an equals sign and a number"),
         ("B=0", "the machine has no axis `B`"),
         ("X=0,X=1", "axis X is given twice"),
-        ("X=nan", "`nan` is no finite number"),
+        ("X=nan", "`nan` is not a finite number"),
         ("X=1000", "X = 1000 is outside its travel -130 to 130 mm"),
     ] {
         let blob = folder.at("x.trax");

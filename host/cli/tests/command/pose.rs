@@ -137,7 +137,7 @@ fn a_bad_position_is_refused() {
         ("X", "--at: `X` is not an axis"),
         ("X=1,x=2", "--at: axis x is given twice"),
         ("X=1,5,Y=2", "--at: `5` has no axis: write a decimal point"),
-        ("X=one", "--at: `one` is no finite number"),
+        ("X=one", "--at: `one` is not a finite number"),
     ] {
         refused(
             &["pose", &machine, "--at", at],
