@@ -227,7 +227,7 @@ mod tests {
             r.update(0.0, 0.5, 0.0);
             r.update(10.0 * sense, 0.5, 0.0);
             let extreme = |r: &Reversal, q| {
-                // An axis with ends, and one of which less than half a turn is not a jump.
+                // A bounded axis, and an endless one that moved less than half a turn.
                 assert_eq!(r.extreme(0.5, 0.0), Some((sense, q, f32::MAX)));
                 assert_eq!(r.extreme(0.5, 360.0), Some((sense, q, 90.0)));
                 assert_eq!(r.extreme(90.0, 360.0), None);

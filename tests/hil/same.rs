@@ -65,7 +65,7 @@ fn one(board: &Board<'_>, case: &Case, seed: u64) -> Result<usize, Failure> {
     let mut jumps: Vec<_> = (0..JUMPS)
         .map(|_| cases::position(&c, &mut random))
         .collect();
-    // Also what is not a position at all: held, then ramped out.
+    // NaN positions too: held, then ramped out.
     for k in [100, 300] {
         jumps[k][0] = f32::NAN;
     }

@@ -632,7 +632,7 @@ fn the_tool_length_of_the_motion_side_counts_while_it_gives_one() {
     assert_eq!(length(&mut desktop), 131.0);
     tick(&desktop, &mut Board(with(None)));
     assert_eq!(length(&mut desktop), 95.5);
-    // What is not a number is no length, whatever the host says.
+    // The servo ignores a tool length that is not a number, even from the host.
     tick(&desktop, &mut Board(with(Some(f32::NAN))));
     assert!(length(&mut desktop).is_nan());
 }

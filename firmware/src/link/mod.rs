@@ -76,7 +76,7 @@ impl Outgoing {
     };
 
     fn put(&mut self, header: Header, reply: &Reply<'_>, scratch: &mut [u8]) {
-        // Replies fit, which is a test; one that does not is not an answer.
+        // A test proves that replies fit; one that did not would not be sent.
         self.length = encode(header, reply, scratch, &mut self.bytes).map_or(0, |sent| sent.len());
     }
 

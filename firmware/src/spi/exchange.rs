@@ -48,7 +48,7 @@ impl<const AXES: usize> Exchange<AXES> {
         }
     }
 
-    /// A frame has ended; what is not a frame counts as damaged.
+    /// A frame has ended. Bytes that do not form a frame count as damaged.
     pub fn hear(&mut self, bytes: &[u8]) {
         self.intake.hear(bytes);
     }

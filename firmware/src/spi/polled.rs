@@ -31,7 +31,7 @@ impl<D: SpiDevice, const AXES: usize> Polled<D, AXES> {
         self.exchange.answer(&mut said);
         let received = received.get_mut(..length(AXES)).unwrap_or_default();
         let said = said.get(..length(AXES)).unwrap_or_default();
-        // What a bus that fails has left in the buffer is not a frame.
+        // A failed transfer leaves no frame in the buffer.
         match self.device.transfer(received, said) {
             Ok(()) => self.exchange.hear(received),
             Err(_) => self.exchange.hear(&[]),

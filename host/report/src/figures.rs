@@ -8,7 +8,7 @@ use crate::picture::{Bar, Bars, Chart, Ink, Mark, Picture, Polar, Scale, Series,
 
 /// Bars in one figure.
 const BARS: usize = 30;
-/// What is less (µm, µrad) is not a bar.
+/// Shares below this (µm, µrad) get no bar.
 const NOTHING: f64 = 1e-4;
 
 /// Bars of what each parameter does at the tip, or to the tool's direction; none if nothing does anything.

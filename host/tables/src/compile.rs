@@ -247,7 +247,7 @@ pub fn build(
     let blob = draft.encode()?;
     let runtime = Runtime::load(&blob)?;
     warnings.extend(warnings::short_tables(machine, &runtime));
-    debug_assert_eq!(size, Size::of(&runtime));
+    assert_eq!(size, Size::of(&runtime));
     drop(runtime);
     Ok(Built {
         blob,

@@ -68,7 +68,7 @@ impl Machine {
     #[must_use]
     pub fn tip_at(&self, length: f64) -> [f64; 3] {
         let mut tip = self.tip;
-        // A negative length is not a tool, but keeps the position affine in the length.
+        // No tool has a negative length, but this keeps the position affine in the length.
         tip[self.tool_axis] = length * self.tip[self.tool_axis].signum();
         tip
     }

@@ -297,7 +297,7 @@ fn frame(numbers: &Frame) -> Option<crate::Htm> {
 }
 
 fn is_number(value: f64) -> bool {
-    // Not so for what is not a number, either.
+    // False for NaN, too.
     value.abs() <= LARGEST
 }
 

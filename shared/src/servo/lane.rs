@@ -62,7 +62,7 @@ pub(super) enum Followed {
     Along,
     /// The direction of travel is new.
     Turned,
-    /// It is not a position of this axis.
+    /// The value is not a position of this axis.
     Unusable,
 }
 

@@ -169,7 +169,7 @@ fn checks(case: &Case, measured: &Probings, model: &str) -> Vec<Checked> {
     .checks
 }
 
-/// Each ball again after the others, in turn: drift is not a place of a ball.
+/// Visits the balls in turn, so that drift does not look like a displaced ball.
 fn in_turn(case: &mut Case) {
     let rows = case.strategy.rows.clone();
     let quarter = rows.len() / 4;

@@ -168,7 +168,7 @@ fn a_frame_that_begins_before_the_answer_is_laid_out_is_lost_and_an_overrun() {
     assert_eq!(stand.overruns(), 1, "shown with the next period");
     let seen = stand.servo.seen();
     assert_eq!((seen.frames, seen.damaged, seen.repeated), (1, 1, 1));
-    // That one is over: the next is heard, and is not an overrun.
+    // That frame is complete: the next one is received and is not an overrun.
     let frame = stand.next(3.0);
     stand.interrupt(Some(frame));
     assert_eq!((stand.servo.seen().frames, stand.overruns()), (2, 1));

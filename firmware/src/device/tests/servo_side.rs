@@ -131,7 +131,7 @@ fn while_suspended_nothing_is_computed_and_the_place_remains_known() {
         side.tick(&mut Source(Some(command)), &mut sink, &NoClock);
         assert_eq!(side.positions()[1], 12.0);
         assert_eq!(side.snapshot().referenced, 1);
-        // What is not a position is none.
+        // NaN counts as no position.
         side.tick(&mut Source(Some(at(f32::NAN))), &mut sink, &NoClock);
         side.tick(&mut Source(None), &mut sink, &NoClock);
         assert_eq!(side.positions()[1], 12.0);

@@ -270,7 +270,7 @@ fn an_upload_over_what_was_lost_chooses_nothing() {
         assert_eq!(slots.active(), None);
         let choice = slots.choice();
         assert!(choice.enable && choice.in_use.is_some());
-        // What is not a blob's slot holds no choice either.
+        // A slot without a blob holds no choice either.
         let untouched = slots.state(Slot::B);
         let Header { length, crc } = Header::read(&blob(3, 40)).expect("a blob");
         slots.begin(length, crc).expect("room");

@@ -436,7 +436,7 @@ fn no_upload_begins_where_a_blob_is_leased() {
     slots.set_active(Some(Slot::A));
     slots.take_back(second);
     assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);
-    // What is not a lease of these slots ends none.
+    // Returning a foreign lease ends no lease.
     let other: &'static [u8] = blobs[0].to_vec().leak();
     slots.take_back(other.into());
     assert_eq!(attempt(&mut slots, &blobs[2], 64), leased);

@@ -14,7 +14,7 @@ pub fn read(name_or_file: &str) -> Result<Target, BadInput> {
     if !path.exists() {
         let names = Target::NAMES.join(", ");
         return Err(BadInput::new(
-            format!("--target: `{name_or_file}` is not a target and no file"),
+            format!("--target: `{name_or_file}` is neither a target nor a file"),
             format!(
                 "write one of {names}, or a file as `trueaxis flash --dry-run --port PORT` prints it"
             ),

@@ -303,7 +303,7 @@ fn a_target_that_is_none_is_refused() {
     with(
         "stm32f4",
         &[
-            "--target: `stm32f4` is not a target and no file",
+            "--target: `stm32f4` is neither a target nor a file",
             "stm32f405, desktop",
         ],
     );

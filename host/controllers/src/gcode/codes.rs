@@ -135,7 +135,7 @@ pub fn system(tenths: u16) -> Option<Number> {
     }
 }
 
-/// What a word asks for; `None` if it is not a G word that is known.
+/// What a word asks for; `None` for a G word that is not known.
 #[must_use]
 #[inline]
 pub fn code(word: &Word, dialect: Dialect) -> Option<Code> {
@@ -145,7 +145,7 @@ pub fn code(word: &Word, dialect: Dialect) -> Option<Code> {
     }
 }
 
-/// What a word asks for; `None` if it is not a M word that is known.
+/// What a word asks for; `None` for an M word that is not known.
 #[must_use]
 #[inline]
 pub fn machine(word: &Word, dialect: Dialect) -> Option<Machine> {

@@ -240,7 +240,7 @@ impl<'a> Corrector<'a> {
         done
     }
 
-    /// What stands behind the end is not a program any more, but Grbl does whatever it is sent, and a file for Fanuc's
+    /// Lines after the end are not part of the program, but Grbl runs whatever it is sent, and a file for Fanuc's
     /// controllers may have several programs, up to its last `%`.
     fn behind_the_end(&mut self, line: &[u8]) -> Result<(), Fault> {
         let (cause, remedy) = match self.rules.dialect {

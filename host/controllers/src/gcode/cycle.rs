@@ -81,7 +81,7 @@ pub struct Cycle {
 /// How far a peck stays from where it was, as in LinuxCNC (mm).
 const PECK_CLEARANCE: f64 = 0.254;
 
-/// What is left of a hole is not a peck of its own if it is less (mm): what f64 loses.
+/// A remaining depth below this (mm) is rounding and gets no peck of its own.
 const NO_PECK: f64 = 1e-6;
 
 /// A part of a cycle that is written out.
@@ -268,7 +268,7 @@ mod tests {
         assert_eq!(peck_for(&cycle(0.0, 1.5), 4.0003), (1.5, 3.0));
         // Far less deep: all pecks shorter.
         assert_eq!(peck_for(&cycle(0.0, 1.0), 3.992), (0.998, 4.0));
-        // What f64 loses is not a peck.
+        // Rounding gets no peck of its own.
         assert_eq!(pecks(&cycle(4.0 - 0.3 * 3.0, 0.3)), 3);
     }
 }

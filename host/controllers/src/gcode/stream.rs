@@ -100,7 +100,7 @@ pub fn look_for_computing(reader: impl BufRead, dialect: Dialect) -> Result<(), 
             continue;
         }
         match block.scan(line, dialect) {
-            // What stands behind the end is not a program.
+            // Lines after the end are not part of the program.
             Ok(()) if block.percent && number > 1 => break,
             Ok(()) if !block.deleted && codes::ends(&block, dialect) => break,
             Err(fault) if matches!(fault.kind, Kind::Parameter | Kind::Expression | Kind::Flow) => {

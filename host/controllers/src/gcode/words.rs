@@ -172,7 +172,7 @@ impl Block {
                     self.end = at;
                 }
                 b'%' if self.words.is_empty() && !self.deleted => {
-                    // What else stands in such a line is not a program.
+                    // The rest of such a line is not part of the program.
                     (self.percent, self.has_text) = (true, true);
                     break;
                 }

@@ -155,7 +155,7 @@ fn readings(rows: &[(&str, usize)], radius: f64, factor: f64) -> Result<Readings
         let wrong = || {
             FileError::at(
                 span,
-                format!("`{name}` is not a column, or there twice"),
+                format!("`{name}` is not a column, or is listed twice"),
                 "here",
                 COLUMNS,
             )
@@ -314,12 +314,12 @@ mod tests {
             (
                 format!("{head}angle,phi\n"),
                 Some(3),
-                "`phi` is not a column, or there twice",
+                "`phi` is not a column, or is listed twice",
             ),
             (
                 format!("{head}angle,angle\n"),
                 Some(3),
-                "`angle` is not a column, or there twice",
+                "`angle` is not a column, or is listed twice",
             ),
             (
                 format!("{head}X,Y,radial\n"),

@@ -418,7 +418,7 @@ impl Suspicion {
             place.map_or(0, |place| place.line)
         };
         let first = self.rows.first().map_or(0, |row| line(*row));
-        // From a millimetre on it is not an error of a machine.
+        // A deviation of a millimetre or more is a mistake, not a machine error.
         let (unit, factor) = if self.off.norm() < 1.0 {
             ("µm", 1e3)
         } else {

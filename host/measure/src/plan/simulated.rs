@@ -66,7 +66,7 @@ pub fn simulated_touches(
             touched.push(position);
         }
     }
-    debug_assert_eq!(touched.len(), PER_BALL * strategy.rows.len());
+    assert_eq!(touched.len(), PER_BALL * strategy.rows.len());
     Ok(touched)
 }
 

@@ -138,7 +138,7 @@ pub fn try_one(
         0.0
     };
     let allowed = options.tolerance * 1e3 + chord;
-    // What is blended into a move, or left out, is not a place of the path.
+    // A step that is blended into a move or left out is not on the path.
     if let (Some(path), Backlash::Move) = (&found.tool_path, options.backlash) {
         assert!(
             path.after_um.max <= allowed + bench.own,

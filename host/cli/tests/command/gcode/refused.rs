@@ -233,7 +233,7 @@ fn files_that_are_no_programs_are_refused() {
         let out = corrected(&folder, &format!("{START}{end}"), &[]);
         assert!(out.ends_with(end.split('\n').next_back().unwrap()), "{out}");
     }
-    // What stands behind the end is not a program.
+    // Lines after the end are not part of the program.
     let out = corrected(
         &folder,
         &format!("%\n{START}%\nwhat [this] is\rnobody knows"),

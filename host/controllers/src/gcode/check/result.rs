@@ -90,7 +90,7 @@ pub enum CheckError {
     /// The program itself.
     #[error("the program: {0}")]
     Program(StreamError),
-    /// The corrected one is not a program.
+    /// The corrected program cannot be read.
     #[error("the corrected program: {0}")]
     Corrected(StreamError),
     /// A motion is missing.

@@ -120,7 +120,7 @@ impl Check<'_> {
             } else {
                 beyond *= FARTHER;
             }
-            // An axis that has turned round and back goes as it went: that is not a step.
+            // An axis that reversed twice travels in its first direction again, so there is no step.
             if turned.travel == before || turned.travel == along.travel.travel {
                 continue;
             }

@@ -53,7 +53,7 @@ impl Corrector<'_> {
     pub(super) fn feed(&self, piece: &Piece, to: &PerLetter) -> Option<f64> {
         let by: PerLetter = std::array::from_fn(|i| {
             let by = to[i] - self.written.position.at[i];
-            // Rounding in the last place of f64 is not a motion.
+            // Rounding does not count as a motion.
             if by.abs() < NOTHING { 0.0 } else { by }
         });
         let by = self.in_program(&by);

@@ -132,7 +132,7 @@ impl Setup {
                     b'T' if value >= 0.0 && value.fract() == 0.0 && value < 1e6 => {
                         number = Some(value as u32);
                     }
-                    b'T' => return Err(bad("a tool number that is not a whole one, or negative")),
+                    b'T' => return Err(bad("a tool number that is negative or not whole")),
                     b'P' | b'D' | b'I' | b'J' | b'Q' => {}
                     _ if !axes::can_be(value) => {
                         return Err(bad(&format!("a number beyond {:.0e}", axes::LARGEST)));

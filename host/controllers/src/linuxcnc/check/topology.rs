@@ -101,7 +101,7 @@ impl Checked<'_> {
                 wrong.push((points[i], 'C', is, table[i], table[i] / mm));
             }
         }
-        // The height of the table is not a part of its axis: that of the cradle counts from the point.
+        // The height of the table does not belong to its axis; the height of the cradle counts from the point.
         for (i, offset) in shape.offsets {
             if let Some((from, offset_is)) = value(points[i]).zip(value(offset))
                 && (from + offset_is - cradle_at[i]).abs() > APART

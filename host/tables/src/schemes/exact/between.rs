@@ -6,7 +6,7 @@ pub const POINTS: usize = 12;
 /// The samples, of `count`, that the value at `x` of them (in their distances, from the first) is made
 /// from, with their weights: Lagrange's polynomial through those around.
 pub fn around(x: f64, count: usize, wraps: bool) -> Vec<(usize, f64)> {
-    debug_assert!(count >= POINTS);
+    assert!(count >= POINTS);
     let mut first = x.floor() as i64 + 1 - POINTS as i64 / 2;
     if !wraps {
         first = first.clamp(0, (count - POINTS) as i64);

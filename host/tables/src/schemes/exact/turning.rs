@@ -45,7 +45,7 @@ pub fn positions([low, high]: [f64; 2], count: usize) -> Vec<f64> {
 }
 
 impl Turning {
-    /// Of what is not a rotary axis.
+    /// For inputs other than rotary axes.
     pub const NONE: Self = Self { base: 1, others: 1 };
     /// Of a rotary axis whose motions are never off: up to three or so times five functions, and
     /// the first of them.
