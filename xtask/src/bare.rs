@@ -10,6 +10,6 @@ use crate::process::{root, run};
 pub fn execute() -> Result<(), String> {
     let manifest = root().join("shared/kinematics/Cargo.toml");
     let cross = Cross::provide(CORTEX_M)?;
-    let (mut build, _) = cross.cargo("stm32f405", &["build", "-q", "--no-default-features"]);
+    let (mut build, _) = cross.cargo("stm32f405", "build -q --no-default-features");
     run(build.arg("--manifest-path").arg(manifest))
 }

@@ -1,7 +1,7 @@
 //! `cargo xtask bench identify`: how long an identification takes, beside SciPy on the same problems in one run.
 
-use crate::packages;
 use crate::process::{self, cargo, root, target, works};
+use crate::{files, packages};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -18,8 +18,7 @@ const ONE_THREAD: [&str; 4] = [
 /// # Errors
 /// What does not build or run; a rival that finds another minimum.
 pub fn run() -> Result<(), String> {
-    let folder = target("identify-speed");
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let folder = files::folder(target("identify-speed"))?;
     let python = python(&folder)?;
     let program = ["run", "-q", "--profile", "dist", "-p", "trueaxis-tests"];
     let mut ours = cargo();

@@ -8,13 +8,12 @@ mod trace;
 use crate::cross::{CORTEX_M, Cross};
 use crate::elf::Program;
 use crate::figures::Figures;
-use crate::process::{root, run, target, trueaxis};
-use crate::qemu;
+use crate::process::{example, judged, root, run, target, trueaxis};
+use crate::{blob, files, qemu};
 use cycles::Cost;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// Most that a figure may grow against the committed one, per cent.
 const GROWTH: u64 = 5;
@@ -132,24 +131,19 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     figures.set("image_stm32f405", image(&cross)?.into());
 
     print(&figures, &costs, &fast, &cross.version);
-    let json = target("bench-target.json");
-    write(&json, &figures.to_json())?;
     // Also where it is without CARGO_TARGET_DIR.
-    let usual = root().join("target");
-    fs::create_dir_all(&usual).map_err(|e| format!("{}: {e}", usual.display()))?;
-    write(&usual.join("bench-target.json"), &figures.to_json())?;
-    wrong.extend(compare(&figures, &cross.version, accept)?);
-    if wrong.is_empty() {
-        println!("evaluate and servo update cannot reach a panic");
-        return Ok(());
+    for folder in [target(""), files::folder(root().join("target"))?] {
+        files::write(&folder.join("bench-target.json"), figures.to_json())?;
     }
-    Err(wrong.join("\n  "))
+    wrong.extend(compare(&figures, &cross.version, accept)?);
+    judged(&wrong)?;
+    println!("evaluate and servo update cannot reach a panic");
+    Ok(())
 }
 
 /// Builds blobs and programs; the folder of the programs.
 fn build(cross: &Cross) -> Result<PathBuf, String> {
-    let blobs = target("bench-blobs");
-    fs::create_dir_all(&blobs).map_err(|e| format!("{}: {e}", blobs.display()))?;
+    let blobs = files::folder(target("bench-blobs"))?;
     let trueaxis = trueaxis()?;
     let huron = ("huron-k2x8", "errors-13");
     let weights = "fik --adjust EX0S,EZ0S,EXX1,EYY1,EZZ1";
@@ -165,32 +159,14 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
             "kolibri10-direction",
         ),
     ] {
-        run(Command::new(&trueaxis)
-            .current_dir(root())
-            .arg("compile")
-            .arg(format!("examples/{machine}/machine.toml"))
-            .arg(format!("examples/{machine}/{errors}.toml"))
-            .arg("--scheme")
-            .args(scheme.split(' '))
-            .args(["--policy", policy, "-o"])
-            .arg(blobs.join(blob).with_extension("trax"))
-            .stdout(std::process::Stdio::null())
-            .stderr(std::process::Stdio::null()))?;
+        let sources = ["machine", errors].map(|name| format!("examples/{machine}/{name}.toml"));
+        let options = format!("--scheme {scheme} --policy {policy}");
+        let blob = blobs.join(blob).with_extension("trax");
+        blob::compile(&trueaxis, &sources, &options, &blob)?;
     }
-    run(
-        Command::new(trueaxis.with_file_name("examples/bench-blobs"))
-            .current_dir(root())
-            .arg(&blobs),
-    )?;
+    run(example("bench-blobs").current_dir(root()).arg(&blobs))?;
     let build = |profile| {
-        let words = [
-            "build",
-            "-q",
-            "--profile",
-            profile,
-            "-p",
-            "trueaxis-bench-target",
-        ];
+        let words = format!("build -q --profile {profile} -p trueaxis-bench-target");
         let (mut command, folder) = cross.cargo("stm32f405", &words);
         run(command.env("TRUEAXIS_BENCH_BLOBS", &blobs)).map(|()| folder)
     };
@@ -200,8 +176,7 @@ fn build(cross: &Cross) -> Result<PathBuf, String> {
 
 /// Bytes of flash that the firmware for the STM32F405 takes.
 fn image(cross: &Cross) -> Result<u32, String> {
-    let (mut build, folder) = cross.cargo("stm32f405", &["build", "-q", "--release"]);
-    run(&mut build)?;
+    let folder = cross.build("stm32f405", "build -q --release")?;
     Ok(Program::read(&folder.join("release/stm32f405"))?.flash())
 }
 
@@ -230,15 +205,7 @@ fn measure(program: &Path) -> Result<(Figures, Costs), String> {
 fn servo_path(runtime: &Program, root: &str, wrong: &mut Vec<String>) -> Result<u32, String> {
     // As the compiler mangles `servo_path::ROOT`.
     let reach = runtime.reach(&format!("10servo_path{}{root}", root.len()))?;
-    for (function, from) in &reach.functions {
-        if function.contains("panic") {
-            let from = from.as_deref().unwrap_or_default();
-            wrong.push(format!("{root} can panic: {from} calls {function}"));
-        }
-    }
-    for function in &reach.through_pointers {
-        wrong.push(format!("{root} calls through a pointer in {function}"));
-    }
+    wrong.extend(reach.faults(root));
     Ok(reach.size)
 }
 
@@ -344,10 +311,6 @@ fn shares(calls: &[(&str, Cost)]) {
     });
 }
 
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
-}
-
 /// Compares with the committed figures of the same compiler, or makes these the committed ones;
 /// what is wrong.
 fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>, String> {
@@ -358,7 +321,7 @@ fn compare(figures: &Figures, version: &str, accept: bool) -> Result<Vec<String>
     let path = folder.join(format!("rustc-{release}.json"));
     let shown = path.strip_prefix(root()).unwrap_or(&path).display();
     if accept {
-        write(&path, &figures.to_json())?;
+        files::write(&path, figures.to_json())?;
         println!("{shown} has these figures now");
         return Ok(Vec::new());
     }

@@ -6,19 +6,19 @@
 
 mod bare;
 mod build;
+mod c_program;
 mod capacities;
 mod cost;
 mod install;
-mod sanitized;
 mod target;
 
 pub use build::{Capacities, libraries};
+pub use c_program::{CProgram, compilers};
 pub use cost::print as cost;
 pub use install::execute as install;
-pub use sanitized::{Sanitized, compilers};
 
 use crate::packages;
-use crate::process::{self, root, run, works};
+use crate::process::{self, root, run};
 use capacities::LEAST;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -71,18 +71,10 @@ fn blob(name: &str) -> PathBuf {
 /// The test in C++ once more under valgrind: nothing depends on bytes that were not written. The memory of its objects
 /// comes from the heap as it is.
 fn memcheck(libraries: &Path) -> Result<(), String> {
-    if !works(Command::new("valgrind").arg("--version")) {
-        packages::install(&["valgrind", "libc6-dbg"], "the C interface")?;
-    }
-    let folder = root().join("firmware/capi");
-    let program = process::target("capi").join("interface_plain");
-    run(Command::new("g++")
-        .args(["-std=c++14", "-g", "-O1"])
-        .arg(format!("-I{}", folder.display()))
-        .arg(folder.join("tests/interface.cpp"))
-        .arg(libraries.join("libtrueaxis_capi.a"))
-        .args(["-lpthread", "-ldl", "-lm", "-o"])
-        .arg(&program))?;
+    packages::provide("valgrind", &["valgrind", "libc6-dbg"], "the C interface")?;
+    let mut program = CProgram::plain("g++", &["-std=c++14", "-g", "-O1"]);
+    program.sources([root().join("firmware/capi/tests/interface.cpp")]);
+    let program = program.link(libraries, "interface_plain")?;
     for (name, other) in BOTH {
         run(Command::new("valgrind")
             .args(["-q", "--error-exitcode=1"])
@@ -99,8 +91,7 @@ fn installed() -> Result<(), String> {
     let shown = prefix.to_string_lossy();
     let mut options = vec!["--prefix".to_owned(), shown.into_owned()];
     for (name, number) in LEAST.0 {
-        let name = name.trim_start_matches("TRUEAXIS_").to_lowercase();
-        options.extend([format!("--{name}"), number.to_string()]);
+        options.extend([build::option(name), number.to_string()]);
     }
     let options: Vec<&str> = options.iter().map(String::as_str).collect();
     install::execute(&options)?;
@@ -126,11 +117,11 @@ fn compile(
 ) -> Result<PathBuf, String> {
     let source = root().join("firmware/capi").join(file);
     let name = source.file_stem().unwrap_or_default().to_owned();
-    let mut program = Sanitized::new(compiler, standard);
+    let mut program = CProgram::sanitized(compiler, standard);
     // What a controller is to copy; the test in C++ has all its objects in a few frames.
     if compiler == "gcc" {
         program.frames();
     }
     program.sources([source]);
-    program.link(libraries, &process::target("capi").join(name))
+    program.link(libraries, name)
 }

@@ -5,7 +5,7 @@
 //! hence `RUSTC_BOOTSTRAP`).
 
 use crate::packages::install;
-use crate::process::{root, target, works};
+use crate::process::{has, output, root, run, target, works};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -33,11 +33,11 @@ impl Cross {
     /// # Errors
     /// What could not be installed.
     pub fn provide(target: &'static str) -> Result<Self, String> {
-        if !has(target) {
+        if !has_library(target) {
             eprintln!("the target {target} is not installed: trying rustup");
             works(Command::new("rustup").args(["target", "add", target]));
         }
-        if has(target) {
+        if has_library(target) {
             let version = version("rustc").ok_or("rustc does not say its version")?;
             return Ok(Self {
                 target,
@@ -66,15 +66,24 @@ impl Cross {
 
     /// `cargo WORDS` in the workspace of a board, and the folder with a folder of programs for each
     /// profile.
-    pub fn cargo(&self, board: &str, words: &[&str]) -> (Command, PathBuf) {
+    pub fn cargo(&self, board: &str, words: &str) -> (Command, PathBuf) {
         let (mut command, folder) = self.cargo_without_target(board, words);
         self.add_to(&mut command, None, &[]);
         (command, folder.join(self.target))
     }
 
-    /// The same, to be [given](Self::add_to) the targets that this compiler is to build for; the folder has one
+    /// Builds as these words for cargo say; the same folder.
+    ///
+    /// # Errors
+    /// It does not build.
+    pub fn build(&self, board: &str, words: &str) -> Result<PathBuf, String> {
+        let (mut build, folder) = self.cargo(board, words);
+        run(&mut build).map(|()| folder)
+    }
+
+    /// The same command, to be [given](Self::add_to) the targets that this compiler is to build for; the folder has one
     /// for each of them.
-    pub fn cargo_without_target(&self, board: &str, words: &[&str]) -> (Command, PathBuf) {
+    pub fn cargo_without_target(&self, board: &str, words: &str) -> (Command, PathBuf) {
         // Programs of one name, and flags that would build all anew by turns.
         let processor = match board {
             "stm32h743" => "-m7",
@@ -96,7 +105,7 @@ impl Cross {
         command
             .current_dir(root().join("firmware/boards").join(board))
             .env("CARGO_TARGET_DIR", &folder)
-            .args(words);
+            .args(words.split(' '));
         if self.from_source {
             command.arg("-Zbuild-std=core");
         }
@@ -138,13 +147,18 @@ fn short_paths() -> Vec<String> {
 }
 
 /// Whether the usual compiler has a library for a target.
-fn has(target: &str) -> bool {
-    let output = Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", target])
-        .output();
-    let Ok(output) = output else { return false };
-    let folder = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    output.status.success() && Path::new(&folder).is_dir()
+fn has_library(target: &str) -> bool {
+    library_folder(&["--target", target]).is_ok_and(|folder| folder.is_dir())
+}
+
+/// Where the usual compiler has its libraries, for this computer or a target, if it knows that.
+///
+/// # Errors
+/// It does not.
+pub fn library_folder(target: &[&str]) -> Result<PathBuf, String> {
+    let mut rustc = Command::new("rustc");
+    let folder = output(rustc.args(["--print", "target-libdir"]).args(target))?;
+    Ok(PathBuf::from(folder.trim()))
 }
 
 /// Whether the distribution's compiler is there, new enough, and with the source of its library.
@@ -152,13 +166,12 @@ fn has_source() -> bool {
     let minor = |version: String| version.split('.').nth(1)?.parse::<u32>().ok();
     Path::new(SOURCE).is_file()
         && Path::new(CARGO).is_file()
-        && works(Command::new("ld.lld").arg("--version"))
+        && has("ld.lld")
         && version(RUSTC).and_then(minor).is_some_and(|m| m >= MINOR)
 }
 
 /// The version of a compiler, e.g. `1.95.0`.
 fn version(rustc: &str) -> Option<String> {
-    let output = Command::new(rustc).arg("--version").output().ok()?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let text = output(Command::new(rustc).arg("--version")).ok()?;
     Some(text.split_whitespace().nth(1)?.to_owned())
 }

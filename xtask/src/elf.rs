@@ -1,11 +1,15 @@
 //! Programs for the Cortex-M as they were linked: their size, and who calls whom.
 
+use crate::files;
+use object::elf::SHF_ALLOC;
+use object::read::Bytes;
+use object::read::elf::{ElfFile32, SectionHeader};
+use object::{LittleEndian, Object, ObjectSection, ObjectSymbol, SymbolKind, U32};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// A program: ELF, 32 bits, little-endian.
 pub struct Program {
-    bytes: Vec<u8>,
     sections: Vec<Section>,
     /// By address, without the bit that marks Thumb code.
     functions: BTreeMap<u32, Function>,
@@ -16,10 +20,10 @@ pub struct Program {
 struct Section {
     name: String,
     address: u32,
-    offset: u32,
-    size: u32,
-    /// Takes room in flash.
-    loaded: bool,
+    /// Empty where the section is only zeros.
+    bytes: Vec<u8>,
+    /// Has an address in the program.
+    allocated: bool,
 }
 
 struct Function {
@@ -31,117 +35,89 @@ struct Function {
 #[derive(Default)]
 pub struct Reach {
     /// All functions, each with the one from which it was come to.
-    pub functions: BTreeMap<String, Option<String>>,
+    functions: BTreeMap<String, Option<String>>,
     /// Names of those that call through a pointer, whose ends are not known.
-    pub through_pointers: BTreeSet<String>,
+    through_pointers: BTreeSet<String>,
     /// Bytes of all functions.
     pub size: u32,
 }
 
+impl Reach {
+    /// What a servo loop must not reach from the function `root`: a panic, or a call through a pointer, where this
+    /// check would end.
+    pub fn faults(&self, root: &str) -> Vec<String> {
+        let panics = self.functions.iter().filter(|(f, _)| f.contains("panic"));
+        let panics = panics.map(|(function, from)| {
+            let from = from.as_deref().unwrap_or_default();
+            format!("{root} can panic: {from} calls {function}")
+        });
+        let pointers = self.through_pointers.iter();
+        let pointers = pointers.map(|f| format!("{root} calls through a pointer in {f}"));
+        panics.chain(pointers).collect()
+    }
+}
+
 impl Program {
     /// # Errors
-    /// The file cannot be read or is no such program.
+    /// The file cannot be read or is not such a program.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let shown = path.display();
-        let bytes = std::fs::read(path).map_err(|e| format!("{shown}: {e}"))?;
-        Self::parse(bytes).ok_or_else(|| format!("{shown} is no 32-bit little-endian ELF"))
+        let bytes = files::read(path)?;
+        let failed = |e| format!("{}: not a 32-bit little-endian ELF: {e}", path.display());
+        Self::parse(&bytes).map_err(failed)
     }
 
-    fn parse(bytes: Vec<u8>) -> Option<Self> {
-        if bytes.get(..6)? != [0x7F, b'E', b'L', b'F', 1, 1] {
-            return None;
-        }
+    fn parse(bytes: &[u8]) -> object::Result<Self> {
+        let file = ElfFile32::<LittleEndian>::parse(bytes)?;
         let mut program = Self {
             sections: Vec::new(),
             functions: BTreeMap::new(),
             map: BTreeMap::new(),
-            bytes,
         };
-        let (headers, count) = (program.word(32)?, program.half(48)?);
-        let header = |index: u32| headers + 40 * index;
-        let names = program.word(header(program.half(50)?.into()) + 16)?;
-        let mut symbols = None;
-        for at in (0..count.into()).map(header) {
-            let [kind, flags, address, offset, size, link] =
-                [4, 8, 12, 16, 20, 24].map(|k| program.word(at + k));
-            if kind? == 2 {
-                symbols = Some((offset?, size?, program.word(header(link?) + 16)?));
-            }
-            let name = program.text(names + program.word(at)?)?;
+        for section in file.sections() {
+            let flags = section.elf_section_header().sh_flags(LittleEndian);
             program.sections.push(Section {
-                name,
-                address: address?,
-                offset: offset?,
-                size: size?,
-                // Allocated, and not only zeros.
-                loaded: flags? & 2 != 0 && kind? != 8,
+                name: section.name()?.to_owned(),
+                address: section.address() as u32,
+                bytes: section.data()?.to_vec(),
+                allocated: flags.contains(SHF_ALLOC),
             });
         }
-        let (offset, size, strings) = symbols?;
-        for at in (offset..offset + size).step_by(16) {
-            let name = program.text(strings + program.word(at)?)?;
-            let (value, size) = (program.word(at + 4)?, program.word(at + 8)?);
-            let kind = program.bytes.get(at as usize + 12)? & 15;
-            match name.as_str() {
-                "$t" => drop(program.map.insert(value, true)),
-                "$d" => drop(program.map.insert(value, false)),
-                _ if kind == 2 => {
-                    program
-                        .functions
-                        .insert(value & !1, Function { name, size });
+        for symbol in file.symbols() {
+            let (name, address) = (symbol.name()?, symbol.address() as u32);
+            match name {
+                "$t" | "$d" => drop(program.map.insert(address, name == "$t")),
+                _ if symbol.kind() == SymbolKind::Text => {
+                    let (name, size) = (name.to_owned(), symbol.size() as u32);
+                    let function = Function { name, size };
+                    program.functions.insert(address & !1, function);
                 }
                 _ => {}
             }
         }
-        Some(program)
-    }
-
-    fn half(&self, offset: u32) -> Option<u16> {
-        let bytes = self.bytes.get(offset as usize..)?.first_chunk()?;
-        Some(u16::from_le_bytes(*bytes))
-    }
-
-    fn word(&self, offset: u32) -> Option<u32> {
-        let bytes = self.bytes.get(offset as usize..)?.first_chunk()?;
-        Some(u32::from_le_bytes(*bytes))
-    }
-
-    fn text(&self, offset: u32) -> Option<String> {
-        let bytes = self.bytes.get(offset as usize..)?;
-        let end = bytes.iter().position(|b| *b == 0)?;
-        Some(String::from_utf8_lossy(&bytes[..end]).into_owned())
+        Ok(program)
     }
 
     /// Bytes of the sections that are stored in flash.
     pub fn flash(&self) -> u32 {
-        let stored = self.sections.iter().filter(|s| s.loaded);
-        stored.map(|s| s.size).sum()
+        let stored = self.sections.iter().filter(|s| s.allocated);
+        stored.map(|s| s.bytes.len() as u32).sum()
     }
 
     /// Bytes of its functions.
     pub fn code_size(&self) -> u32 {
         let code = self.sections.iter().filter(|s| s.name == ".text");
-        code.map(|s| s.size).sum()
+        code.map(|s| s.bytes.len() as u32).sum()
     }
 
     /// Bytes of stack of each function of which that is known (`-Zemit-stack-sizes`).
     pub fn frames(&self) -> Vec<(String, u64)> {
         let mut found = Vec::new();
         for section in self.sections.iter().filter(|s| s.name == ".stack_sizes") {
-            let (mut at, end) = (section.offset, section.offset + section.size);
-            while let (true, Some(address)) = (at + 4 < end, self.word(at)) {
-                at += 4;
-                // LEB128
-                let (mut bytes, mut shift) = (0, 0);
-                while let Some(&byte) = self.bytes.get(at as usize) {
-                    at += 1;
-                    bytes |= u64::from(byte & 0x7F) << shift;
-                    shift += 7;
-                    if byte & 0x80 == 0 {
-                        break;
-                    }
-                }
-                if let Some(function) = self.functions.get(&(address & !1)) {
+            let mut entries = Bytes(&section.bytes);
+            while let Ok(address) = entries.read::<U32<LittleEndian>>()
+                && let Ok(bytes) = entries.read_uleb128()
+            {
+                if let Some(function) = self.functions.get(&(address.get(LittleEndian) & !1)) {
                     found.push((function.name.clone(), bytes));
                 }
             }
@@ -192,34 +168,30 @@ impl Program {
         Ok(reach)
     }
 
-    /// The halfword of code at an address, and the one behind it (0 at the end of a section).
+    /// The halfword of code at an address, and the next one (0 at the end of a section).
     pub fn code(&self, address: u32) -> Option<(u16, u16)> {
-        let inside = |s: &&Section| s.loaded && (s.address..s.address + s.size).contains(&address);
-        let section = self.sections.iter().find(inside)?;
-        let offset = section.offset + (address - section.address);
-        Some((self.half(offset)?, self.half(offset + 2).unwrap_or(0)))
+        let mut after = self.sections.iter().filter_map(|section| {
+            let offset = address.checked_sub(section.address)? as usize;
+            section.bytes.get(offset..).filter(|_| section.allocated)
+        });
+        let (first, after) = after.find_map(|bytes| bytes.split_first_chunk())?;
+        let second = after.first_chunk().copied().unwrap_or_default();
+        Some((u16::from_le_bytes(*first), u16::from_le_bytes(second)))
     }
 
     /// Functions outside `start..start + size` that the code there calls or jumps to, and whether
     /// it calls through pointers.
     fn calls(&self, start: u32, size: u32) -> Option<(Vec<u32>, bool)> {
-        let inside = |s: &&Section| s.loaded && (s.address..s.address + s.size).contains(&start);
-        let section = self.sections.iter().find(inside)?;
         let mut targets = Vec::new();
         let mut pointers = false;
         let mut at = start;
         while at < start + size {
-            let is_code = self
-                .map
-                .range(..=at)
-                .next_back()
-                .is_none_or(|(_, code)| *code);
-            if !is_code {
+            let before = self.map.range(..=at).next_back();
+            if before.is_some_and(|(_, code)| !code) {
                 at += 2;
                 continue;
             }
-            let offset = section.offset + (at - section.address);
-            let first = self.half(offset)?;
+            let (first, second) = self.code(at)?;
             // `blx register`; `bx` to anything but the return address.
             pointers |= first & 0xFF87 == 0x4780;
             pointers |= first & 0xFF87 == 0x4700 && first != 0x4770;
@@ -227,7 +199,6 @@ impl Program {
                 at += 2;
                 continue;
             }
-            let second = self.half(offset + 2)?;
             if let Some(distance) = branch(first, second) {
                 let target = at.wrapping_add(4).wrapping_add_signed(distance);
                 if !(start..start + size).contains(&target) {
@@ -242,7 +213,7 @@ impl Program {
     }
 }
 
-/// How far `bl`, `b.w` and conditional `b.w` jump, from 4 bytes behind their address (Arm v7-M
+/// How far `bl`, `b.w` and conditional `b.w` jump, from 4 bytes after their address (Arm v7-M
 /// reference manual, A7.7.12 and A7.7.18); `None` for other instructions.
 fn branch(first: u16, second: u16) -> Option<i32> {
     let (first, second) = (i32::from(first), i32::from(second));
@@ -269,7 +240,75 @@ fn branch(first: u16, second: u16) -> Option<i32> {
 
 #[cfg(test)]
 mod tests {
-    use super::branch;
+    use super::*;
+
+    /// Code and data from address 0 on, and the frame of the function at 0.
+    fn program() -> Program {
+        let halfwords = [
+            // 0: bl .+12, to `called`; bx lr; data that would be `bl .+12` to `unused`
+            0xF000, 0xF804, 0x4770, 0xF000, 0xF804, 0x4770, //
+            // 12, `called`: blx r3; b.n .-2; bne.w .+6, into the middle of `panics`
+            0x4798, 0xE7FD, 0xF040, 0x8001, //
+            // 20, `panics`, and 24, `unused`: bx lr
+            0x4770, 0x4770, 0x4770_u16,
+        ];
+        let bytes: Vec<u8> = halfwords.into_iter().flat_map(u16::to_le_bytes).collect();
+        let section = |name: &str, bytes: &[u8], allocated| Section {
+            name: name.to_owned(),
+            address: 0,
+            bytes: bytes.to_vec(),
+            allocated,
+        };
+        let functions = [
+            (0, "root", 12),
+            (12, "called", 8),
+            (20, "panics", 4),
+            (24, "unused", 2),
+        ];
+        let function = |(address, name, size): (u32, &str, u32)| {
+            let name = name.to_owned();
+            (address, Function { name, size })
+        };
+        Program {
+            // 300 bytes of stack, in LEB128.
+            sections: vec![
+                section(".stack_sizes", &[1, 0, 0, 0, 0xAC, 2], false),
+                section(".text", &bytes, true),
+            ],
+            functions: functions.map(function).into(),
+            map: [(0, true), (6, false), (12, true)].into(),
+        }
+    }
+
+    #[test]
+    fn what_calls_and_jumps_reach_is_found_but_not_what_data_looks_like() {
+        let reach = program().reach("roo").unwrap();
+        let names: Vec<&str> = reach.functions.keys().map(String::as_str).collect();
+        assert_eq!(names, ["called", "panics", "root"]);
+        assert_eq!(reach.size, 24);
+        assert_eq!(
+            reach.faults("root"),
+            [
+                "root can panic: called calls panics",
+                "root calls through a pointer in called"
+            ]
+        );
+        assert!(program().reach_from("roo").is_err());
+        let reach = program().reach_from("unused").unwrap();
+        assert!(reach.faults("unused").is_empty() && reach.size == 2);
+    }
+
+    #[test]
+    fn only_what_is_in_flash_counts() {
+        assert_eq!((program().flash(), program().code_size()), (26, 26));
+        assert_eq!(program().code(24), Some((0x4770, 0)));
+        assert_eq!(program().code(26), None);
+    }
+
+    #[test]
+    fn frames_have_the_names_of_their_functions() {
+        assert_eq!(program().frames(), [("root".to_owned(), 300)]);
+    }
 
     /// Encodings as GNU as gives them.
     #[test]

@@ -1,5 +1,6 @@
 //! Figures by name: read from the program that measures, kept as flat JSON.
 
+use crate::process::said;
 use crate::qemu;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -32,15 +33,11 @@ impl Figures {
     /// # Errors
     /// QEMU does not start, or the program does not come to its end.
     pub fn counted(program: &Path) -> Result<Self, String> {
-        let output = qemu::board(program)
-            // One instruction takes 2¹⁰ ns: the program relies on it.
-            .args(["-serial", "null", "-icount", "shift=10"])
-            .output()
-            .map_err(|e| format!("QEMU does not start: {e}"))?;
-        let figures = Self::from_lines(&String::from_utf8_lossy(&output.stdout))?;
-        if !output.status.success() || figures.get("done") != Some(1) {
-            let said = String::from_utf8_lossy(&output.stderr);
-            return Err(format!("the measurement did not come to its end: {said}"));
+        let said = said(&mut qemu::board(program))?;
+        let figures = Self::from_lines(&said.output)?;
+        if !said.status.success() || figures.get("done") != Some(1) {
+            let errors = said.errors;
+            return Err(format!("the measurement did not come to its end: {errors}"));
         }
         Ok(figures)
     }

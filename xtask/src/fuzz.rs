@@ -1,7 +1,7 @@
 //! `cargo xtask fuzz`: every fuzz target, or those that are named, started from real blobs.
 
-use crate::process::{self, provide, root, target, works};
-use std::fs;
+use crate::files;
+use crate::process::{self, has, nightly, provide, root, target, works};
 use std::path::Path;
 use std::process::Command;
 
@@ -42,14 +42,14 @@ pub fn run(options: &[&str]) -> Result<(), String> {
         .filter(|t| names.is_empty() || names.contains(t));
     let chosen: Vec<&str> = chosen.copied().collect();
     provide("cargo-fuzz")?;
-    if !works(Command::new("c++").arg("--version")) {
+    if !has("c++") {
         return Err(
             "libFuzzer is built with a C++ compiler; install one, e.g. `apt install g++`"
                 .to_owned(),
         );
     }
-    let nightly = works(Command::new("cargo").args(["+nightly", "--version"]));
-    if !nightly {
+    let has_nightly = works(nightly().arg("--version"));
+    if !has_nightly {
         println!("no nightly toolchain: using the unstable flags of the stable one");
     }
     let limit = match length {
@@ -58,26 +58,26 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     };
     for name in &chosen {
         let name = *name;
-        let corpus = root().join("fuzz/corpus").join(name);
+        let corpus = files::folder(root().join("fuzz/corpus").join(name))?;
         match name {
             "gcode" => seed_gcode(&corpus)?,
             "cec" => seed_cec(&corpus)?,
-            _ => seed(name, &corpus)?,
+            _ => seed_golden(&corpus)?,
         }
         if name == "link" {
             seed_link(&corpus)?;
         }
-        let mut command = Command::new("cargo");
+        let mut command = if has_nightly {
+            nightly()
+        } else {
+            let mut stable = Command::new("cargo");
+            stable.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
+            stable.env("RUSTC_BOOTSTRAP", "1");
+            stable
+        };
         command
             .current_dir(root().join("fuzz"))
             .env("CARGO_TARGET_DIR", target("fuzz"));
-        // The variable CARGO would keep a proxy from choosing the toolchain.
-        command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
-        if nightly {
-            command.arg("+nightly");
-        } else {
-            command.env("RUSTC_BOOTSTRAP", "1");
-        }
         command.args(["fuzz", "run", name]);
         let text = text(name);
         if text.is_some() {
@@ -116,29 +116,32 @@ fn read(options: &[&str]) -> Result<Length, String> {
     }
 }
 
-/// Puts a conversation into the corpus that reaches a change of compensation: see the target.
-fn seed_link(corpus: &Path) -> Result<(), String> {
-    // Three flags for the blob, the slot and force, and the request.
-    let step = |request: u8| [1, 1, 1, request];
-    for mode in [2, 3] {
-        let mut bytes = vec![mode];
-        bytes.extend(step(0));
-        bytes.extend(step(4));
-        bytes.push(40);
-        for request in [0, 1, 2, 3, 5, 6, 7] {
-            bytes.extend(step(request));
-        }
-        bytes.extend(0..40);
-        let name = format!("change-{mode}");
-        fs::write(corpus.join(name), bytes).map_err(|e| format!("seeds of link: {e}"))?;
+/// Puts an input into the corpus once for each mode, after the byte that chooses it.
+fn put(corpus: &Path, name: &str, modes: &[u8], contents: &[u8]) -> Result<(), String> {
+    for mode in modes {
+        let path = corpus.join(format!("{name}-{mode}"));
+        files::write(&path, [&[*mode], contents].concat())?;
     }
     Ok(())
 }
 
-/// Puts programs with words of every kind into the corpus, behind the byte that chooses the dialect.
+/// Puts a conversation into the corpus that reaches a change of compensation: see the target.
+fn seed_link(corpus: &Path) -> Result<(), String> {
+    // Three flags for the blob, the slot and force, and the request.
+    let step = |request: u8| [1, 1, 1, request];
+    let mut bytes = Vec::new();
+    bytes.extend(step(0));
+    bytes.extend(step(4));
+    bytes.push(40);
+    for request in [0, 1, 2, 3, 5, 6, 7] {
+        bytes.extend(step(request));
+    }
+    bytes.extend(0..40);
+    put(corpus, "change", &[2, 3], &bytes)
+}
+
+/// Puts programs with words of every kind into the corpus, in several dialects.
 fn seed_gcode(corpus: &Path) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("seeds of gcode: {error}");
-    fs::create_dir_all(corpus).map_err(failed)?;
     // Zero is in the middle of the travel.
     let programs = [
         "G21 G90 G17\nG0 X10. Y-20. Z30. A5. C10.\nG1 X20. F600.\nA10. C-20.\nG93 G1 X15. C5. F10.\nG94 F100.\nM30\n",
@@ -150,19 +153,14 @@ fn seed_gcode(corpus: &Path) -> Result<(), String> {
     ];
     for (number, program) in programs.iter().enumerate() {
         // Dialects; and those of LinuxCNC with the other ways to reverse.
-        for mode in [0, 4, 8, 12, 24_u8] {
-            let mut bytes = vec![mode];
-            bytes.extend(program.as_bytes());
-            fs::write(corpus.join(format!("program-{number}-{mode}")), bytes).map_err(failed)?;
-        }
+        let (name, modes) = (format!("program-{number}"), [0, 4, 8, 12, 24]);
+        put(corpus, &name, &modes, program.as_bytes())?;
     }
     Ok(())
 }
 
-/// Puts tables of every kind into the corpus, behind the byte that chooses the reading.
+/// Puts tables of every kind into the corpus, read in several ways.
 fn seed_cec(corpus: &Path) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("seeds of cec: {error}");
-    fs::create_dir_all(corpus).map_err(failed)?;
     let table = |number: usize, values: &[&str], set: &str| {
         let each = values.iter().enumerate();
         let each = each.map(|(k, value)| format!("$AN_CEC[{number},{k}]={value}\n"));
@@ -193,32 +191,18 @@ fn seed_cec(corpus: &Path) -> Result<(), String> {
         ),
     ];
     for (number, file) in files.iter().enumerate() {
-        for mode in [0, 1, 8, 17_u8] {
-            let mut bytes = vec![mode];
-            bytes.extend(file.as_bytes());
-            fs::write(corpus.join(format!("tables-{number}-{mode}")), bytes).map_err(failed)?;
-        }
+        let (name, modes) = (format!("tables-{number}"), [0, 1, 8, 17]);
+        put(corpus, &name, &modes, file.as_bytes())?;
     }
     Ok(())
 }
 
-/// Puts the golden blobs into the corpus, behind the byte that chooses the mode.
-fn seed(name: &str, corpus: &Path) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("seeds of {name}: {error}");
-    fs::create_dir_all(corpus).map_err(failed)?;
-    let golden = root().join("tests/golden/v1");
-    for entry in fs::read_dir(&golden).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.extension().is_none_or(|e| e != "trax") {
-            continue;
-        }
-        let blob = fs::read(&path).map_err(failed)?;
+/// Puts the golden blobs into the corpus.
+fn seed_golden(corpus: &Path) -> Result<(), String> {
+    for path in files::list(&root().join("tests/golden/v1"), "trax")? {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        for mode in 0..=1_u8 {
-            let mut bytes = vec![mode];
-            bytes.extend(&blob);
-            fs::write(corpus.join(format!("golden-{stem}-{mode}")), bytes).map_err(failed)?;
-        }
+        let blob = files::read(&path)?;
+        put(corpus, &format!("golden-{stem}"), &[0, 1], &blob)?;
     }
     Ok(())
 }

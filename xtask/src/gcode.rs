@@ -6,14 +6,13 @@ mod own;
 mod rs274;
 mod speed;
 
-use crate::packages;
-use crate::process::{root, run, target, trueaxis};
+use crate::process::{example, output, said, target, trueaxis};
+use crate::{blob, files, packages};
 use rs274::Motion;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// Programs of the package.
 const PROGRAMS: usize = 332;
@@ -47,22 +46,20 @@ const WITHOUT_RIVAL: [&str; 1] = ["foam.ngc"];
 /// What cannot be installed or built, or what differs.
 pub fn execute(chosen: &[&str]) -> Result<(), String> {
     // Started without a program it complains, but it starts.
-    let starts = |c: &mut Command| c.stdin(Stdio::null()).output().is_ok();
-    if !starts(Command::new("rs274").arg("-g")) {
+    if said(Command::new("rs274").arg("-g")).is_err() {
         packages::install(
             &["linuxcnc-uspace"],
             "the comparison with another interpreter",
         )?;
     }
-    let work = target("gcode");
-    fs::create_dir_all(&work).map_err(|e| format!("{}: {e}", work.display()))?;
+    let work = files::folder(target("gcode"))?;
     match chosen {
         [] => {
-            trueaxis()?;
+            let trueaxis = trueaxis()?;
             compare(&work)?;
             own::check(&work)?;
-            five_axes::check(&work)?;
-            corrected::check(&work)
+            five_axes::check(&trueaxis, &work)?;
+            corrected::check(&trueaxis, &work)
         }
         ["speed"] => speed::measure(&work),
         _ => Err("gcode takes nothing, or `speed`".to_owned()),
@@ -71,24 +68,19 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
 
 /// The compensation of `mill-21`, compiled by this command.
 fn compensation(trueaxis: &Path, work: &Path) -> Result<PathBuf, String> {
-    let example = root().join("examples/mill-21");
+    let sources = ["machine", "errors-21"].map(|name| format!("examples/mill-21/{name}.toml"));
     let blob = work.join("mill-21.trax");
-    run(Command::new(trueaxis)
-        .arg("compile")
-        .args([example.join("machine.toml"), example.join("errors-21.toml")])
-        .arg("-o")
-        .arg(&blob)
-        .args(["--random", "200"]))?;
+    blob::compile(trueaxis, &sources, "--random 200", &blob)?;
     Ok(blob)
 }
 
-/// Standard output of a program.
-fn output(command: &mut Command) -> Result<String, String> {
-    let output = command
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|e| format!("{command:?} does not start: {e}"))?;
-    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+/// `trueaxis gcode`: writes a program corrected with a compensation.
+fn correct(trueaxis: &Path, program: &Path, out: &Path, blob: &Path, setup: &Path) -> Command {
+    let mut command = Command::new(trueaxis);
+    command.arg("gcode").arg(program).arg("-o").arg(out);
+    command.arg("--compensation").arg(blob);
+    command.arg("--setup").arg(setup);
+    command
 }
 
 /// The programs of the package.
@@ -105,9 +97,14 @@ fn programs() -> Result<Vec<PathBuf>, String> {
         .collect())
 }
 
+/// Whether a program computes nothing: it has no parameters, expressions or flow control.
+fn is_flat(path: &Path) -> Result<bool, String> {
+    Ok(!bare(path)?.contains(['#', '[', 'o', 'O']))
+}
+
 /// A program without its comments, in which every byte is one character.
 fn bare(path: &Path) -> Result<String, String> {
-    let bytes = fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let bytes = files::read(path)?;
     let mut text = String::new();
     let mut inside = false;
     let mut rest = false;
@@ -143,7 +140,7 @@ fn plain_copy(path: &Path, work: &Path) -> Result<PathBuf, String> {
         !inside
     });
     let copy = work.join("plain.ngc");
-    fs::write(&copy, text).map_err(|e| format!("{}: {e}", copy.display()))?;
+    files::write(&copy, text)?;
     Ok(copy)
 }
 
@@ -151,7 +148,7 @@ fn compare(work: &Path) -> Result<(), String> {
     let programs = programs()?;
     let tools = work.join("tools.tbl");
     let table: String = TOOLS.iter().map(|t| format!("T{t} P{t} Z0\n")).collect();
-    fs::write(&tools, table).map_err(|e| format!("{}: {e}", tools.display()))?;
+    files::write(&tools, table)?;
     let options = TOOLS.map(|tool| format!("--tool={tool}=0"));
     let said = moves(&programs, &options)?;
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
@@ -159,7 +156,7 @@ fn compare(work: &Path) -> Result<(), String> {
     let mut motions = 0;
     for path in &programs {
         let name = path.display().to_string();
-        let flat = !bare(path)?.contains(['#', '[', 'o', 'O']);
+        let flat = is_flat(path)?;
         let found = said
             .get(&name)
             .ok_or_else(|| format!("{name}: nothing was said of it"))?;
@@ -230,8 +227,7 @@ fn moves(
     programs: &[PathBuf],
     options: &[impl AsRef<OsStr>],
 ) -> Result<BTreeMap<String, Vec<String>>, String> {
-    let mut command = Command::new(target("debug").join("examples/gcode_moves"));
-    let said = output(command.args(options).args(programs))?;
+    let said = said(example("gcode_moves").args(options).args(programs))?.output;
     let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut name = String::new();
     for line in said.lines() {
@@ -246,27 +242,24 @@ fn moves(
     Ok(found)
 }
 
+/// Those motions that go somewhere. A rapid to where it is already is one for rs274 (G0 alone) and none for us.
+fn moving(motions: impl IntoIterator<Item = Motion>) -> Vec<Motion> {
+    let mut at = [0.0; 9];
+    let moves = |motion: &Motion| {
+        let stands = !motion.is_arc() && (0..6).all(|i| (motion.to[i] - at[i]).abs() < 1e-9);
+        at = motion.to;
+        !stands
+    };
+    motions.into_iter().filter(moves).collect()
+}
+
 /// How many motions are the same; the first that is not.
 fn same(ours: &[String], rivals: &[Motion]) -> Result<usize, String> {
     if let Some(refused) = ours.iter().find(|l| l.starts_with("refused")) {
         return Err(refused.clone());
     }
-    let mut at = [0.0; 9];
-    let mut ours: Vec<Motion> = ours.iter().filter_map(|line| Motion::read(line)).collect();
-    // A rapid to where it is already is one for rs274 (G0 alone) and none for us.
-    let mut moving = |motion: &Motion| {
-        let stands = !motion.is_arc() && (0..6).all(|i| (motion.to[i] - at[i]).abs() < 1e-9);
-        at = motion.to;
-        !stands
-    };
-    ours.retain(&mut moving);
-    let mut at = [0.0; 9];
-    let mut rivals = rivals.to_vec();
-    rivals.retain(|motion| {
-        let stands = !motion.is_arc() && (0..6).all(|i| (motion.to[i] - at[i]).abs() < 1e-9);
-        at = motion.to;
-        !stands
-    });
+    let ours = moving(ours.iter().filter_map(|line| Motion::read(line)));
+    let rivals = moving(rivals.iter().cloned());
     for (number, (a, b)) in ours.iter().zip(&rivals).enumerate() {
         a.same(b).map_err(|cause| {
             format!(

@@ -1,11 +1,11 @@
 //! `cargo xtask hil`: the firmware in QEMU, flashed and driven over its serial line, on every board.
 
 use crate::cross::{CORTEX_M, Cross};
-use crate::process::{run, target, trueaxis};
+use crate::process::{joined, run, target, trueaxis};
 use crate::qemu;
 use std::path::PathBuf;
 use std::process::Command;
-use std::thread::{self, ScopedJoinHandle};
+use std::thread;
 
 /// Boards: folder, the machine of QEMU that stands in for it, and what is tried there. What does not
 /// depend on the processor or its flash is tried once.
@@ -65,19 +65,7 @@ pub fn execute(chosen: &[&str]) -> Result<(), String> {
 /// Builds the programs of a board; their folder.
 fn build_board(cross: &Cross, board: &str) -> Result<PathBuf, String> {
     // The one for the real part is linked, if not run: it is what is built by default.
-    build(cross, board, "build -q --release")?;
+    cross.build(board, "build -q --release")?;
     let words = "build -q --release --no-default-features --features qemu --bin qemu";
-    build(cross, board, words)
-}
-
-fn build(cross: &Cross, board: &str, words: &str) -> Result<PathBuf, String> {
-    let words: Vec<&str> = words.split(' ').collect();
-    let (mut build, folder) = cross.cargo(board, &words);
-    run(&mut build)?;
-    Ok(folder)
-}
-
-fn joined<T>(thread: ScopedJoinHandle<'_, Result<T, String>>) -> Result<T, String> {
-    let done = thread.join();
-    done.unwrap_or_else(|_| Err("a build has panicked".to_owned()))
+    cross.build(board, words)
 }

@@ -1,6 +1,7 @@
 //! `cargo xtask mutants`: small changes of the servo, the loader and the controller's side, each of which a test
 //! must notice.
 
+use crate::files;
 use crate::process::{cargo, provide, run, target};
 
 /// What tests are called that draw thousands of cases, or go through as many. They look at those changes that no
@@ -51,9 +52,7 @@ pub fn execute(names: &[&str]) -> Result<(), String> {
 
 /// The changes of one package, first under short tests built with an optimisation of `level`.
 fn part(package: &str, list: &str, level: &str, names: &[&str]) -> Result<(), String> {
-    let output = target("mutants").join(package);
-    let made = std::fs::create_dir_all(&output);
-    made.map_err(|error| format!("{}: {error}", output.display()))?;
+    let output = files::folder(target("mutants").join(package))?;
     let mutants = |names: &[&str]| {
         let mut command = cargo();
         command.args(["mutants", "--package", package, "--no-shuffle"]);

@@ -1,7 +1,18 @@
 //! Packages of the distribution that the commands need.
 
-use crate::process::{run, works};
+use crate::process::{has, is_root, output, run};
 use std::process::Command;
+
+/// Installs packages unless a program says its version.
+///
+/// # Errors
+/// As [`install`].
+pub fn provide(program: &str, packages: &[&str], what_for: &str) -> Result<(), String> {
+    match has(program) {
+        true => Ok(()),
+        false => install(packages, what_for),
+    }
+}
 
 /// Installs packages with `apt-get`, as root or with `sudo`.
 ///
@@ -10,7 +21,7 @@ use std::process::Command;
 pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
     let names = packages.join(" ");
     let by_hand = format!("{what_for} needs the packages {names} (Debian's names); install them");
-    if !works(Command::new("apt-get").arg("--version")) {
+    if !has("apt-get") {
         return Err(by_hand);
     }
     eprintln!("{what_for} needs {names}: installing");
@@ -38,14 +49,11 @@ pub fn install(packages: &[&str], what_for: &str) -> Result<(), String> {
 
 /// Whether packages are unpacked and configured.
 fn are_whole(packages: &[&str]) -> bool {
-    let states = Command::new("dpkg-query")
-        .args(["-W", "-f=${Status}\n"])
-        .args(packages)
-        .output();
+    let mut query = Command::new("dpkg-query");
+    let states = output(query.args(["-W", "-f=${Status}\n"]).args(packages));
     states.is_ok_and(|states| {
-        let lines = String::from_utf8_lossy(&states.stdout);
-        lines.lines().count() >= packages.len()
-            && lines.lines().all(|line| line == "install ok installed")
+        states.lines().count() >= packages.len()
+            && states.lines().all(|line| line == "install ok installed")
     })
 }
 
@@ -53,7 +61,7 @@ fn are_whole(packages: &[&str]) -> bool {
 fn as_root(program: &str) -> Command {
     let quietly = ["DEBIAN_FRONTEND=noninteractive", program];
     let mut command;
-    if works(Command::new("sh").args(["-c", "test $(id -u) = 0"])) {
+    if is_root() {
         command = Command::new("env");
     } else {
         command = Command::new("sudo");

@@ -3,8 +3,8 @@
 
 use crate::cross::Cross;
 use crate::elf::Program;
-use crate::packages;
-use crate::process::{NOT_RUN, cargo, root, run, target, works};
+use crate::process::{NOT_RUN, cargo, has, joined, judged, root, run, target};
+use crate::{files, packages};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -90,7 +90,7 @@ const fn of(
 
 /// Lets SysTick count instructions.
 const BOARD: &str = "-nographic -monitor none -serial none -semihosting-config enable=on,target=native -icount shift=10";
-const BUILD: [&str; 4] = ["build", "-q", "--release", "--locked"];
+const BUILD: &str = "build -q --release --locked";
 /// Longest run, many times what it takes.
 const LONGEST: Duration = Duration::from_secs(120);
 /// Calls that the program counts.
@@ -125,7 +125,7 @@ impl Target {
     fn provide(&self) -> Result<Cross, String> {
         if let (Linux(gnu, debian), Some(linker)) = (&self.platform, self.linker()) {
             let library = Path::new("/usr").join(gnu).join("lib/libc.so");
-            if !(works(Command::new(&linker).arg("--version")) && library.exists()) {
+            if !(has(&linker) && library.exists()) {
                 let packages = [format!("gcc-{gnu}"), format!("libc6-dev-{debian}-cross")];
                 packages::install(
                     &packages.each_ref().map(String::as_str),
@@ -140,15 +140,13 @@ impl Target {
     fn command(&self, emulator: &str, program: &Path) -> Result<Command, String> {
         let mut words = emulator.split(' ');
         let name = words.next().unwrap_or_default();
-        if !works(Command::new(name).arg("--version")) {
-            let package = match name {
-                "qemu-system-riscv32" => "qemu-system-misc",
-                "qemu-system-arm" => name,
-                "node" => "nodejs",
-                _ => "qemu-user",
-            };
-            packages::install(&[package], "running on other processors")?;
-        }
+        let package = match name {
+            "qemu-system-riscv32" => "qemu-system-misc",
+            "qemu-system-arm" => name,
+            "node" => "nodejs",
+            _ => "qemu-user",
+        };
+        packages::provide(name, &[package], "running on other processors")?;
         let mut command = Command::new(name);
         command.args(words);
         match self.platform {
@@ -218,17 +216,13 @@ pub fn execute() -> Result<(), String> {
             Err(why) => not_run.push(format!("{}: {why}", target.name)),
         }
     }
-    let results = target("portable");
-    fs::create_dir_all(&results).map_err(|e| format!("{}: {e}", results.display()))?;
+    let results = files::folder(target("portable"))?;
     // Two compilers, each with a folder of its own.
     let (desktop, usual, source) = thread::scope(|scope| {
         let source = scope.spawn(|| build(&compilers, true));
         let desktop = desktop(&results.join("desktop"));
         let usual = build(&compilers, false);
-        let source = source
-            .join()
-            .unwrap_or_else(|_| Err("a build has panicked".to_owned()));
-        (desktop, usual, source)
+        (desktop, usual, joined(source))
     });
     let desktop = desktop?;
     let mut runs = Vec::new();
@@ -256,14 +250,11 @@ pub fn execute() -> Result<(), String> {
                 (target, program, processor, run)
             });
         for (target, program, processor, run) in started.collect::<Vec<_>>() {
-            let run = run
-                .join()
-                .unwrap_or_else(|_| Err("a run has panicked".to_owned()));
-            let judged = run.and_then(|found| match found.difference(&desktop) {
+            let compared = joined(run).and_then(|found| match found.difference(&desktop) {
                 None => Ok(found.instructions),
                 Some(difference) => Err(difference),
             });
-            let shown = match judged {
+            let shown = match compared {
                 Ok(instructions) => {
                     let bytes = match target.platform {
                         Bare(_) => Program::read(&program).map(|p| p.flash().saturating_sub(blobs)),
@@ -286,11 +277,7 @@ pub fn execute() -> Result<(), String> {
     for what in &not_run {
         eprintln!("{NOT_RUN}{what}");
     }
-    if wrong.is_empty() {
-        Ok(())
-    } else {
-        Err(wrong.join("\n  "))
-    }
+    judged(&wrong)
 }
 
 /// The folder of the program.
@@ -305,7 +292,7 @@ fn build(compilers: &[(&'static Target, Cross)], from_source: bool) -> Result<Pr
         return Ok(Vec::new());
     };
     // All in one, so that cargo builds side by side, and once what runs on this computer.
-    let (mut build, folder) = first.cargo_without_target("portable", &BUILD);
+    let (mut build, folder) = first.cargo_without_target("portable", BUILD);
     let mut programs = Vec::new();
     for (target, compiler) in compilers.iter().filter(chosen) {
         compiler.add_to(&mut build, target.linker().as_deref(), &target.flags());
@@ -320,7 +307,7 @@ fn desktop(file: &Path) -> Result<Results, String> {
     let target = target("board");
     let mut build = cargo();
     build.current_dir(folder()).env("CARGO_TARGET_DIR", &target);
-    run(build.args(BUILD))?;
+    run(build.args(BUILD.split(' ')))?;
     finish(Command::new(target.join("release/portable")), file)
 }
 
@@ -358,10 +345,9 @@ fn finish(mut command: Command, file: &Path) -> Result<Results, String> {
 /// Of all blobs in the program.
 fn bytes_of_blobs() -> Result<u32, String> {
     let folder = root().join("tests/golden/v1");
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let mut bytes = 0;
-    for file in fs::read_dir(&folder).map_err(failed)? {
-        bytes += file.and_then(|file| file.metadata()).map_err(failed)?.len() as u32;
+    for blob in files::list(&folder, "trax")? {
+        bytes += files::read(&blob)?.len() as u32;
     }
     Ok(bytes)
 }

@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 /// The root of the workspace.
@@ -37,7 +37,7 @@ pub fn trueaxis() -> Result<PathBuf, String> {
     // is built, and with an example among it they are those of `cargo test --workspace`. Otherwise half of them
     // would be built once more.
     let programs = ["trueaxis", "hil"].map(|name| ["--bin", name]);
-    let examples = [BLOBS, MOVES, RANDOM_MACHINES].map(|name| ["--example", name]);
+    let examples = EXAMPLES.map(|name| ["--example", name]);
     run(cargo()
         .args(["build", "-q", "--workspace"])
         .args(programs.as_flattened())
@@ -45,20 +45,33 @@ pub fn trueaxis() -> Result<PathBuf, String> {
     Ok(target("debug").join("trueaxis"))
 }
 
-/// The same build, of which an example is wanted: its place.
+/// Examples that are built with it: what makes blobs for `bench-target`, moves through programs for `gcode`, and
+/// compiles for machines nobody drew.
+const EXAMPLES: [&str; 3] = ["bench-blobs", "gcode_moves", "random-machines"];
+
+/// An example, which [`trueaxis`] has built.
+pub fn example(name: &str) -> Command {
+    Command::new(target("debug").join("examples").join(name))
+}
+
+/// Builds the command `trueaxis` as it is shipped: its place.
 ///
 /// # Errors
 /// It does not build.
-pub fn example(name: &str) -> Result<PathBuf, String> {
-    Ok(trueaxis()?.with_file_name("examples").join(name))
+pub fn shipped_trueaxis() -> Result<PathBuf, String> {
+    let words = "build -q --profile dist -p trueaxis-cli --bin trueaxis";
+    run(cargo().args(words.split(' ')))?;
+    Ok(target("dist").join("trueaxis"))
 }
 
-/// The example that makes blobs for `bench-target`.
-const BLOBS: &str = "bench-blobs";
-/// The example that moves through programs for `gcode`.
-const MOVES: &str = "gcode_moves";
-/// The example that compiles for machines nobody drew.
-pub const RANDOM_MACHINES: &str = "random-machines";
+/// The cargo of the nightly toolchain, in the root of the workspace; it does not start where there is none.
+pub fn nightly() -> Command {
+    let mut command = Command::new("cargo");
+    // The variables would keep the proxy from choosing the toolchain.
+    command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
+    command.current_dir(root()).arg("+nightly");
+    command
+}
 
 /// True if a program starts and succeeds, silently.
 pub fn works(command: &mut Command) -> bool {
@@ -68,6 +81,64 @@ pub fn works(command: &mut Command) -> bool {
         .stderr(Stdio::null())
         .status();
     status.is_ok_and(|s| s.success())
+}
+
+/// True if there is a program of this name that says its version.
+pub fn has(program: &str) -> bool {
+    works(Command::new(program).arg("--version"))
+}
+
+/// True if this runs as root.
+pub fn is_root() -> bool {
+    works(Command::new("sh").args(["-c", "test $(id -u) = 0"]))
+}
+
+/// What a program wrote, and how it ended.
+pub struct Said {
+    pub status: ExitStatus,
+    pub output: String,
+    pub errors: String,
+}
+
+/// Runs a program without input to its end, whether it succeeds or not.
+///
+/// # Errors
+/// It does not start.
+pub fn said(command: &mut Command) -> Result<Said, String> {
+    let done = command.stdin(Stdio::null()).output();
+    let done = done.map_err(|error| format!("`{}` does not start: {error}", shown(command)))?;
+    Ok(Said {
+        status: done.status,
+        output: String::from_utf8_lossy(&done.stdout).into_owned(),
+        errors: String::from_utf8_lossy(&done.stderr).into_owned(),
+    })
+}
+
+/// Runs a program without input: its standard output.
+///
+/// # Errors
+/// It does not start, or does not succeed; the message has its standard error.
+pub fn output(command: &mut Command) -> Result<String, String> {
+    let said = said(command)?;
+    if said.status.success() {
+        return Ok(said.output);
+    }
+    let (shown, errors) = (shown(command), said.errors.trim_end());
+    Err(format!("`{shown}`: {}\n{errors}", said.status))
+}
+
+/// What a thread returns; that it has panicked is an error.
+pub fn joined<T>(thread: ScopedJoinHandle<'_, Result<T, String>>) -> Result<T, String> {
+    let done = thread.join();
+    done.unwrap_or_else(|_| Err("a thread has panicked".to_owned()))
+}
+
+/// An error if anything is wrong.
+pub fn judged(wrong: &[String]) -> Result<(), String> {
+    match wrong {
+        [] => Ok(()),
+        wrong => Err(wrong.join("\n  ")),
+    }
 }
 
 /// Runs a program with its output shown.

@@ -1,7 +1,7 @@
 //! QEMU, which stands in for a board.
 
-use crate::packages::install;
-use crate::process::works;
+use crate::packages;
+use crate::process::output;
 use std::path::Path;
 use std::process::Command;
 
@@ -12,17 +12,14 @@ const PROGRAM: &str = "qemu-system-arm";
 /// # Errors
 /// It cannot be installed.
 pub fn provide() -> Result<(), String> {
-    if works(Command::new(PROGRAM).arg("--version")) {
-        return Ok(());
-    }
-    install(&[PROGRAM], "running on an emulated Cortex-M")
+    packages::provide(PROGRAM, &[PROGRAM], "running on an emulated Cortex-M")
 }
 
 /// What makes QEMU translate, and log, one instruction at a time.
 pub fn single_steps() -> &'static [&'static str] {
-    let help = Command::new(PROGRAM).arg("--help").output();
+    let help = output(Command::new(PROGRAM).arg("--help"));
     // Since version 8.1 it is a property of the translator.
-    let old = help.is_ok_and(|o| String::from_utf8_lossy(&o.stdout).contains("\n-singlestep"));
+    let old = help.is_ok_and(|help| help.contains("\n-singlestep"));
     if old {
         &["-singlestep"]
     } else {
@@ -30,12 +27,14 @@ pub fn single_steps() -> &'static [&'static str] {
     }
 }
 
-/// An MPS2 board with a Cortex-M4F that runs `program`, which may use semihosting.
+/// An MPS2 board with a Cortex-M4F that runs `program`, which may use semihosting. One instruction takes 2¹⁰ ns:
+/// programs that count rely on it.
 pub fn board(program: &Path) -> Command {
     let mut command = Command::new(PROGRAM);
     command
         .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none"])
         .args(["-semihosting-config", "enable=on,target=native"])
+        .args(["-serial", "null", "-icount", "shift=10"])
         .arg("-kernel")
         .arg(program);
     command

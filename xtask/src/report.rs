@@ -2,10 +2,11 @@
 //! and reads it (`tests/browser`). Pages and pictures stay under `target/report`.
 
 use crate::packages::install;
-use crate::process::{root, run, target, trueaxis, works};
+use crate::process::{output, root, run, target, trueaxis, works};
+use crate::{blob, files};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// What a report is made of: its name, machine, errors, and with which options tables are made, if they are.
@@ -175,7 +176,7 @@ const CASES: [Case; 19] = [
 const COARSE: &str = "--tolerance 5";
 
 /// A report is smaller, and made in less time.
-const MOST_BYTES: u64 = 3_000_000;
+const MOST_BYTES: usize = 3_000_000;
 const MOST_TIME: Duration = Duration::from_secs(5);
 
 /// # Errors
@@ -191,7 +192,7 @@ pub fn execute() -> Result<(), String> {
     }
     let list = folder.join("reports.json");
     let text = format!("[\n{}\n]\n", made.join(",\n"));
-    std::fs::write(&list, text).map_err(|e| format!("{}: {e}", list.display()))?;
+    files::write(&list, text)?;
     run(Command::new("node")
         .arg(root().join("tests/browser/report.mjs"))
         .args([&folder, &browser, &trueaxis]))
@@ -215,15 +216,14 @@ fn provide(folder: &Path) -> Result<PathBuf, String> {
         // Without a font of its own a browser draws no letters.
         install(&[&missing[..], &["fonts-dejavu-core"]].concat(), "`report`")?;
     }
-    let place = folder.join("browser");
-    std::fs::create_dir_all(&place).map_err(|e| format!("{}: {e}", place.display()))?;
+    let place = files::folder(folder.join("browser"))?;
     let mut current = place.join("node_modules").is_dir();
     for name in ["package.json", "package-lock.json"] {
         let (from, to) = (root().join("tests/browser").join(name), place.join(name));
-        let wanted = std::fs::read(&from).map_err(|e| format!("{}: {e}", from.display()))?;
+        let wanted = files::read(&from)?;
         if std::fs::read(&to).ok().as_ref() != Some(&wanted) {
             current = false;
-            std::fs::write(&to, wanted).map_err(|e| format!("{}: {e}", to.display()))?;
+            files::write(&to, wanted)?;
         }
     }
     if !current {
@@ -249,41 +249,24 @@ impl Case {
             folder.join(format!("{name}.html")),
         );
         let files = [machine, errors].map(|file| root().join(file));
-        let quietly = |words: &[&str], out: &Path, blob: Option<&Path>| {
-            let mut command = Command::new(trueaxis);
-            let (verb, words) = words.split_at(1);
-            command
-                .args(verb)
-                .args(&files)
-                .args(blob)
-                .arg("-o")
-                .arg(out)
-                .args(words);
-            let done = command.stdout(Stdio::null()).output();
-            let done = done.map_err(|e| format!("trueaxis does not start: {e}"))?;
-            match done.status.success() {
-                true => Ok(()),
-                false => Err(format!("{name}: {}", String::from_utf8_lossy(&done.stderr))),
-            }
-        };
         let start = Instant::now();
         if let Some(tables) = tables {
-            let words: Vec<&str> = ["compile", "--random", "500"]
-                .into_iter()
-                .chain(tables.split_whitespace())
-                .collect();
-            quietly(&words, &blob, None)?;
+            let options = format!("--random 500 {tables}");
+            blob::compile(trueaxis, &files, &options, &blob)?;
         }
         let compiled = start.elapsed();
         let start = Instant::now();
-        let words: Vec<&str> = std::iter::once("report")
-            .chain(options.split_whitespace())
-            .collect();
-        quietly(&words, &page, tables.map(|_| blob.as_path()))?;
+        let mut report = Command::new(trueaxis);
+        report
+            .arg("report")
+            .args(&files)
+            .args(tables.map(|_| &blob))
+            .arg("-o")
+            .arg(&page)
+            .args(options.split_whitespace());
+        output(&mut report)?;
         let took = start.elapsed();
-        let bytes = std::fs::metadata(&page)
-            .map_err(|e| format!("{}: {e}", page.display()))?
-            .len();
+        let bytes = files::read(&page)?.len();
         println!(
             "  {name:<22} {:>5} kB  {:>5.2} s  (tables {:.1} s)",
             bytes / 1000,

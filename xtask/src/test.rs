@@ -1,18 +1,19 @@
 //! `cargo xtask test`: everything that must hold before a change is taken.
 
-use crate::process::{self, NOT_RUN, cargo, provide, target, works};
+use crate::process::{self, NOT_RUN, cargo, nightly, provide, target, works};
 use std::process::Command;
 use std::time::Instant;
 
 /// One thing that must hold.
 struct Step {
-    name: &'static str,
+    name: String,
     command: Command,
 }
 
-fn step(name: &'static str, arguments: &str) -> Step {
+fn step(name: impl Into<String>, arguments: &str) -> Step {
     let mut command = cargo();
     command.args(arguments.split_whitespace());
+    let name = name.into();
     Step { name, command }
 }
 
@@ -21,33 +22,13 @@ fn with(mut step: Step, key: &str, value: &str) -> Step {
     step
 }
 
-/// Boards and examples whose workspaces are their own: folder, the steps of their formatting and of their licences.
-const APART: [[&str; 3]; 5] = [
-    [
-        "stm32f405",
-        "formatting of the STM32F405",
-        "licences, bans, sources of the STM32F405",
-    ],
-    [
-        "stm32h743",
-        "formatting of the STM32H743",
-        "licences, bans, sources of the STM32H743",
-    ],
-    [
-        "portable",
-        "formatting of the program for every processor",
-        "licences, bans, sources of the program for every processor",
-    ],
-    [
-        "rtic",
-        "formatting of the example for RTIC",
-        "licences, bans, sources of the example for RTIC",
-    ],
-    [
-        "embassy",
-        "formatting of the example for embassy",
-        "licences, bans, sources of the example for embassy",
-    ],
+/// Boards and examples whose workspaces are their own: their folders, and what they are.
+const APART: [(&str, &str); 5] = [
+    ("stm32f405", "the STM32F405"),
+    ("stm32h743", "the STM32H743"),
+    ("portable", "the program for every processor"),
+    ("rtic", "the example for RTIC"),
+    ("embassy", "the example for embassy"),
 ];
 /// Of the tests only what this one needs: minutes of building less.
 const IDENTICAL: &str = "test -q -p trueaxis-tests --no-default-features --test bit_identical";
@@ -58,10 +39,10 @@ const SIX: &str = "6 random machines";
 /// What runs anywhere, with nothing to install: minutes.
 fn usual() -> Vec<Step> {
     let mut steps = vec![step("formatting", "fmt --all --check")];
-    steps.extend(APART.map(|[folder, name, _]| {
+    steps.extend(APART.map(|(folder, what)| {
         let manifest = format!("firmware/boards/{folder}/Cargo.toml");
         step(
-            name,
+            format!("formatting of {what}"),
             &format!("fmt --manifest-path {manifest} --all --check"),
         )
     }));
@@ -166,7 +147,7 @@ fn run_steps(steps: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
             Err(message) => {
                 eprintln!("{message}");
                 summary.extend(message.lines().map(|line| format!("          {line}")));
-                failed.push(step.name);
+                failed.push(step.name.clone());
             }
         }
     }
@@ -191,13 +172,6 @@ fn run_steps(steps: Vec<Step>, mut not_run: Vec<String>) -> Result<(), String> {
 
 /// The `unsafe` code under Miri, which needs a nightly toolchain with that component; adds it if it can.
 fn miri() -> Option<Step> {
-    // The variables would keep the proxy from choosing the toolchain.
-    let nightly = || {
-        let mut command = Command::new("cargo");
-        command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
-        command.current_dir(process::root()).arg("+nightly");
-        command
-    };
     if !works(nightly().args(["miri", "--version"])) {
         eprintln!("no Miri: trying rustup");
         let add = "component add --toolchain nightly miri rust-src";
@@ -210,7 +184,7 @@ fn miri() -> Option<Step> {
             .args(words.split(' '))
             .env("CARGO_TARGET_DIR", target("miri"));
         Step {
-            name: "the kernel under Miri",
+            name: "the kernel under Miri".to_owned(),
             command,
         }
     })
@@ -234,7 +208,7 @@ pub fn run(all: bool) -> Result<(), String> {
             )),
         }
     } else {
-        let names: Vec<&str> = rest().iter().map(|step| step.name).collect();
+        let names: Vec<String> = rest().into_iter().map(|step| step.name).collect();
         not_run.push(format!(
             "with --all: {}, the kernel under Miri",
             names.join(", ")
@@ -253,14 +227,14 @@ pub fn deny() -> Result<(), String> {
         "licences, bans, sources",
         "deny --all-features check licenses bans sources",
     )];
-    steps.extend(APART.map(|[folder, _, name]| {
+    steps.extend(APART.map(|(folder, what)| {
         let manifest = format!("firmware/boards/{folder}/Cargo.toml");
         let features = match folder {
             "stm32f405" | "stm32h743" => "--all-features",
             _ => "",
         };
         step(
-            name,
+            format!("licences, bans, sources of {what}"),
             &format!("deny --manifest-path {manifest} {features} --config deny.toml check licenses bans sources"),
         )
     }));

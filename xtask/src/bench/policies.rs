@@ -1,8 +1,8 @@
 //! What the policy `direction` costs beside `orientation`: tables, terms, bytes, and the instructions of
 //! `compile`, on every example with ten to thirteen errors.
 
-use super::collected;
-use crate::process::{self, cargo, root, target};
+use crate::callgrind;
+use crate::process::{root, shipped_trueaxis, target};
 use std::path::Path;
 use std::process::Command;
 
@@ -31,8 +31,7 @@ struct Costs {
 /// # Errors
 /// A build or a compilation that fails, or valgrind that does not count.
 pub fn run() -> Result<(), String> {
-    process::run(cargo().args(["build", "-q", "--profile", "dist", "-p", "trueaxis-cli"]))?;
-    let program = target("dist/trueaxis");
+    let program = shipped_trueaxis()?;
     println!(
         "`direction` / `orientation` (compile in millions of instructions, callgrind, one thread):"
     );
@@ -68,26 +67,16 @@ fn name(path: &str) -> String {
 }
 
 fn of(program: &Path, machine: &str, errors: &str, policy: &str) -> Result<Costs, String> {
-    let [counts, blob] = ["policies.callgrind", "policies.trax"].map(target);
-    let output = Command::new("valgrind")
+    let blob = target("policies.trax");
+    let mut compile = Command::new(program);
+    compile
         .current_dir(root().join("examples"))
         .env("RAYON_NUM_THREADS", "1")
-        .args(["--tool=callgrind", "-q"])
-        .arg(format!("--callgrind-out-file={}", counts.display()))
-        .arg(program)
         .args(["compile", "--json", "--allow-large", "--policy", policy])
         .args([format!("{machine}.toml"), format!("{errors}.toml")])
         .arg("-o")
-        .arg(&blob)
-        .output()
-        .map_err(|e| e.to_string())?;
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    if !output.status.success() {
-        return Err(format!(
-            "compile --policy {policy} {machine} {errors}:\n{said}"
-        ));
-    }
-    let json = String::from_utf8_lossy(&output.stdout).into_owned();
+        .arg(&blob);
+    let (instructions, json) = callgrind::count(&compile, None)?;
     let number = |key: &str| {
         let rest = json.split(&format!("\n  \"{key}\": ")).nth(1)?;
         rest.split([',', '\n']).next()?.trim().parse().ok()
@@ -97,7 +86,7 @@ fn of(program: &Path, machine: &str, errors: &str, policy: &str) -> Result<Costs
         tables: number("tables").ok_or_else(|| missing("tables"))?,
         terms: number("terms").ok_or_else(|| missing("terms"))?,
         bytes: number("bytes").ok_or_else(|| missing("bytes"))?,
-        instructions: collected(&counts)?,
+        instructions,
     };
     let _ = std::fs::remove_file(blob);
     Ok(costs)

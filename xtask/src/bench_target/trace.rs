@@ -22,7 +22,6 @@ const READS: usize = 2;
 pub fn calls(path: &Path) -> Result<Vec<(String, Vec<Cost>)>, String> {
     let program = Program::read(path)?;
     let mut child = qemu::board(path)
-        .args(["-serial", "null", "-icount", "shift=10"])
         .args(["-append", "trace"])
         // One line for each instruction.
         .args(qemu::single_steps())

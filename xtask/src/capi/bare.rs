@@ -2,11 +2,11 @@
 
 use super::FRAME;
 use super::build::{self, Capacities};
-use crate::cross::{CORTEX_M, Cross};
+use crate::cross::{CORTEX_M, Cross, library_folder};
 use crate::elf::Program;
-use crate::process::{root, run, target, works};
-use std::fs;
-use std::path::{Path, PathBuf};
+use crate::files;
+use crate::process::{has, judged, root, run, target};
+use std::path::Path;
 use std::process::Command;
 
 /// Functions that are not for the servo loop: they read a whole blob, or write texts.
@@ -34,16 +34,7 @@ pub fn check() -> Result<(), String> {
         if NOT_IN_THE_LOOP.contains(&function.as_str()) {
             continue;
         }
-        let reach = program.reach_from(function)?;
-        for (name, from) in &reach.functions {
-            if name.contains("panic") {
-                let from = from.as_deref().unwrap_or_default();
-                wrong.push(format!("{function} can panic: {from} calls {name}"));
-            }
-        }
-        for name in &reach.through_pointers {
-            wrong.push(format!("{function} calls through a pointer in {name}"));
-        }
+        wrong.extend(program.reach_from(function)?.faults(function));
     }
     let mut frames = program.frames();
     frames.sort_unstable_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
@@ -66,11 +57,9 @@ pub fn check() -> Result<(), String> {
     for (name, bytes) in frames.iter().take(3) {
         println!("stack frame of {bytes:>5} bytes: {name}");
     }
-    if wrong.is_empty() {
-        println!("nothing that a servo loop calls can reach a panic");
-        return Ok(());
-    }
-    Err(wrong.join("\n  "))
+    judged(&wrong)?;
+    println!("nothing that a servo loop calls can reach a panic");
+    Ok(())
 }
 
 /// Links a program that has these functions and all that they reach.
@@ -101,7 +90,7 @@ pub fn link<'f>(
 /// Names of all functions in the header but those of simulated machines.
 fn functions() -> Result<Vec<String>, String> {
     let path = root().join("firmware/capi/trueaxis.h");
-    let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let text = files::read_text(&path)?;
     let calls = text.match_indices("trueaxis_").filter_map(|(place, _)| {
         let rest = &text[place..];
         let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))?;
@@ -125,15 +114,10 @@ fn functions() -> Result<Vec<String>, String> {
 
 /// The linker that comes with the compiler, or LLVM's.
 fn linker() -> Result<Command, String> {
-    if works(Command::new("ld.lld").arg("--version")) {
+    if has("ld.lld") {
         return Ok(Command::new("ld.lld"));
     }
-    let output = Command::new("rustc")
-        .args(["--print", "target-libdir"])
-        .output();
-    let output = output.map_err(|e| format!("rustc: {e}"))?;
-    let libraries = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
-    let linker = libraries.join("../bin/rust-lld");
+    let linker = library_folder(&[])?.join("../bin/rust-lld");
     if !linker.is_file() {
         return Err(format!(
             "no linker: neither ld.lld nor {}",

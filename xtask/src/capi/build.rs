@@ -29,11 +29,10 @@ impl Capacities {
     /// # Errors
     /// There is no such option, or it is not a number.
     pub fn set(&mut self, option: &str, number: &str) -> Result<(), String> {
-        let named = |name: &str| {
-            let name = name.trim_start_matches("TRUEAXIS_").to_lowercase();
-            option.strip_prefix("--") == Some(&*name)
-        };
-        let known = self.0.iter_mut().find(|(name, _)| named(name));
+        let known = self
+            .0
+            .iter_mut()
+            .find(|(name, _)| self::option(name) == option);
         let (_, value) = known.ok_or_else(|| format!("there is no option `{option}`"))?;
         *value = number
             .parse()
@@ -65,6 +64,12 @@ impl Capacities {
     }
 }
 
+/// The option that sets a capacity: `--axes` for `TRUEAXIS_AXES`.
+pub fn option(capacity: &str) -> String {
+    let name = capacity.trim_start_matches("TRUEAXIS_").to_lowercase();
+    format!("--{name}")
+}
+
 /// Builds the static and the shared library for this computer; the folder that has them.
 ///
 /// # Errors
@@ -73,23 +78,10 @@ pub fn libraries(capacities: &Capacities) -> Result<PathBuf, String> {
     let folder = target("capi");
     let mut build = cargo();
     build
-        .args([
-            "rustc",
-            "-q",
-            "--profile",
-            "dist",
-            "-p",
-            "trueaxis-capi",
-            "--lib",
-        ])
-        .args([
-            "--features",
-            "std,model",
-            "--crate-type",
-            "staticlib,cdylib",
-            "--",
-        ])
-        .args(["-C", "link-arg=-Wl,-soname,libtrueaxis.so.0"])
+        .args("rustc -q --profile dist -p trueaxis-capi --lib".split(' '))
+        .args(["--features", "std,model"])
+        .args(["--crate-type", "staticlib,cdylib"])
+        .args(["--", "-C", "link-arg=-Wl,-soname,libtrueaxis.so.0"])
         .env("CARGO_TARGET_DIR", &folder);
     capacities.build_with(&mut build);
     run(&mut build)?;
@@ -105,16 +97,8 @@ pub fn bare_library(
     optimised: &str,
     capacities: &Capacities,
 ) -> Result<PathBuf, String> {
-    let words = [
-        "rustc",
-        "-q",
-        "--profile",
-        "dist",
-        "--lib",
-        "--features",
-        "halt",
-    ];
-    let (mut build, folder) = cross.cargo("stm32f405", &words);
+    let words = "rustc -q --profile dist --lib --features halt";
+    let (mut build, folder) = cross.cargo("stm32f405", words);
     build
         .args(["--crate-type", "staticlib", "--manifest-path"])
         .arg(root().join("firmware/capi/Cargo.toml"))
@@ -130,10 +114,11 @@ pub fn bare_library(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::files;
 
     #[test]
     fn a_header_has_the_capacities_of_its_library() {
-        let committed = std::fs::read_to_string(root().join("firmware/capi/trueaxis.h")).unwrap();
+        let committed = files::read_text(&root().join("firmware/capi/trueaxis.h")).unwrap();
         assert_eq!(Capacities::USUAL.header(&committed), Ok(committed.clone()));
         let mut some = Capacities::USUAL;
         assert_eq!(some.set("--axes", "5"), Ok(()));

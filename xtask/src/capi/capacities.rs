@@ -1,8 +1,8 @@
 //! Libraries with other capacities than the usual ones.
 
 use super::build::{self, Capacities};
-use super::{Sanitized, blob};
-use crate::process::{root, target};
+use super::{CProgram, blob};
+use crate::process::{root, said};
 use std::path::Path;
 use std::process::Command;
 
@@ -46,23 +46,18 @@ fn says(
     name: &str,
     expected: &str,
 ) -> Result<(), String> {
-    let mut program = Sanitized::new("gcc", "-std=c99");
+    let mut program = CProgram::sanitized("gcc", "-std=c99");
     for (name, number) in capacities.0 {
         program.define(&format!("{name}={number}"));
     }
     program.sources([root().join("firmware/capi/tests/capacities.c")]);
-    let program = program.link(libraries, &target("capi").join("capacities"))?;
-    let output = Command::new(&program)
-        .arg(blob(name))
-        .output()
-        .map_err(|e| format!("{}: {e}", program.display()))?;
-    let said = String::from_utf8_lossy(&output.stdout);
-    if output.status.success() && said.contains(expected) {
+    let program = program.link(libraries, "capacities")?;
+    let said = said(Command::new(&program).arg(blob(name)))?;
+    if said.status.success() && said.output.contains(expected) {
         return Ok(());
     }
-    let error = String::from_utf8_lossy(&output.stderr);
     Err(format!(
-        "{:?} with {name} should say `{expected}`, not `{said}{error}`",
-        capacities.0
+        "{:?} with {name} should say `{expected}`, not `{}{}`",
+        capacities.0, said.output, said.errors
     ))
 }

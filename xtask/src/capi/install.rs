@@ -1,10 +1,10 @@
 //! `cargo xtask install --prefix DIR [--axes N] …`.
 
 use super::build::{self, Capacities};
+use crate::files;
 use crate::process::root;
 use std::fs;
 use std::os::unix::fs::symlink;
-use std::path::Path;
 
 /// Names of the shared library: what is linked with, what a program asks for, and the file.
 const SHARED: [&str; 3] = [
@@ -19,28 +19,22 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
     let (prefix, capacities) = read(options)?;
     let prefix = std::path::absolute(prefix).map_err(|e| format!("{prefix}: {e}"))?;
     let libraries = build::libraries(&capacities)?;
-    let (lib, include) = (prefix.join("lib"), prefix.join("include"));
-    let pkgconfig = lib.join("pkgconfig");
-    for folder in [&pkgconfig, &include] {
-        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    }
-    copy(
-        &libraries.join("libtrueaxis_capi.a"),
-        &lib.join("libtrueaxis.a"),
-    )?;
+    let lib = prefix.join("lib");
+    let include = files::folder(prefix.join("include"))?;
+    let pkgconfig = files::folder(lib.join("pkgconfig"))?;
     let [linked, asked, file] = SHARED;
-    copy(&libraries.join("libtrueaxis_capi.so"), &lib.join(file))?;
+    for (built, name) in [("a", "libtrueaxis.a"), ("so", file)] {
+        let built = libraries.join("libtrueaxis_capi").with_extension(built);
+        files::copy(&built, &lib.join(name))?;
+    }
     for (name, to) in [(asked, file), (linked, asked)] {
         let path = lib.join(name);
         let _ = fs::remove_file(&path);
         symlink(to, &path).map_err(|e| format!("{}: {e}", path.display()))?;
     }
     let committed = root().join("firmware/capi/trueaxis.h");
-    let header =
-        fs::read_to_string(&committed).map_err(|e| format!("{}: {e}", committed.display()))?;
-    let path = include.join("trueaxis.h");
-    fs::write(&path, capacities.header(&header)?)
-        .map_err(|e| format!("{}: {e}", path.display()))?;
+    let header = capacities.header(&files::read_text(&committed)?)?;
+    files::write(&include.join("trueaxis.h"), header)?;
     let text = format!(
         "prefix={}\nlibdir=${{prefix}}/lib\nincludedir=${{prefix}}/include\n\n\
          Name: trueaxis\nDescription: Volumetric compensation of machine tools at servo rate\n\
@@ -49,8 +43,7 @@ pub fn execute(options: &[&str]) -> Result<(), String> {
         prefix.display(),
         env!("CARGO_PKG_VERSION"),
     );
-    let path = pkgconfig.join("trueaxis.pc");
-    fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+    files::write(&pkgconfig.join("trueaxis.pc"), text)?;
     println!("installed below {}", prefix.display());
     Ok(())
 }
@@ -70,11 +63,4 @@ fn read<'o>(options: &[&'o str]) -> Result<(&'o str, Capacities), String> {
          how much the library is to hold: --axes, --banks, --tables, --terms, --grids",
     )?;
     Ok((prefix, capacities))
-}
-
-fn copy(from: &Path, to: &Path) -> Result<(), String> {
-    // Another file, not other contents: a running program keeps the one it has.
-    let _ = fs::remove_file(to);
-    fs::copy(from, to).map_err(|e| format!("{} to {}: {e}", from.display(), to.display()))?;
-    Ok(())
 }

@@ -6,7 +6,7 @@ use super::build::{self, Capacities};
 use super::capacities::LEAST;
 use crate::cross::{CORTEX_M, Cross};
 use crate::figures::Figures;
-use crate::process::run;
+use crate::process::{judged, run};
 use crate::qemu;
 
 /// What a program links that loads tables and corrects.
@@ -90,17 +90,13 @@ pub fn print() -> Result<(), String> {
         );
     }
     println!("(axes, banks, tables, terms, grids: the usual ones, and what these tables need)\n");
-    if wrong.is_empty() {
-        return Ok(());
-    }
-    Err(wrong.join("\n  "))
+    judged(&wrong)
 }
 
 /// Builds the program that counts, and runs it.
 fn measure(cross: &Cross, profile: &str, capacities: &Capacities) -> Result<Figures, String> {
-    let words = ["build", "-q", "--profile", profile];
+    let words = format!("build -q --profile {profile} -p trueaxis-bench-target --bin capi");
     let (mut build, folder) = cross.cargo("stm32f405", &words);
-    build.args(["-p", "trueaxis-bench-target", "--bin", "capi"]);
     capacities.build_with(&mut build);
     run(&mut build)?;
     Figures::counted(&folder.join(profile).join("capi"))

@@ -1,7 +1,8 @@
 //! Corrected programs in `rs274`: every end point is the original's with the correction that `trueaxis eval` gives.
 
-use super::{bare, output, plain_copy, programs, rs274};
-use crate::process::target;
+use super::{correct, is_flat, plain_copy, programs, rs274};
+use crate::process::{output, said};
+use crate::{csv, files};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -14,37 +15,26 @@ const LEAST: usize = 8;
 
 /// # Errors
 /// An end point that is not where it should be.
-pub fn check(work: &Path) -> Result<(), String> {
-    let trueaxis = target("debug").join("trueaxis");
-    let blob = super::compensation(&trueaxis, work)?;
+pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
+    let blob = super::compensation(trueaxis, work)?;
     let [x, y, z] = ZERO;
     let setup = work.join("setup.toml");
     let text = format!(
         "units = \"mm\"\n[start]\nX = {x}\nY = {y}\nZ = {z}\ntool = 1\n[offset.G54]\nX = {x}\nY = {y}\nZ = {z}\n\
          [home.G28]\nX = {x}\nY = {y}\nZ = {z}\n"
     );
-    fs::write(&setup, text).map_err(|e| format!("{}: {e}", setup.display()))?;
+    files::write(&setup, text)?;
     let no_tools = work.join("none.tbl");
-    fs::write(&no_tools, "").map_err(|e| format!("{}: {e}", no_tools.display()))?;
+    files::write(&no_tools, "")?;
     let (mut count, mut ends) = (0, 0);
     for path in programs()? {
-        if bare(&path)?.contains(['#', '[', 'o', 'O']) {
+        if !is_flat(&path)? {
             continue;
         }
         let copy = plain_copy(&path, work)?;
         let out = work.join("corrected.ngc");
         let _ = fs::remove_file(&out);
-        let done = Command::new(&trueaxis)
-            .arg("gcode")
-            .arg(&copy)
-            .arg("-o")
-            .arg(&out)
-            .arg("--compensation")
-            .arg(&blob)
-            .arg("--setup")
-            .arg(&setup)
-            .output()
-            .map_err(|e| format!("trueaxis does not start: {e}"))?;
+        let done = said(&mut correct(trueaxis, &copy, &out, &blob, &setup))?;
         if !done.status.success() {
             // For other axes, or beyond the travel: the comparison of interpreters tells what is refused.
             if out.exists() {
@@ -61,26 +51,15 @@ pub fn check(work: &Path) -> Result<(), String> {
                 .collect();
             let _ = writeln!(positions, "{}", at.join(","));
         }
-        let csv = work.join("positions.csv");
-        fs::write(&csv, positions).map_err(|e| format!("{}: {e}", csv.display()))?;
-        let printed = output(
-            Command::new(&trueaxis)
-                .arg("eval")
-                .arg(&blob)
-                .arg("--positions")
-                .arg(&csv),
-        )?;
-        let mut rows = printed.lines();
-        let header: Vec<&str> = rows.next().unwrap_or_default().split(',').collect();
-        let order: Vec<usize> = ["dX", "dY", "dZ"]
-            .iter()
-            .filter_map(|name| header.iter().position(|h| h == name))
-            .collect();
+        let table = work.join("positions.csv");
+        files::write(&table, positions)?;
+        let mut eval = Command::new(trueaxis);
+        eval.arg("eval").arg(&blob).arg("--positions").arg(&table);
+        let corrections = csv::columns::<f64>(&output(&mut eval)?, &["dX", "dY", "dZ"])?;
         let mut rest = after.iter();
         let (mut from, mut stood) = ([0.0; 9], [0.0; 9]);
-        for (motion, row) in before.iter().zip(rows) {
-            let cells: Vec<f64> = row.split(',').filter_map(|c| c.parse().ok()).collect();
-            let expected: Vec<f64> = (0..3).map(|i| motion.to[i] + cells[order[i]]).collect();
+        for (motion, correction) in before.iter().zip(corrections) {
+            let expected: Vec<f64> = (0..3).map(|i| motion.to[i] + correction[i]).collect();
             // Half a digit each of what is read, what is written, and the two that are printed.
             let digits = 2.2 * motion.digits + 1e-4;
             let arrives = |m: &rs274::Motion| {

@@ -1,10 +1,9 @@
 //! LinuxCNC's demonstrations of five axes, corrected and checked with the exact machine.
 
-use super::{output, programs};
-use crate::process::{root, run, target};
-use std::fs;
+use super::{correct, programs};
+use crate::process::{root, said};
+use crate::{blob, files};
 use std::path::Path;
-use std::process::Command;
 
 /// Programs of the package, under tool-centre-point control (M428), and what may be left at the tip (µm): the tolerance
 /// of the program and that of the tables, and where arcs become chords the sagitta of these.
@@ -19,38 +18,22 @@ travel = { X = \"+\", Y = \"+\", Z = \"+\", A = \"+\", C = \"+\" }\n[offset.G54]
 
 /// # Errors
 /// A program that is refused, whose check does not hold, or on whose path more is left.
-pub fn check(work: &Path) -> Result<(), String> {
-    let trueaxis = target("debug").join("trueaxis");
+pub fn check(trueaxis: &Path, work: &Path) -> Result<(), String> {
     let example = root().join("examples/linuxcnc-xyzac-trt");
     let [machine, errors] = ["machine-endless.toml", "errors-11.toml"].map(|f| example.join(f));
     let blob = work.join("xyzac-trt.trax");
-    run(Command::new(&trueaxis)
-        .arg("compile")
-        .args([&machine, &errors])
-        .arg("-o")
-        .arg(&blob)
-        .args(["--random", "200"]))?;
+    blob::compile(trueaxis, &[&machine, &errors], "--random 200", &blob)?;
     let setup = work.join("five-axes.toml");
-    fs::write(&setup, SETUP).map_err(|e| format!("{}: {e}", setup.display()))?;
+    files::write(&setup, SETUP)?;
     for (name, left) in DEMONSTRATIONS {
         let listed = programs()?;
         let path = listed.iter().find(|p| p.ends_with(name));
         let path = path.ok_or_else(|| format!("the package has no {name}"))?;
         let out = work.join("corrected.ngc");
-        let mut command = Command::new(&trueaxis);
-        command.arg("gcode").arg(path).arg("-o").arg(&out);
-        command
-            .arg("--compensation")
-            .arg(&blob)
-            .arg("--setup")
-            .arg(&setup);
-        command
-            .arg("--machine")
-            .arg(&machine)
-            .arg("--errors")
-            .arg(&errors);
-        command.arg("--check");
-        let said = output(&mut command)?;
+        let mut command = correct(trueaxis, path, &out, &blob, &setup);
+        command.arg("--machine").arg(&machine);
+        command.arg("--errors").arg(&errors).arg("--check");
+        let said = said(&mut command)?.output;
         let last = said.lines().last().unwrap_or("");
         let words: Vec<&str> = last.split([' ', ',']).collect();
         let numbers: Vec<f64> = words.iter().filter_map(|w| w.parse().ok()).collect();

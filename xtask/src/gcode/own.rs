@@ -1,10 +1,10 @@
 //! Words that no program of the package has, beside `rs274` too.
 
-use super::{moves, output, rs274, same};
-use crate::process::target;
+use super::{moves, rs274, same};
+use crate::files;
+use crate::process::{example, said};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// So many programs of all modes, offsets, arcs, cycles and rotary moves.
 const RANDOM: usize = 300;
@@ -23,8 +23,7 @@ G90\nG1 C20 X2\nM2\n";
 pub fn check(work: &Path) -> Result<(), String> {
     let write = |name: &str, text: &str| {
         let path = work.join(name);
-        let done = fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()));
-        done.map(|()| path)
+        files::write(&path, text).map(|()| path)
     };
     let tools = write("own.tbl", "T1 P1 Z3\n")?;
     let parameters = work.join("own.var");
@@ -56,19 +55,16 @@ pub fn check(work: &Path) -> Result<(), String> {
 }
 
 fn random(work: &Path) -> Result<(), String> {
-    let folder = work.join("random");
-    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let written = output(
-        Command::new(target("debug").join("examples/gcode_moves"))
-            .arg(format!("--random={RANDOM}"))
-            .arg(&folder),
-    )?;
+    let folder = files::folder(work.join("random"))?;
+    let mut writing = example("gcode_moves");
+    writing.arg(format!("--random={RANDOM}")).arg(&folder);
+    let written = said(&mut writing)?.output;
     if !written.is_empty() {
         return Err(written);
     }
     // The stand-alone program tells an offset of a tool in its own way.
     let tools = folder.join("random.tbl");
-    fs::write(&tools, "T1 P1 Z0\n").map_err(|e| format!("{}: {e}", tools.display()))?;
+    files::write(&tools, "T1 P1 Z0\n")?;
     let paths = (0..RANDOM).map(|seed| folder.join(format!("{seed}.ngc")));
     let paths: Vec<PathBuf> = paths.collect();
     let ours = moves(&paths, &["--tool=1=0"])?;

@@ -1,5 +1,6 @@
 //! What LinuxCNC's stand-alone interpreter makes of a program: canonical commands, as motions of the machine.
 
+use crate::process::said;
 use std::path::Path;
 use std::process::Command;
 
@@ -135,7 +136,7 @@ pub fn run(program: &Path, tools: &Path, ini: Option<&Path>) -> Result<Vec<Motio
     }
     // It writes a file of parameters where it is.
     command.current_dir(program.parent().unwrap_or(Path::new(".")));
-    let said = super::output(&mut command)?;
+    let said = said(&mut command)?.output;
     let mut offsets = Offsets {
         unit: 1.0,
         printed: [0.0; 3],

@@ -1,6 +1,8 @@
 //! How fast programs are corrected, beside `rs274` in one run, and how much memory a long one takes.
 
-use crate::process::{cargo, run, target};
+use super::correct;
+use crate::files;
+use crate::process::shipped_trueaxis;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -83,17 +85,7 @@ struct Bench<'w> {
 
 impl<'w> Bench<'w> {
     fn new(work: &'w Path) -> Result<Self, String> {
-        run(cargo().args([
-            "build",
-            "-q",
-            "--profile",
-            "dist",
-            "-p",
-            "trueaxis-cli",
-            "--bin",
-            "trueaxis",
-        ]))?;
-        let trueaxis = target("dist").join("trueaxis");
+        let trueaxis = shipped_trueaxis()?;
         let bench = Self {
             work,
             blob: super::compensation(&trueaxis, work)?,
@@ -103,23 +95,14 @@ impl<'w> Bench<'w> {
             out: work.join("long-corrected.ngc"),
         };
         let text = "units = \"mm\"\n[start]\nX = 250\nY = 150\nZ = -200\n[offset.G54]\nX = 250\nY = 150\nZ = -200\n";
-        fs::write(&bench.setup, text).map_err(|e| format!("{}: {e}", bench.setup.display()))?;
+        files::write(&bench.setup, text)?;
         Ok(bench)
     }
 
     fn corrected(&self, options: &[&str]) -> Result<Took, String> {
-        timed(
-            Command::new(&self.trueaxis)
-                .arg("gcode")
-                .arg(&self.long)
-                .arg("-o")
-                .arg(&self.out)
-                .arg("--compensation")
-                .arg(&self.blob)
-                .arg("--setup")
-                .arg(&self.setup)
-                .args(options),
-        )
+        let [program, out] = [&self.long, &self.out];
+        let mut command = correct(&self.trueaxis, program, out, &self.blob, &self.setup);
+        timed(command.args(options))
     }
 
     fn interpreted(&self) -> Result<Took, String> {

@@ -1,8 +1,8 @@
 //! LinuxCNC with the component, apart from any other on this computer: with modules, shared memory, processes and
 //! `/tmp` of its own.
 
-use crate::process::{self, root, run, target, works};
-use crate::{capi, packages};
+use crate::process::{self, is_root, output, root, run, target, works};
+use crate::{capi, files, packages};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -44,14 +44,13 @@ impl Bench {
         };
         let _ = fs::remove_dir_all(&bench.work);
         for folder in [&bench.work, &bench.modules] {
-            fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+            files::folder(folder.clone())?;
         }
         run(Command::new("chmod").arg("1777").arg(&bench.work))?;
         run(Command::new("cp")
             .args(["-r", "-T", MODULES])
             .arg(&bench.modules))?;
-        let build = folder.join("build");
-        fs::create_dir_all(&build).map_err(|e| format!("{}: {e}", build.display()))?;
+        let build = files::folder(folder.join("build"))?;
         for (folder, built) in [
             ("firmware/linuxcnc", &["trueaxis.so"][..]),
             ("firmware/linuxcnc/model", &["trueaxis_model.so"]),
@@ -66,10 +65,10 @@ impl Bench {
                 .arg(format!("TRUEAXIS={}", prefix.display()))
                 .current_dir(&build))?;
             for name in built {
-                fs::copy(build.join(name), bench.modules.join(name))
-                    .map_err(|e| format!("{name}: {e}"))?;
+                files::copy(&build.join(name), &bench.modules.join(name))?;
             }
         }
+        bench.copy("firmware/linuxcnc/tests/until", "until")?;
         Ok(bench)
     }
 
@@ -80,10 +79,10 @@ impl Bench {
         doing: impl FnOnce() -> Result<T, String>,
     ) -> Result<T, String> {
         let place = self.modules.join("trueaxis.so");
-        let kept = fs::read(&place).map_err(|e| format!("{}: {e}", place.display()))?;
-        fs::copy(module, &place).map_err(|e| format!("{}: {e}", module.display()))?;
+        let kept = files::read(&place)?;
+        files::copy(module, &place)?;
         let done = doing();
-        fs::write(&place, kept).map_err(|e| format!("{}: {e}", place.display()))?;
+        files::write(&place, kept)?;
         done
     }
 
@@ -94,27 +93,26 @@ impl Bench {
 
     /// Writes one.
     pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<(), String> {
-        fs::write(self.file(name), contents).map_err(|e| format!("{name}: {e}"))
+        files::write(&self.file(name), contents)
     }
 
     /// Copies one there.
     pub fn copy(&self, from: &str, name: &str) -> Result<(), String> {
-        fs::copy(root().join(from), self.file(name)).map_err(|e| format!("{from}: {e}"))?;
-        Ok(())
+        files::copy(&root().join(from), &self.file(name))
     }
 
     /// What the command `trueaxis` prints.
     pub fn trueaxis(&self, words: &[&str]) -> Result<String, String> {
         let mut command = Command::new(&self.trueaxis);
         command.args(words).current_dir(&self.work);
-        output(&mut command, Stdio::piped())
+        output(&mut command)
     }
 
     /// Runs a program of LinuxCNC; what it and its parts say.
     pub fn inside(&self, program: &[&str]) -> Result<String, String> {
         let mut command = Command::new("timeout");
         command.args(["-k", "5", LONGEST]);
-        if !works(Command::new("sh").args(["-c", "test $(id -u) = 0"])) {
+        if !is_root() {
             // Namespaces of one's own, for which some systems ask root.
             command.args(["sudo", "-n", "-E"]);
         }
@@ -137,8 +135,7 @@ impl Bench {
             .stderr(errors)
             .status()
             .map_err(|e| format!("`timeout` does not start: {e}"))?;
-        let said = fs::read(&log).map_err(|e| format!("{}: {e}", log.display()))?;
-        let said = String::from_utf8_lossy(&said).into_owned();
+        let said = String::from_utf8_lossy(&files::read(&log)?).into_owned();
         // Ended, or after five more seconds killed.
         if matches!(status.code(), Some(124 | 137) | None) {
             return Err(format!("hangs after {LONGEST} s:\n{said}"));
@@ -151,20 +148,4 @@ impl Bench {
         self.write("test.hal", lines)?;
         self.inside(&["halrun", "-f", "/tmp/test.hal"])
     }
-}
-
-fn output(command: &mut Command, errors: Stdio) -> Result<String, String> {
-    let done = command
-        .stdin(Stdio::null())
-        .stderr(errors)
-        .output()
-        .map_err(|e| format!("{command:?} does not start: {e}"))?;
-    if !done.status.success() {
-        return Err(format!(
-            "{command:?}: {}\n{}",
-            done.status,
-            String::from_utf8_lossy(&done.stderr)
-        ));
-    }
-    Ok(String::from_utf8_lossy(&done.stdout).into_owned())
 }

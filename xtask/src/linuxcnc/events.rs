@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::motion::compile;
 use super::oracle::rate_bound;
 use super::run::{JOINTS, PERIOD, Run};
-use std::fs;
+use crate::files;
 
 /// # Errors
 /// What did not hold.
@@ -13,7 +13,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     compile(bench, "EXX1 = 60e-6", "second.trax")?;
     bench.write("third.trax", "no compensation at all")?;
     bench.copy("tests/golden/v1/router-10.trax", "fourth.trax")?;
-    fs::copy(bench.file("first.trax"), bench.file("machine.trax")).map_err(|e| e.to_string())?;
+    files::copy(&bench.file("first.trax"), &bench.file("machine.trax"))?;
     let run = Run::of(bench, "events")?;
     let largest = run.adds_up()?;
     let mut fastest = 0.0_f64;

@@ -1,9 +1,9 @@
 //! What is missing, damaged, of another machine or not connected: named, and without effect on the machine.
 
 use super::bench::Bench;
-use super::motion;
+use super::motion::{self, example};
+use crate::files;
 use crate::process::root;
-use std::fs;
 
 /// Lines of HAL that wait for a pin to have a value.
 fn until(pin: &str, value: &str) -> String {
@@ -53,14 +53,7 @@ fn run(bench: &Bench, lines: &str, texts: &[&str]) -> Result<(), String> {
 /// # Errors
 /// What did not hold.
 pub fn check(bench: &Bench) -> Result<(), String> {
-    bench.write(
-        "until",
-        include_str!("../../../firmware/linuxcnc/tests/until"),
-    )?;
-    let golden = |name: &str| {
-        let path = root().join("tests/golden/v1").join(name);
-        fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))
-    };
+    let golden = |name: &str| files::read(&root().join("tests/golden/v1").join(name));
     let huron = golden("huron-13.trax")?;
     let mut damaged = huron.clone();
     damaged[1000] ^= 4;
@@ -222,10 +215,7 @@ fn not_referenced(bench: &Bench) -> Result<(), String> {
         + &until("fault", "FALSE");
     run(bench, &lines, &[])?;
     // A squareness: one axis is corrected, and only another is an input.
-    let machine = root()
-        .join("examples/linuxcnc-xyzac-trt/machine.toml")
-        .display()
-        .to_string();
+    let machine = example("machine.toml");
     let square = "machine = \"xyzac-trt\"\n[parameters]\nEC0X = 100e-6\n";
     bench.write("square.toml", square)?;
     bench.trueaxis(&["compile", &machine, "square.toml", "-o", "square.trax"])?;

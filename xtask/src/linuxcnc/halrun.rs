@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::oracle::eval;
-use super::rows::{Random, Rows, play};
+use super::rows::{Random, Rows, adds_up, play};
 use std::fmt::Write;
 
 /// Rows of a path.
@@ -128,10 +128,6 @@ pub fn check(bench: &Bench) -> Result<(), String> {
             &format!("{name}.trax"),
         )?;
     }
-    bench.write(
-        "until",
-        include_str!("../../../firmware/linuxcnc/tests/until"),
-    )?;
     let mut compared = 0;
     for case in &CASES {
         compared += case.check(bench).map_err(|e| {
@@ -320,17 +316,7 @@ impl Case {
             let correction = of("correction");
             let (cmd_in, cmd_out) = (of("motor-cmd-in"), of("motor-cmd-out"));
             let (fb_in, fb_out) = (of("motor-fb-in"), of("motor-fb-out"));
-            for row in 0..recorded.len() {
-                if cmd_out[row].to_bits() != (cmd_in[row] + correction[row]).to_bits() {
-                    return Err(format!("row {row}, joint {j}: the command does not add up"));
-                }
-                if row > 0 && fb_out[row].to_bits() != (fb_in[row] - correction[row - 1]).to_bits()
-                {
-                    return Err(format!(
-                        "row {row}, joint {j}: the feedback does not add up"
-                    ));
-                }
-            }
+            adds_up(j, &correction, [&cmd_in, &cmd_out], [&fb_in[1..], &fb_out])?;
             if self.joints[j..=j] == *"-" {
                 if correction.iter().any(|c| *c != 0.0) {
                     return Err(format!("joint {j} is corrected, but is not to be"));

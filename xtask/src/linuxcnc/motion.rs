@@ -3,9 +3,10 @@
 use super::bench::Bench;
 use super::oracle::eval;
 use super::probing::{limits, probing};
+use super::rows;
 use super::run::{JOINTS, Run};
+use crate::files;
 use crate::process::root;
-use std::fs;
 
 /// How far one step of the rival may be from the tables, mm or degrees: second order, errors of 1e-4 rad at
 /// corrections of 0.1 mm, or 1e-4 of lever at 100 mm per step of the tables' own 1 µm.
@@ -13,13 +14,17 @@ const SECOND_ORDER: f64 = 2e-5;
 /// Programs that come with LinuxCNC: what `drive.py` drives of them at least, periods.
 const LEAST_PERIODS: f64 = 1000.0;
 
+/// Where a file of the example is.
+pub fn example(name: &str) -> String {
+    let folder = root().join("examples/linuxcnc-xyzac-trt");
+    folder.join(name).display().to_string()
+}
+
 /// The blob of the example, without its two errors of reversal: a correction that depends on the direction of travel
 /// catches up with bounded rate, and is not that of `eval` meanwhile.
 pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
-    let folder = root().join("examples/linuxcnc-xyzac-trt");
-    let machine = folder.join("machine.toml");
-    let errors = folder.join("errors-11.toml");
-    let errors = fs::read_to_string(&errors).map_err(|e| format!("{}: {e}", errors.display()))?;
+    let machine = example("machine.toml");
+    let errors = files::read_text(example("errors-11.toml").as_ref())?;
     let errors: String = errors
         .lines()
         .filter(|line| !line.starts_with("EXXb") && !line.starts_with("ECCb"))
@@ -28,12 +33,7 @@ pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
     bench.write("errors.toml", errors)?;
     // What the rival computes, too: all six rows by least squares.
     let policy = ["--policy", "orientation", "-o", name];
-    let mut words = vec![
-        "compile",
-        machine.to_str().unwrap_or_default(),
-        "errors.toml",
-    ];
-    words.extend(policy);
+    let words = [&["compile", &machine, "errors.toml"][..], &policy].concat();
     bench.trueaxis(&words).map(drop)
 }
 
@@ -41,8 +41,7 @@ pub fn compile(bench: &Bench, scale: &str, name: &str) -> Result<(), String> {
 /// What did not hold.
 pub fn check(bench: &Bench) -> Result<(), String> {
     compile(bench, "EXX1 = -45e-6", "machine.trax")?;
-    let machine = root().join("examples/linuxcnc-xyzac-trt/machine.toml");
-    let machine = machine.display().to_string();
+    let machine = example("machine.toml");
     let model = [
         "linuxcnc",
         "model",
@@ -129,11 +128,8 @@ fn programs(run: &Run) -> Result<String, String> {
 /// Time stamps of the processor, mean and least, of each function. They are those of caches which other programs fill
 /// meanwhile, on both sides, and are shown: the part `times` holds the component to its share.
 fn times(run: &Run) -> Result<(), String> {
-    let mean = |name: &str| {
-        let all = run.rows.of(name);
-        all.iter().sum::<f64>() / all.len() as f64
-    };
-    let least = |name: &str| run.rows.of(name).into_iter().fold(f64::INFINITY, f64::min);
+    let mean = |name: &str| rows::mean(&run.rows.of(name));
+    let least = |name: &str| rows::least(&run.rows.of(name));
     println!("function             mean    least     tmax  (counts of the processor's clock)");
     for (name, column) in [
         ("rivals.nothing", "nothing"),

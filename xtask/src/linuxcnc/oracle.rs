@@ -1,6 +1,7 @@
 //! `trueaxis eval` at positions that were recorded.
 
 use super::bench::Bench;
+use crate::csv;
 use std::fmt::Write;
 
 /// Corrections at these positions, in mm and degrees, in the order of `columns`, the inputs of the blob of which
@@ -22,19 +23,11 @@ pub fn eval(
     text.push('\n');
     bench.write("positions.csv", text)?;
     let printed = bench.trueaxis(&["eval", blob, "--positions", "positions.csv"])?;
-    let mut lines = printed.lines();
-    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let order: Vec<usize> = columns[..axes]
+    let corrections: Vec<String> = columns[..axes]
         .iter()
-        .map(|letter| header.iter().position(|h| h[1..] == **letter))
-        .collect::<Option<_>>()
-        .ok_or_else(|| format!("{blob} has {header:?}, not {columns:?}"))?;
-    let rows: Vec<Vec<f32>> = lines
-        .map(|line| {
-            let cells: Vec<f32> = line.split(',').filter_map(|c| c.parse().ok()).collect();
-            order.iter().map(|&k| cells[k]).collect()
-        })
+        .map(|axis| format!("d{axis}"))
         .collect();
+    let rows = csv::columns::<f32>(&printed, &corrections).map_err(|e| format!("{blob}: {e}"))?;
     if rows.len() == positions.len() {
         Ok(rows)
     } else {

@@ -1,10 +1,10 @@
 //! The package: built as Debian builds it, installable, and with a component that LinuxCNC loads.
 
 use super::bench::Bench;
-use crate::packages;
-use crate::process::{cargo, root, run, target, works};
+use crate::process::{output, root, run, target};
+use crate::{files, firmware_crate, packages};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const FOLDER: &str = "linuxcnc-trueaxis";
@@ -12,13 +12,11 @@ const FOLDER: &str = "linuxcnc-trueaxis";
 /// # Errors
 /// What does not build, or is not in the package.
 pub fn check(bench: &Bench) -> Result<(), String> {
-    no_part_of_a_crate()?;
-    if !works(Command::new("dh").arg("--version")) {
-        packages::install(&["debhelper", "dpkg-dev"], "the package for LinuxCNC")?;
-    }
+    firmware_crate::leaves_out("linuxcnc")?;
+    packages::provide("dh", &["debhelper", "dpkg-dev"], "the package for LinuxCNC")?;
     let around = target("linuxcnc").join("package");
     let _ = fs::remove_dir_all(&around);
-    fs::create_dir_all(&around).map_err(|e| format!("{}: {e}", around.display()))?;
+    let around = files::folder(around)?;
     run(Command::new("cp")
         .arg("-r")
         .arg(root().join("firmware/linuxcnc"))
@@ -42,13 +40,8 @@ pub fn check(bench: &Bench) -> Result<(), String> {
         }
     }
     // It is for the series of LinuxCNC that it was built with, and for no other.
-    let depends = Command::new("dpkg-deb")
-        .args(["-f"])
-        .arg(&package)
-        .arg("Depends")
-        .output()
-        .map_err(|e| e.to_string())?;
-    let depends = String::from_utf8_lossy(&depends.stdout).into_owned();
+    let mut depends = Command::new("dpkg-deb");
+    let depends = output(depends.arg("-f").arg(&package).arg("Depends"))?;
     if !depends.contains("linuxcnc-uspace (>= ") || !depends.contains("linuxcnc-uspace (<< ") {
         return Err(format!("the package depends on {depends}"));
     }
@@ -70,40 +63,15 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     }
 }
 
-/// The crate beside it has nothing of it.
-fn no_part_of_a_crate() -> Result<(), String> {
-    let mut list = cargo();
-    list.args([
-        "package",
-        "-q",
-        "-p",
-        "trueaxis-firmware",
-        "--list",
-        "--allow-dirty",
-    ]);
-    let listed = list.output().map_err(|e| e.to_string())?;
-    let files = String::from_utf8_lossy(&listed.stdout).into_owned();
-    match files.lines().find(|f| f.contains("linuxcnc")) {
-        None if files.contains("src/lib.rs") => Ok(()),
-        found => Err(format!(
-            "the crate trueaxis-firmware has {found:?} among\n{files}"
-        )),
-    }
-}
-
 /// The one of this version.
-fn built(around: &std::path::Path) -> Result<PathBuf, String> {
+fn built(around: &Path) -> Result<PathBuf, String> {
     let start = format!("{FOLDER}_{}_", env!("CARGO_PKG_VERSION"));
-    let entries = fs::read_dir(around).map_err(|e| format!("{}: {e}", around.display()))?;
-    let mut paths = entries.flatten().map(|e| e.path());
-    paths
-        .find(|p| {
-            let name = p
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned();
-            name.starts_with(&start) && p.extension().is_some_and(|e| e == "deb")
-        })
+    let is_it = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default();
+        name.to_string_lossy().starts_with(&start)
+    };
+    let mut packages = files::list(around, "deb")?.into_iter();
+    packages
+        .find(is_it)
         .ok_or_else(|| format!("no {start}*.deb: is debian/changelog of this version?"))
 }

@@ -2,6 +2,7 @@
 
 use super::bench::Bench;
 use super::run::{JOINTS, PERIOD, Run};
+use crate::csv;
 
 /// The tolerance of `compile` at the tip, mm.
 const TOLERANCE: f64 = 5e-5;
@@ -28,11 +29,7 @@ pub fn probing(bench: &Bench, machine: &str, run: &Run) -> Result<(), String> {
         "positions.csv",
     ];
     let poses = bench.trueaxis(&words)?;
-    let row = poses.lines().nth(1).unwrap_or_default();
-    let pose: Vec<f64> = row
-        .split(',')
-        .filter_map(|c| c.trim().parse().ok())
-        .collect();
+    let pose = csv::numbers(&poses)?.swap_remove(0);
     let &[nominal, _, _, _, _, _, uncorrected, ..] = &pose[..] else {
         return Err(format!("`trueaxis pose` says\n{poses}"));
     };

@@ -1,7 +1,7 @@
 //! Rows of doubles, as `tape` plays and records them.
 
 use super::bench::Bench;
-use std::fs;
+use crate::files;
 
 /// What was recorded, by name of the column.
 pub struct Rows {
@@ -13,7 +13,7 @@ impl Rows {
     /// # Errors
     /// Nothing was recorded.
     pub fn read(bench: &Bench, name: &str, names: &[String]) -> Result<Self, String> {
-        let bytes = fs::read(bench.file(name)).map_err(|e| format!("{name}: {e}"))?;
+        let bytes = files::read(&bench.file(name))?;
         let values: Vec<f64> = bytes
             .chunks_exact(8)
             .map(|b| f64::from_ne_bytes(b.try_into().unwrap_or_default()))
@@ -46,6 +46,41 @@ impl Rows {
         let column = self.column(name);
         self.rows().map(|row| row[column]).collect()
     }
+}
+
+/// The command of a joint is passed on with the correction of this period added, and its feedback with that of the last
+/// one taken away: `fed_back` is what came in of it, from the second row on.
+///
+/// # Errors
+/// A row in which it is not, to the last bit.
+pub fn adds_up(
+    joint: usize,
+    correction: &[f64],
+    [command, passed_on]: [&[f64]; 2],
+    [fed_back, feedback]: [&[f64]; 2],
+) -> Result<(), String> {
+    for row in 0..correction.len() {
+        if passed_on[row].to_bits() != (command[row] + correction[row]).to_bits() {
+            return Err(format!(
+                "row {row}, joint {joint}: the command does not add up"
+            ));
+        }
+        if row > 0 && feedback[row].to_bits() != (fed_back[row - 1] - correction[row - 1]).to_bits()
+        {
+            return Err(format!(
+                "row {row}, joint {joint}: the feedback does not add up"
+            ));
+        }
+    }
+    Ok(())
+}
+
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+pub fn least(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// Writes rows to be played.

@@ -1,7 +1,8 @@
 //! A scenario that is driven under LinuxCNC's motion controller, and what was recorded of it.
 
 use super::bench::Bench;
-use super::rows::Rows;
+use super::rows::{self, Rows};
+use crate::files;
 use std::fs;
 use std::io::ErrorKind;
 
@@ -67,7 +68,7 @@ impl Run {
         for name in ["linuxcnc_print.txt", "linuxcnc_debug.txt"] {
             said += &fs::read_to_string(bench.file(name)).unwrap_or_default();
         }
-        let told = fs::read_to_string(bench.file("result")).map_err(|e| format!("{e}\n{said}"))?;
+        let told = files::read_text(&bench.file("result")).map_err(|e| format!("{e}\n{said}"))?;
         let told: Vec<Vec<String>> = told
             .lines()
             .map(|l| l.split('\t').map(str::to_owned).collect())
@@ -99,17 +100,8 @@ impl Run {
         for j in 0..JOINTS.len() {
             let of = |what| self.of_joint(j, what);
             let (cmd, drive, fb, correction) = (of("cmd"), of("drive"), of("fb"), of("correction"));
-            for row in 0..self.rows.len() {
-                if drive[row].to_bits() != (cmd[row] + correction[row]).to_bits() {
-                    return Err(format!("row {row}, joint {j}: the command does not add up"));
-                }
-                if row > 0 && fb[row].to_bits() != (drive[row - 1] - correction[row - 1]).to_bits()
-                {
-                    return Err(format!(
-                        "row {row}, joint {j}: the feedback does not add up"
-                    ));
-                }
-            }
+            // The drive is where it was told to be a period ago.
+            rows::adds_up(j, &correction, [&cmd, &drive], [&drive, &fb])?;
             // Each by half of a last digit of the largest number that is added.
             let magnitude =
                 |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));

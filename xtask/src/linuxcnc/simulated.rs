@@ -2,8 +2,9 @@
 //! the exact kinematics, with it less than the tolerance.
 
 use super::bench::Bench;
+use crate::csv::numbers;
+use crate::files;
 use crate::process::{root, run};
-use std::fs;
 use std::process::Command;
 
 const CONFIGS: &str = "firmware/linuxcnc/configs";
@@ -50,8 +51,7 @@ fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> R
         .arg(root().join(CONFIGS))
         .arg(&configs))?;
     let ini = format!("{folder}/{name}.ini");
-    let path = bench.file(&ini);
-    let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let text = files::read_text(&bench.file(&ini))?;
     // The script in the place of the screen, and nothing for a screen.
     let without = |line: &&str| !line.starts_with("PYVCP") && !line.starts_with("POSTGUI");
     let lines: Vec<&str> = text.lines().filter(without).collect();
@@ -72,8 +72,8 @@ fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> R
     run(Command::new("chmod").args(["-R", "a+rwX"]).arg(&configs))?;
     let said = bench.inside(&["linuxcnc", &format!("/tmp/{ini}")])?;
     let record = bench.file(&format!("{folder}/record.csv"));
-    let record = fs::read_to_string(&record).map_err(|e| format!("{e}\n{said}"))?;
-    let rows = rows(&record)?;
+    let record = files::read_text(&record).map_err(|e| format!("{e}\n{said}"))?;
+    let rows = numbers(&record)?;
     let exact = exact(bench, &machine, &errors, &record, axes)?;
     compare(&rows, &exact, axes).map_err(|e| format!("{e}\n{said}"))
         .map(|[off, on]| {
@@ -82,14 +82,6 @@ fn one(bench: &Bench, name: &str, machine: &str, errors: &str, axes: usize) -> R
                 off[0], off[1], on[0], on[1]
             );
         })
-}
-
-/// The numbers of a CSV below its header.
-fn rows(text: &str) -> Result<Vec<Vec<f64>>, String> {
-    let row = |line: &str| line.split(',').map(|v| v.trim().parse().ok()).collect();
-    let rows: Option<Vec<Vec<f64>>> = text.lines().skip(1).map(row).collect();
-    rows.filter(|rows| !rows.is_empty())
-        .ok_or_else(|| format!("no numbers:\n{text}"))
 }
 
 /// Errors of tip (µm) and direction (µrad) without a compensation along the recorded positions.
@@ -111,7 +103,7 @@ fn exact(
         let parts = (from..from + 3).map(|i| row[i + 6] - row[i]);
         parts.map(|d| d * d).sum::<f64>().sqrt() * factor
     };
-    let poses = rows(&poses)?;
+    let poses = numbers(&poses)?;
     Ok(poses
         .iter()
         .map(|row| [apart(row, 0, 1e3), apart(row, 3, 1e6)])

@@ -3,7 +3,7 @@
 
 use super::bench::Bench;
 use super::motion;
-use super::rows::{Rows, play};
+use super::rows::{Rows, least, mean, play};
 use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 
@@ -49,11 +49,11 @@ struct Times(Vec<f64>);
 
 impl Times {
     fn mean(&self) -> f64 {
-        self.0.iter().sum::<f64>() / self.0.len() as f64
+        mean(&self.0)
     }
 
     fn least(&self) -> f64 {
-        self.0.iter().copied().fold(f64::INFINITY, f64::min)
+        least(&self.0)
     }
 
     fn most(&self) -> f64 {
@@ -79,10 +79,6 @@ impl fmt::Display for Times {
 /// # Errors
 /// What did not hold.
 pub fn check(bench: &Bench) -> Result<(), String> {
-    bench.write(
-        "until",
-        include_str!("../../../firmware/linuxcnc/tests/until"),
-    )?;
     motion::compile(bench, "EXX1 = -45e-6", "machine.trax")?;
     let mut least = [f64::INFINITY; 2];
     for _ in 0..ATTEMPTS {

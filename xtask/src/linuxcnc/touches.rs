@@ -2,9 +2,11 @@
 //! balls that are simulated, its log leads to where the axes are with the stylus on the balls.
 
 use super::bench::Bench;
-use crate::process::root;
+use super::motion::example;
+use crate::process::{root, said};
+use crate::{csv, files};
 use std::fs;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 const ARTEFACT: &str = "\
 [[ball]]
@@ -63,14 +65,7 @@ fn hal() -> String {
 /// # Errors
 /// What did not hold.
 pub fn check(bench: &Bench) -> Result<(), String> {
-    let of = |name: &str| {
-        root()
-            .join("examples/linuxcnc-xyzac-trt")
-            .join(name)
-            .display()
-            .to_string()
-    };
-    let (machine, errors) = (of("machine.toml"), of("errors-11.toml"));
+    let (machine, errors) = (example("machine.toml"), example("errors-11.toml"));
     bench.write("artefact.toml", ARTEFACT)?;
     bench.trueaxis(&[
         "plan",
@@ -122,8 +117,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     for name in ["drive.py", "tool.tbl"] {
         bench.copy(&format!("{folder}/{name}"), name)?;
     }
-    let ini = root().join(folder).join("xyzac.ini");
-    let ini = fs::read_to_string(&ini).map_err(|e| format!("{}: {e}", ini.display()))?;
+    let ini = files::read_text(&root().join(folder).join("xyzac.ini"))?;
     bench.write(
         "touches.ini",
         ini.replace("/tmp/xyzac.hal", "/tmp/touches.hal"),
@@ -135,7 +129,7 @@ pub fn check(bench: &Bench) -> Result<(), String> {
     }
     let mut said = bench.inside(&["linuxcnc", "/tmp/touches.ini"])?;
     said += &fs::read_to_string(bench.file("result")).unwrap_or_default();
-    let log = fs::read_to_string(bench.file("touches.log")).map_err(|e| format!("{e}\n{said}"))?;
+    let log = files::read_text(&bench.file("touches.log")).map_err(|e| format!("{e}\n{said}"))?;
     if log.lines().count() != TOUCHES {
         return Err(format!(
             "{} touches, not {TOUCHES}:\n{log}\n{said}",
@@ -171,51 +165,34 @@ pub fn check(bench: &Bench) -> Result<(), String> {
 
 /// LinuxCNC's interpreter takes the program as it was written, and sees its touches.
 fn interpret(bench: &Bench) -> Result<(), String> {
-    let done = Command::new("rs274")
-        .arg("-g")
-        .arg(bench.file("probe.ngc"))
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|e| format!("rs274 does not start: {e}"))?;
-    let said = String::from_utf8_lossy(&done.stdout);
-    let probed = said
+    let mut rs274 = Command::new("rs274");
+    let done = said(rs274.arg("-g").arg(bench.file("probe.ngc")))?;
+    let probed = done
+        .output
         .lines()
         .filter(|l| l.contains("STRAIGHT_PROBE"))
         .count();
     if !done.status.success() || probed != TOUCHES {
-        let errors = String::from_utf8_lossy(&done.stderr);
         return Err(format!(
-            "rs274: {}, {probed} touches\n{errors}",
-            done.status
+            "rs274: {}, {probed} touches\n{}",
+            done.status, done.errors
         ));
     }
     Ok(())
 }
 
 /// X, Y and Z of each row of probings.
-fn places(bench: &Bench, name: &str) -> Result<Vec<[f64; 3]>, String> {
-    let text = fs::read_to_string(bench.file(name)).map_err(|e| format!("{name}: {e}"))?;
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let row = |line: &str| -> Option<[f64; 3]> {
-        let cells: Vec<&str> = line.split(',').collect();
-        let of = |letter| {
-            cells
-                .get(header.iter().position(|h| *h == letter)?)?
-                .parse()
-                .ok()
-        };
-        Some([of("X")?, of("Y")?, of("Z")?])
-    };
-    let rows: Option<Vec<[f64; 3]>> = lines.map(row).collect();
-    rows.filter(|r| r.len() == PROBINGS)
+fn places(bench: &Bench, name: &str) -> Result<Vec<Vec<f64>>, String> {
+    let text = files::read_text(&bench.file(name))?;
+    let rows = csv::columns(&text, &["X", "Y", "Z"]);
+    rows.ok()
+        .filter(|rows| rows.len() == PROBINGS)
         .ok_or_else(|| format!("{name}:\n{text}"))
 }
 
 /// The program, which puts the balls to these places, row by row.
-fn with_balls(bench: &Bench, places: &[[f64; 3]]) -> Result<String, String> {
-    let text =
-        fs::read_to_string(bench.file("probe.ngc")).map_err(|e| format!("probe.ngc: {e}"))?;
+fn with_balls(bench: &Bench, places: &[Vec<f64>]) -> Result<String, String> {
+    let text = files::read_text(&bench.file("probe.ngc"))?;
     let mut program = String::new();
     let mut places = places.iter();
     for line in text.lines() {

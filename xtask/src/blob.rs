@@ -1,0 +1,26 @@
+//! Blobs that the command `trueaxis` compiles.
+
+use crate::process::{output, root};
+use std::path::Path;
+use std::process::Command;
+
+/// Compiles a machine and its errors (paths from the root of the workspace on) with these options.
+///
+/// # Errors
+/// It does not compile.
+pub fn compile(
+    trueaxis: &Path,
+    sources: &[impl AsRef<Path>; 2],
+    options: &str,
+    blob: &Path,
+) -> Result<(), String> {
+    let mut compile = Command::new(trueaxis);
+    compile
+        .current_dir(root())
+        .arg("compile")
+        .args(sources.each_ref().map(AsRef::as_ref))
+        .args(options.split_whitespace())
+        .arg("-o")
+        .arg(blob);
+    output(&mut compile).map(drop)
+}

@@ -1,0 +1,82 @@
+//! Programs in C and C++ over the C interface.
+
+use super::FRAME;
+use crate::packages;
+use crate::process::{root, run, target};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Flags under which a program compiles without a warning and runs under the address and undefined-behaviour sanitizers.
+const SANITIZED: [&str; 8] = [
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Werror",
+    "-g",
+    "-O1",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+];
+
+/// Installs the compilers if they are missing.
+///
+/// # Errors
+/// They cannot be installed.
+pub fn compilers(what_for: &str) -> Result<(), String> {
+    for program in ["gcc", "g++"] {
+        packages::provide(program, &["gcc", "g++", "libc6-dev"], what_for)?;
+    }
+    Ok(())
+}
+
+/// A program over the C interface.
+pub struct CProgram {
+    command: Command,
+}
+
+impl CProgram {
+    pub fn plain(compiler: &str, flags: &[&str]) -> Self {
+        let mut command = Command::new(compiler);
+        command.args(flags);
+        let mut program = Self { command };
+        program.include(&root().join("firmware/capi"));
+        program
+    }
+
+    /// Under the address and undefined-behaviour sanitizers.
+    pub fn sanitized(compiler: &str, standard: &str) -> Self {
+        let mut program = Self::plain(compiler, &[standard]);
+        program.command.args(SANITIZED);
+        program
+    }
+
+    /// No stack frame is larger than one of the library.
+    pub fn frames(&mut self) {
+        self.command.arg(format!("-Wframe-larger-than={FRAME}"));
+    }
+
+    pub fn define(&mut self, definition: &str) {
+        self.command.arg(format!("-D{definition}"));
+    }
+
+    pub fn include(&mut self, folder: &Path) {
+        self.command.arg(format!("-I{}", folder.display()));
+    }
+
+    pub fn sources(&mut self, files: impl IntoIterator<Item = PathBuf>) {
+        self.command.args(files);
+    }
+
+    /// Links it with the library that is in a folder; the program of this name.
+    ///
+    /// # Errors
+    /// It does not compile.
+    pub fn link(mut self, libraries: &Path, name: impl AsRef<Path>) -> Result<PathBuf, String> {
+        let program = target("capi").join(name);
+        self.command
+            .arg(libraries.join("libtrueaxis_capi.a"))
+            .args(["-lpthread", "-ldl", "-lm", "-o"])
+            .arg(&program);
+        run(&mut self.command).map(|()| program)
+    }
+}
