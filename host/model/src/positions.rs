@@ -5,9 +5,9 @@
 //! (difference to the reference) K, with a decimal point. Empty lines are skipped. The order of
 //! the rows is the motion.
 
-use crate::formats::cells::{Cell, cells, lines, separated};
+use crate::formats::csv::Table;
 use crate::machine::Machine;
-use crate::source::{FileError, right_case};
+use crate::source::FileError;
 use std::fmt::{Display, Write};
 use trueaxis::{Auxiliary, AuxiliaryKind, Axis};
 
@@ -74,172 +74,46 @@ impl Input {
     }
 }
 
+const VALUES: &str = "give every position a value in each column: a plain number in mm or degrees with a decimal point, not a comma: -12.5";
+
 /// Reads positions: one row per position, its values in the order of `inputs`.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: no header, a name that is not an input, one that
-/// stands twice or is missing, a row that is too short or too long, a value that is missing or
-/// no finite number of f32 size, no rows.
+/// [`FileError`] with line, column, cause and remedy: what [`Table`] refuses, a column that is not an input, an
+/// input without a column, a value that is not finite as f32, no rows.
 pub fn read(text: &str, inputs: &[Input]) -> Result<Vec<Vec<f64>>, FileError> {
     let names: Vec<&str> = inputs.iter().map(|i| i.name.as_str()).collect();
-    let header = names.join(",");
-    let mut lines = lines(text);
-    let Some((first, start)) = lines.next() else {
-        return Err(FileError::whole(
-            "the file is empty",
-            format!("start it with the header {header}, then one position per line"),
-        ));
-    };
-    if let Some(mut error) = separated(first, start) {
-        error.remedy = format!("{}; the header is {header}", error.remedy);
-        return Err(error);
-    }
-    let columns = read_header(&cells(first, start), inputs, &header)?;
-    let mut rows = Vec::new();
-    for (line, start) in lines {
-        if let Some(error) = separated(line, start) {
-            return Err(error);
-        }
-        rows.push(read_row(line, start, &columns, inputs)?);
-    }
-    if rows.is_empty() {
-        return Err(FileError::at(
-            start..start + first.len(),
-            "there are no positions below the header",
-            "the only line",
-            "write one position per line, in mm and degrees",
-        ));
-    }
-    Ok(rows)
-}
-
-/// The line, counted from 1, of a row of positions, counted from 1 below the header.
-#[must_use]
-pub fn line_of(text: &str, row: usize) -> Option<usize> {
-    let (_, start) = lines(text).nth(row)?;
-    Some(text[..start].matches('\n').count() + 1)
-}
-
-/// Which input each column is.
-fn read_header(
-    cells: &[Cell<'_>],
-    inputs: &[Input],
-    header: &str,
-) -> Result<Vec<usize>, FileError> {
-    let mut columns: Vec<usize> = Vec::new();
-    for (name, span) in cells {
-        let exact = inputs.iter().position(|i| i.name == *name);
-        let found = exact.or_else(|| inputs.iter().position(|i| i.alias == Some(name)));
-        let Some(input) = found else {
-            return Err(FileError::at(
-                span.clone(),
-                if name.is_empty() {
-                    format!("column {} has no name", columns.len() + 1)
-                } else {
-                    format!("column {}: `{name}` is not an input", columns.len() + 1)
-                },
-                "unknown column",
-                match right_case(name, |n| inputs.iter().any(|i| i.name == n)) {
-                    Some(right) => format!("write {right}: axes have capital letters"),
-                    None => format!(
-                        "the header must name exactly the inputs, separated by commas, in any order: {header}"
-                    ),
-                },
-            ));
-        };
-        if columns.contains(&input) {
-            return Err(FileError::at(
-                span.clone(),
-                format!("column {}: `{name}` is listed twice", columns.len() + 1),
-                "second column of this input",
-                "keep one of the two columns",
-            ));
-        }
-        columns.push(input);
-    }
+    let layout = format!(
+        "write the header {} (exactly the inputs, in any order), then one position per line in mm and degrees",
+        names.join(",")
+    );
+    let table = Table::open(text, 0, layout, VALUES)?;
+    let columns = table.columns(0, |name| {
+        let exact = inputs.iter().position(|i| i.name == name);
+        exact.or_else(|| inputs.iter().position(|i| i.alias == Some(name)))
+    })?;
     if let Some(missing) = (0..inputs.len()).find(|i| !columns.contains(i)) {
         let input = &inputs[missing];
-        let whole = cells.first().map_or(0, |c| c.1.start)..cells.last().map_or(0, |c| c.1.end);
-        return Err(FileError::at(
-            whole,
-            format!("the column `{}` is missing", input.name),
-            "the header",
-            format!("add {}: the header must name {header}", input.meaning),
-        ));
+        let mut error = table.missing(&input.name);
+        error.remedy = format!("add {}: {}", input.meaning, error.remedy);
+        return Err(error);
     }
-    Ok(columns)
-}
-
-fn read_row(
-    line: &str,
-    start: usize,
-    columns: &[usize],
-    inputs: &[Input],
-) -> Result<Vec<f64>, FileError> {
-    let cells = cells(line, start);
-    let whole = start..start + line.len();
-    if cells.len() > columns.len() {
-        return Err(FileError::at(
-            cells[columns.len()].1.start..whole.end,
-            format!(
-                "the row has {} columns, the header has {}",
-                cells.len(),
-                columns.len()
-            ),
-            "too many columns",
-            "one value per column of the header, with a decimal point, not a comma",
-        ));
-    }
-    if cells.len() < columns.len() {
-        let missing = &inputs[columns[cells.len()]].name;
-        return Err(FileError::at(
-            whole,
-            format!(
-                "the row has {} columns, the header has {}",
-                cells.len(),
-                columns.len()
-            ),
-            format!("`{missing}` is missing"),
-            "give every position a value in each column",
-        ));
-    }
-    let mut row = vec![0.0; inputs.len()];
-    for (column, (cell, span)) in cells.iter().enumerate() {
-        let name = &inputs[columns[column]].name;
-        let place = format!("column {} ({name})", column + 1);
-        let span = if span.is_empty() {
-            whole.clone()
-        } else {
-            span.clone()
-        };
-        if cell.is_empty() {
-            return Err(FileError::at(
-                span,
-                format!("{place}: the value is missing"),
-                "nothing here",
-                "give every position a value in each column",
-            ));
+    let mut rows = Vec::new();
+    for row in table {
+        let row = row?;
+        let mut position = vec![0.0; inputs.len()];
+        for (column, input) in columns.iter().enumerate() {
+            let value = row.number(column)?;
+            // The runtime computes in f32: what is infinite there is not a position.
+            if !(value as f32).is_finite() {
+                let message = format!("{value:e} is too large for a position");
+                return Err(row.error(column, message, "too large", VALUES));
+            }
+            position[*input] = value;
         }
-        let Ok(value) = cell.parse::<f64>() else {
-            return Err(FileError::at(
-                span,
-                format!("{place}: `{cell}` is not a number"),
-                "not a number",
-                "write a plain number in mm or degrees, like -12.5",
-            ));
-        };
-        // The runtime computes in f32: what is infinite there is no position.
-        if !(value as f32).is_finite() {
-            return Err(FileError::at(
-                span,
-                format!("{place}: {cell} is not a finite position"),
-                "not finite",
-                "write a plain number in mm or degrees, like -12.5",
-            ));
-        }
-        row[columns[column]] = value;
+        rows.push(position);
     }
-    Ok(row)
+    Ok(rows)
 }
 
 /// Corrections as CSV, `dX,dY,…`: each number with the fewest digits that read back to the same.
@@ -281,10 +155,15 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_is_told_with_line_and_place() {
+    fn every_mistake_is_reported_with_line_and_place() {
         for (text, line, message, marked) in [
-            ("X,A,Q\n1,2,3\n", 1, "column 3: `Q` is not an input", "Q"),
-            ("X,A,A\n1,2,3\n", 1, "column 3: `A` is listed twice", "A"),
+            (
+                "X,A,Q\n1,2,3\n",
+                1,
+                "column 3: `Q` is not a known column",
+                "Q",
+            ),
+            ("X,A,A\n1,2,3\n", 1, "column 3: `A` is there twice", "A"),
             (
                 "X,A\n1,2\n",
                 1,
@@ -294,7 +173,7 @@ mod tests {
             (
                 "X,A,length\n",
                 1,
-                "there are no positions below the header",
+                "there are no rows below the header",
                 "X,A,length",
             ),
             (
@@ -318,19 +197,19 @@ mod tests {
             (
                 "X,A,length\n1,two,3\n",
                 2,
-                "column 2 (A): `two` is not a number",
+                "column 2 (A): `two` is not a finite number",
                 "two",
             ),
             (
                 "X,A,length\n1, nan,3\n",
                 2,
-                "column 2 (A): nan is not a finite position",
+                "column 2 (A): `nan` is not a finite number",
                 "nan",
             ),
             (
                 "X,A,length\n1,2,1e39\n",
                 2,
-                "column 3 (tool length): 1e39 is not a finite position",
+                "column 3 (length): 1e39 is too large for a position",
                 "1e39",
             ),
         ] {

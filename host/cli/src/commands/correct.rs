@@ -7,8 +7,9 @@ use super::eval::Along;
 use super::files::{MachineFiles, Text};
 use super::policy::PolicyArguments;
 use clap::Args;
+use trueaxis_model::formats::csv;
 use trueaxis_model::motion;
-use trueaxis_model::positions::{self, Input};
+use trueaxis_model::positions::Input;
 
 /// Compute the exact kinematic correction at positions, without tables
 ///
@@ -45,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let corrections = motion::correct(&machine, &errors, policy.kinematic()?, &rows).map_err(
         |(row, error)| {
             let place = match Text::read(&along.positions).ok() {
-                Some(text) => positions::line_of(&text.text, row),
+                Some(text) => csv::line_of(&text.text, row),
                 None => None,
             };
             let line = place.map_or(String::new(), |line| format!(", line {line}"));

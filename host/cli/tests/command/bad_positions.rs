@@ -44,7 +44,7 @@ fn a_wrong_header_is_refused() {
     refuses(
         "X,Y,Z,A,B\n1,2,3,4,5\n",
         1,
-        "column 5: `B` is not an input",
+        "column 5: `B` is not a known column",
         "Y,A,C,X,Z",
     );
     refuses(
@@ -56,7 +56,7 @@ fn a_wrong_header_is_refused() {
     refuses(
         "X,Y,Z,A,C,X\n1,2,3,4,5,6\n",
         1,
-        "column 6: `X` is listed twice",
+        "column 6: `X` is there twice",
         "keep one",
     );
     refuses(
@@ -74,8 +74,8 @@ fn a_wrong_header_is_refused() {
     refuses(
         "X,Y,Z,a,C\n1,2,3,4,5\n",
         1,
-        "column 4: `a` is not an input",
-        "write A: axes have capital letters",
+        "column 4: `a` is not a known column",
+        "write A: upper and lower case matter",
     );
 }
 
@@ -84,7 +84,7 @@ fn an_extra_column_is_refused() {
     refuses(
         "X,Y,Z,A,C,feed\n1,2,3,4,5,6\n",
         1,
-        "column 6: `feed` is not an input",
+        "column 6: `feed` is not a known column",
         "exactly the inputs",
     );
     refuses(
@@ -118,7 +118,7 @@ fn missing_values_are_refused() {
     refuses(
         "X,Y,Z,A,C\n",
         1,
-        "no positions below the header",
+        "no rows below the header",
         "one position per line",
     );
 }
@@ -128,25 +128,25 @@ fn what_is_no_finite_number_is_refused() {
     refuses(
         "X,Y,Z,A,C\n1,2,3,4,5\n1,2,3,4,nan\n",
         3,
-        "column 5 (C): nan is not a finite position",
+        "column 5 (C): `nan` is not a finite number",
         "plain number",
     );
     refuses(
         "X,Y,Z,A,C\n1,-inf,3,4,5\n",
         2,
-        "column 2 (Y): -inf is not a finite position",
+        "column 2 (Y): `-inf` is not a finite number",
         "plain number",
     );
     refuses(
         "X,Y,Z,A,C\n1,2,1e99,4,5\n",
         2,
-        "column 3 (Z): 1e99 is not a finite position",
+        "column 3 (Z): 1e99 is too large for a position",
         "plain number",
     );
     refuses(
         "X,Y,Z,A,C\n1,2,3,4,five\n",
         2,
-        "column 5 (C): `five` is not a number",
+        "column 5 (C): `five` is not a finite number",
         "plain number",
     );
 }

@@ -251,21 +251,21 @@ fn a_bad_file_of_measured_values_is_refused_at_its_line() {
             "0,1\n1,2,5\n",
             "unit = \"um\"",
             "x.csv, line 2:",
-            "the row has 3 columns, the first one 2",
+            "the row has 3 columns, not 2",
             "with decimal points",
         ),
         (
             "0,1\n100,2\n50,3\n",
             "unit = \"um\"",
             "x.csv, line 3:",
-            "do not increase at 50",
+            "the values must increase, but 50 follows 100",
             "sort the rows",
         ),
         (
             "0,1\n",
             "unit = \"um\"",
             "x.csv:",
-            "there are 1 rows",
+            "two positions are needed, the file has 1",
             "in each line",
         ),
         (
@@ -279,7 +279,7 @@ fn a_bad_file_of_measured_values_is_refused_at_its_line() {
             "0,1\n800,1\n",
             "unit = \"arcsec\"",
             "errors.toml, line 4:",
-            "`arcsec` is not a unit of a length",
+            "`arcsec` is not a unit of length",
             "write mm, um or in",
         ),
         (

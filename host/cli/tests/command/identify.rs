@@ -333,7 +333,7 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,X,Y,Z,A,C,Q\n",
-            ["column 7: `Q` is not known", "A_dir"],
+            ["column 7: `Q` is not a known column", "A_dir"],
         ),
         (
             "ball,X,Y,Z,A,C,C\n",
@@ -342,7 +342,7 @@ fn rows_that_are_no_probings_are_refused() {
         ("ball;X;Y;Z;A;C\n", ["separated by semicolons", "commas"]),
         (
             "ball,Y,A,C,X,Z\n",
-            ["no probings below the header", "one probing per line"],
+            ["no rows below the header", "one probing per line"],
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,3\n",
@@ -353,23 +353,29 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,3,x,4,5\n",
-            ["`x` is not a finite number", "decimal point"],
+            ["column 4 (C): `x` is not a finite number", "decimal point"],
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,3,NaN,4,5\n",
-            ["`NaN` is not a finite number", "decimal point"],
+            [
+                "column 4 (C): `NaN` is not a finite number",
+                "decimal point",
+            ],
         ),
         (
             "ball,Y,A,C,X,Z\n1,2,3,4,500,5\n",
-            ["X = 500 is outside the travel", "range of the axis"],
+            [
+                "column 5 (X): X = 500 is outside the travel",
+                "range of the axis",
+            ],
         ),
         (
             "ball,Y,A,C,X,Z,A_dir\n1,2,3,4,5,6,2\n",
-            ["`2` is not a direction", "write 1"],
+            ["column 7 (A_dir): `2` is not a direction", "write 1"],
         ),
         (
             "ball,Y,A,C,X,Z,sigma_um\n1,2,3,4,5,6,0\n",
-            ["0 µm is not an uncertainty of a probing", "more than 0"],
+            ["0 µm cannot be the uncertainty of a probing", "more than 0"],
         ),
         (
             "ball,Y,A,C,X,Z\n,2,3,4,5,6\n",

@@ -286,7 +286,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             with("\"um\"", "\"urad\""),
-            ["line 3: `urad` is not a unit of a length", "mm, um or in"],
+            ["line 3: `urad` is not a unit of length", "mm, um or in"],
         ),
         (with("Y = 0, Z = 0", "Y = 0"), ["where Z stood", "add Z"]),
         (
@@ -320,15 +320,18 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
             with("# unit", "# offset_mm = [0, 0]\n# unit"),
             ["2 numbers, where 3 are expected", "how it was"],
         ),
-        (head.to_owned(), ["there are no readings", "target,+1"]),
+        (
+            head.to_owned(),
+            ["nothing follows the lines with #", "target,+1"],
+        ),
         (
             format!("{head}target\n0\n"),
-            ["does not begin with target and a run", "target,+1"],
+            ["the header has no column for a run", "target,+1"],
         ),
         (
             format!("{head}target,run1\n0,1\n"),
             [
-                "`run1` is not a run with a direction",
+                "column 2: `run1` is not a run with a direction",
                 "direction of travel",
             ],
         ),
@@ -349,15 +352,18 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             format!("{head}target,+1\n0,1\n10,\n"),
-            ["line 7: `` is not a finite number", "every run"],
+            ["line 7: column 2 (+1): the value is missing", "every run"],
         ),
         (
             format!("{head}target,+1\n0,1\n10,inf\n"),
-            ["`inf` is not a finite number", "every run"],
+            ["column 2 (+1): `inf` is not a finite number", "every run"],
         ),
         (
             format!("{head}target,+1\n10,1\n0,1\n"),
-            ["line 7: the targets do not increase at 0", "sort"],
+            [
+                "line 7: column 1 (target): the values must increase, but 0 follows 10",
+                "sort",
+            ],
         ),
         (
             format!("{head}target,+1\n0,1\n1000,1\n"),
@@ -365,7 +371,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             format!("{head}target,+1\n0,0\n700,700000\n"),
-            ["not an error of a machine", "check the unit"],
+            ["too large for an error of a machine", "check unit"],
         ),
         (
             square.replace("\nX,0", "\nZ,0"),

@@ -294,30 +294,27 @@ fn a_log_that_is_none_of_this_strategy_is_refused() {
             parts,
         );
     };
-    refused("", &["the log is empty"]);
-    refused("X,Y,Z,A,C\n", &["no touches below the header"]);
+    refused("", &["the file is empty", "PROBECLOSE"]);
+    refused("X,Y,Z,A,C\n", &["no rows below the header"]);
     refused("X,Y,Z,A\n1,2,3,4\n", &["the column `C` is missing"]);
     refused(
         "1.0 2.0\n",
-        &[
-            "bad.log, line 1",
-            "the line has 2 numbers, where there are 9",
-        ],
+        &["bad.log, line 1", "the row has 2 columns, not 9"],
     );
     refused(
         "1.0 2.0 x 0 0 0 0 0 0\n",
-        &["line 1: column 3: `x` is not a finite number"],
+        &["line 1: column 3 (Z): `x` is not a finite number"],
     );
     refused(
         "1.0 2.0 500 0 0 0 0 0 0\n",
-        &["column 3: Z = 500 is outside the travel"],
+        &["column 3 (Z): Z = 500 is outside the travel"],
     );
     refused(
         &(whole.clone() + lines[149] + "\n"),
         &["line 147: the five touches of ball", "no part of a sphere"],
     );
     let other = whole.replace(" 0.000000 0.000000 0.000000\n", " 0.000000 0.000000\n");
-    refused(&other, &["the line has 8 numbers"]);
+    refused(&other, &["the row has 8 columns"]);
     // Of another strategy: rows in another order, of which the first and the last are the same.
     let mut turned: Vec<&[&str]> = lines.chunks(5).collect();
     turned.reverse();

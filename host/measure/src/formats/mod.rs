@@ -4,3 +4,29 @@ pub mod artefact;
 pub mod probings;
 pub mod radii;
 pub mod runs;
+
+use trueaxis_model::formats::csv::Row;
+use trueaxis_model::machine::Axis;
+use trueaxis_model::source::FileError;
+
+/// Recorded positions are not exact: an axis may be this far (mm, deg) beyond its travel.
+const BEYOND: f64 = 1e-3;
+
+/// Checks that an axis can be at a position (mm, deg), which was read from a column.
+pub(crate) fn is_in_travel(
+    row: &Row<'_>,
+    column: usize,
+    axis: &Axis,
+    position: f64,
+    remedy: &str,
+) -> Result<(), FileError> {
+    let [low, high] = axis.travel;
+    if (low - BEYOND..=high + BEYOND).contains(&position) {
+        return Ok(());
+    }
+    let message = format!(
+        "{} = {position} is outside the travel of {low} to {high}",
+        axis.letter
+    );
+    Err(row.error(column, message, "outside the travel", remedy))
+}

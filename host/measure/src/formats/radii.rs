@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
-use trueaxis_model::formats::cells::{cells, lines, separated};
+use trueaxis_model::formats::csv::{self, Table};
 use trueaxis_model::formats::units;
 use trueaxis_model::source::FileError;
 
@@ -44,6 +44,8 @@ struct Heading {
 
 const HEADING: &str = "begin the file with # radius_mm = 150.0 and # unit = \"um\" (or \"mm\"), each in a line of its own";
 const COLUMNS: &str = "name the columns: angle,ccw,cw or angle,ccw or angle,cw on a circle (degrees), X,Y,Z,radial on a sphere (mm from the centre of the test)";
+const VALUES: &str =
+    "write one value per column, with a decimal point; on a circle a reading may be left out";
 /// Lengths of bars (mm).
 const LENGTHS: Range<f64> = 1.0..10_000.0;
 /// A position may be off the bar's length by this part: feed-ins, and positions after an error of setup.
@@ -77,37 +79,13 @@ impl Column {
 /// Reads a file.
 ///
 /// # Errors
-/// [`FileError`] with line, cause and remedy: a heading without radius or unit, unknown columns, what is not a finite
-/// number, a position that is not near the sphere.
+/// [`FileError`] with line, cause and remedy: what [`Table`] refuses, a heading without radius or unit, columns of
+/// neither test, a position that is not near the sphere.
 pub fn read(text: &str) -> Result<Radii, FileError> {
-    let mut bare = String::with_capacity(text.len());
-    let mut rows = Vec::new();
-    for (line, start) in lines(text) {
-        // The heading with the marks blanked, so that places stay where they are.
-        bare.extend(std::iter::repeat_n('\n', usize::from(!bare.is_empty())));
-        bare.extend(std::iter::repeat_n(' ', start.saturating_sub(bare.len())));
-        match line.trim_start().strip_prefix('#') {
-            Some(rest) if rows.is_empty() => {
-                bare.extend(std::iter::repeat_n(' ', line.len() - rest.len()));
-                bare += rest;
-            }
-            Some(_) => {
-                return Err(FileError::at(
-                    start..start + line.len(),
-                    "there is a line with # between the readings".to_owned(),
-                    "here",
-                    "lines with # say how it was measured and come before the column names",
-                ));
-            }
-            None => rows.push((line, start)),
-        }
-    }
-    let heading: Heading = toml::from_str(&bare).map_err(|error| FileError {
-        remedy: HEADING.to_owned(),
-        ..FileError::syntax(&error, &bare)
-    })?;
+    let (heading, end): (Heading, usize) = csv::heading(text, HEADING)?;
     let (radius, factor) = heading.numbers()?;
-    let readings = readings(&rows, radius, factor)?;
+    let table = Table::open(text, end, COLUMNS, VALUES)?;
+    let readings = readings(table, radius, factor)?;
     Ok(Radii {
         radius,
         plane: heading.plane,
@@ -130,7 +108,7 @@ impl Heading {
         if !LENGTHS.contains(radius.get_ref()) {
             return Err(at(
                 radius.span(),
-                format!("{} mm is not a length of a ball-bar", radius.get_ref()),
+                format!("a ball-bar cannot be {} mm long", radius.get_ref()),
                 "write the nominal length in mm: # radius_mm = 150.0",
             ));
         }
@@ -141,122 +119,51 @@ impl Heading {
     }
 }
 
-/// The columns' names, and the rows below.
-fn readings(rows: &[(&str, usize)], radius: f64, factor: f64) -> Result<Readings, FileError> {
-    let Some(((names, start), rows)) = rows.split_first() else {
-        return Err(FileError::whole("the file has no readings", COLUMNS));
-    };
-    if let Some(error) = separated(names, *start) {
-        return Err(error);
-    }
-    let mut columns = Vec::new();
-    for (name, span) in cells(names, *start) {
-        let column = Column::named(name).filter(|column| !columns.contains(column));
-        let wrong = || {
-            FileError::at(
-                span,
-                format!("`{name}` is not a column, or is listed twice"),
-                "here",
-                COLUMNS,
-            )
-        };
-        columns.push(column.ok_or_else(wrong)?);
-    }
-    let has = |column: Column| columns.contains(&column);
-    let is_sphere =
-        columns.len() == 4 && has(Column::Radial) && (0..3).all(|k| has(Column::Place(k)));
-    let turns = usize::from(has(Column::CounterClockwise)) + usize::from(has(Column::Clockwise));
-    let is_circle = has(Column::Angle) && turns > 0 && columns.len() == turns + 1;
-    if !is_sphere && !is_circle {
-        let span = *start..start + names.len();
-        return Err(FileError::at(
-            span,
-            "these columns are no test".to_owned(),
-            "here",
-            COLUMNS,
-        ));
-    }
-    let mut found = Turns::default();
-    let mut sphere = Vec::new();
-    for (line, start) in rows {
-        let row = numbers(line, *start, columns.len())?;
-        let value = |wanted: Column| {
-            let place = columns.iter().position(|column| *column == wanted)?;
-            row[place].map(|number| match wanted {
-                Column::Angle => number.to_radians(),
-                Column::Place(_) => number,
-                _ => number * factor,
-            })
-        };
-        let whole = *start..start + line.len();
-        let missing = |what: &str| {
-            FileError::at(
-                whole.clone(),
-                format!("the row has no {what}"),
-                "here",
-                COLUMNS,
-            )
-        };
-        if is_circle {
-            let angle = value(Column::Angle).ok_or_else(|| missing("angle"))?;
-            let turns = [
-                (&mut found.counter_clockwise, Column::CounterClockwise),
-                (&mut found.clockwise, Column::Clockwise),
-            ];
-            for (turn, column) in turns {
-                turn.extend(value(column).map(|reading| (angle, reading)));
+fn readings(table: Table<'_>, radius: f64, factor: f64) -> Result<Readings, FileError> {
+    let columns = table.columns(0, Column::named)?;
+    let place = |column: Column| columns.iter().position(|c| *c == column);
+    let turns = [Column::CounterClockwise, Column::Clockwise].map(place);
+    let xyz = [0, 1, 2].map(|k| place(Column::Place(k)));
+    match (place(Column::Angle), turns, xyz, place(Column::Radial)) {
+        (Some(angle), [ccw, cw], [None, None, None], None) if ccw.or(cw).is_some() => {
+            let mut found = Turns::default();
+            for row in table {
+                let row = row?;
+                let angle = row.number(angle)?.to_radians();
+                let turns = [
+                    (&mut found.counter_clockwise, ccw),
+                    (&mut found.clockwise, cw),
+                ];
+                for (turn, column) in turns {
+                    if let Some(column) = column.filter(|k| !row.cells[*k].text.is_empty()) {
+                        turn.push((angle, row.number(column)? * factor));
+                    }
+                }
             }
-            continue;
+            Ok(Readings::Circle(found))
         }
-        let part = |k: usize| value(Column::Place(k)).ok_or_else(|| missing("position"));
-        let place = Vector3::new(part(0)?, part(1)?, part(2)?);
-        if (place.norm() - radius).abs() > OFF * radius {
-            return Err(FileError::at(
-                whole,
-                format!(
-                    "the position is {:.3} mm from the centre, the bar is {radius} mm long",
-                    place.norm()
-                ),
-                "here",
-                "positions count from the centre of the test, in mm",
-            ));
+        (None, [None, None], [Some(x), Some(y), Some(z)], Some(radial)) => {
+            let mut found = Vec::new();
+            for row in table {
+                let row = row?;
+                let place = Vector3::new(row.number(x)?, row.number(y)?, row.number(z)?);
+                if (place.norm() - radius).abs() > OFF * radius {
+                    return Err(FileError::at(
+                        row.span,
+                        format!(
+                            "the position is {:.3} mm from the centre, the bar is {radius} mm long",
+                            place.norm()
+                        ),
+                        "here",
+                        "positions count from the centre of the test, in mm",
+                    ));
+                }
+                found.push((place.normalize(), row.number(radial)? * factor));
+            }
+            Ok(Readings::Sphere(found))
         }
-        let reading = value(Column::Radial).ok_or_else(|| missing("reading"))?;
-        sphere.push((place.normalize(), reading));
+        _ => Err(table.wrong_header("these columns are neither a circle nor a sphere")),
     }
-    Ok(match is_circle {
-        true => Readings::Circle(found),
-        false => Readings::Sphere(sphere),
-    })
-}
-
-/// The numbers of a row; none where a cell is empty.
-fn numbers(line: &str, start: usize, wanted: usize) -> Result<Vec<Option<f64>>, FileError> {
-    let cells = cells(line, start);
-    if cells.len() != wanted {
-        return Err(FileError::at(
-            start..start + line.len(),
-            format!(
-                "the row has {} columns, the first line names {wanted}",
-                cells.len()
-            ),
-            "here",
-            COLUMNS,
-        ));
-    }
-    let number = |(cell, span): (&str, Range<usize>)| match cell {
-        "" => Ok(None),
-        _ => match cell.parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(Some(number)),
-            _ => Err(FileError::at(
-                span,
-                format!("`{cell}` is not a finite number"),
-                "not a number",
-                "write numbers with a decimal point",
-            )),
-        },
-    };
-    cells.into_iter().map(number).collect()
 }
 
 #[cfg(test)]
@@ -282,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_is_told_with_its_line() {
+    fn every_mistake_is_reported_with_its_line() {
         let head = "# radius_mm = 100\n# unit = \"um\"\n";
         for (text, line, message) in [
             (
@@ -298,14 +205,14 @@ mod tests {
             (
                 "# radius_mm = 0.1\n# unit = \"um\"\nangle,ccw\n".to_owned(),
                 Some(1),
-                "0.1 mm is not a length of a ball-bar",
+                "a ball-bar cannot be 0.1 mm long",
             ),
             (
                 "# radius_mm = 100\n# unit = \"furlong\"\nangle,ccw\n".to_owned(),
                 Some(2),
-                "`furlong` is not a unit of a length",
+                "`furlong` is not a unit of length",
             ),
-            (head.to_owned(), None, "the file has no readings"),
+            (head.to_owned(), None, "nothing follows the lines with #"),
             (
                 format!("{head}angle;ccw\n"),
                 Some(3),
@@ -314,32 +221,32 @@ mod tests {
             (
                 format!("{head}angle,phi\n"),
                 Some(3),
-                "`phi` is not a column, or is listed twice",
+                "column 2: `phi` is not a known column",
             ),
             (
                 format!("{head}angle,angle\n"),
                 Some(3),
-                "`angle` is not a column, or is listed twice",
+                "column 2: `angle` is there twice",
             ),
             (
                 format!("{head}X,Y,radial\n"),
                 Some(3),
-                "these columns are no test",
+                "these columns are neither a circle nor a sphere",
             ),
             (
                 format!("{head}angle,ccw\n0,1,2\n"),
                 Some(4),
-                "the row has 3 columns, the first line names 2",
+                "the row has 3 columns, the header has 2",
             ),
             (
                 format!("{head}angle,ccw\n0,inf\n"),
                 Some(4),
-                "`inf` is not a finite number",
+                "column 2 (ccw): `inf` is not a finite number",
             ),
             (
                 format!("{head}angle,ccw\n,1\n"),
                 Some(4),
-                "the row has no angle",
+                "column 1 (angle): the value is missing",
             ),
             (
                 format!("{head}X,Y,Z,radial\n1,2,3,0\n"),
@@ -349,7 +256,7 @@ mod tests {
             (
                 format!("{head}angle,ccw\n0,1\n# unit = \"mm\"\n"),
                 Some(5),
-                "there is a line with # between the readings",
+                "a line with # stands below the header",
             ),
         ] {
             let error = read(&text).unwrap_err();

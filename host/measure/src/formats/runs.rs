@@ -25,19 +25,15 @@ use trueaxis_model::source::FileError;
 ///
 /// # Errors
 /// [`FileError`] with line, cause and remedy: a heading that lacks something or is about another machine, axes
-/// that it does not have, a direction that is none; another separator, a column without direction, what is no
-/// finite number, targets that do not increase or are outside the travel.
+/// that it does not have, a direction that is none; what [`Table`](trueaxis_model::formats::csv::Table) refuses, a
+/// column without direction, targets that do not increase or are outside the travel.
 pub fn read(text: &str, machine: &Machine) -> Result<Measured, FileError> {
     let (heading, start) = Heading::read(text, machine)?;
     match heading.square {
         None => {
             let setup = heading.line()?;
-            let (targets, columns) = table::read(text, start, machine, &setup, heading.readings)?;
-            Ok(Measured::Line(Line {
-                setup,
-                targets,
-                columns,
-            }))
+            let line = table::read(text, start, machine, setup, heading.readings)?;
+            Ok(Measured::Line(line))
         }
         Some(over) => {
             let lines =

@@ -4,15 +4,17 @@
 //! and spaces between them. Logs of other controllers have a header with the letters of the axes and commas. All
 //! are machine positions, mm and degrees.
 
+use crate::formats::is_in_travel;
 use std::ops::Range;
-use trueaxis_model::formats::cells::{cells, lines, separated};
+use trueaxis_model::formats::csv::{Row, Table};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
 use trueaxis_model::source::FileError;
 
 /// What LinuxCNC writes.
-const LINUXCNC: &str = "XYZABCUVW";
-/// Beyond this (mm, deg) the travel an axis is somewhere else: travels are not exact.
-const BEYOND: f64 = 1e-3;
+const LINUXCNC: [&str; 9] = ["X", "Y", "Z", "A", "B", "C", "U", "V", "W"];
+
+const LAYOUT: &str = "run the probing program to its end: LinuxCNC writes the log on closing it (PROBECLOSE); logs of other controllers have a header with a column for each axis of the machine";
+const VALUES: &str = "give the log as the controller wrote it, in mm and degrees with a decimal point; a line that was cut off has to be probed again";
 
 /// A touch in a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,137 +32,47 @@ pub struct Touched {
 /// Reads the touches of a log.
 ///
 /// # Errors
-/// [`FileError`]: nothing in it, a column that is missing, a line that is too short or too long, what is not a number,
-/// a position outside the travel.
+/// [`FileError`]: what [`Table`] refuses, a column that is missing, a position outside the travel.
 pub fn read_log(text: &str, machine: &Machine) -> Result<Vec<Touched>, FileError> {
-    let mut lines = lines(text).peekable();
-    let Some(&(first, start)) = lines.peek() else {
-        return Err(FileError::whole(
-            "the log is empty: nothing was touched",
-            "run the probing program to its end; LinuxCNC writes the log on closing it (PROBECLOSE)",
-        ));
-    };
-    let has_header = (first
-        .split([',', ' ', '\t', ';'])
-        .find(|word| !word.is_empty()))
-    .is_some_and(|word| word.parse::<f64>().is_err());
-    let names: Vec<String> = if has_header {
-        if let Some(error) = separated(first, start) {
-            return Err(error);
+    let first = text.trim_start_matches(|c: char| c == '\u{feff}' || c.is_whitespace());
+    let word = first.split([',', ' ', '\t', ';', '\r', '\n']).next();
+    let is_number = |word: &str| word.parse::<f64>().is_ok();
+    let (table, names) = match word.is_some_and(is_number) {
+        true => {
+            let table = Table::without_header(text, 0, &LINUXCNC, VALUES);
+            (table.spaced(), LINUXCNC.to_vec())
         }
-        let _ = lines.next();
-        cells(first, start)
-            .iter()
-            .map(|(name, _)| (*name).to_owned())
-            .collect()
-    } else {
-        LINUXCNC.chars().map(String::from).collect()
+        false => {
+            let table = Table::open(text, 0, LAYOUT, VALUES)?;
+            let names = table.header.cells.iter().map(|cell| cell.text).collect();
+            (table, names)
+        }
     };
-    let column = |letter: char| names.iter().position(|n| n.chars().eq([letter]));
+    let column = |letter: char| names.iter().position(|name| name.chars().eq([letter]));
     let mut columns = Vec::new();
     for axis in &machine.axes {
         let letter = axis.letter.char();
-        columns.push(column(letter).ok_or_else(|| {
-            FileError::at(
-                start..start + first.len(),
-                format!("the column `{letter}` is missing"),
-                "the header",
-                "write a column for each axis of the machine, or give the log as LinuxCNC writes it",
-            )
-        })?);
+        columns.push(column(letter).ok_or_else(|| table.missing(letter))?);
     }
-    let mut touches = Vec::new();
-    let (mut number, mut counted) = (1, 0);
-    for (line, start) in lines {
-        number += text[counted..start].matches('\n').count();
-        counted = start;
-        let span = start..start + line.len();
-        let found = if has_header {
-            cells(line, start)
-        } else {
-            words(line, start)
-        };
-        if found.len() != names.len() {
-            return Err(FileError::at(
-                span,
-                format!(
-                    "the line has {} numbers, where there are {} ({})",
-                    found.len(),
-                    names.len(),
-                    names.join(" ")
-                ),
-                "here",
-                "give the log as the controller wrote it; a line that was cut off has to be probed again",
-            ));
-        }
-        touches.push(touched(machine, &columns, &found, number, span)?);
-    }
-    if touches.is_empty() {
-        return Err(FileError::at(
-            start..start + first.len(),
-            "there are no touches below the header",
-            "the only line",
-            "run the probing program to its end",
-        ));
-    }
-    Ok(touches)
+    table.map(|row| touched(machine, &columns, &row?)).collect()
 }
 
-/// Words between spaces, with their places.
-fn words(line: &str, start: usize) -> Vec<(&str, Range<usize>)> {
-    let mut at = 0;
-    line.split_whitespace()
-        .map(|word| {
-            at += line[at..].find(word).unwrap_or(0);
-            let span = start + at..start + at + word.len();
-            at += word.len();
-            (word, span)
-        })
-        .collect()
-}
-
-fn touched(
-    machine: &Machine,
-    columns: &[usize],
-    found: &[(&str, Range<usize>)],
-    line: usize,
-    span: Range<usize>,
-) -> Result<Touched, FileError> {
+fn touched(machine: &Machine, columns: &[usize], row: &Row<'_>) -> Result<Touched, FileError> {
     let mut touched = Touched {
         position: [0.0; MAX_AXES],
-        line,
-        span,
+        line: row.line,
+        span: row.span.clone(),
         cells: Vec::new(),
     };
     for (i, (axis, column)) in machine.axes.iter().zip(columns).enumerate() {
-        let (text, span) = &found[*column];
-        let Some(value) = text.parse::<f64>().ok().filter(|v| v.is_finite()) else {
-            return Err(FileError::at(
-                if span.is_empty() {
-                    touched.span.clone()
-                } else {
-                    span.clone()
-                },
-                format!("column {}: `{text}` is not a finite number", column + 1),
-                "not a number",
-                "numbers are in mm and degrees, with a decimal point: 12.5",
-            ));
-        };
-        let [low, high] = axis.travel;
-        if !axis.modulo && !(low - BEYOND..=high + BEYOND).contains(&value) {
-            return Err(FileError::at(
-                span.clone(),
-                format!(
-                    "column {}: {} = {value} is outside the travel of {low} to {high}",
-                    column + 1,
-                    axis.letter
-                ),
-                "outside the travel",
-                "the log must have machine positions, without work offset and tool length: probe with the program that trueaxis plan writes",
-            ));
+        let value = row.number(*column)?;
+        if !axis.modulo {
+            let remedy = "the log must have machine positions, without work offset and tool length: probe with the program that trueaxis plan writes";
+            is_in_travel(row, *column, axis, value, remedy)?;
         }
         touched.position[i] = value;
-        touched.cells.push((column + 1, span.clone()));
+        let span = row.cells[*column].span.clone();
+        touched.cells.push((column + 1, span));
     }
     Ok(touched)
 }

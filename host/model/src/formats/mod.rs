@@ -1,5 +1,5 @@
-//! Tables of numbers as text: cells, units, measured motions.
+//! Tables of numbers as text: CSV, units, measured motions.
 
-pub mod cells;
+pub mod csv;
 pub mod measured;
 pub mod units;

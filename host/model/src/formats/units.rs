@@ -3,7 +3,7 @@
 /// The mm or rad in a unit, or what is wrong with it and what to write.
 ///
 /// # Errors
-/// It is not a unit of a length, or of an angle.
+/// It is not a unit of length, or of angle.
 pub fn factor(unit: &str, is_angular: bool) -> Result<f64, (String, String)> {
     match (unit, is_angular) {
         ("mm", false) | ("rad", true) => Ok(1.0),
@@ -15,8 +15,8 @@ pub fn factor(unit: &str, is_angular: bool) -> Result<f64, (String, String)> {
         ("arcsec", true) => Ok((1.0_f64 / 3600.0).to_radians()),
         (other, _) => {
             let (what, units) = match is_angular {
-                true => ("an angle", "rad, mrad, urad, arcsec or deg"),
-                false => ("a length", "mm, um or in"),
+                true => ("angle", "rad, mrad, urad, arcsec or deg"),
+                false => ("length", "mm, um or in"),
             };
             let message = format!("`{other}` is not a unit of {what}");
             Err((message, format!("write {units}")))

@@ -9,7 +9,7 @@ use std::ops::Range;
 use toml::Spanned;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::explain::{Bench, Sense};
-use trueaxis_model::formats::units;
+use trueaxis_model::formats::{csv, units};
 use trueaxis_model::machine::{Machine, PerAxis};
 use trueaxis_model::source::{Exactly, FileError};
 
@@ -57,22 +57,8 @@ const DIRECTIONS: &str = "write tool or workpiece, and where it goes when the re
 impl Heading {
     /// Reads it; and where it ends.
     pub fn read(text: &str, machine: &Machine) -> Result<(Self, usize), FileError> {
-        let end = end(text);
-        // The same bytes without the marks, so that places stay where they are.
-        let mut bare = String::with_capacity(end);
-        for line in text[..end].split_inclusive('\n') {
-            match line.find('#') {
-                Some(at) => {
-                    bare += &" ".repeat(at + 1);
-                    bare += &line[at + 1..];
-                }
-                None => bare += &line.replace('\u{feff}', "   "),
-            }
-        }
-        let entries: Entries = toml::from_str(&bare).map_err(|error| FileError {
-            remedy: format!("the lines with # say how it was measured: {EXAMPLE}"),
-            ..FileError::syntax(&error, &bare)
-        })?;
+        let remedy = format!("the lines with # say how it was measured: {EXAMPLE}");
+        let (entries, end): (Entries, usize) = csv::heading(text, &remedy)?;
         Ok((entries.heading(machine)?, end))
     }
 
@@ -80,19 +66,6 @@ impl Heading {
     pub fn line(&self) -> Result<Setup, FileError> {
         self.setups.first().cloned().ok_or_else(|| missing("axis"))
     }
-}
-
-/// Where the lines that begin with `#` end.
-fn end(text: &str) -> usize {
-    let mut end = 0;
-    for line in text.split_inclusive('\n') {
-        let bare = line.trim_start_matches('\u{feff}').trim();
-        if !bare.is_empty() && !bare.starts_with('#') {
-            break;
-        }
-        end += line.len();
-    }
-    end
 }
 
 fn missing(key: &str) -> FileError {

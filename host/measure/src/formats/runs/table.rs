@@ -2,56 +2,43 @@
 
 use super::heading::Readings;
 use crate::direct::{Column, Line, Setup};
+use crate::formats::is_in_travel;
 use std::ops::Range;
-use trueaxis_model::formats::cells::{Cell, cells, lines, separated};
+use trueaxis_model::formats::csv::{Row, Table};
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
 
 /// The most targets and runs of a file.
 const MAX_TARGETS: usize = 10_000;
 const MAX_RUNS: usize = 1_000;
-/// Beyond this (mm, deg) the travel an axis is somewhere else: travels are not exact.
-const BEYOND: f64 = 1e-3;
 /// Largest reading (mm, rad) that is one of an error.
 const LARGEST: [f64; 2] = [100.0, 0.1];
 
-const REMEDY: &str = "write target,+1,-1,+2,-2 …: a column for each run, with the direction of travel before its number";
+const LAYOUT: &str = "write target,+1,-1,+2,-2 …: a column for each run, with the direction of travel before its number; of a square, a column line with the axis before target";
+const VALUES: &str = "write a reading for every run, with decimal points";
 
 /// Targets and runs of one line.
 pub fn read(
     text: &str,
     start: usize,
     machine: &Machine,
-    setup: &Setup,
+    setup: Setup,
     readings: Readings,
-) -> Result<(Vec<f64>, Vec<Column>), FileError> {
-    let mut table = Table::open(text, start, &["target"])?;
-    let mut targets = Vec::new();
-    let mut columns = table.columns();
-    while let Some(row) = table.next(text)? {
-        table.row(
-            &row.0,
-            &row.1,
-            0,
-            machine,
-            setup,
-            readings,
-            &mut targets,
-            &mut columns,
-        )?;
+) -> Result<Line, FileError> {
+    let (table, columns) = open(text, start, &["target"])?;
+    let mut line = Line {
+        setup,
+        targets: Vec::new(),
+        columns,
+    };
+    for row in table {
+        take(&row?, 0, machine, readings, &mut line)?;
     }
-    enough(&targets, start..text.len(), "the axis")?;
-    if setup.is_positioning() && !readings.are_positions {
-        are_deviations(
-            &targets,
-            &columns,
-            machine,
-            setup,
-            readings,
-            start..text.len(),
-        )?;
+    enough(&line.targets, start..text.len(), "the axis")?;
+    if line.setup.is_positioning() && !readings.are_positions {
+        are_deviations(&line, machine, readings, start..text.len())?;
     }
-    Ok((targets, columns))
+    Ok(line)
 }
 
 /// The same of the two lines of a square.
@@ -62,31 +49,27 @@ pub(crate) fn read_square(
     setups: &[Setup],
     readings: Readings,
 ) -> Result<[Line; 2], FileError> {
-    let mut table = Table::open(text, start, &["line", "target"])?;
+    let (table, columns) = open(text, start, &["line", "target"])?;
     let mut found: Vec<Line> = (setups.iter())
         .map(|setup| Line {
             setup: setup.clone(),
             targets: Vec::new(),
-            columns: table.columns(),
+            columns: columns.clone(),
         })
         .collect();
-    while let Some((row, whole)) = table.next(text)? {
-        let (name, span) = &row[0];
+    for row in table {
+        let row = row?;
+        let name = row.cells[0].text;
         let letter = |line: &Line| machine.axes[line.setup.moved].letter.to_string();
-        let Some(line) = found.iter_mut().find(|line| letter(line) == *name) else {
-            return Err(FileError::at(
-                span.clone(),
+        let Some(line) = found.iter_mut().find(|line| letter(line) == name) else {
+            return Err(row.error(
+                0,
                 format!("`{name}` is not a line of this square"),
                 "unknown line",
                 "write the axis that moves along the line, one of the two in reads_along",
             ));
         };
-        let Line {
-            setup,
-            targets,
-            columns,
-        } = line;
-        table.row(&row, &whole, 1, machine, setup, readings, targets, columns)?;
+        take(&row, 1, machine, readings, line)?;
     }
     for line in &found {
         let letter = machine.axes[line.setup.moved].letter;
@@ -129,13 +112,16 @@ const FOLLOWS: f64 = 0.02;
 
 /// Refuses positions that were written as deviations.
 fn are_deviations(
-    targets: &[f64],
-    columns: &[Column],
+    line: &Line,
     machine: &Machine,
-    setup: &Setup,
     readings: Readings,
     all: Range<usize>,
 ) -> Result<(), FileError> {
+    let Line {
+        setup,
+        targets,
+        columns,
+    } = line;
     let count = targets.len() as f64;
     let middle = targets.iter().sum::<f64>() / count;
     let square: f64 = targets.iter().map(|t| (t - middle).powi(2)).sum();
@@ -184,178 +170,82 @@ fn are_deviations(
     Ok(())
 }
 
-/// A table that is read row by row.
-struct Table {
-    directions: Vec<f64>,
-    width: usize,
-    /// Where the next row starts.
-    next: usize,
+/// The table, whose columns after the `first` are runs, and these runs without readings.
+fn open<'t>(
+    text: &'t str,
+    start: usize,
+    first: &[&str],
+) -> Result<(Table<'t>, Vec<Column>), FileError> {
+    let table = Table::open(text, start, LAYOUT, VALUES)?;
+    table.begins_with(first)?;
+    let count = table.header.cells.len();
+    if count == first.len() {
+        return Err(table.wrong_header("the header has no column for a run"));
+    }
+    if count > MAX_RUNS {
+        let message = format!("the file has {count} columns, more than {MAX_RUNS}");
+        return Err(table.wrong_header(message));
+    }
+    let mut columns = Vec::new();
+    for (k, cell) in table.header.cells.iter().enumerate().skip(first.len()) {
+        let name = cell.text;
+        let signs = [('+', 1.0), ('-', -1.0)];
+        let signed = |(sign, direction)| Some((name.strip_prefix(sign)?, direction));
+        let run = signs.into_iter().find_map(signed);
+        let run = run.filter(|(number, _)| number.bytes().all(|b| b.is_ascii_digit()));
+        let Some((_, direction)) = run else {
+            let message = format!("`{name}` is not a run with a direction of travel");
+            return Err(table.header.error(k, message, "here", LAYOUT));
+        };
+        columns.push(Column {
+            direction,
+            readings: Vec::new(),
+        });
+    }
+    Ok((table, columns))
 }
 
-type Row<'t> = (Vec<Cell<'t>>, Range<usize>);
-
-impl Table {
-    /// Reads the header.
-    fn open(text: &str, start: usize, first: &[&str]) -> Result<Self, FileError> {
-        let Some((line, at)) = lines(&text[start..]).next() else {
-            return Err(FileError::whole("there are no readings", REMEDY));
-        };
-        let at = at + start;
-        if let Some(error) = separated(line, at) {
-            return Err(error);
-        }
-        let cells = cells(line, at);
-        let names: Vec<&str> = cells.iter().map(|(name, _)| *name).collect();
-        if !names.starts_with(first) || names.len() == first.len() {
-            return Err(FileError::at(
-                at..at + line.len(),
-                format!(
-                    "the header does not begin with {} and a run",
-                    first.join(",")
-                ),
+/// Takes a row whose target is in a column, and whose readings are in those after it.
+fn take(
+    row: &Row<'_>,
+    column: usize,
+    machine: &Machine,
+    readings: Readings,
+    line: &mut Line,
+) -> Result<(), FileError> {
+    let Line {
+        setup,
+        targets,
+        columns,
+    } = line;
+    let axis = &machine.axes[setup.moved];
+    let target = row.increasing(
+        column,
+        targets.last().copied(),
+        "sort the rows by target and give each only once; repeated runs are columns",
+    )?;
+    let remedy = format!(
+        "write targets in {} of the command, or correct the range of the axis in the machine file",
+        axis.unit()
+    );
+    is_in_travel(row, column, axis, target, &remedy)?;
+    let largest = LARGEST[usize::from(setup.is_angular())];
+    let wanted = match readings.are_positions {
+        true => size(target, setup),
+        false => 0.0,
+    };
+    for (run, k) in columns.iter_mut().zip(column + 1..) {
+        let reading = row.number(k)? * readings.factor * setup.counts - wanted;
+        if reading.abs() > largest {
+            return Err(row.error(
+                k,
+                format!("a reading of {} is too large for an error of a machine", row.cells[k].text),
                 "here",
-                match first {
-                    ["target"] => REMEDY.to_owned(),
-                    _ => format!("{REMEDY}, after a column `line` with the axis"),
-                },
+                "write what is read less the target, or say reads_position = true if readings are positions, and check unit",
             ));
         }
-        if names.len() > MAX_RUNS {
-            return Err(FileError::at(
-                at..at + line.len(),
-                format!("the file has {} columns, more than {MAX_RUNS}", names.len()),
-                "here",
-                "write a line for each target, a column for each run",
-            ));
-        }
-        let mut directions = Vec::new();
-        for (name, span) in &cells[first.len()..] {
-            let number = name.get(1..).unwrap_or("");
-            let direction = match name.as_bytes().first() {
-                Some(b'+') => 1.0,
-                Some(b'-') => -1.0,
-                _ => 0.0,
-            };
-            if direction == 0.0 || !number.bytes().all(|b| b.is_ascii_digit()) {
-                return Err(FileError::at(
-                    span.clone(),
-                    format!("`{name}` is not a run with a direction of travel"),
-                    "here",
-                    REMEDY,
-                ));
-            }
-            directions.push(direction);
-        }
-        Ok(Self {
-            directions,
-            width: cells.len(),
-            next: at + line.len(),
-        })
+        run.readings.push(reading);
     }
-
-    fn columns(&self) -> Vec<Column> {
-        let new = |direction: &f64| Column {
-            direction: *direction,
-            readings: Vec::new(),
-        };
-        self.directions.iter().map(new).collect()
-    }
-
-    /// The next row, if there is one.
-    fn next<'t>(&mut self, text: &'t str) -> Result<Option<Row<'t>>, FileError> {
-        let Some((line, at)) = lines(&text[self.next..]).next() else {
-            return Ok(None);
-        };
-        let at = at + self.next;
-        self.next = at + line.len();
-        if let Some(error) = separated(line, at) {
-            return Err(error);
-        }
-        let row = cells(line, at);
-        if row.len() != self.width {
-            return Err(FileError::at(
-                at..at + line.len(),
-                format!(
-                    "the row has {} columns, the header has {}",
-                    row.len(),
-                    self.width
-                ),
-                "here",
-                "write a reading for every run, with decimal points",
-            ));
-        }
-        Ok(Some((row, at..at + line.len())))
-    }
-
-    /// Takes a row whose target is in a column.
-    #[expect(clippy::too_many_arguments, reason = "one row of one line")]
-    fn row(
-        &self,
-        row: &[Cell<'_>],
-        whole: &Range<usize>,
-        first: usize,
-        machine: &Machine,
-        setup: &Setup,
-        readings: Readings,
-        targets: &mut Vec<f64>,
-        columns: &mut [Column],
-    ) -> Result<(), FileError> {
-        let number = |(cell, span): &Cell<'_>| match cell.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(FileError::at(
-                if span.is_empty() {
-                    whole.clone()
-                } else {
-                    span.clone()
-                },
-                format!("`{cell}` is not a finite number"),
-                "not a number",
-                "write a reading for every run, with decimal points",
-            )),
-        };
-        let target = number(&row[first])?;
-        let axis = &machine.axes[setup.moved];
-        let [low, high] = axis.travel;
-        if !(low - BEYOND..=high + BEYOND).contains(&target) {
-            return Err(FileError::at(
-                row[first].1.clone(),
-                format!(
-                    "{} = {target} is outside the travel of {low} to {high}",
-                    axis.letter
-                ),
-                "outside the travel",
-                format!(
-                    "write targets in {} of the command, or correct the range of the axis in the machine file",
-                    axis.unit()
-                ),
-            ));
-        }
-        if targets.last().is_some_and(|last| *last >= target) {
-            return Err(FileError::at(
-                row[first].1.clone(),
-                format!("the targets do not increase at {target}"),
-                "here",
-                "sort the rows by target and give each only once; repeated runs are columns",
-            ));
-        }
-        let largest = LARGEST[usize::from(setup.is_angular())];
-        for (column, cell) in columns.iter_mut().zip(&row[first + 1..]) {
-            let wanted = match readings.are_positions {
-                true => size(target, setup),
-                false => 0.0,
-            };
-            let reading = number(cell)? * readings.factor * setup.counts - wanted;
-            if reading.abs() > largest {
-                return Err(FileError::at(
-                    cell.1.clone(),
-                    format!("a reading of {} is not an error of a machine", cell.0),
-                    "here",
-                    "write readings minus targets, or set reads_position = true if the readings are positions, and check the unit",
-                ));
-            }
-            column.readings.push(reading);
-        }
-        targets.push(target);
-        Ok(())
-    }
+    targets.push(target);
+    Ok(())
 }

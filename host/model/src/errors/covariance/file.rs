@@ -5,7 +5,7 @@
 
 use super::Covariance;
 use crate::errors::Parameter;
-use crate::formats::cells::{cells, lines, separated};
+use crate::formats::csv::Table;
 use crate::source::FileError;
 use nalgebra::DMatrix;
 use std::fmt::Write;
@@ -16,40 +16,42 @@ const SAME: f64 = 1e-9;
 /// Eigenvalues of the correlations that are below 0 by no more than this are rounding.
 const ROUNDING: f64 = 1e-9;
 
-const REMEDY: &str = "the header is parameter and the names of the parameters, then comes one row for each of them in the same order: its name and its covariances";
+const LAYOUT: &str = "the header is parameter and the names of the parameters as in the error file (EB0A, EXY2, EXCc1, EAAb), then comes one row for each of them in the same order: its name and its covariances";
+const VALUES: &str = "write one row for each parameter: its name, then its covariance with each, with a decimal point: 1.5e-12";
 
 /// Reads them, and where the name of each parameter stands in the header.
 ///
 /// # Errors
-/// [`FileError`] with line, column, cause and remedy: another separator, a name that is none or is listed twice,
-/// rows in another order, what is not a finite number, a variance below 0, a matrix that is not symmetric, or none
-/// of a covariance (not positive semidefinite).
+/// [`FileError`] with line, column, cause and remedy: what [`Table`] refuses, a name that is not a parameter, rows in
+/// another order, a variance below 0, a matrix that is not symmetric, or not a covariance (not positive
+/// semidefinite).
 pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
-    let mut lines = lines(text);
-    let Some((first, start)) = lines.next() else {
-        return Err(FileError::whole("the file is empty", REMEDY));
-    };
-    if let Some(error) = separated(first, start) {
-        return Err(error);
-    }
-    let (parameters, places) = header(first, start)?;
+    let table = Table::open(text, 0, LAYOUT, VALUES)?;
+    table.begins_with(&["parameter"])?;
+    let parameters = table.columns(1, Parameter::parse)?;
+    let places = table.header.cells[1..].iter().map(|cell| cell.span.clone());
+    let places: Vec<Range<usize>> = places.collect();
     let n = parameters.len();
     let mut rows: Vec<Vec<(f64, Range<usize>)>> = Vec::with_capacity(n);
-    let mut last = start..start + first.len();
-    for (line, start) in lines {
-        last = start..start + line.len();
-        if let Some(error) = separated(line, start) {
-            return Err(error);
-        }
+    let mut last = 0..0;
+    for row in table {
+        let row = row?;
         let Some(parameter) = parameters.get(rows.len()) else {
             return Err(FileError::at(
-                last,
+                row.span,
                 format!("there are more rows than the {n} parameters of the header"),
                 "the first of them",
-                REMEDY,
+                LAYOUT,
             ));
         };
-        rows.push(row(line, start, *parameter, n)?);
+        let name = row.cells[0].text;
+        if name != parameter.to_string() {
+            let message = format!("this is the row of `{name}`, not of {parameter}");
+            return Err(row.error(0, message, "here", LAYOUT));
+        }
+        let value = |column| Ok((row.number(column)?, row.cells[column].span.clone()));
+        rows.push((1..=n).map(value).collect::<Result<_, FileError>>()?);
+        last = row.span;
     }
     if rows.len() < n {
         return Err(FileError::at(
@@ -59,7 +61,7 @@ pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
                 rows.len()
             ),
             "the last one",
-            REMEDY,
+            LAYOUT,
         ));
     }
     let covariance = Covariance {
@@ -68,88 +70,6 @@ pub fn read(text: &str) -> Result<(Covariance, Vec<Range<usize>>), FileError> {
     };
     is_covariance(&covariance, &rows)?;
     Ok((covariance, places))
-}
-
-fn header(line: &str, start: usize) -> Result<(Vec<Parameter>, Vec<Range<usize>>), FileError> {
-    let mut names = cells(line, start).into_iter();
-    let whole = start..start + line.len();
-    if names.next().is_none_or(|(name, _)| name != "parameter") {
-        return Err(FileError::at(
-            whole,
-            "the header does not begin with `parameter`",
-            "the header",
-            REMEDY,
-        ));
-    }
-    let mut parameters = Vec::new();
-    let mut places = Vec::new();
-    for (name, span) in names {
-        let span = if span.is_empty() { whole.clone() } else { span };
-        let Some(parameter) = Parameter::parse(name) else {
-            return Err(FileError::at(
-                span,
-                format!("`{name}` is not an error parameter"),
-                "unknown name",
-                "write names as in the error file: EB0A, EXY2, EXCc1, EAAb",
-            ));
-        };
-        if parameters.contains(&parameter) {
-            return Err(FileError::at(
-                span,
-                format!("{parameter} is listed twice"),
-                "the second one",
-                "give every parameter once",
-            ));
-        }
-        parameters.push(parameter);
-        places.push(span);
-    }
-    Ok((parameters, places))
-}
-
-fn row(
-    line: &str,
-    start: usize,
-    parameter: Parameter,
-    n: usize,
-) -> Result<Vec<(f64, Range<usize>)>, FileError> {
-    let whole = start..start + line.len();
-    let cells = cells(line, start);
-    if cells.len() != n + 1 {
-        return Err(FileError::at(
-            whole,
-            format!(
-                "the row has {} columns, the header has {}",
-                cells.len(),
-                n + 1
-            ),
-            "here",
-            REMEDY,
-        ));
-    }
-    let name = parameter.to_string();
-    if cells[0].0 != name {
-        return Err(FileError::at(
-            whole,
-            format!("this is the row of `{}`, not of {name}", cells[0].0),
-            "here",
-            REMEDY,
-        ));
-    }
-    let value = |(text, span): &(&str, Range<usize>)| match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok((value, span.clone())),
-        _ => Err(FileError::at(
-            if span.is_empty() {
-                whole.clone()
-            } else {
-                span.clone()
-            },
-            format!("`{text}` is not a finite number"),
-            "not a number",
-            "write numbers with a decimal point: 1.5e-12",
-        )),
-    };
-    cells[1..].iter().map(value).collect()
 }
 
 fn is_covariance(
@@ -252,18 +172,22 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_is_told() {
+    fn every_mistake_is_reported() {
         for (text, message) in [
             ("", "the file is empty"),
             ("a,EB0A\n", "does not begin with `parameter`"),
             ("parameter;EB0A\n", "separated by semicolons"),
-            ("parameter,EB0Q\n", "`EB0Q` is not an error parameter"),
-            ("parameter,EB0A,EB0A\n", "EB0A is listed twice"),
-            ("parameter,EB0A\n", "there are 0 rows"),
+            ("parameter,EB0Q\n", "column 2: `EB0Q` is not a known column"),
+            ("parameter,EB0A,EB0A\n", "column 3: `EB0A` is there twice"),
+            ("parameter,EB0A\n", "there are no rows below the header"),
+            ("parameter,EB0A,EC0A\nEB0A,1,0\n", "there are 1 rows"),
             ("parameter,EB0A\nEB0A,1\nEB0A,1\n", "more rows than the 1"),
             ("parameter,EB0A\nEC0A,1\n", "the row of `EC0A`, not of EB0A"),
             ("parameter,EB0A\nEB0A,1,2\n", "the row has 3 columns"),
-            ("parameter,EB0A\nEB0A,inf\n", "`inf` is not a finite number"),
+            (
+                "parameter,EB0A\nEB0A,inf\n",
+                "column 2 (EB0A): `inf` is not a finite number",
+            ),
             (
                 "parameter,EB0A\nEB0A,-1\n",
                 "the variance of EB0A is below 0",

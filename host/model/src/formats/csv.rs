@@ -1,0 +1,603 @@
+//! Tables as CSV: lines that begin with `#` and hold TOML, where a format has them, a header, and rows.
+//!
+//! Blank lines and a byte order mark are skipped, and names may be quoted. Every cell keeps its place in the file.
+//! The lines are split here and not by `csv-core`: it could count the bytes of each cell, but it takes a quote after
+//! a space for part of the name, and lets one unclosed quote swallow the rest of the file.
+
+use crate::source::{FileError, right_case};
+use serde::de::DeserializeOwned;
+use std::cmp::Ordering;
+use std::iter::repeat_n;
+use std::ops::Range;
+
+/// One value of a row.
+#[derive(Clone, Debug)]
+pub struct Cell<'t> {
+    /// Without spaces and quotes around it.
+    pub text: &'t str,
+    /// Its bytes in the file; those of the whole row if it is empty.
+    pub span: Range<usize>,
+    /// The name of its column; empty if the column has none.
+    name: &'t str,
+}
+
+/// A line of cells.
+#[derive(Clone, Debug)]
+pub struct Row<'t> {
+    /// Its line in the file, counted from 1.
+    pub line: usize,
+    /// Its bytes in the file.
+    pub span: Range<usize>,
+    /// One for each column.
+    pub cells: Vec<Cell<'t>>,
+    remedy: &'static str,
+}
+
+impl Row<'_> {
+    /// The finite number in a column.
+    ///
+    /// # Errors
+    /// [`FileError`]: nothing there, or something else.
+    pub fn number(&self, column: usize) -> Result<f64, FileError> {
+        let text = self.cells[column].text;
+        if text.is_empty() {
+            return Err(self.error(column, "the value is missing", "nothing here", self.remedy));
+        }
+        let number = text.parse::<f64>().ok().filter(|v| v.is_finite());
+        number.ok_or_else(|| {
+            let message = format!("`{text}` is not a finite number");
+            self.error(column, message, "not a number", self.remedy)
+        })
+    }
+
+    /// The number in a column whose numbers increase from row to row; `last` is that of the row above.
+    ///
+    /// # Errors
+    /// [`FileError`]: not a finite number, or not larger than the last one.
+    pub fn increasing(
+        &self,
+        column: usize,
+        last: Option<f64>,
+        remedy: &str,
+    ) -> Result<f64, FileError> {
+        let number = self.number(column)?;
+        match last.filter(|last| *last >= number) {
+            Some(last) => {
+                let message = format!("the values must increase, but {number} follows {last}");
+                Err(self.error(column, message, "here", remedy))
+            }
+            None => Ok(number),
+        }
+    }
+
+    /// An error at a cell; its message begins with the column.
+    pub fn error(
+        &self,
+        column: usize,
+        message: impl AsRef<str>,
+        label: &str,
+        remedy: impl Into<String>,
+    ) -> FileError {
+        let Cell { name, span, .. } = &self.cells[column];
+        let name = match *name {
+            "" => String::new(),
+            name => format!(" ({name})"),
+        };
+        let message = format!("column {}{name}: {}", column + 1, message.as_ref());
+        FileError::at(span.clone(), message, label, remedy)
+    }
+}
+
+/// The rows of a file, read one by one, all with as many cells as the header has.
+#[derive(Clone, Debug)]
+pub struct Table<'t> {
+    /// The names of the columns; without cells in a table without a header.
+    pub header: Row<'t>,
+    names: Vec<&'t str>,
+    lines: Lines<'t>,
+    /// In each row; 0 before the first row of a table without names.
+    width: usize,
+    is_spaced: bool,
+    /// True below lines that begin with `#`.
+    has_heading: bool,
+    has_rows: bool,
+    layout: String,
+    remedy: &'static str,
+}
+
+impl<'t> Table<'t> {
+    /// Reads the header, which is the first line from byte `start` on.
+    ///
+    /// `layout` says what the file has to look like; it is the remedy of a wrong header. `remedy` is that of wrong
+    /// rows.
+    ///
+    /// # Errors
+    /// [`FileError`]: nothing in the file, columns that are not separated by commas.
+    pub fn open(
+        text: &'t str,
+        start: usize,
+        layout: impl Into<String>,
+        remedy: &'static str,
+    ) -> Result<Self, FileError> {
+        let mut table = Self::without_header(text, start, &[], remedy);
+        table.layout = layout.into();
+        table.has_heading = start > 0;
+        let Some(line) = table.lines.next() else {
+            let message = match table.has_heading {
+                true => "nothing follows the lines with #",
+                false => "the file is empty",
+            };
+            return Err(FileError::whole(message, table.layout));
+        };
+        table.header = table.split(&line)?;
+        table.names = table.header.cells.iter().map(|c| c.text).collect();
+        table.width = table.names.len();
+        Ok(table)
+    }
+
+    /// Rows from byte `start` on that have no header; with the width of the first one, if `names` is empty.
+    #[must_use]
+    pub fn without_header(
+        text: &'t str,
+        start: usize,
+        names: &[&'t str],
+        remedy: &'static str,
+    ) -> Self {
+        Self {
+            header: Row {
+                line: 1,
+                span: 0..0,
+                cells: Vec::new(),
+                remedy,
+            },
+            names: names.to_vec(),
+            lines: lines(text, start),
+            width: names.len(),
+            is_spaced: false,
+            has_heading: false,
+            has_rows: false,
+            layout: String::new(),
+            remedy,
+        }
+    }
+
+    /// The same with spaces between the columns.
+    #[must_use]
+    pub fn spaced(self) -> Self {
+        Self {
+            is_spaced: true,
+            ..self
+        }
+    }
+
+    /// What each column from `first` on is.
+    ///
+    /// # Errors
+    /// [`FileError`]: a name that `known` does not know, a column that is there twice.
+    pub fn columns<C: PartialEq>(
+        &self,
+        first: usize,
+        known: impl Fn(&str) -> Option<C>,
+    ) -> Result<Vec<C>, FileError> {
+        let mut columns = Vec::new();
+        for (k, Cell { text, span, .. }) in self.header.cells.iter().enumerate().skip(first) {
+            let error = |message: &str, label: &str, remedy: String| {
+                let message = format!("column {}{message}", k + 1);
+                Err(FileError::at(span.clone(), message, label, remedy))
+            };
+            let Some(column) = known(text) else {
+                let message = match *text {
+                    "" => " has no name".to_owned(),
+                    name => format!(": `{name}` is not a known column"),
+                };
+                let remedy = match right_case(text, |name| known(name).is_some()) {
+                    Some(right) => format!("write {right}: upper and lower case matter"),
+                    None => self.layout.clone(),
+                };
+                return error(&message, "unknown column", remedy);
+            };
+            if columns.contains(&column) {
+                let remedy = "keep one of the two columns".to_owned();
+                return error(
+                    &format!(": `{text}` is there twice"),
+                    "the second one",
+                    remedy,
+                );
+            }
+            columns.push(column);
+        }
+        Ok(columns)
+    }
+
+    /// The error of a header without a column that is required.
+    pub fn missing(&self, column: impl std::fmt::Display) -> FileError {
+        let message = format!("the column `{column}` is missing");
+        self.wrong_header(message)
+    }
+
+    /// Checks the first columns of a header whose order is fixed.
+    ///
+    /// # Errors
+    /// [`FileError`] with the names that should be there.
+    pub fn begins_with(&self, names: &[&str]) -> Result<(), FileError> {
+        match self.names.starts_with(names) {
+            true => Ok(()),
+            false => {
+                let message = format!("the header does not begin with `{}`", names.join(","));
+                Err(self.wrong_header(message))
+            }
+        }
+    }
+
+    /// An error of the header as a whole, with what it has to look like.
+    pub fn wrong_header(&self, message: impl Into<String>) -> FileError {
+        let span = self.header.span.clone();
+        FileError::at(span, message, "the header", self.layout.clone())
+    }
+
+    fn split(&self, line: &Line<'t>) -> Result<Row<'t>, FileError> {
+        if self.has_heading && line.text.trim_start().starts_with('#') {
+            return Err(FileError::at(
+                line.span(),
+                "a line with # stands below the header",
+                "here",
+                "move it to the top: the lines with # come first",
+            ));
+        }
+        let cell = |(k, part): (usize, &'t str)| Cell {
+            text: unquoted(part),
+            span: match part {
+                "" => line.span(),
+                part => line.place(part),
+            },
+            name: self.names.get(k).copied().unwrap_or_default(),
+        };
+        let cells = match self.is_spaced {
+            true => line.text.split_whitespace().enumerate().map(cell).collect(),
+            false => {
+                line.has_commas()?;
+                let parts = line.text.split(',').map(str::trim);
+                parts.enumerate().map(cell).collect()
+            }
+        };
+        Ok(Row {
+            line: line.number,
+            span: line.span(),
+            cells,
+            remedy: self.remedy,
+        })
+    }
+
+    /// Checks that a row has as many cells as there are columns.
+    fn complete(&self, row: Row<'t>) -> Result<Row<'t>, FileError> {
+        let (count, width) = (row.cells.len(), self.width);
+        let (span, label) = match count.cmp(&width) {
+            Ordering::Equal => return Ok(row),
+            Ordering::Less => (
+                row.span.clone(),
+                match self.names.get(count) {
+                    Some(name) => format!("`{name}` is missing"),
+                    None => "too few columns".to_owned(),
+                },
+            ),
+            Ordering::Greater => (
+                row.cells[width].span.start..row.span.end,
+                "too many columns".to_owned(),
+            ),
+        };
+        let message = match self.header.cells.len() {
+            0 => format!("the row has {count} columns, not {width}"),
+            _ => format!("the row has {count} columns, the header has {width}"),
+        };
+        Err(FileError::at(span, message, label, self.remedy))
+    }
+}
+
+impl<'t> Iterator for Table<'t> {
+    type Item = Result<Row<'t>, FileError>;
+
+    /// The next row. A header without any row is an error.
+    fn next(&mut self) -> Option<Self::Item> {
+        let Some(line) = self.lines.next() else {
+            let is_bare = !self.has_rows && !self.header.cells.is_empty();
+            self.has_rows = true;
+            return is_bare.then(|| Err(self.wrong_header("there are no rows below the header")));
+        };
+        self.has_rows = true;
+        let row = self.split(&line).and_then(|row| {
+            if self.width == 0 {
+                self.width = row.cells.len();
+            }
+            self.complete(row)
+        });
+        Some(row)
+    }
+}
+
+/// Reads the lines at the top that begin with `#`, without the marks, as TOML; and where they end.
+///
+/// # Errors
+/// [`FileError`] with the given remedy: wrong syntax, an unknown key, a value of another type.
+pub fn heading<T: DeserializeOwned>(text: &str, remedy: &str) -> Result<(T, usize), FileError> {
+    let mut bare = String::new();
+    for line in text.split_inclusive('\n') {
+        let content = line.trim_start_matches(|c: char| c == '\u{feff}' || c.is_whitespace());
+        let Some(entry) = content
+            .strip_prefix('#')
+            .or(content.is_empty().then_some(""))
+        else {
+            break;
+        };
+        // As many bytes as before, so that places stay where they are.
+        bare.extend(repeat_n(' ', line.len() - entry.len()));
+        bare += entry;
+    }
+    match toml::from_str(&bare) {
+        Ok(heading) => Ok((heading, bare.len())),
+        Err(error) => Err(FileError {
+            remedy: remedy.to_owned(),
+            ..FileError::syntax(&error, &bare)
+        }),
+    }
+}
+
+/// A line without its end.
+struct Line<'t> {
+    text: &'t str,
+    start: usize,
+    number: usize,
+}
+
+impl Line<'_> {
+    fn span(&self) -> Range<usize> {
+        self.start..self.start + self.text.len()
+    }
+
+    /// Where a part of the line stands in the file.
+    fn place(&self, part: &str) -> Range<usize> {
+        let start = self.start + part.as_ptr().addr() - self.text.as_ptr().addr();
+        start..start + part.len()
+    }
+
+    fn has_commas(&self) -> Result<(), FileError> {
+        let line = self.text.trim();
+        let other = [(';', "semicolons"), ('\t', "tabs")];
+        let found = other
+            .into_iter()
+            .find_map(|(mark, name)| Some((line.find(mark)?, name)));
+        let Some((at, name)) = found else {
+            return Ok(());
+        };
+        Err(FileError::at(
+            self.place(&line[at..=at]),
+            format!("the columns are separated by {name}"),
+            "here",
+            "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
+        ))
+    }
+}
+
+/// Lines that are not blank.
+#[derive(Clone, Debug)]
+struct Lines<'t> {
+    text: &'t str,
+    next: usize,
+    number: usize,
+}
+
+fn lines(text: &str, start: usize) -> Lines<'_> {
+    Lines {
+        text,
+        next: start,
+        number: text[..start].matches('\n').count(),
+    }
+}
+
+impl<'t> Iterator for Lines<'t> {
+    type Item = Line<'t>;
+
+    fn next(&mut self) -> Option<Line<'t>> {
+        loop {
+            let mut start = self.next;
+            let whole = self.text[start..].split_inclusive('\n').next()?;
+            self.next += whole.len();
+            self.number += 1;
+            let mut text = whole.trim_end_matches(['\n', '\r']);
+            if start == 0
+                && let Some(rest) = text.strip_prefix('\u{feff}')
+            {
+                (text, start) = (rest, text.len() - rest.len());
+            }
+            if !text.trim().is_empty() {
+                let number = self.number;
+                return Some(Line {
+                    text,
+                    start,
+                    number,
+                });
+            }
+        }
+    }
+}
+
+/// The line, counted from 1, of a row, counted from 1 below a header.
+#[must_use]
+pub fn line_of(text: &str, row: usize) -> Option<usize> {
+    Some(lines(text, 0).nth(row)?.number)
+}
+
+/// Where the column with a name stands in a line of a file with a header; nowhere if it does not.
+#[must_use]
+pub fn place(text: &str, line: usize, column: &str) -> Range<usize> {
+    let find = || {
+        let mut table = Table::open(text, 0, "", "").ok()?;
+        let column = table.names.iter().position(|name| *name == column)?;
+        let row = table.find_map(|row| row.ok().filter(|row| row.line == line))?;
+        Some(row.cells[column].span.clone())
+    };
+    find().unwrap_or_default()
+}
+
+fn unquoted(cell: &str) -> &str {
+    let inner = cell.strip_prefix('"').and_then(|c| c.strip_suffix('"'));
+    inner.map_or(cell, str::trim)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+    use toml::Spanned;
+
+    /// Reads columns A and B.
+    fn read(text: &str) -> Result<Vec<[f64; 2]>, FileError> {
+        let table = Table::open(text, 0, "write A,B", "write numbers")?;
+        let columns = table.columns(0, |name| ["A", "B"].iter().position(|n| *n == name))?;
+        if columns.len() < 2 {
+            return Err(table.missing("B"));
+        }
+        let numbers = |row: Row<'_>| Ok([row.number(0)?, row.number(1)?]);
+        table.map(|row| numbers(row?)).collect()
+    }
+
+    #[test]
+    fn quotes_blank_lines_and_line_ends_do_not_matter() {
+        let text = "\u{feff}\r\n \"A\" , B\r\n\r\n1, \"-2.5\"\r\n  \n3e1,4";
+        assert_eq!(read(text).unwrap(), [[1.0, -2.5], [30.0, 4.0]]);
+        assert_eq!(line_of(text, 1), Some(4));
+        assert_eq!(line_of(text, 2), Some(6));
+        assert_eq!(line_of(text, 3), None);
+        assert_eq!(&text[place(text, 4, "B")], "\"-2.5\"");
+        assert_eq!(place(text, 5, "B"), 0..0);
+        let spaced = Table::without_header("\u{feff} 1\t2 \n", 0, &[], "").spaced();
+        let row = spaced.last().unwrap().unwrap();
+        assert_eq!((row.cells[1].text, row.cells[1].span.clone()), ("2", 6..7));
+    }
+
+    #[test]
+    fn every_mistake_is_reported_with_line_and_place() {
+        for (text, line, marked, message, remedy) in [
+            (
+                "A;B\n",
+                1,
+                ";",
+                "the columns are separated by semicolons",
+                "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
+            ),
+            (
+                "A,B\n1\t2\n",
+                2,
+                "\t",
+                "the columns are separated by tabs",
+                "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
+            ),
+            (
+                "A,Q\n",
+                1,
+                "Q",
+                "column 2: `Q` is not a known column",
+                "write A,B",
+            ),
+            (
+                "A,b\n",
+                1,
+                "b",
+                "column 2: `b` is not a known column",
+                "write B: upper and lower case matter",
+            ),
+            ("A,,B\n", 1, "A,,B", "column 2 has no name", "write A,B"),
+            (
+                "A,B,\"A\"\n",
+                1,
+                "\"A\"",
+                "column 3: `A` is there twice",
+                "keep one of the two columns",
+            ),
+            ("\nA\n1\n", 2, "A", "the column `B` is missing", "write A,B"),
+            (
+                "A,B\n\n",
+                1,
+                "A,B",
+                "there are no rows below the header",
+                "write A,B",
+            ),
+            (
+                "A,B\n1\n",
+                2,
+                "1",
+                "the row has 1 columns, the header has 2",
+                "write numbers",
+            ),
+            (
+                "A,B\n1,2\n1,2,3,4\n",
+                3,
+                "3,4",
+                "the row has 4 columns, the header has 2",
+                "write numbers",
+            ),
+            (
+                "A,B\n1,\n",
+                2,
+                "1,",
+                "column 2 (B): the value is missing",
+                "write numbers",
+            ),
+            (
+                "A,B\n1, two\n",
+                2,
+                "two",
+                "column 2 (B): `two` is not a finite number",
+                "write numbers",
+            ),
+            (
+                "A,B\n1,1e999\n",
+                2,
+                "1e999",
+                "column 2 (B): `1e999` is not a finite number",
+                "write numbers",
+            ),
+        ] {
+            let error = read(text).unwrap_err();
+            assert_eq!(error.message, message);
+            assert_eq!(error.remedy, remedy, "{text}");
+            assert_eq!(error.line(text), Some(line), "{text}");
+            assert_eq!(&text[error.span.unwrap()], marked, "{text}");
+        }
+        assert_eq!(read("\u{feff}\n").unwrap_err().message, "the file is empty");
+    }
+
+    #[test]
+    fn a_heading_keeps_its_places() {
+        #[derive(Deserialize)]
+        struct Heading {
+            unit: Spanned<String>,
+        }
+        let text = "\u{feff}# unit = \"µm\"\r\n\r\n  # # a comment\r\nA,B\r\n1,2\r\n#3,4\r\n";
+        let (heading, end) = heading::<Heading>(text, "").unwrap();
+        assert_eq!(&text[heading.unit.span()], "\"µm\"");
+        let mut table = Table::open(text, end, "", "").unwrap();
+        assert_eq!(&text[table.header.span.clone()], "A,B");
+        assert_eq!(table.next().unwrap().unwrap().line, 5);
+        let error = table.next().unwrap().unwrap_err();
+        assert_eq!(error.message, "a line with # stands below the header");
+        assert_eq!(error.line(text), Some(6));
+        let error = super::heading::<Heading>("# unit = 1\nA,B\n", "write it").err();
+        let error = error.unwrap();
+        assert_eq!(
+            (error.remedy.as_str(), error.span),
+            ("write it", Some(9..10))
+        );
+    }
+
+    #[test]
+    fn numbers_that_do_not_increase_are_refused() {
+        let mut table = Table::without_header("5\n5\n", 0, &["target"], "");
+        let first = table.next().unwrap().unwrap();
+        assert_eq!(first.increasing(0, None, ""), Ok(5.0));
+        let second = table.next().unwrap().unwrap();
+        assert_eq!(
+            second.increasing(0, Some(5.0), "").unwrap_err().message,
+            "column 1 (target): the values must increase, but 5 follows 5"
+        );
+    }
+}
