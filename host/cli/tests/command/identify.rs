@@ -379,7 +379,7 @@ fn rows_that_are_no_probings_are_refused() {
         ),
         (
             "ball,Y,A,C,X,Z\n,2,3,4,5,6\n",
-            ["the ball has no name", "which ball"],
+            ["column 1 (ball): the value is missing", "one value per"],
         ),
         (
             &format!("ball,Y,A,C,X,Z\n{row}{row}"),

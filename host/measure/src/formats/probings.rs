@@ -108,9 +108,8 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
     );
     let table = Table::open(text, 0, layout, VALUES)?;
     let columns = table.columns(0, |name| Column::named(name, machine))?;
-    if !columns.contains(&Column::Ball) {
-        return Err(table.missing("ball"));
-    }
+    let ball = columns.iter().position(|column| *column == Column::Ball);
+    let ball = ball.ok_or_else(|| table.missing("ball"))?;
     if let Some(i) = needed
         .iter()
         .find(|i| !columns.contains(&Column::Axis(**i)))
@@ -122,13 +121,12 @@ pub fn read(text: &str, machine: &Machine, linear: bool) -> Result<Probings, Fil
     let mut seen = HashMap::new();
     for row in table {
         let row = row?;
-        let probing = probing(&row, &columns, machine, |name| {
-            let balls = &mut probings.balls;
-            *indices.entry(name).or_insert_with(|| {
-                balls.push(name.to_owned());
-                balls.len() - 1
-            })
-        })?;
+        let name = row.text(ball)?;
+        let index = *indices.entry(name).or_insert_with(|| {
+            probings.balls.push(name.to_owned());
+            probings.balls.len() - 1
+        });
+        let probing = probing(&row, &columns, machine, index)?;
         if let Some(twin) = seen.insert(key(&probing), row.line) {
             return Err(FileError::at(
                 row.span,
@@ -161,15 +159,14 @@ fn key(row: &Probing) -> (usize, Vec<Option<u64>>) {
     (row.ball, values.map(|v| v.map(f64::to_bits)).collect())
 }
 
-/// Reads a row; `ball` gives the index of a name.
-fn probing<'t>(
-    row: &Row<'t>,
+fn probing(
+    row: &Row<'_>,
     columns: &[Column],
     machine: &Machine,
-    mut ball: impl FnMut(&'t str) -> usize,
+    ball: usize,
 ) -> Result<Probing, FileError> {
     let mut probing = Probing {
-        ball: 0,
+        ball,
         position: [0.0; MAX_AXES],
         direction: [0.0; MAX_AXES],
         spindle: 0.0,
@@ -181,17 +178,6 @@ fn probing<'t>(
     };
     for (k, column) in columns.iter().enumerate() {
         if *column == Column::Ball {
-            probing.ball = match row.cells[k].text {
-                "" => {
-                    return Err(row.error(
-                        k,
-                        "the ball has no name",
-                        "here",
-                        "write which ball it is",
-                    ));
-                }
-                name => ball(name),
-            };
             continue;
         }
         let value = row.number(k)?;

@@ -4,7 +4,12 @@
 //! The lines are split here and not by `csv-core`: it could count the bytes of each cell, but it takes a quote after
 //! a space for part of the name, and lets one unclosed quote swallow the rest of the file.
 
+mod lines;
+#[cfg(test)]
+mod tests;
+
 use crate::source::{FileError, right_case};
+use lines::{Line, Lines, lines};
 use serde::de::DeserializeOwned;
 use std::cmp::Ordering;
 use std::iter::repeat_n;
@@ -33,16 +38,24 @@ pub struct Row<'t> {
     remedy: &'static str,
 }
 
-impl Row<'_> {
+impl<'t> Row<'t> {
+    /// What stands in a column.
+    ///
+    /// # Errors
+    /// [`FileError`]: nothing.
+    pub fn text(&self, column: usize) -> Result<&'t str, FileError> {
+        match self.cells[column].text {
+            "" => Err(self.error(column, "the value is missing", "nothing here", self.remedy)),
+            text => Ok(text),
+        }
+    }
+
     /// The finite number in a column.
     ///
     /// # Errors
     /// [`FileError`]: nothing there, or something else.
     pub fn number(&self, column: usize) -> Result<f64, FileError> {
-        let text = self.cells[column].text;
-        if text.is_empty() {
-            return Err(self.error(column, "the value is missing", "nothing here", self.remedy));
-        }
+        let text = self.text(column)?;
         let number = text.parse::<f64>().ok().filter(|v| v.is_finite());
         number.ok_or_else(|| {
             let message = format!("`{text}` is not a finite number");
@@ -341,85 +354,6 @@ pub fn heading<T: DeserializeOwned>(text: &str, remedy: &str) -> Result<(T, usiz
     }
 }
 
-/// A line without its end.
-struct Line<'t> {
-    text: &'t str,
-    start: usize,
-    number: usize,
-}
-
-impl Line<'_> {
-    fn span(&self) -> Range<usize> {
-        self.start..self.start + self.text.len()
-    }
-
-    /// Where a part of the line stands in the file.
-    fn place(&self, part: &str) -> Range<usize> {
-        let start = self.start + part.as_ptr().addr() - self.text.as_ptr().addr();
-        start..start + part.len()
-    }
-
-    fn has_commas(&self) -> Result<(), FileError> {
-        let line = self.text.trim();
-        let other = [(';', "semicolons"), ('\t', "tabs")];
-        let found = other
-            .into_iter()
-            .find_map(|(mark, name)| Some((line.find(mark)?, name)));
-        let Some((at, name)) = found else {
-            return Ok(());
-        };
-        Err(FileError::at(
-            self.place(&line[at..=at]),
-            format!("the columns are separated by {name}"),
-            "here",
-            "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
-        ))
-    }
-}
-
-/// Lines that are not blank.
-#[derive(Clone, Debug)]
-struct Lines<'t> {
-    text: &'t str,
-    next: usize,
-    number: usize,
-}
-
-fn lines(text: &str, start: usize) -> Lines<'_> {
-    Lines {
-        text,
-        next: start,
-        number: text[..start].matches('\n').count(),
-    }
-}
-
-impl<'t> Iterator for Lines<'t> {
-    type Item = Line<'t>;
-
-    fn next(&mut self) -> Option<Line<'t>> {
-        loop {
-            let mut start = self.next;
-            let whole = self.text[start..].split_inclusive('\n').next()?;
-            self.next += whole.len();
-            self.number += 1;
-            let mut text = whole.trim_end_matches(['\n', '\r']);
-            if start == 0
-                && let Some(rest) = text.strip_prefix('\u{feff}')
-            {
-                (text, start) = (rest, text.len() - rest.len());
-            }
-            if !text.trim().is_empty() {
-                let number = self.number;
-                return Some(Line {
-                    text,
-                    start,
-                    number,
-                });
-            }
-        }
-    }
-}
-
 /// The line, counted from 1, of a row, counted from 1 below a header.
 #[must_use]
 pub fn line_of(text: &str, row: usize) -> Option<usize> {
@@ -441,163 +375,4 @@ pub fn place(text: &str, line: usize, column: &str) -> Range<usize> {
 fn unquoted(cell: &str) -> &str {
     let inner = cell.strip_prefix('"').and_then(|c| c.strip_suffix('"'));
     inner.map_or(cell, str::trim)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde::Deserialize;
-    use toml::Spanned;
-
-    /// Reads columns A and B.
-    fn read(text: &str) -> Result<Vec<[f64; 2]>, FileError> {
-        let table = Table::open(text, 0, "write A,B", "write numbers")?;
-        let columns = table.columns(0, |name| ["A", "B"].iter().position(|n| *n == name))?;
-        if columns.len() < 2 {
-            return Err(table.missing("B"));
-        }
-        let numbers = |row: Row<'_>| Ok([row.number(0)?, row.number(1)?]);
-        table.map(|row| numbers(row?)).collect()
-    }
-
-    #[test]
-    fn quotes_blank_lines_and_line_ends_do_not_matter() {
-        let text = "\u{feff}\r\n \"A\" , B\r\n\r\n1, \"-2.5\"\r\n  \n3e1,4";
-        assert_eq!(read(text).unwrap(), [[1.0, -2.5], [30.0, 4.0]]);
-        assert_eq!(line_of(text, 1), Some(4));
-        assert_eq!(line_of(text, 2), Some(6));
-        assert_eq!(line_of(text, 3), None);
-        assert_eq!(&text[place(text, 4, "B")], "\"-2.5\"");
-        assert_eq!(place(text, 5, "B"), 0..0);
-        let spaced = Table::without_header("\u{feff} 1\t2 \n", 0, &[], "").spaced();
-        let row = spaced.last().unwrap().unwrap();
-        assert_eq!((row.cells[1].text, row.cells[1].span.clone()), ("2", 6..7));
-    }
-
-    #[test]
-    fn every_mistake_is_reported_with_line_and_place() {
-        for (text, line, marked, message, remedy) in [
-            (
-                "A;B\n",
-                1,
-                ";",
-                "the columns are separated by semicolons",
-                "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
-            ),
-            (
-                "A,B\n1\t2\n",
-                2,
-                "\t",
-                "the columns are separated by tabs",
-                "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
-            ),
-            (
-                "A,Q\n",
-                1,
-                "Q",
-                "column 2: `Q` is not a known column",
-                "write A,B",
-            ),
-            (
-                "A,b\n",
-                1,
-                "b",
-                "column 2: `b` is not a known column",
-                "write B: upper and lower case matter",
-            ),
-            ("A,,B\n", 1, "A,,B", "column 2 has no name", "write A,B"),
-            (
-                "A,B,\"A\"\n",
-                1,
-                "\"A\"",
-                "column 3: `A` is there twice",
-                "keep one of the two columns",
-            ),
-            ("\nA\n1\n", 2, "A", "the column `B` is missing", "write A,B"),
-            (
-                "A,B\n\n",
-                1,
-                "A,B",
-                "there are no rows below the header",
-                "write A,B",
-            ),
-            (
-                "A,B\n1\n",
-                2,
-                "1",
-                "the row has 1 columns, the header has 2",
-                "write numbers",
-            ),
-            (
-                "A,B\n1,2\n1,2,3,4\n",
-                3,
-                "3,4",
-                "the row has 4 columns, the header has 2",
-                "write numbers",
-            ),
-            (
-                "A,B\n1,\n",
-                2,
-                "1,",
-                "column 2 (B): the value is missing",
-                "write numbers",
-            ),
-            (
-                "A,B\n1, two\n",
-                2,
-                "two",
-                "column 2 (B): `two` is not a finite number",
-                "write numbers",
-            ),
-            (
-                "A,B\n1,1e999\n",
-                2,
-                "1e999",
-                "column 2 (B): `1e999` is not a finite number",
-                "write numbers",
-            ),
-        ] {
-            let error = read(text).unwrap_err();
-            assert_eq!(error.message, message);
-            assert_eq!(error.remedy, remedy, "{text}");
-            assert_eq!(error.line(text), Some(line), "{text}");
-            assert_eq!(&text[error.span.unwrap()], marked, "{text}");
-        }
-        assert_eq!(read("\u{feff}\n").unwrap_err().message, "the file is empty");
-    }
-
-    #[test]
-    fn a_heading_keeps_its_places() {
-        #[derive(Deserialize)]
-        struct Heading {
-            unit: Spanned<String>,
-        }
-        let text = "\u{feff}# unit = \"µm\"\r\n\r\n  # # a comment\r\nA,B\r\n1,2\r\n#3,4\r\n";
-        let (heading, end) = heading::<Heading>(text, "").unwrap();
-        assert_eq!(&text[heading.unit.span()], "\"µm\"");
-        let mut table = Table::open(text, end, "", "").unwrap();
-        assert_eq!(&text[table.header.span.clone()], "A,B");
-        assert_eq!(table.next().unwrap().unwrap().line, 5);
-        let error = table.next().unwrap().unwrap_err();
-        assert_eq!(error.message, "a line with # stands below the header");
-        assert_eq!(error.line(text), Some(6));
-        let error = super::heading::<Heading>("# unit = 1\nA,B\n", "write it").err();
-        let error = error.unwrap();
-        assert_eq!(
-            (error.remedy.as_str(), error.span),
-            ("write it", Some(9..10))
-        );
-    }
-
-    #[test]
-    fn numbers_that_do_not_increase_are_refused() {
-        let mut table = Table::without_header("5\n5\n", 0, &["target"], "");
-        let first = table.next().unwrap().unwrap();
-        assert_eq!(first.increasing(0, None, ""), Ok(5.0));
-        let second = table.next().unwrap().unwrap();
-        assert_eq!(
-            second.increasing(0, Some(5.0), "").unwrap_err().message,
-            "column 1 (target): the values must increase, but 5 follows 5"
-        );
-    }
 }

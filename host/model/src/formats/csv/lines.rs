@@ -1,0 +1,87 @@
+//! Lines of a file with their places.
+
+use crate::source::FileError;
+use std::ops::Range;
+
+/// A line without its end.
+pub struct Line<'t> {
+    pub text: &'t str,
+    /// Its first byte in the file.
+    start: usize,
+    /// Counted from 1.
+    pub number: usize,
+}
+
+impl Line<'_> {
+    pub fn span(&self) -> Range<usize> {
+        self.start..self.start + self.text.len()
+    }
+
+    /// Where a part of the line stands in the file.
+    pub fn place(&self, part: &str) -> Range<usize> {
+        let start = self.start + part.as_ptr().addr() - self.text.as_ptr().addr();
+        start..start + part.len()
+    }
+
+    /// Checks that the columns are not separated by something else than commas.
+    pub fn has_commas(&self) -> Result<(), FileError> {
+        let line = self.text.trim();
+        let other = [(';', "semicolons"), ('\t', "tabs")];
+        let found = other
+            .into_iter()
+            .find_map(|(mark, name)| Some((line.find(mark)?, name)));
+        let Some((at, name)) = found else {
+            return Ok(());
+        };
+        Err(FileError::at(
+            self.place(&line[at..=at]),
+            format!("the columns are separated by {name}"),
+            "here",
+            "separate the columns with commas, and write numbers with a decimal point: 12.5,-3",
+        ))
+    }
+}
+
+/// Lines that are not blank.
+#[derive(Clone, Debug)]
+pub struct Lines<'t> {
+    text: &'t str,
+    next: usize,
+    number: usize,
+}
+
+/// The lines from a byte on.
+pub fn lines(text: &str, start: usize) -> Lines<'_> {
+    Lines {
+        text,
+        next: start,
+        number: text[..start].matches('\n').count(),
+    }
+}
+
+impl<'t> Iterator for Lines<'t> {
+    type Item = Line<'t>;
+
+    fn next(&mut self) -> Option<Line<'t>> {
+        loop {
+            let mut start = self.next;
+            let whole = self.text[start..].split_inclusive('\n').next()?;
+            self.next += whole.len();
+            self.number += 1;
+            let mut text = whole.trim_end_matches(['\n', '\r']);
+            if start == 0
+                && let Some(rest) = text.strip_prefix('\u{feff}')
+            {
+                (text, start) = (rest, text.len() - rest.len());
+            }
+            if !text.trim().is_empty() {
+                let number = self.number;
+                return Some(Line {
+                    text,
+                    start,
+                    number,
+                });
+            }
+        }
+    }
+}
