@@ -4,6 +4,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles, Text};
 use super::identify::no_model;
+use super::number::positive;
 use super::progress::Bar;
 use clap::Args;
 use serde::Serialize;
@@ -37,7 +38,7 @@ pub struct Arguments {
     #[arg(long, default_value = "auto", value_name = "10|12|13|81|84|auto|NAMES")]
     model: String,
     /// Standard deviation of each coordinate of a probing
-    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = noise)]
+    #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
     noise: f64,
     /// How often
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
@@ -45,14 +46,6 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-}
-
-/// A noise that can be: more than 0, less than a metre.
-fn noise(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value < 1e6 => Ok(value),
-        _ => Err("give more than 0 µm".to_owned()),
-    }
 }
 
 #[derive(Serialize)]

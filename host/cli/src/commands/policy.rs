@@ -1,6 +1,7 @@
 //! What rotary axes are corrected for, as an option.
 
 use super::bad_input::BadInput;
+use super::number::damping;
 use clap::{Args, ValueEnum};
 use trueaxis_tables::policy::of_blob;
 
@@ -25,14 +26,6 @@ enum Policy {
     Orientation,
     /// Nothing: linear axes only
     Position,
-}
-
-/// A damping that a blob can hold.
-fn damping(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if (trueaxis::Policy::LEAST_DAMPING..=1.0).contains(&value) => Ok(value),
-        _ => Err("write a number from 0.01 to 1".to_owned()),
-    }
 }
 
 impl PolicyArguments {

@@ -1,6 +1,7 @@
 //! A position given on the command line: `X=0,A=30`.
 
 use super::bad_input::BadInput;
+use super::number::finite;
 use trueaxis_model::machine::Machine;
 
 /// What is wrong with the position that an option was given, with an example of this machine.
@@ -18,6 +19,16 @@ fn bad(option: &str, cause: String, machine: &Machine) -> BadInput {
 
 /// Reads the position (mm, deg) that an option was given, wherever it is; axes left out are at 0.
 pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>, BadInput> {
+    position_or(option, text, machine, &vec![0.0; machine.axes.len()])
+}
+
+/// The same, but axes left out are where `others` says.
+pub fn position_or(
+    option: &str,
+    text: &str,
+    machine: &Machine,
+    others: &[f64],
+) -> Result<Vec<f64>, BadInput> {
     let bad = |cause: String| bad(option, cause, machine);
     let mut position: Vec<Option<f64>> = vec![None; machine.axes.len()];
     for part in text.split(',') {
@@ -42,14 +53,12 @@ pub fn position(option: &str, text: &str, machine: &Machine) -> Result<Vec<f64>,
         if position[index].is_some() {
             return Err(bad(format!("axis {} is given twice", name.trim())));
         }
-        match value.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => position[index] = Some(value),
-            _ => return Err(bad(format!("`{}` is not a finite number", value.trim()))),
-        }
+        let value = value.trim();
+        let number = finite(value).map_err(|_| bad(format!("`{value}` is not a finite number")))?;
+        position[index] = Some(number);
     }
-    Ok(position
-        .into_iter()
-        .map(Option::unwrap_or_default)
+    Ok((position.into_iter().zip(others))
+        .map(|(given, other)| given.unwrap_or(*other))
         .collect())
 }
 

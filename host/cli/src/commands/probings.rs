@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
-use super::touch_options::positive;
+use super::number::positive;
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -9,6 +9,7 @@ use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, MachineFiles, Text};
 use super::monte_carlo;
+use super::number::{finite, percent, size, three};
 use super::quantity::count;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
@@ -66,7 +67,8 @@ struct Probings {
         long,
         value_name = "µm,µm,µm",
         value_delimiter = ',',
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = finite
     )]
     drift: Vec<f64>,
     /// How many of a hundred probings are wrong
@@ -81,33 +83,6 @@ struct Probings {
     /// Another seed gives other noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-}
-
-/// A size that can be: 0 or more, less than a metre.
-fn size(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..1e6).contains(&value) => Ok(value),
-        _ => Err("give 0 or more µm".to_owned()),
-    }
-}
-
-fn percent(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=100.0).contains(&value) => Ok(value),
-        _ => Err("give 0 to 100".to_owned()),
-    }
-}
-
-/// Three numbers, or none.
-fn three(values: &[f64], option: &str, unit: &str) -> Result<[f64; 3], BadInput> {
-    match values[..] {
-        [] => Ok([0.0; 3]),
-        [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
-        _ => Err(BadInput::new(
-            format!("{option} takes three numbers"),
-            format!("write {option} 5,0,-3 in {unit}"),
-        )),
-    }
 }
 
 fn not_simulated(strategy: &Path, error: &SimulateError) -> BadInput {

@@ -1,6 +1,7 @@
 //! Options for touching balls.
 
 use super::bad_input::BadInput;
+use super::number::{cone, positive};
 use clap::Args;
 use trueaxis_measure::plan::Probe;
 
@@ -20,7 +21,7 @@ pub struct Touching {
     #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = positive)]
     search: f64,
     /// Largest angle of the stylus from the direction in which a ball stands away from the table (default: 60)
-    #[arg(long, value_name = "DEG", value_parser = angle)]
+    #[arg(long, value_name = "DEG", value_parser = cone)]
     cone: Option<f64>,
 }
 
@@ -52,20 +53,5 @@ impl Touching {
             search: self.search,
             cone: self.cone.unwrap_or(cone).to_radians(),
         })
-    }
-}
-
-/// More than nothing.
-pub fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value < 1e6 => Ok(value),
-        _ => Err("give a number above 0".to_owned()),
-    }
-}
-
-fn angle(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=180.0).contains(&value) => Ok(value),
-        _ => Err("give 0 to 180 degrees".to_owned()),
     }
 }

@@ -215,7 +215,7 @@ fn simulated_runs_and_circles_are_written() {
         ),
         (
             &["laser", "--axis", "X", "--at", "Y"],
-            ["`Y` is not a position", "--at Y=150"],
+            ["`Y` is not an axis", "like Y=0,X=0,Z=0"],
         ),
         (
             &["laser", "--axis", "X", "--to", "900"],

@@ -1,7 +1,7 @@
 //! `trueaxis export cec`
 
 use crate::commands::cec::{self as shared, FactorTables};
-use crate::commands::number::positive;
+use crate::commands::number::{finite, positive};
 use crate::commands::progress::Bar;
 use crate::commands::random::Random;
 use crate::commands::{Outcome, bad_input::BadInput, files};
@@ -60,7 +60,7 @@ pub struct Arguments {
     #[arg(long, value_name = "mm|deg", default_value_t = 2.0, value_parser = positive)]
     factor_limit: f64,
     /// Tool length for which the tables are to hold, if that is an input (default: that of the machine file)
-    #[arg(long, value_name = "mm", allow_negative_numbers = true)]
+    #[arg(long, value_name = "mm", allow_negative_numbers = true, value_parser = finite)]
     tool_length: Option<f64>,
     /// What becomes of products of functions of more than two axes
     #[arg(long, value_enum, default_value = "refuse")]

@@ -3,6 +3,7 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
+use super::super::number::positive;
 use super::disturbed::Disturbed;
 use super::runs::{output, position};
 use clap::Args;
@@ -27,7 +28,7 @@ pub struct Ballbar {
     #[arg(long, value_name = "X=250,Y=150", allow_hyphen_values = true)]
     at: Option<String>,
     /// Length of the bar
-    #[arg(long, value_name = "mm", default_value_t = 100.0)]
+    #[arg(long, value_name = "mm", default_value_t = 100.0, value_parser = positive)]
     radius: f64,
     /// Readings in each direction
     #[arg(long, default_value_t = 360, value_parser = clap::value_parser!(u32).range(4..=100_000))]
@@ -66,12 +67,6 @@ impl Ballbar {
             }
         };
         let centre = position(&bench, self.at.as_deref())?;
-        if !(self.radius > 0.0 && self.radius.is_finite()) {
-            return Err(BadInput::new(
-                "--radius is not a length",
-                "write the length of the bar: --radius 100",
-            ));
-        }
         for (index, axis) in machine.axes.iter().enumerate() {
             let reach = if plane.contains(&index) {
                 self.radius
@@ -97,7 +92,7 @@ impl Ballbar {
             radius: self.radius,
             count: self.readings,
         };
-        let disturbed = self.disturbed.of_readings(1e-3)?;
+        let disturbed = self.disturbed.of_readings(1e-3);
         let all = circle(&bench, &test, &disturbed);
         output(self.output.as_deref(), &write(&machine, &test, &all))
     }

@@ -1,7 +1,6 @@
 //! What is not as it should be with simulated readings.
 
-use super::super::bad_input::BadInput;
-use super::{percent, size};
+use super::super::number::{finite, percent, size};
 use clap::Args;
 use trueaxis_measure::simulate::runs::OfReadings;
 
@@ -16,7 +15,8 @@ pub struct Disturbed {
         long,
         value_name = "µm|µrad",
         default_value_t = 0.0,
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = finite
     )]
     drift: f64,
     /// How many of a hundred readings are wrong
@@ -32,19 +32,13 @@ pub struct Disturbed {
 
 impl Disturbed {
     /// In mm or rad, of which a unit of the options is so many.
-    pub fn of_readings(&self, unit: f64) -> Result<OfReadings, BadInput> {
-        if !self.drift.is_finite() {
-            return Err(BadInput::new(
-                "--drift is not a finite number",
-                "write --drift 5",
-            ));
-        }
-        Ok(OfReadings {
+    pub fn of_readings(&self, unit: f64) -> OfReadings {
+        OfReadings {
             noise: self.noise * unit,
             drift: self.drift * unit,
             outliers: self.outliers * 1e-2,
             outlier: self.outlier * unit,
             seed: self.seed,
-        })
+        }
     }
 }

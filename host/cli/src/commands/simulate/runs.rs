@@ -3,6 +3,8 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles};
+use super::super::number::finite;
+use super::super::position_argument;
 use super::disturbed::Disturbed;
 use clap::Args;
 use std::fmt::Write;
@@ -30,10 +32,10 @@ pub struct Laser {
     #[arg(long, value_name = "tool +X")]
     reads: Option<String>,
     /// First target [default: the lower end of the travel]
-    #[arg(long, value_name = "mm|deg", allow_hyphen_values = true)]
+    #[arg(long, value_name = "mm|deg", allow_hyphen_values = true, value_parser = finite)]
     from: Option<f64>,
     /// Last target [default: the upper end of the travel]
-    #[arg(long, value_name = "mm|deg", allow_hyphen_values = true)]
+    #[arg(long, value_name = "mm|deg", allow_hyphen_values = true, value_parser = finite)]
     to: Option<f64>,
     /// Keep the slope of a straightness: the straightedge is aligned with the workpiece frame, not at both ends
     #[arg(long)]
@@ -59,7 +61,8 @@ pub struct Square {
         long,
         value_name = "µrad",
         default_value_t = 0.0,
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = finite
     )]
     square_urad: f64,
     #[command(flatten)]
@@ -77,7 +80,8 @@ struct How {
         long,
         value_name = "mm,mm,mm",
         value_delimiter = ',',
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = finite
     )]
     offset: Vec<f64>,
     /// How many targets
@@ -216,7 +220,7 @@ impl How {
             Measured::Square(_) => false,
         };
         let unit = if is_angular { 1e-6 } else { 1e-3 };
-        let disturbed = self.disturbed.of_readings(unit)?;
+        let disturbed = self.disturbed.of_readings(unit);
         let measured = match &plan {
             Measured::Line(line) => simulated::line(bench, line, &disturbed).map(Measured::Line),
             Measured::Square(square) => {
@@ -256,22 +260,9 @@ pub fn output(path: Option<&Path>, csv: &str) -> Result<Outcome, BadInput> {
 
 /// Positions (mm, deg) of all axes: `Y=150,Z=-40`, and home for the others.
 pub fn position(bench: &Bench<'_>, text: Option<&str>) -> Result<Vec<f64>, BadInput> {
-    let machine = bench.machine;
-    let mut position = machine.to_command(&bench.home())[..machine.axes.len()].to_vec();
-    for part in text.into_iter().flat_map(|text| text.split(',')) {
-        let wrong = || {
-            BadInput::new(
-                format!("--at: `{part}` is not a position of an axis"),
-                "write --at Y=150,Z=-40 in mm and degrees",
-            )
-        };
-        let (name, value) = part.split_once('=').ok_or_else(wrong)?;
-        let mut letters = name.trim().chars();
-        let index = letters.next().and_then(|letter| machine.index(letter));
-        let index = index.filter(|_| letters.next().is_none());
-        let index = index.ok_or_else(|| no_axis(machine, "--at", name))?;
-        let value: f64 = value.trim().parse().map_err(|_| wrong())?;
-        position[index] = Some(value).filter(|v| v.is_finite()).ok_or_else(wrong)?;
+    let home = bench.machine.to_command(&bench.home());
+    match text {
+        None => Ok(home[..bench.machine.axes.len()].to_vec()),
+        Some(text) => position_argument::position_or("--at", text, bench.machine, &home),
     }
-    Ok(position)
 }

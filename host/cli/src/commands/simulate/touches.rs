@@ -3,8 +3,9 @@
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files::{self, MachineFiles, Text};
+use super::super::number::{finite, size, three};
 use super::super::touch_options::Touching;
-use super::{not_simulated, size, three};
+use super::not_simulated;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
@@ -38,7 +39,8 @@ pub struct Touches {
         long,
         value_name = "MM,MM,MM",
         value_delimiter = ',',
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = finite
     )]
     misplaced: Vec<f64>,
     /// Standard deviation of each touch along each axis
