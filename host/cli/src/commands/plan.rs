@@ -7,7 +7,7 @@ use super::identify::no_model;
 use super::number::positive;
 use super::plan_output::{Answer, screen};
 use super::touch_options::Touching;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings::{self, Probings};
@@ -52,7 +52,7 @@ pub struct Arguments {
     /// (chase-the-ball), every ball at 42 (rumba), or a bar and master balls at 32 with an indexed spindle (samba).
     /// What cannot be reached is left out; for samba --cone is 90 unless given
     #[arg(long, value_enum, conflicts_with_all = ["strategy", "as_good_as", "minutes", "probings", "indexings"])]
-    set: Option<SetName>,
+    set: Option<Set>,
     /// Propose the fewest probings after which the volumetric error (--best-for parameters: and every parameter) is
     /// known no less than after this strategy (CSV)
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["strategy", "minutes", "probings"])]
@@ -79,8 +79,8 @@ pub struct Arguments {
     #[arg(long, value_name = "S", default_value_t = 110.0, value_parser = positive)]
     seconds: f64,
     /// What a proposed strategy is best for
-    #[arg(long, value_enum, default_value_t = For::Volume, conflicts_with = "strategy")]
-    best_for: For,
+    #[arg(long, value_enum, default_value_t = Criterion::Volume, conflicts_with = "strategy")]
+    best_for: Criterion,
     /// Standard uncertainty of each coordinate of a probing, where the strategy states none
     #[arg(long, value_name = "µm", default_value_t = 1.0, value_parser = positive)]
     noise: f64,
@@ -122,45 +122,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What a strategy is best for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum For {
-    /// The volumetric error over the travel (I-optimal)
-    Volume,
-    /// All unknowns together (D-optimal)
-    Parameters,
-}
-
-impl From<For> for Criterion {
-    fn from(best_for: For) -> Self {
-        match best_for {
-            For::Volume => Self::Volume,
-            For::Parameters => Self::Parameters,
-        }
-    }
-}
-
-/// A position set with a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum SetName {
-    /// One ball, followed through 60 rotary positions
-    ChaseTheBall,
-    /// Every ball at 42 rotary positions
-    Rumba,
-    /// A bar and master balls at 32 rotary positions, with an indexed spindle
-    Samba,
-}
-
-impl From<SetName> for Set {
-    fn from(name: SetName) -> Self {
-        match name {
-            SetName::ChaseTheBall => Self::ChaseTheBall,
-            SetName::Rumba => Self::Rumba,
-            SetName::Samba => Self::Samba,
-        }
-    }
-}
-
 /// A name that fits into a comment of G-code.
 fn log_name(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_graphic() && !"()".contains(c);
@@ -187,7 +148,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
         probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))
     };
     let model: Model = arguments.model.parse().map_err(no_model)?;
-    let set = arguments.set.map(Set::from);
+    let set = arguments.set;
     let positions = set
         .map(|set| arguments.positions(&setup, set))
         .transpose()?;
@@ -317,7 +278,7 @@ impl Arguments {
             .collect();
         let balls = if self.balls.is_empty() {
             match self.set {
-                Some(SetName::ChaseTheBall) => known.iter().take(1).cloned().collect(),
+                Some(Set::ChaseTheBall) => known.iter().take(1).cloned().collect(),
                 _ => known.clone(),
             }
         } else {
@@ -345,7 +306,7 @@ impl Arguments {
             machine,
             artefact,
             balls,
-            probe: match self.set.and_then(|set| Set::from(set).cone()) {
+            probe: match self.set.and_then(Set::cone) {
                 Some(cone) => self.touching.probe_within(cone)?,
                 None => self.touching.probe()?,
             },
@@ -421,7 +382,7 @@ impl Arguments {
             }
         }
         if let Some(other) = other {
-            let criterion = self.best_for.into();
+            let criterion = self.best_for;
             let found = as_good_as(setup, &allowed, parameters, assumed, other, criterion);
             let found = found.map_err(not_designed)?;
             if !found.is_whole {
@@ -442,7 +403,7 @@ impl Arguments {
             .map(|minutes| (minutes * 60.0 / self.seconds) as usize);
         let wanted = |rank: usize| Wanted {
             probings: minutes.or(self.probings).unwrap_or(rank),
-            criterion: self.best_for.into(),
+            criterion: self.best_for,
         };
         design(setup, &allowed, parameters, assumed, wanted).map_err(not_designed)
     }

@@ -28,18 +28,18 @@ pub struct OwnArguments {
     /// exact: what is to be least: instructions per evaluation (cost, the default), or the number of
     /// tables
     #[arg(long, value_enum, value_name = "WHAT")]
-    minimize: Option<Minimize>,
+    minimize: Option<exact::Minimize>,
     /// poly25: what is made least: what is missing of the kinematic correction of each axis (corrections, the
     /// default), or the volumetric error that is left, mm and rad in one sum (error, Eqs. 28 to 30)
     #[arg(long, value_enum, value_name = "WHAT")]
-    objective: Option<Objective>,
+    objective: Option<poly25::Objective>,
     /// grid3d: the grid is large enough if one node more changes the root mean square of what is left by less
     /// than this, in µm (default: 0.1)
     #[arg(long, value_name = "µm", value_parser = positive)]
     threshold: Option<f64>,
     /// grid3d: the root mean square of Eq. 12: usual (the default), or as it is printed, which is 1/√2000 of it
     #[arg(long, value_enum, value_name = "WHICH")]
-    rms: Option<Rms>,
+    rms: Option<grid3d::Rms>,
     /// grid3d: as many nodes along each axis as it needs, not as many along all
     #[arg(long)]
     per_axis: bool,
@@ -67,35 +67,11 @@ fn parameter(name: &str) -> Result<Parameter, String> {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Objective {
-    /// What is missing of the kinematic correction
-    Corrections,
-    /// The volumetric error that is left
-    Error,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
 enum Zone {
     /// Over the travel of each axis
     Travel,
     /// Where no error motion of the axis holds its end value
     Calibrated,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Rms {
-    /// The root of the mean square
-    Usual,
-    /// As Eq. 12 is printed
-    Printed,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Minimize {
-    /// Instructions per evaluation
-    Cost,
-    /// The number of tables
-    Tables,
 }
 
 impl SchemeArguments {
@@ -175,19 +151,12 @@ impl OwnArguments {
         match &mut scheme {
             Scheme::Exact { minimize } => {
                 if let Some(given) = self.minimize {
-                    *minimize = match given {
-                        Minimize::Cost => exact::Minimize::Cost,
-                        Minimize::Tables => exact::Minimize::Tables,
-                    };
+                    *minimize = given;
                 }
             }
             Scheme::Grid3d(wanted) => {
                 wanted.threshold = self.threshold.map_or(wanted.threshold, |um| 1e-3 * um);
-                wanted.rms = match self.rms {
-                    None => wanted.rms,
-                    Some(Rms::Usual) => grid3d::Rms::Usual,
-                    Some(Rms::Printed) => grid3d::Rms::Printed,
-                };
+                wanted.rms = self.rms.unwrap_or(wanted.rms);
                 wanted.per_axis = self.per_axis;
                 wanted.most = self.max_nodes.map_or(wanted.most, |n| n as usize);
                 wanted.calibrated = matches!(self.zone, Some(Zone::Calibrated));
@@ -206,11 +175,7 @@ impl OwnArguments {
             }
             Scheme::Poly25(wanted) => {
                 wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);
-                wanted.objective = match self.objective {
-                    None => wanted.objective,
-                    Some(Objective::Corrections) => poly25::Objective::Corrections,
-                    Some(Objective::Error) => poly25::Objective::Error,
-                };
+                wanted.objective = self.objective.unwrap_or(wanted.objective);
             }
             Scheme::Trigo23(wanted) => {
                 wanted.nodes = self.nodes.map_or(wanted.nodes, |n| n as usize);

@@ -6,8 +6,9 @@ use std::fmt;
 
 /// What becomes of products of functions of more than two axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum LongProducts {
-    /// Nothing is written.
+    /// Nothing is written; what they would cost is said.
     Refuse,
     /// They are left out.
     Drop,

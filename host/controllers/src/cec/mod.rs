@@ -69,11 +69,16 @@ use std::collections::BTreeMap;
 
 /// Whether a table that another one names by `MULT_BY_TABLE` is added by itself, besides being a factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum FactorTables {
-    /// It is: f·g + f.
+    /// A table that another is multiplied by is added, too.
+    ///
+    /// f·g + f.
     Added,
-    /// It is not: f·g.
+    /// It is not.
+    ///
+    /// f·g.
     NotAdded,
 }
 

@@ -5,10 +5,11 @@ use super::axes::Axes;
 
 /// The unit of lengths in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Units {
-    /// Millimetres.
+    /// mm.
     Metric,
-    /// Inches.
+    /// 25.4 mm.
     Inch,
 }
 
@@ -24,10 +25,13 @@ impl Units {
 
 /// What the values of a measuring-system compensation (`$AA_ENC_COMP`) are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum EncoderValues {
-    /// What is to be added to the command, like those of the other tables.
+    /// To be added to the command.
+    ///
+    /// Like those of the other tables.
     Corrections,
-    /// The opposite: what the position read from the encoder is corrected by.
+    /// The position that is read is corrected by them: the command by the opposite.
     Opposite,
 }
 

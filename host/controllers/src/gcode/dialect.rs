@@ -4,13 +4,17 @@ use super::axes::{self, NOTHING, PerLetter};
 
 /// Whose language a program is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Dialect {
     /// LinuxCNC.
     #[default]
+    #[cfg_attr(feature = "clap", value(name = "linuxcnc", help = None))]
     LinuxCnc,
     /// Grbl and grblHAL.
+    #[cfg_attr(feature = "clap", value(help = None))]
     Grbl,
     /// Fanuc, Haas and their kin.
+    #[cfg_attr(feature = "clap", value(help = None))]
     Fanuc,
 }
 

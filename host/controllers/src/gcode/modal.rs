@@ -2,10 +2,13 @@
 
 /// The unit of lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Units {
     /// G21.
+    #[cfg_attr(feature = "clap", value(name = "mm", help = None))]
     Millimetre,
     /// G20.
+    #[cfg_attr(feature = "clap", value(help = None))]
     Inch,
 }
 

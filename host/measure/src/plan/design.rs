@@ -13,14 +13,17 @@ use trueaxis_model::errors::{ErrorModel, Parameter};
 
 /// What a strategy is made best for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Criterion {
-    /// All unknowns together: the determinant of their covariance (D-optimal). Beside another strategy, each
-    /// parameter, and the volumetric error too.
-    Parameters,
-    /// The volumetric error: its mean variance at the tip over the travel (I-optimal). Beside another strategy, its
-    /// direction too.
+    /// The volumetric error over the travel (I-optimal).
+    ///
+    /// Its mean variance at the tip. Beside another strategy, its direction too.
     #[default]
     Volume,
+    /// All unknowns together (D-optimal).
+    ///
+    /// The determinant of their covariance. Beside another strategy, each parameter, and the volumetric error too.
+    Parameters,
 }
 
 /// What is wanted of a strategy.

@@ -14,12 +14,19 @@ use trueaxis_model::source::FileError;
 
 /// A position set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Set {
-    /// One ball, 60 pairs of rotary positions (Table 5-4).
+    /// One ball, followed through 60 rotary positions.
+    ///
+    /// Table 5-4.
     ChaseTheBall,
-    /// Each ball, 42 pairs (Table 5-3).
+    /// Every ball at 42 rotary positions.
+    ///
+    /// Table 5-3.
     Rumba,
-    /// A bar and master balls, 32 positions of spindle and rotary axes (Table 4-1).
+    /// A bar and master balls at 32 rotary positions, with an indexed spindle.
+    ///
+    /// Table 4-1.
     Samba,
 }
 

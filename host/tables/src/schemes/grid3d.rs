@@ -21,10 +21,13 @@ use trueaxis_model::machine::{Machine, PerAxis};
 
 /// How the error that is left is put into a number, for each direction (Eq. 12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Rms {
     /// The root of the mean square.
     Usual,
-    /// As it is printed: the root of the sum of squares over the number of positions, which is 1/√2000 of it.
+    /// As Eq. 12 is printed.
+    ///
+    /// The root of the sum of squares over the number of positions, which is 1/√2000 of the usual.
     Printed,
 }
 

@@ -24,10 +24,15 @@ const DEGREES: usize = 3;
 
 /// What the coefficients make least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Objective {
-    /// Squares of what is missing of the kinematic correction, of each axis by itself.
+    /// What is missing of the kinematic correction.
+    ///
+    /// The squares of each axis by itself.
     Corrections,
-    /// Squares of the volumetric error that is left, mm and rad in one sum (Eqs. 28–30).
+    /// The volumetric error that is left.
+    ///
+    /// Squares of mm and rad in one sum (Eqs. 28–30).
     Error,
 }
 

@@ -1,6 +1,6 @@
 //! `trueaxis export cec`
 
-use crate::commands::cec::{self as shared, FactorTables};
+use crate::commands::cec as shared;
 use crate::commands::number::{finite, positive};
 use crate::commands::progress::Bar;
 use crate::commands::random::Random;
@@ -35,7 +35,7 @@ pub struct Arguments {
     output: PathBuf,
     /// Whether the controller adds a table that another one is multiplied by, too: --probe tells
     #[arg(long, value_enum, required_unless_present = "probe")]
-    factor_tables: Option<FactorTables>,
+    factor_tables: Option<cec::FactorTables>,
     /// What the controller calls each axis
     #[arg(long, value_name = "X=AX1,Y=AX2,…", required_unless_present = "probe")]
     axes: Option<String>,
@@ -64,7 +64,7 @@ pub struct Arguments {
     tool_length: Option<f64>,
     /// What becomes of products of functions of more than two axes
     #[arg(long, value_enum, default_value = "refuse")]
-    long_products: Long,
+    long_products: LongProducts,
     /// Machine description from which it was compiled: names the tool length that the tables hold for
     #[arg(long, value_name = "machine.toml")]
     machine: Option<PathBuf>,
@@ -86,16 +86,6 @@ enum Controller {
     /// 8 tables of 200 values
     #[value(name = "828d")]
     Sinumerik828D,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Long {
-    /// Nothing is written; what they would cost is said
-    Refuse,
-    /// They are left out
-    Drop,
-    /// Of each, the functions that change least are held at the middle of their values
-    Hold,
 }
 
 #[derive(Serialize)]
@@ -125,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let missing = || BadInput::new("an argument is missing", "see trueaxis export cec --help");
     let path = arguments.blob.as_ref().ok_or_else(missing)?;
     let map = arguments.axes.as_ref().ok_or_else(missing)?;
-    let factor_tables = arguments.factor_tables.ok_or_else(missing)?.into();
+    let factor_tables = arguments.factor_tables.ok_or_else(missing)?;
     files::prepare(output, &[path])?;
     let blob = files::read_blob(path)?;
     let runtime = Runtime::load(&blob).map_err(|e| BadInput::in_blob(e, path))?;
@@ -241,11 +231,7 @@ impl Arguments {
             factor_limit: self.factor_limit,
             tolerance,
             length: self.tool_length,
-            long: match self.long_products {
-                Long::Refuse => LongProducts::Refuse,
-                Long::Drop => LongProducts::Drop,
-                Long::Hold => LongProducts::Hold,
-            },
+            long: self.long_products,
         }
     }
 }

@@ -41,7 +41,7 @@ pub struct Arguments {
     tools: Option<PathBuf>,
     /// Units of the machine, where no setup gives them
     #[arg(long, value_enum, conflicts_with = "setup")]
-    units: Option<UnitsChoice>,
+    units: Option<Units>,
     /// Machine description: for programs with tool-centre-point control
     #[arg(long, value_name = "machine.toml")]
     pub machine: Option<PathBuf>,
@@ -58,7 +58,7 @@ pub struct Arguments {
     pub check: bool,
     /// Whose language the program is in
     #[arg(long, value_enum, default_value_t)]
-    dialect: DialectChoice,
+    dialect: Dialect,
     /// How far straight moves may be from the corrected path (µm, 0.3 at least)
     #[arg(long, value_name = "UM", default_value_t = 0.5)]
     tolerance: f64,
@@ -67,7 +67,7 @@ pub struct Arguments {
     chord: f64,
     /// What becomes of the step where an axis turns round, of direction-dependent tables
     #[arg(long, value_enum, default_value_t)]
-    backlash: BacklashChoice,
+    backlash: gcode::Backlash,
     /// Cut moves under G41 and G42 too, where the correction bends them: the controller must look ahead far enough
     #[arg(long)]
     cut_under_g41: bool,
@@ -92,41 +92,6 @@ pub struct Arguments {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum UnitsChoice {
-    Mm,
-    Inch,
-}
-
-#[derive(Clone, Copy, Default, ValueEnum)]
-enum DialectChoice {
-    #[default]
-    Linuxcnc,
-    Grbl,
-    Fanuc,
-}
-
-#[derive(Clone, Copy, Default, ValueEnum)]
-enum BacklashChoice {
-    /// A move of its own before the reversal
-    #[default]
-    Move,
-    /// Part of the next move
-    Blend,
-    /// Left out
-    Leave,
-}
-
-impl BacklashChoice {
-    fn given(self) -> gcode::Backlash {
-        match self {
-            Self::Move => gcode::Backlash::Move,
-            Self::Blend => gcode::Backlash::Blend,
-            Self::Leave => gcode::Backlash::Leave,
-        }
-    }
-}
-
-#[derive(Clone, Copy, ValueEnum)]
 enum Switch {
     On,
     Off,
@@ -148,7 +113,7 @@ impl Arguments {
                 ));
             }
         }
-        if self.least_increment && self.dialect() != Dialect::Fanuc {
+        if self.least_increment && self.dialect != Dialect::Fanuc {
             return Err(BadInput::new(
                 "--least-increment: words without a point count whole units in this dialect",
                 "leave it out, or say --dialect fanuc",
@@ -175,19 +140,11 @@ impl Arguments {
         Ok(gcode::Options {
             tolerance: self.tolerance * 1e-3,
             chord: self.chord * 1e-3,
-            backlash: self.backlash.given(),
+            backlash: self.backlash,
             cut_under_cutter: self.cut_under_g41,
             undo: self.undo,
             ..gcode::Options::default()
         })
-    }
-
-    fn dialect(&self) -> Dialect {
-        match self.dialect {
-            DialectChoice::Linuxcnc => Dialect::LinuxCnc,
-            DialectChoice::Grbl => Dialect::Grbl,
-            DialectChoice::Fanuc => Dialect::Fanuc,
-        }
     }
 
     /// Setup, parameters and tools together.
@@ -199,11 +156,7 @@ impl Arguments {
                 Setup::from_toml(&text.text).map_err(|e| text.bad(e))?
             }
         };
-        match self.units {
-            Some(UnitsChoice::Mm) => setup.units = Some(Units::Millimetre),
-            Some(UnitsChoice::Inch) => setup.units = Some(Units::Inch),
-            None => {}
-        }
+        setup.units = self.units.or(setup.units);
         if let Some(path) = &self.var {
             let units = units_of(&setup, "--var")?;
             let text = Text::read(path)?;
@@ -221,7 +174,7 @@ impl Arguments {
 
     pub fn rules(&self, setup: Setup, tables: &Tables<'_>) -> Rules {
         Rules {
-            dialect: self.dialect(),
+            dialect: self.dialect,
             setup,
             axes: tables.axes,
             endless: tables.endless(),
@@ -266,7 +219,7 @@ impl Arguments {
         };
         let machine = plain(compensation.machine());
         let name = name_of(&self.compensation);
-        let backlash = match (self.backlash.given(), tables.directional) {
+        let backlash = match (self.backlash, tables.directional) {
             (gcode::Backlash::Move, _) | (_, 0) => String::new(),
             (backlash, _) => format!(", backlash {}", backlash.name()),
         };

@@ -1,11 +1,11 @@
 //! `trueaxis import cec`
 
-use crate::commands::cec::{self as shared, FactorTables};
+use crate::commands::cec as shared;
 use crate::commands::files::Text;
 use crate::commands::policy::PolicyArguments;
 use crate::commands::progress::Bar;
 use crate::commands::{Outcome, bad_input::BadInput, files, screen};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use trueaxis::{Auxiliary, AuxiliaryKind};
@@ -35,16 +35,16 @@ pub struct Arguments {
     output: PathBuf,
     /// Whether the controller adds a table that another one is multiplied by, too
     #[arg(long, value_enum)]
-    factor_tables: FactorTables,
+    factor_tables: cec::FactorTables,
     /// What the controller calls each axis that has a table; an axis may be given several times
     #[arg(long, value_name = "X=AX1,Y=AX2,…")]
     axes: String,
     /// Unit of lengths, if the file does not say METRIC or INCH
     #[arg(long, value_enum)]
-    units: Option<Units>,
+    units: Option<cec::Units>,
     /// What the values of $AA_ENC_COMP are, if there are any
     #[arg(long, value_enum)]
-    encoder_values: Option<EncoderValues>,
+    encoder_values: Option<cec::EncoderValues>,
     #[command(flatten)]
     policy: PolicyArguments,
     /// Accept corrections whose bound exceeds 2 mm or 1°
@@ -53,22 +53,6 @@ pub struct Arguments {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Units {
-    /// mm
-    Metric,
-    /// 25.4 mm
-    Inch,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum EncoderValues {
-    /// To be added to the command
-    Corrections,
-    /// The position that is read is corrected by them: the command by the opposite
-    Opposite,
 }
 
 #[derive(Serialize)]
@@ -93,15 +77,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let axes = Axes::of(&machine, &arguments.axes).map_err(|error| shared::axes(&error))?;
     let reading = Reading {
         axes: &axes,
-        factor_tables: arguments.factor_tables.into(),
-        units: arguments.units.map(|units| match units {
-            Units::Metric => cec::Units::Metric,
-            Units::Inch => cec::Units::Inch,
-        }),
-        encoder: arguments.encoder_values.map(|values| match values {
-            EncoderValues::Corrections => cec::EncoderValues::Corrections,
-            EncoderValues::Opposite => cec::EncoderValues::Opposite,
-        }),
+        factor_tables: arguments.factor_tables,
+        units: arguments.units,
+        encoder: arguments.encoder_values,
     };
     let policy = arguments.policy.stored()?;
     let found = read(&text.text, &reading).map_err(|e| text.bad(e))?;

@@ -2,13 +2,16 @@
 
 /// What becomes of the step where an axis turns round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Backlash {
     /// A move of its own before the reversal.
     #[default]
     Move,
     /// Part of the next move.
     Blend,
-    /// Left out: corrections are those of the direction before, which the first motion tells where it is not known.
+    /// Left out.
+    ///
+    /// Corrections are those of the direction before, which the first motion tells where it is not known.
     Leave,
 }
 

@@ -11,10 +11,15 @@ use trueaxis_model::machine::PerAxis;
 
 /// What is to be least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Minimize {
-    /// Instructions per evaluation: sums of functions of one variable become one table.
+    /// Instructions per evaluation.
+    ///
+    /// Sums of functions of one variable become one table.
     Cost,
-    /// The number of tables: products of few generators, many terms.
+    /// The number of tables.
+    ///
+    /// Products of few generators, many terms.
     Tables,
 }
 
