@@ -10,8 +10,7 @@ use super::bad_input::BadInput;
 use super::number::positive;
 use super::position_argument;
 use clap::{Args, Subcommand};
-use std::path::PathBuf;
-use trueaxis_measure::ballbar::{Bar, Hemisphere, PathPoint};
+use trueaxis_measure::ballbar::{Bar, Hemisphere, Place};
 use trueaxis_model::explain::Bench;
 use trueaxis_model::machine::Machine;
 
@@ -92,16 +91,4 @@ impl Test {
         })?;
         Ok(bar)
     }
-}
-
-/// Writes text to a file, or to standard output; then tells what a person wants to know.
-fn write(output: Option<&PathBuf>, text: &str, said: &str) -> Result<Outcome, BadInput> {
-    match output {
-        None => super::files::print(text)?,
-        Some(path) => {
-            super::files::write(path, text.as_bytes())?;
-            super::files::print(&format!("{}: {said}\n", path.display()))?;
-        }
-    }
-    Ok(Outcome::Done)
 }

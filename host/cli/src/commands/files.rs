@@ -9,6 +9,8 @@ use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use trueaxis::{AlignedBlob, LARGEST_BLOB};
 use trueaxis_measure::direct::counted_twice;
+use trueaxis_measure::formats::artefact::Artefact;
+use trueaxis_measure::formats::probings::{self, Probings};
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
 use trueaxis_model::source::FileError;
@@ -152,6 +154,18 @@ pub fn read_machine(path: &Path) -> Result<Machine, BadInput> {
     Ok(machine)
 }
 
+/// Reads where the balls of an artefact are.
+pub fn read_artefact(path: &Path, machine: &Machine) -> Result<Artefact, BadInput> {
+    let text = Text::read(path)?;
+    Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))
+}
+
+/// Reads which ball is probed at which rotary positions.
+pub fn read_strategy(path: &Path, machine: &Machine) -> Result<Probings, BadInput> {
+    let text = Text::read(path)?;
+    probings::read(&text.text, machine, false).map_err(|e| text.bad(e))
+}
+
 /// Reads and checks the errors of a machine, and warns of what is counted twice.
 pub fn read_errors(path: &Path, machine: &Machine) -> Result<ErrorModel, BadInput> {
     let errors = read_known_errors(path, machine)?;
@@ -241,6 +255,15 @@ pub fn stream(text: &str) -> Result<bool, BadInput> {
             "check where it is redirected to",
         )),
     }
+}
+
+/// Writes a text to a file and prints the name of the file with what is said of it; without a file, prints the text.
+pub fn write_or_print(output: Option<&Path>, text: &str, said: &str) -> Result<(), BadInput> {
+    let Some(path) = output else {
+        return print(text);
+    };
+    write(path, text.as_bytes())?;
+    print(&format!("{}: {said}\n", path.display()))
 }
 
 /// Writes an answer for programs to standard output.

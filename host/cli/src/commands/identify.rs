@@ -105,10 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     let text = Text::read(&arguments.probings)?;
     let mut measured = probings::read(&text.text, &machine, true).map_err(|e| text.bad(e))?;
     let artefact = match &arguments.artefact {
-        Some(path) => {
-            let text = Text::read(path)?;
-            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?
-        }
+        Some(path) => files::read_artefact(path, &machine)?,
         None => Artefact::default(),
     };
     probings::have_known_balls(&text.text, &measured, &artefact).map_err(|e| text.bad(e))?;

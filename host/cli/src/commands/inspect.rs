@@ -4,7 +4,6 @@ use super::bad_input::BadInput;
 use super::{Outcome, files, screen};
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_tables::compile::belongs;
 use trueaxis_tables::contents::{Contents, contents, end};
@@ -38,7 +37,7 @@ fn listing(path: &Path, contents: &Contents<'_>) -> String {
     let mut text = format!("{}: {}\n", path.display(), contents.machine);
     text += &screen::size(&contents.size);
     text += &screen::policy(contents.stored);
-    let _ = writeln!(text, "capacities: {}", contents.size.capacities());
+    text += &format!("capacities: {}\n", contents.size.capacities());
     text += "\naxes\n";
     for a in &contents.axes {
         let travel = match (a.travel, a.period) {
@@ -46,9 +45,8 @@ fn listing(path: &Path, contents: &Contents<'_>) -> String {
             (Some([low, high]), None) => format!("{low} to {high} {}", a.unit),
             (None, None) => "without end".to_owned(),
         };
-        let _ = writeln!(
-            text,
-            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}",
+        text += &format!(
+            "  {}  {travel:<20} correction within {:.5} {u}, {:.3} {u}/s; ramps at {:.3} {u}/s; reverses after {} {u}\n",
             a.name,
             a.value_bound,
             a.rate_bound,
@@ -58,13 +56,12 @@ fn listing(path: &Path, contents: &Contents<'_>) -> String {
         );
     }
     for a in &contents.auxiliaries {
-        let _ = match a.kind {
-            "tool length" => writeln!(
-                text,
-                "  {}: an input (mm), the machine's own tool has {}",
+        text += &match a.kind {
+            "tool length" => format!(
+                "  {}: an input (mm), the machine's own tool has {}\n",
                 a.name, a.reference
             ),
-            _ => writeln!(text, "  {}: an input (K from {} °C)", a.name, a.reference),
+            _ => format!("  {}: an input (K from {} °C)\n", a.name, a.reference),
         };
     }
     text += "\nbanks\n";
@@ -85,9 +82,8 @@ fn listing(path: &Path, contents: &Contents<'_>) -> String {
             "cubic" => "coefficients",
             _ => "points",
         };
-        let _ = writeln!(
-            text,
-            "  {tables:<12} of {}: {} {samples} from {} to {}, {}, {}{wraps}{direction}",
+        text += &format!(
+            "  {tables:<12} of {}: {} {samples} from {} to {}, {}, {}{wraps}{direction}\n",
             bank.input, bank.points, bank.start, bank.end, bank.interpolation, bank.samples
         );
     }
@@ -109,24 +105,18 @@ fn listing(path: &Path, contents: &Contents<'_>) -> String {
             none if none.is_empty() => none,
             some => format!("   {some}"),
         };
-        let _ = writeln!(text, "  {head:>5} {product}{limits}{errors}");
+        text += &format!("  {head:>5} {product}{limits}{errors}\n");
     }
     if !contents.grid_list.is_empty() {
         text += "\ngrids\n";
     }
     for (number, grid) in contents.grid_list.iter().enumerate() {
         let outputs: Vec<String> = grid.outputs.iter().map(|o| format!("d{o}")).collect();
-        let _ = writeln!(
-            text,
-            "  G{number} to {}, {}",
-            outputs.join(", "),
-            grid.samples
-        );
+        text += &format!("  G{number} to {}, {}\n", outputs.join(", "), grid.samples);
         for i in &grid.inputs {
             let wraps = if i.modulo { ", wraps" } else { "" };
-            let _ = writeln!(
-                text,
-                "     of {}: {} nodes from {} to {}{wraps}",
+            text += &format!(
+                "     of {}: {} nodes from {} to {}{wraps}\n",
                 i.input,
                 i.points,
                 i.start,

@@ -6,7 +6,6 @@ use super::files;
 use super::measured::{Files, positioning};
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write;
 use trueaxis_measure::direct::Line;
 use trueaxis_measure::direct::iso230_2::{Analysis, analysis};
 use trueaxis_model::machine::Machine;
@@ -83,9 +82,8 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
         found.runs[0],
         found.runs[1]
     );
-    let _ = writeln!(
-        text,
-        "{:>12}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}",
+    text += &format!(
+        "{:>12}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}\n",
         format!("target ({})", axis.unit()),
         "x̄↑",
         "x̄↓",
@@ -95,9 +93,8 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
         "R"
     );
     for t in &found.targets {
-        let _ = writeln!(
-            text,
-            "{:>12} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8}",
+        text += &format!(
+            "{:>12} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8}\n",
             t.target,
             show(t.mean[0]),
             show(t.mean[1]),
@@ -110,7 +107,7 @@ fn screen(machine: &Machine, name: &str, line: &Line, found: &Analysis) -> Strin
     text += "\n                                        ↑        ↓     both\n";
     let mut row = |what: &str, one: [Option<f64>; 2], both: Option<f64>| {
         let [up, down] = one.map(show);
-        let _ = writeln!(text, "{what:<32} {up:>8} {down:>8} {:>8}", show(both));
+        text += &format!("{what:<32} {up:>8} {down:>8} {:>8}\n", show(both));
     };
     row("accuracy A", found.accuracy, found.accuracy_both);
     row(

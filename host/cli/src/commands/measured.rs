@@ -5,9 +5,9 @@ mod answer;
 use super::Outcome;
 use super::bad_input::BadInput;
 use super::files::{self, Text};
+use super::quantity::count;
 use answer::Answer;
 use clap::Args;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::{
     DirectError, DirectResult, Line, Measured, Measurement, Options, error_file, solve,
@@ -183,13 +183,12 @@ fn screen(imported: &Imported) -> String {
         measurements,
         found,
     } = imported;
-    let plural = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let mut text = format!(
         "{}: {} and {} from {}\n",
         machine.name,
-        plural(found.motions.len(), "error motion"),
-        plural(found.locations.len(), "squareness").replace("squarenesss", "squarenesses"),
-        plural(measurements.len(), "file")
+        count(found.motions.len(), "error motion"),
+        count(found.locations.len(), "squareness").replace("squarenesss", "squarenesses"),
+        count(measurements.len(), "file")
     );
     if !found.motions.is_empty() {
         text += "\n           from       to   reversal   uncertainty\n";
@@ -208,9 +207,8 @@ fn screen(imported: &Imported) -> String {
         let show = |v: Option<f64>| {
             v.map_or_else(|| "–".to_owned(), |v| format!("{:.2}", v * factor + 0.0))
         };
-        let _ = writeln!(
-            text,
-            "  {:<4} {:>8.2} {:>8.2} {:>10} {:>13} {unit:<5} {}",
+        text += &format!(
+            "  {:<4} {:>8.2} {:>8.2} {:>10} {:>13} {unit:<5} {}\n",
             motion.name(machine),
             low * factor,
             high * factor,
@@ -224,9 +222,8 @@ fn screen(imported: &Imported) -> String {
     }
     for location in &found.locations {
         let show = |v: f64| format!("{:.2}", v * 1e6);
-        let _ = writeln!(
-            text,
-            "  {:<4} {:>8} {:>13} µrad  {}",
+        text += &format!(
+            "  {:<4} {:>8} {:>13} µrad  {}\n",
             location.parameter.to_string(),
             show(location.value),
             location.uncertainty.map_or_else(|| "–".to_owned(), show),
@@ -237,9 +234,8 @@ fn screen(imported: &Imported) -> String {
         text += "\nslope of the straightedge, which was removed\n";
     }
     for (file, slope) in &found.slopes {
-        let _ = writeln!(
-            text,
-            "  {:.2} µrad in {}",
+        text += &format!(
+            "  {:.2} µrad in {}\n",
             slope * 1e6,
             measurements[*file].name
         );

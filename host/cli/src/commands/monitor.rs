@@ -6,7 +6,6 @@ use super::files;
 use super::port::PortArguments;
 use clap::Args;
 use serde_json::json;
-use std::fmt::Write;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 use trueaxis::Conditions;
@@ -158,35 +157,33 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
         name => name,
     };
     // Writing to a string does not fail.
-    let _ = writeln!(t, "{port}: {firmware} on {board}, {machine}");
+    *t += &format!("{port}: {firmware} on {board}, {machine}\n");
     for (name, report) in ["A", "B"].into_iter().zip(&controller.slots) {
         let (state, erased) = (slot(report.state), report.erased);
-        let _ = writeln!(t, "slot {name}       {state}; erased {erased} times");
+        *t += &format!("slot {name}       {state}; erased {erased} times\n");
     }
-    let _ = writeln!(t, "compensation {}", activation(report.activation));
+    *t += &format!("compensation {}\n", activation(report.activation));
     let wanted = match (report.enabled, report.dry_run) {
         (false, _) => "disabled",
         (true, false) => "enabled",
         (true, true) => "dry run",
     };
     let holds = conditions(report.conditions).join(", ");
-    let _ = writeln!(
-        t,
-        "corrections  {wanted}, factor {:.3}; {holds}",
+    *t += &format!(
+        "corrections  {wanted}, factor {:.3}; {holds}\n",
         report.factor
     );
     if report.suspended {
-        let _ = writeln!(t, "servo        paused for an upload");
+        *t += "servo        stands still for an upload\n";
     }
     if let Some(state) = upload(report.upload) {
-        let _ = writeln!(t, "upload       {state}");
+        *t += &format!("upload       {state}\n");
     }
     if let Some(fault) = report.fault {
-        let _ = writeln!(t, "fault        {fault}");
+        *t += &format!("fault        {fault}\n");
     }
-    let _ = writeln!(
-        t,
-        "updates      {}, {} without a command; worst {} {}",
+    *t += &format!(
+        "updates      {}, {} without a command; worst {} {}\n",
         report.updates,
         report.missed,
         report.worst_cost,
@@ -201,11 +198,10 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
             0 => "",
             _ => " (sensor lost, held)",
         };
-        let _ = writeln!(t, "auxiliary {k}  {value:.3}{lost}");
+        *t += &format!("auxiliary {k}  {value:.3}{lost}\n");
     }
-    let _ = writeln!(
-        t,
-        "axis {:>14} {:>12} {:>12}  {:>26}",
+    *t += &format!(
+        "axis {:>14} {:>12} {:>12}  {:>26}\n",
         "position", "correction", "computed", "value/rate/travel limited"
     );
     for (k, letter) in controller.axes.chars().enumerate().take(MOST_AXES) {
@@ -215,9 +211,8 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
             0 => "  not referenced",
             _ => "",
         };
-        let _ = writeln!(
-            t,
-            "{letter:<4} {:>14.4} {:>12.5} {:>12.5}  {:>26}  {}{homed}",
+        *t += &format!(
+            "{letter:<4} {:>14.4} {:>12.5} {:>12.5}  {:>26}  {}{homed}\n",
             at(&report.positions),
             at(&report.dq),
             at(&report.computed),
@@ -256,7 +251,7 @@ fn header(controller: &Controller) -> String {
     let mut text = "time".to_owned();
     for prefix in ["", "d", "computed "] {
         for letter in controller.axes.chars() {
-            let _ = write!(text, ",{prefix}{letter}");
+            text += &format!(",{prefix}{letter}");
         }
     }
     text + ",factor,conditions,saturated,rate_limited,travel_limited,missed,worst_cost\n"
@@ -266,7 +261,7 @@ fn line(report: &Report, seconds: f64) -> String {
     let mut text = format!("{seconds:.3}");
     for values in [&report.positions, &report.dq, &report.computed] {
         for value in values {
-            let _ = write!(text, ",{value}");
+            text += &format!(",{value}");
         }
     }
     let Report {
@@ -279,9 +274,8 @@ fn line(report: &Report, seconds: f64) -> String {
         ..
     } = report;
     let holds = conditions(report.conditions).join(" + ");
-    let _ = writeln!(
-        text,
-        ",{factor},{holds},{saturated},{rate_limited},{travel_limited},{missed},{worst_cost}"
+    text += &format!(
+        ",{factor},{holds},{saturated},{rate_limited},{travel_limited},{missed},{worst_cost}\n"
     );
     text
 }

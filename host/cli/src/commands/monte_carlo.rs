@@ -2,16 +2,13 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, MachineFiles, Text};
+use super::files::{self, MachineFiles};
 use super::identify::no_model;
 use super::number::positive;
 use super::progress::Bar;
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::PathBuf;
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings;
 use trueaxis_measure::identify::{self, Model, Trial, TrialError, monte_carlo};
 use trueaxis_tables::compile::Progress;
 use trueaxis_tables::validate::is_partly_calibrated;
@@ -78,10 +75,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
             "warning: error motions of this machine hold their end values in a part of the travel; those that are looked for do not, and cannot be right there"
         );
     }
-    let text = Text::read(&arguments.artefact)?;
-    let artefact = Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
-    let text = Text::read(&arguments.strategy)?;
-    let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+    let artefact = files::read_artefact(&arguments.artefact, &machine)?;
+    let strategy = files::read_strategy(&arguments.strategy, &machine)?;
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let trial = Trial {
         machine: &machine,
@@ -154,22 +149,17 @@ fn screen(arguments: &Arguments, machine: &str, found: &identify::Outcome) -> St
         arguments.noise,
         found.noise * 1e3
     );
-    let _ = writeln!(
-        text,
-        "errors of parameters, in standard uncertainties      mean   standard deviation"
-    );
+    text += "errors of parameters, in standard uncertainties      mean   standard deviation\n";
     for p in &found.parameters {
-        let _ = writeln!(
-            text,
-            "  {:<48}{:>7.2}{:>21.3}",
+        text += &format!(
+            "  {:<48}{:>7.2}{:>21.3}\n",
             p.parameter.to_string(),
             p.mean,
             p.deviation
         );
     }
-    let _ = writeln!(
-        text,
-        "\ninside the 95 % band of the volumetric error, of {} positions: tip {:.2} %, direction {:.2} %",
+    text += &format!(
+        "\ninside the 95 % band of the volumetric error, of {} positions: tip {:.2} %, direction {:.2} %\n",
         found.positions,
         100.0 * part(found.tips_inside, found.positions),
         100.0 * part(found.directions_inside, found.positions)

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, Text};
+use super::files;
 use super::identify::no_model;
 use super::number::positive;
 use super::plan_output::{Answer, screen};
@@ -135,18 +135,14 @@ fn log_name(text: &str) -> Result<String, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
     arguments.prepare()?;
     let machine = files::read_machine(&arguments.machine)?;
-    let text = Text::read(&arguments.artefact)?;
-    let artefact = Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
+    let artefact = files::read_artefact(&arguments.artefact, &machine)?;
     let errors = match &arguments.errors {
         Some(path) => files::read_errors(path, &machine)?,
         None => ErrorModel::perfect(&machine),
     };
     let assumed = &errors;
     let setup = arguments.setup(&machine, &artefact)?;
-    let read = |path: &PathBuf| -> Result<Probings, BadInput> {
-        let text = Text::read(path)?;
-        probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))
-    };
+    let read = |path: &PathBuf| files::read_strategy(path, &machine);
     let model: Model = arguments.model.parse().map_err(no_model)?;
     let set = arguments.set;
     let positions = set

@@ -1,9 +1,8 @@
 //! Output of `trueaxis plan`.
 
-use super::quantity::{EXPANDED, count, unit};
+use super::quantity::{EXPANDED, count, shown};
 use super::unidentifiable;
 use serde::Serialize;
-use std::fmt::Write;
 use trueaxis_measure::formats::probings::Probing;
 use trueaxis_measure::identify::Unknown;
 use trueaxis_measure::plan::{Judgement, Ratios, Spread, Unreachable};
@@ -180,12 +179,12 @@ pub fn screen(
     );
     parameters(&mut text, judgement, other);
     let spread = |text: &mut String, name: &str, [one, two]: [Option<&Spread>; 2], scale: f64| {
-        let _ = write!(text, "  {name:<17}");
+        *text += &format!("  {name:<17}");
         for (spread, first) in [(one, 9), (two, 15)] {
             if let Some(spread) = spread {
                 let [mean, most_of, largest] =
                     [spread.mean, spread.most_of, spread.largest].map(|v| v * scale);
-                let _ = write!(text, "{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
+                *text += &format!("{mean:>first$.2}{most_of:>9.2}{largest:>9.2}");
             }
         }
         text.push('\n');
@@ -215,7 +214,7 @@ pub fn screen(
         text += "\nrows that cannot be touched so\n";
         for (row, reason) in judgement.unreachable.iter().take(NAMED) {
             let ball = &strategy.balls[row.ball];
-            let _ = writeln!(text, "  line {}: ball {ball}: {reason}", row.line);
+            text += &format!("  line {}: ball {ball}: {reason}\n", row.line);
         }
         more(&mut text, judgement.unreachable.len());
     }
@@ -229,22 +228,13 @@ fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement
     });
     *text += "parameter     standard   expanded (k = 2)";
     if let Some(other) = other {
-        let _ = write!(
-            text,
-            "   standard with the other {}",
-            other.strategy.rows.len()
-        );
+        *text += &format!("   standard with the other {}", other.strategy.rows.len());
     }
     text.push('\n');
     let foreseen = &judgement.foreseen;
     for (parameter, uncertainty) in foreseen.parameters.iter().zip(foreseen.uncertainties()) {
-        let (factor, unit) = unit(*parameter);
-        let show = |v: f64| match factor {
-            Some(factor) => format!("{:.2}", v * factor),
-            None => format!("{v:.2e}"),
-        };
-        let _ = write!(
-            text,
+        let (show, unit) = shown(*parameter);
+        *text += &format!(
             "  {:<9}{:>11}{:>11}",
             parameter.to_string(),
             show(uncertainty),
@@ -252,18 +242,14 @@ fn parameters(text: &mut String, judgement: &Judgement, other: Option<&Judgement
         );
         if other.is_some() {
             let found = there.iter().find(|(p, _)| p == parameter);
-            let _ = write!(
-                text,
-                "{:>11}",
-                found.map_or("-".to_owned(), |(_, u)| show(*u))
-            );
+            *text += &format!("{:>11}", found.map_or("-".to_owned(), |(_, u)| show(*u)));
         }
-        let _ = writeln!(text, " {unit}");
+        *text += &format!(" {unit}\n");
     }
 }
 
 fn more(text: &mut String, count: usize) {
     if count > NAMED {
-        let _ = writeln!(text, "  and {} more", count - NAMED);
+        *text += &format!("  and {} more\n", count - NAMED);
     }
 }

@@ -7,7 +7,6 @@ use super::files;
 use super::position_argument;
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::PathBuf;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::Machine;
@@ -172,9 +171,9 @@ fn screen(machine: &Machine, at: &At) -> String {
     let three = |v: [f64; 3], digits: usize| v.map(|v| format!("{:>12}", decimals(v, digits)));
     let mut block = |title: &str, of: fn(&Tool) -> [f64; 3], digits, unit: &str, factor: f64| {
         let heads = ["x", "y", "z"].map(|head| format!("{head:>12}")).concat();
-        let _ = writeln!(text, "\n{title:<44}{heads}");
+        text += &format!("\n{title:<44}{heads}\n");
         let mut row = |name: &str, v: [f64; 3], digits| {
-            let _ = writeln!(text, "  {name:<42}{}", three(v, digits).concat());
+            text += &format!("  {name:<42}{}\n", three(v, digits).concat());
         };
         row("nominal", of(nominal), digits);
         if let Some(actual) = actual {
@@ -192,10 +191,7 @@ fn screen(machine: &Machine, at: &At) -> String {
     );
     let title = "tool direction, from the tip to the spindle";
     block(title, |t| t.direction, 6, "µrad", 1e6);
-    let _ = writeln!(
-        text,
-        "\na positive command, in the foundation frame         along or about                    through (mm)"
-    );
+    text += "\na positive command, in the foundation frame         along or about                    through (mm)\n";
     for Line {
         axis,
         carries,
@@ -213,7 +209,7 @@ fn screen(machine: &Machine, at: &At) -> String {
             true => point.map(|v| format!("{:>10}", decimals(v, 3))).concat(),
             false => String::new(),
         };
-        let _ = writeln!(text, "  {what:<34}{direction}   {point}");
+        text += &format!("  {what:<34}{direction}   {point}\n");
     }
     text.lines()
         .map(|l| l.trim_end().to_owned() + "\n")

@@ -5,7 +5,6 @@ use super::bad_input::BadInput;
 use super::files::{self, Text};
 use super::number::positive;
 use clap::Args;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::formats::probings::{self, Probing};
 use trueaxis_measure::simulate::{SimulateError, applied, corrections};
@@ -93,8 +92,7 @@ impl Arguments {
             Some(path) => files::read_errors(path, machine)?,
             None => ErrorModel::perfect(machine),
         };
-        let text = Text::read(strategy)?;
-        let strategy = probings::read(&text.text, machine, false).map_err(|e| text.bad(e))?;
+        let strategy = files::read_strategy(strategy, machine)?;
         let text = Text::read(&self.log)?;
         let log = read_log(&text.text, machine).map_err(|e| text.bad(e))?;
         let diameters = self.ball_diameter.zip(self.stylus_diameter);
@@ -144,23 +142,18 @@ fn said(found: &LogContents, is_known: bool) -> String {
         log.len()
     );
     if !missing.is_empty() {
-        let _ = writeln!(
-            text,
-            "left out, for touches are missing: {}; probe these rows, and append the log",
+        text += &format!(
+            "left out, for touches are missing: {}; probe these rows, and append the log\n",
             missing.join(", ")
         );
     }
     if !is_known {
         for (ball, radius) in probings.balls.iter().zip(&fitted.radii) {
-            let _ = writeln!(
-                text,
-                "ball {ball}: {radius:.4} mm from its centre to that of the stylus"
-            );
+            text += &format!("ball {ball}: {radius:.4} mm from its centre to that of the stylus\n");
         }
     }
-    let _ = writeln!(
-        text,
-        "noise of a touch {:.2} µm, from the median of what is left",
+    text += &format!(
+        "noise of a touch {:.2} µm, from the median of what is left\n",
         fitted.noise * 1e3
     );
     for (probing, touches) in &fitted.doubtful {
@@ -173,9 +166,8 @@ fn said(found: &LogContents, is_known: bool) -> String {
         let off = touches
             .first()
             .map_or(0.0, |touch| fitted.left[*probing][*touch]);
-        let _ = writeln!(
-            text,
-            "touches of ball {} disagree (line {} of the strategy): line {} of the log by {:.1} µm",
+        text += &format!(
+            "touches of ball {} disagree (line {} of the strategy): line {} of the log by {:.1} µm\n",
             probings.balls[row.ball],
             row.line,
             lines.join(" or "),

@@ -1,9 +1,20 @@
 //! How parameters, uncertainties and numbers of things are shown.
 
+use trueaxis_model::errors::Parameter;
 pub use trueaxis_report::unit;
 
 /// Coverage factor of expanded uncertainties: 95 %.
 pub const EXPANDED: f64 = 2.0;
+
+/// How values of a parameter are shown, and their unit.
+pub fn shown(parameter: Parameter) -> (impl Fn(f64) -> String, &'static str) {
+    let (factor, unit) = unit(parameter);
+    let show = move |value: f64| match factor {
+        Some(factor) => format!("{:.2}", value * factor),
+        None => format!("{value:.2e}"),
+    };
+    (show, unit)
+}
 
 /// A number of things.
 pub fn count(number: usize, what: &str) -> String {

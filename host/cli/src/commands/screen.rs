@@ -1,6 +1,5 @@
 //! What people read: results on one screen.
 
-use std::fmt::Write;
 use trueaxis_model::kinematics::Policy;
 use trueaxis_tables::compile::{AxisBounds, Proof, Size};
 use trueaxis_tables::uncertainty::OverTravel;
@@ -13,12 +12,11 @@ const INSIDE: &str = "where no error motion holds its end value";
 /// nothing are one; what misses the tolerance only because of that is told in a line.
 pub fn quality(proof: &Proof, tolerance: f64) -> String {
     let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "volumetric error{:>28}{:>34}",
+    text += &format!(
+        "volumetric error{:>28}{:>34}\n",
         "translation (µm)", "tool direction (µrad)"
     );
-    let _ = writeln!(text, "{:22}{}    {}", "", heads(), heads());
+    text += &format!("{:22}{}    {}\n", "", heads(), heads());
     if let Some(held) = &proof.held {
         let axes = held.axes.iter();
         let axes: Vec<String> = axes
@@ -41,7 +39,7 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
         && !proof.travel.meets(tolerance)
         && inside.deviations != proof.travel.deviations
     {
-        let _ = writeln!(text, "  {INSIDE}, {}", difference(inside));
+        text += &format!("  {INSIDE}, {}\n", difference(inside));
     }
     near_points(&mut text, proof);
     text
@@ -51,9 +49,8 @@ pub fn quality(proof: &Proof, tolerance: f64) -> String {
 fn near_points(text: &mut String, proof: &Proof) {
     if let Some(near) = &proof.near_points {
         let all = near.positions + proof.inside.as_ref().map_or(0, |found| found.positions);
-        let _ = writeln!(
-            text,
-            "  within one correction of a measured point, {} of {all} positions, {}",
+        *text += &format!(
+            "  within one correction of a measured point, {} of {all} positions, {}\n",
             near.positions,
             difference(near)
         );
@@ -65,17 +62,16 @@ fn heads() -> String {
 }
 
 fn region(text: &mut String, name: &str, verification: &Verification) {
-    let _ = writeln!(text, "{name}, {} random positions", verification.positions);
+    *text += &format!("{name}, {} random positions\n", verification.positions);
     for (what, quality) in [
         ("before", &verification.before),
         ("tables", &verification.after),
         ("kinematic correction", &verification.kinematic),
     ] {
-        let _ = writeln!(text, "{:22}{}", format!("  {what}"), row(quality));
+        *text += &format!("{:22}{}\n", format!("  {what}"), row(quality));
     }
-    let _ = writeln!(
-        text,
-        "  tables differ from the kinematic correction {}",
+    *text += &format!(
+        "  tables differ from the kinematic correction {}\n",
         difference(verification)
     );
     if let Policy::Direction { .. } = verification.policy {
@@ -83,7 +79,7 @@ fn region(text: &mut String, name: &str, verification: &Verification) {
         let axes: Vec<String> = axes
             .map(|found| format!("{} {} {}", found.axis, number(found.deviation), found.unit))
             .collect();
-        let _ = writeln!(text, "    axis by axis: {}", axes.join(", "));
+        *text += &format!("    axis by axis: {}\n", axes.join(", "));
     }
 }
 
@@ -141,7 +137,7 @@ pub fn uncertainty(found: Option<&OverTravel>) -> String {
         found.positions
     );
     let mut region = |name: &str, quality| {
-        let _ = writeln!(text, "{name:22}{}", row(quality));
+        text += &format!("{name:22}{}\n", row(quality));
     };
     region("  whole travel", &found.travel);
     if let Some(inside) = &found.inside {
@@ -149,23 +145,20 @@ pub fn uncertainty(found: Option<&OverTravel>) -> String {
     }
     let loose = found.parameters - found.correlated;
     if loose > 0 {
-        let _ = writeln!(
-            text,
-            "  {loose} of {} parameters are taken as uncorrelated: no file of covariances has them",
+        text += &format!(
+            "  {loose} of {} parameters are taken as uncorrelated: no file of covariances has them\n",
             found.parameters
         );
     }
     if found.exact > 0 {
-        let _ = writeln!(
-            text,
-            "  {} more have no standard uncertainty, and count as exact",
+        text += &format!(
+            "  {} more have no standard uncertainty, and count as exact\n",
             found.exact
         );
     }
     if found.exact_tables > 0 {
-        let _ = writeln!(
-            text,
-            "  {} of {} tabulated motions have no standard uncertainty, and count as exact",
+        text += &format!(
+            "  {} of {} tabulated motions have no standard uncertainty, and count as exact\n",
             found.exact_tables,
             found.tables + found.exact_tables
         );
@@ -222,9 +215,8 @@ pub fn bounds(bounds: &[AxisBounds], verified: &[f64]) -> String {
             ..
         } = bound;
         let largest = largest.max(*verified);
-        let _ = writeln!(
-            text,
-            "{axis:<6} {largest:>14.5} {unit:<3} {value_bound:>13.5} {unit:<3} {rate_bound:>10.3} {unit}/s"
+        text += &format!(
+            "{axis:<6} {largest:>14.5} {unit:<3} {value_bound:>13.5} {unit:<3} {rate_bound:>10.3} {unit}/s\n"
         );
     }
     text

@@ -7,13 +7,12 @@ mod touches;
 
 use super::Outcome;
 use super::bad_input::BadInput;
-use super::files::{self, MachineFiles, Text};
+use super::files::{self, MachineFiles};
 use super::monte_carlo;
 use super::number::{finite, percent, size, three};
 use super::quantity::count;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::artefact::Artefact;
 use trueaxis_measure::formats::probings;
 use trueaxis_measure::simulate::{self, Disturbances, SimulateError, compensated, corrections};
 use trueaxis_model::kinematics::Kinematics;
@@ -118,11 +117,8 @@ impl Probings {
         }
         let drift = three(&self.drift, "--drift", "µm")?;
         let (machine, errors) = self.files.read()?;
-        let text = Text::read(&self.artefact)?;
-        let artefact =
-            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
-        let text = Text::read(&self.strategy)?;
-        let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+        let artefact = files::read_artefact(&self.artefact, &machine)?;
+        let strategy = files::read_strategy(&self.strategy, &machine)?;
         let disturbances = Disturbances {
             noise: self.noise * 1e-3,
             drift: drift.map(|v| v * 1e-3),
@@ -143,18 +139,9 @@ impl Probings {
         };
         let measured = measured.map_err(|error| not_simulated(&self.strategy, &error))?;
         let csv = probings::write(&measured, &machine);
-        match &self.output {
-            None => files::print(&csv)?,
-            Some(path) => {
-                files::write(path, csv.as_bytes())?;
-                files::print(&format!(
-                    "{}: {} probings of {}\n",
-                    path.display(),
-                    measured.rows.len(),
-                    count(measured.balls.len(), "ball")
-                ))?;
-            }
-        }
+        let balls = count(measured.balls.len(), "ball");
+        let said = format!("{} probings of {balls}", measured.rows.len());
+        files::write_or_print(self.output.as_deref(), &csv, &said)?;
         Ok(Outcome::Done)
     }
 }

@@ -1,6 +1,5 @@
 //! Parameters that the probings cannot identify, and measurements that would identify them.
 
-use std::fmt::Write;
 use trueaxis_measure::formats::probings::Probing;
 use trueaxis_measure::identify::{Unknown, Unseen};
 use trueaxis_measure::plan::Remedy;
@@ -21,13 +20,13 @@ pub fn lines(
     if unseen.is_empty() {
         return;
     }
-    let _ = writeln!(text, "\nnot to be seen {probed}");
+    *text += &format!("\nnot to be seen {probed}\n");
     for one in unseen {
-        let _ = writeln!(text, "  {}", one.sentence());
+        *text += &format!("  {}\n", one.sentence());
         let is_backlash =
             matches!(one.unknown, Unknown::Parameter(p) if p.kind == ParameterKind::Backlash);
         if let Some(place) = added(machine, balls, one.unknown, remedies) {
-            let _ = writeln!(text, "    add: {place}");
+            *text += &format!("    add: {place}\n");
         } else if !is_backlash && remedies.iter().any(|r| r.unseen == one.unknown) {
             *text += "    no single probing of these balls shows it\n";
         }

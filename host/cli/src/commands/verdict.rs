@@ -1,6 +1,5 @@
 //! The last lines of `compile`, `verify` and `identify`: the verdict of a report, and what does most.
 
-use std::fmt::Write;
 use std::io::IsTerminal;
 use trueaxis_report::{Share, Verdict, figure};
 
@@ -27,7 +26,7 @@ fn is_coloured() -> bool {
 fn text(verdict: &Verdict, coloured: bool) -> String {
     let mut text = String::from("\n");
     for sentence in &verdict.sentences {
-        let _ = writeln!(text, "{sentence}");
+        text += &format!("{sentence}\n");
     }
     let mean = |share: &Share| share.alone.translation_um.mean;
     let does = verdict.shares.iter().filter(|share| mean(share) >= NOTHING);
@@ -42,9 +41,8 @@ fn text(verdict: &Verdict, coloured: bool) -> String {
         let length = (WIDE * mean(share) / most).round().max(1.0) as usize;
         let bar = "█".repeat(length) + &" ".repeat(WIDE as usize - length);
         let um = figure(mean(share));
-        let _ = writeln!(
-            text,
-            "  {:<wide$}  {on}{bar}{off} {um:>6} µm  {}",
+        text += &format!(
+            "  {:<wide$}  {on}{bar}{off} {um:>6} µm  {}\n",
             share.name, share.words
         );
     }

@@ -4,7 +4,6 @@ use super::super::bad_input::BadInput;
 use super::super::files;
 use nalgebra::Vector3;
 use serde::Serialize;
-use std::fmt::Write;
 use trueaxis_measure::ballbar::{Circle, Sphere, Turns};
 
 /// The answer for programs; what people read is made of it.
@@ -127,18 +126,16 @@ impl Answer<'_> {
             .filter_map(|(name, found)| Some((name, found.as_ref()?)))
             .collect();
         if let Some((_, first)) = spheres.first() {
-            let _ = writeln!(text, "hemisphere, {} readings (µm)", first.readings);
-            let _ = writeln!(
-                text,
-                "{:9} {:>9} {:>9} {:>9} {:>9} {:>9}   setup",
+            text += &format!("hemisphere, {} readings (µm)\n", first.readings);
+            text += &format!(
+                "{:9} {:>9} {:>9} {:>9} {:>9} {:>9}   setup\n",
                 "", "size", "form", "form std", "range", "rms"
             );
         }
         for (name, found) in spheres {
             let [x, y, z] = found.setup_um;
-            let _ = writeln!(
-                text,
-                "{name:9} {:>9.3} {:>9.3} {:>9.3} {:>9.3} {:>9.3}   X {x:.3}, Y {y:.3}, Z {z:.3}",
+            text += &format!(
+                "{name:9} {:>9.3} {:>9.3} {:>9.3} {:>9.3} {:>9.3}   X {x:.3}, Y {y:.3}, Z {z:.3}\n",
                 found.size_um, found.form_um, found.form_deviation_um, found.range_um, found.rms_um
             );
         }
@@ -153,28 +150,26 @@ impl OnCircle {
     fn print(&self, text: &mut String) {
         let plane = self.plane.as_deref();
         let of = plane.map_or(String::new(), |plane| format!("({plane})"));
-        let _ = writeln!(text, "circle {of}, {} readings (µm)", self.readings);
+        *text += &format!("circle {of}, {} readings (µm)\n", self.readings);
         let turns = self.g_um.iter().zip(self.g_least_squares_um);
         for ((g, squares), name) in turns.zip(["counter-clockwise", "clockwise"]) {
             if let (Some(g), Some(squares)) = (g, squares) {
-                let _ = writeln!(
-                    text,
-                    "  G{of} {name:18} {g:>9.3}   about the circle of least squares {squares:.3}"
+                *text += &format!(
+                    "  G{of} {name:18} {g:>9.3}   about the circle of least squares {squares:.3}\n"
                 );
             }
         }
         if let Some(both) = self.g_bidirectional_um {
-            let _ = writeln!(text, "  G{of} {:18} {both:>9.3}", "both together");
+            *text += &format!("  G{of} {:18} {both:>9.3}\n", "both together");
         }
-        let _ = writeln!(
-            text,
-            "  F{of} {:18} {:>9.3} to {:.3}, mean {:.3}",
+        *text += &format!(
+            "  F{of} {:18} {:>9.3} to {:.3}, mean {:.3}\n",
             "", self.f_min_um, self.f_max_um, self.size_um
         );
         if let Some(h) = self.h_um {
-            let _ = writeln!(text, "  H{of} {:18} {h:>9.3}", "");
+            *text += &format!("  H{of} {:18} {h:>9.3}\n", "");
         }
         let [a, b] = self.centre_um;
-        let _ = writeln!(text, "  centre at {a:.3}, {b:.3} from the nominal one");
+        *text += &format!("  centre at {a:.3}, {b:.3} from the nominal one\n");
     }
 }

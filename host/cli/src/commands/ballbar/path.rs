@@ -4,7 +4,7 @@ use super::super::Outcome;
 use super::super::bad_input::BadInput;
 use super::super::files;
 use super::super::number::positive;
-use super::{Test, write};
+use super::Test;
 use clap::Args;
 use std::path::PathBuf;
 use trueaxis_measure::ballbar::program;
@@ -43,6 +43,7 @@ impl Path {
         let bench = Bench::new(&machine, &perfect, Default::default());
         self.test.bar(&bench, &path)?;
         let said = format!("{} positions", path.len());
-        write(self.output.as_ref(), &program(&path, self.feed), &said)
+        files::write_or_print(self.output.as_deref(), &program(&path, self.feed), &said)?;
+        Ok(Outcome::Done)
     }
 }

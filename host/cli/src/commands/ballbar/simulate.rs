@@ -7,7 +7,6 @@ use super::Test;
 use super::answer::{Answer, OnSphere};
 use clap::Args;
 use nalgebra::Vector3;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::ballbar::{PathPoint, Read};
 use trueaxis_model::explain::Bench;
@@ -89,7 +88,7 @@ fn csv(machine: &str, radius: f64, path: &[PathPoint], read: &[Read]) -> String 
     for (PathPoint { at: [x, y, z], .. }, read) in places.zip(read) {
         let [x, y, z] = [x, y, z].map(|c| (c * 1e4).round() / 1e4 + 0.0);
         let um = (read.deviation * 1e7).round() / 1e4 + 0.0;
-        let _ = writeln!(text, "{x:.4},{y:.4},{z:.4},{um:.4}");
+        text += &format!("{x:.4},{y:.4},{z:.4},{um:.4}\n");
     }
     text
 }

@@ -7,7 +7,6 @@ use crate::commands::random::Random;
 use crate::commands::{Outcome, bad_input::BadInput, files};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::cec::{
     self, Axes, Limits, LongProducts, Note, Options, Plan, Proof, Tolerance, plan, print, prove,
@@ -324,45 +323,34 @@ fn screen(answer: &Answer<'_>, plan: &Plan, axes: &Axes) -> String {
             format!("{} {count}", axes.letter(axis))
         })
         .collect();
-    let _ = writeln!(
-        text,
-        "{} tables from number {} ({}), for a controller with factor tables {}",
+    text += &format!(
+        "{} tables from number {} ({}), for a controller with factor tables {}\n",
         answer.tables,
         answer.first_table,
         each.join(", "),
         said(answer.factor_tables)
     );
     let most = answer.values.iter().max().copied().unwrap_or_default();
-    let _ = writeln!(
-        text,
-        "largest factor {:.4}; at most {most} values in a table (MD18342)",
+    text += &format!(
+        "largest factor {:.4}; at most {most} values in a table (MD18342)\n",
         answer.largest_factor
     );
-    let _ = writeln!(
-        text,
-        "for one tool length: {}",
-        for_tool(answer.tool_length_mm)
-    );
+    text += &format!("for one tool length: {}\n", for_tool(answer.tool_length_mm));
     if let Some(per_mm) = answer.proof.um_per_mm_of_tool_length {
-        let _ = writeln!(
-            text,
-            "  corrections change by {per_mm:.4} µm per mm that the tool is longer"
-        );
+        text += &format!("  corrections change by {per_mm:.4} µm per mm that the tool is longer\n");
     }
     let mut told: Vec<String> = answer.notes.iter().map(ToString::to_string).collect();
     told.dedup();
     for note in told {
-        let _ = writeln!(text, "{note}");
+        text += &format!("{note}\n");
     }
-    let _ = writeln!(
-        text,
-        "\nread again, {} random positions\naxis  largest correction   differs by   on the other kind of controller by",
+    text += &format!(
+        "\nread again, {} random positions\naxis  largest correction   differs by   on the other kind of controller by\n",
         answer.proof.positions
     );
     for a in &answer.proof.axes {
-        let _ = writeln!(
-            text,
-            "{}  {:>16.3} {u:<4} {:>12.4} {u:<4} {:>12.3} {u}",
+        text += &format!(
+            "{}  {:>16.3} {u:<4} {:>12.4} {u:<4} {:>12.3} {u}\n",
             a.axis,
             a.largest,
             a.difference,

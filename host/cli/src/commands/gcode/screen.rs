@@ -1,7 +1,6 @@
 //! What people and programs read.
 
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::Path;
 use trueaxis_controllers::gcode::axes;
 use trueaxis_controllers::gcode::check::{CheckResult, Statistics};
@@ -148,25 +147,22 @@ pub fn report(file: &Path, report: &Report) -> String {
         ..
     } = report;
     let mut text = String::new();
-    let _ = writeln!(text, "{}: {written} lines for {read}", file.display());
-    let _ = writeln!(
-        text,
-        "{moves} motions corrected, {cut} of them cut; arcs: {} stay, {} are chords; cycles: {} stay, {} are written out",
+    text += &format!("{}: {written} lines for {read}\n", file.display());
+    text += &format!(
+        "{moves} motions corrected, {cut} of them cut; arcs: {} stay, {} are chords; cycles: {} stay, {} are written out\n",
         arcs[0], arcs[1], cycles[0], cycles[1]
     );
     if *take_ups > 0 {
-        let _ = writeln!(text, "{take_ups} steps at reversals are moves of their own");
+        text += &format!("{take_ups} steps at reversals are moves of their own\n");
     }
     if *feeds > 0 {
-        let _ = writeln!(
-            text,
-            "{feeds} words F keep the time of a move, or come back to that of the program"
+        text += &format!(
+            "{feeds} words F keep the time of a move, or come back to that of the program\n"
         );
     }
     if *under_cutter > 0 {
-        let _ = writeln!(
-            text,
-            "{under_cutter} moves under G41 or G42 have corrected ends and are not cut: up to {:.2} µm between",
+        text += &format!(
+            "{under_cutter} moves under G41 or G42 have corrected ends and are not cut: up to {:.2} µm between\n",
             under_cutter_off * 1e3
         );
     }
@@ -177,20 +173,16 @@ pub fn report(file: &Path, report: &Report) -> String {
             correction,
             line,
         } = largest;
-        let _ = writeln!(
-            text,
-            "{axis}   largest correction {correction:>10.5} {unit} in line {line}"
-        );
+        text += &format!("{axis}   largest correction {correction:>10.5} {unit} in line {line}\n");
     }
     if decimals[1] > decimals[0] {
-        let _ = writeln!(
-            text,
-            "words have up to {} decimals, in the program up to {}: the tolerance needs them",
+        text += &format!(
+            "words have up to {} decimals, in the program up to {}: the tolerance needs them\n",
             decimals[1], decimals[0]
         );
     }
     for (what, times) in passed {
-        let _ = writeln!(text, "not corrected: {what} ({times} times)");
+        text += &format!("not corrected: {what} ({times} times)\n");
     }
     text
 }
@@ -198,9 +190,8 @@ pub fn report(file: &Path, report: &Report) -> String {
 /// What the check says, for people.
 pub fn check(found: &CheckResult, options: &Options) -> String {
     let mut text = String::from("check: both programs read anew\n");
-    let _ = writeln!(
-        text,
-        "  {} motions for {}; at most {:.2} µm from the corrected path{}{}",
+    text += &format!(
+        "  {} motions for {}; at most {:.2} µm from the corrected path{}{}\n",
         found.motions[1],
         found.motions[0],
         found.off_um,
@@ -211,38 +202,31 @@ pub fn check(found: &CheckResult, options: &Options) -> String {
         }
     );
     if found.blended_um > 0.0 {
-        let _ = writeln!(
-            text,
-            "  where an axis turns round, and the step is blended into the move: {:.2} µm",
+        text += &format!(
+            "  where an axis turns round, and the step is blended into the move: {:.2} µm\n",
             found.blended_um
         );
     }
     for (unit, [before, after]) in [("min", found.minutes), ("revolutions", found.revolutions)] {
         if unit == "min" || before > 0.0 {
-            let _ = writeln!(
-                text,
-                "  feed moves take {after:.2} {unit}, before {before:.2} {unit}"
-            );
+            text += &format!("  feed moves take {after:.2} {unit}, before {before:.2} {unit}\n");
         }
     }
     if found.excess_um > 0.0 {
-        let _ = writeln!(
-            text,
-            "  {:.2} µm farther from the corrected path than allowed in line {}",
+        text += &format!(
+            "  {:.2} µm farther from the corrected path than allowed in line {}\n",
             found.excess_um, found.excess_line
         );
     }
     if found.times_differ > 0 {
-        let _ = writeln!(
-            text,
-            "  the time of {} motions differs by more than 1 %, first in line {}",
+        text += &format!(
+            "  the time of {} motions differs by more than 1 %, first in line {}\n",
             found.times_differ, found.first_time_line
         );
     }
     if let Some(path) = &found.tool_path {
-        let _ = writeln!(
-            text,
-            "  tool on feed moves      {:>9} {:>9} {:>9}",
+        text += &format!(
+            "  tool on feed moves      {:>9} {:>9} {:>9}\n",
             "mean", "95 %", "max"
         );
         for (name, unit, statistics) in [
@@ -253,13 +237,12 @@ pub fn check(found: &CheckResult, options: &Options) -> String {
         ] {
             let Statistics { mean, p95, max } = statistics;
             let name = format!("{name}, {unit}");
-            let _ = writeln!(text, "    {name:<22}{mean:>9.2} {p95:>9.2} {max:>9.2}");
+            text += &format!("    {name:<22}{mean:>9.2} {p95:>9.2} {max:>9.2}\n");
         }
         let [read, written] = found.lines;
         let more = 100.0 * (written as f64 / read.max(1) as f64 - 1.0);
-        let _ = writeln!(
-            text,
-            "{:.1} µm before, {:.1} µm after{}, {more:.0} % more lines",
+        text += &format!(
+            "{:.1} µm before, {:.1} µm after{}, {more:.0} % more lines\n",
             path.before_um.max,
             path.after_um.max,
             match path.worst_line {

@@ -1,8 +1,7 @@
 //! How far a compensation has reduced each parameter, as text and as JSON.
 
-use super::super::quantity::{EXPANDED, unit};
+use super::super::quantity::{EXPANDED, shown};
 use serde::Serialize;
-use std::fmt::Write;
 use trueaxis_measure::identify::{Compensability, Compensated};
 
 /// What a compensation has done.
@@ -58,21 +57,15 @@ impl OneGone {
 /// A line for each parameter.
 pub fn compensability(text: &mut String, compared: Option<&Compensated>) {
     let Some(compared) = compared else { return };
-    let _ = writeln!(
-        text,
-        "\n{:<14}{:>14}{:>12} {:<6}{:>22}{:>16}{:>8}",
+    *text += &format!(
+        "\n{:<14}{:>14}{:>12} {:<6}{:>22}{:>16}{:>8}\n",
         "parameter", "before", "after", "", "compensability (k = 2)", "effect (µm)", "after"
     );
     for one in &compared.parameters {
-        let (factor, unit) = unit(one.parameter);
-        let show = |v: f64| match factor {
-            Some(factor) => format!("{:.2}", v * factor),
-            None => format!("{v:.2e}"),
-        };
+        let (show, unit) = shown(one.parameter);
         let after = one.after.map_or("-".to_owned(), |[value, _]| show(value));
-        let _ = writeln!(
-            text,
-            "  {:<12}{:>14}{after:>12} {unit:<6}{:>22}{:>16.2}{:>8.2}",
+        *text += &format!(
+            "  {:<12}{:>14}{after:>12} {unit:<6}{:>22}{:>16.2}{:>8.2}\n",
             one.parameter.to_string(),
             show(one.before[0]),
             gone(one),
@@ -83,7 +76,7 @@ pub fn compensability(text: &mut String, compared: Option<&Compensated>) {
     let [mean, largest] = [0, 1].map(|k| compared.tip.map(|of| of[k] * 1e3));
     for (name, [before, after]) in [("mean", mean), ("largest", largest)] {
         let name = format!("tip at these probings (µm), {name}");
-        let _ = writeln!(text, "  {name:<69}{before:>16.2}{after:>8.2}");
+        *text += &format!("  {name:<69}{before:>16.2}{after:>8.2}\n");
     }
 }
 

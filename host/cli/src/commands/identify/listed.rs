@@ -2,7 +2,6 @@
 //! programs.
 
 use serde::Serialize;
-use std::fmt::Write;
 use trueaxis_measure::identify::{Missing, Published};
 use trueaxis_model::errors::Parameter;
 
@@ -60,31 +59,29 @@ fn reason(why: Missing) -> &'static str {
 /// A line for each reason.
 pub fn published(text: &mut String, published: Option<&Published>) {
     let Some(published) = published else { return };
-    let _ = write!(
-        text,
+    *text += &format!(
         "\nbeside the {} coefficients published for machines laid out so (--model {}), ",
         published.count, published.model
     );
     match &published.fit {
         Ok(fit) => {
-            let _ = write!(
-                text,
+            *text += &format!(
                 "{} of them seen here: they leave {:.2} µm",
                 fit.parameters,
                 fit.left * 1e3
             );
-            let _ = match &fit.held_out {
-                Ok(held_out) => writeln!(text, ", {:.2} of balls held out", held_out.rms * 1e3),
-                Err(error) => writeln!(text, "; without some of the balls: {error}"),
+            *text += &match &fit.held_out {
+                Ok(held_out) => format!(", {:.2} of balls held out\n", held_out.rms * 1e3),
+                Err(error) => format!("; without some of the balls: {error}\n"),
             };
         }
         Err(error) => {
-            let _ = writeln!(text, "which cannot be identified here: {error}");
+            *text += &format!("which cannot be identified here: {error}\n");
         }
     }
     let mut list = |count: usize, what: &str, names: Vec<String>| {
         if count > 0 {
-            let _ = writeln!(text, "{count:>5} {what}{}", names.join(", "));
+            *text += &format!("{count:>5} {what}{}\n", names.join(", "));
         }
     };
     list(published.kept.len(), "kept here too", Vec::new());

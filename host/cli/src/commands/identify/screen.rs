@@ -1,11 +1,10 @@
 //! What `trueaxis identify` shows.
 
-use super::super::quantity::{EXPANDED, count, unit};
+use super::super::quantity::{EXPANDED, count, shown};
 use super::super::unidentifiable;
 use super::Found;
 use super::compensability::compensability;
 use super::listed::published;
-use std::fmt::Write;
 use trueaxis_measure::identify::{Along, Form, Identified, Level, Row};
 
 /// Rows that are named, at most.
@@ -67,17 +66,12 @@ pub fn screen(found: &Found<'_>) -> String {
 }
 
 fn parameters(text: &mut String, identified: &Identified) {
-    let _ = writeln!(text, "parameter        value   standard   expanded (k = 2)");
+    *text += "parameter        value   standard   expanded (k = 2)\n";
     for e in &identified.parameters {
         let p = e.parameter;
-        let (factor, unit) = unit(p);
-        let show = |v: f64| match factor {
-            Some(factor) => format!("{:.2}", v * factor),
-            None => format!("{v:.2e}"),
-        };
-        let _ = writeln!(
-            text,
-            "  {:<8}{:>12}{:>11}{:>11} {unit}",
+        let (show, unit) = shown(p);
+        *text += &format!(
+            "  {:<8}{:>12}{:>11}{:>11} {unit}\n",
             p.to_string(),
             show(e.value),
             show(e.uncertainty),
@@ -97,89 +91,77 @@ fn left(text: &mut String, identified: &Identified) {
     };
     let (mean, most) = distances(|row| row.before.norm());
     let (rest, worst) = distances(|row| row.after.norm());
-    let _ = writeln!(text, "\nfrom tip to ball (µm)      mean    maximum");
-    let _ = writeln!(text, "  nominal machine      {mean:>8.2}{most:>11.2}");
-    let _ = writeln!(text, "  unexplained          {rest:>8.2}{worst:>11.2}");
-    let _ = writeln!(
-        text,
-        "noise of a coordinate {:.2} µm, from {} degrees of freedom; condition {:.0}",
+    *text += "\nfrom tip to ball (µm)      mean    maximum\n";
+    *text += &format!("  nominal machine      {mean:>8.2}{most:>11.2}\n");
+    *text += &format!("  unexplained          {rest:>8.2}{worst:>11.2}\n");
+    *text += &format!(
+        "noise of a coordinate {:.2} µm, from {} degrees of freedom; condition {:.0}\n",
         identified.noise * 1e3,
         identified.freedom,
         identified.condition
     );
     if let Some(factor) = identified.of_stated {
-        let _ = writeln!(
-            text,
-            "that is {factor:.2} times what the file states, which uncertainties rest on"
+        *text += &format!(
+            "that is {factor:.2} times what the file states, which uncertainties rest on\n"
         );
     }
 }
 
 fn by_ball(text: &mut String, found: &Found<'_>) {
-    let _ = writeln!(
-        text,
-        "\nball   probings   left (µm, rms)   maximum   predicted without it"
-    );
+    *text += "\nball   probings   left (µm, rms)   maximum   predicted without it\n";
     for ball in &found.honesty.balls {
         let predicted = found.held_out.as_ref().ok();
         let predicted = predicted.and_then(|p| p.balls.iter().find(|(name, _)| *name == ball.name));
         let predicted = predicted.map_or("-".to_owned(), |(_, rms)| format!("{:.2}", rms * 1e3));
-        let _ = writeln!(
-            text,
-            "  {:<7}{:>6}{:>17.2}{:>10.2}{predicted:>23}",
+        *text += &format!(
+            "  {:<7}{:>6}{:>17.2}{:>10.2}{predicted:>23}\n",
             ball.name,
             ball.rows,
             ball.rms * 1e3,
             ball.max * 1e3
         );
     }
-    let _ = match &found.held_out {
-        Ok(held_out) if held_out.balls.is_empty() => writeln!(
-            text,
-            "every fourth row is predicted without these to {:.2} µm: there are too few balls to leave one out",
+    *text += &match &found.held_out {
+        Ok(held_out) if held_out.balls.is_empty() => format!(
+            "every fourth row is predicted without these to {:.2} µm: there are too few balls to leave one out\n",
             held_out.rms * 1e3
         ),
-        Ok(held_out) => writeln!(
-            text,
-            "balls are predicted without them to {:.2} µm (rms)",
+        Ok(held_out) => format!(
+            "balls are predicted without them to {:.2} µm (rms)\n",
             held_out.rms * 1e3
         ),
-        Err(error) => writeln!(text, "balls cannot be predicted without them: {error}"),
+        Err(error) => format!("balls cannot be predicted without them: {error}\n"),
     };
 }
 
 /// Balls and stylus, found and stated.
 fn places(text: &mut String, found: &Found<'_>) {
-    let _ = writeln!(
-        text,
-        "\n{:<10}{:>11}{:>11}{:>11}   stated (mm)                        apart",
+    *text += &format!(
+        "\n{:<10}{:>11}{:>11}{:>11}   stated (mm)                        apart\n",
         "found (mm)", "x", "y", "z"
     );
     for one in &found.places {
         // Never -0.000.
         let [x, y, z]: [f64; 3] = one.found.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
-        let _ = write!(text, "  {:<8}{x:>11.3}{y:>11.3}{z:>11.3}", one.what);
-        let _ = match (one.stated, one.distance()) {
-            (Some(stated), Some(apart)) => writeln!(
-                text,
-                "{:>11.3}{:>11.3}{:>11.3}{apart:>9.3}",
+        *text += &format!("  {:<8}{x:>11.3}{y:>11.3}{z:>11.3}", one.what);
+        *text += &match (one.stated, one.distance()) {
+            (Some(stated), Some(apart)) => format!(
+                "{:>11.3}{:>11.3}{:>11.3}{apart:>9.3}\n",
                 stated.x, stated.y, stated.z
             ),
-            _ => writeln!(text, "          -"),
+            _ => format!("          -\n"),
         };
     }
 }
 
 fn checks(text: &mut String, found: &Found<'_>) {
     let left = found.honesty.coordinates * 1e3;
-    let _ = writeln!(
-        text,
-        "\nwhat is left, in the workpiece frame (µm)   {:>14}{:>16}{:>16}",
+    *text += &format!(
+        "\nwhat is left, in the workpiece frame (µm)   {:>14}{:>16}{:>16}\n",
         "x", "y", "z"
     );
-    let _ = writeln!(
-        text,
-        "  {:<42}{:>14.2}{:>16.2}{:>16.2}",
+    *text += &format!(
+        "  {:<42}{:>14.2}{:>16.2}{:>16.2}\n",
         "rms", left.x, left.y, left.z
     );
     for checked in &found.honesty.checks {
@@ -190,27 +172,19 @@ fn checks(text: &mut String, found: &Found<'_>) {
             Along::Run(run) => format!("run {run} from the others (k = 2)"),
             Along::Direction(axis) => format!("{axis} from below less from above (k = 2)"),
         };
-        let _ = match checked.trend {
+        *text += &match checked.trend {
             Some(trend) => {
                 let each = (trend.change * 1e3).zip_map(&(trend.uncertainty * 1e3), |c, u| {
                     format!("{c:.2} ± {:.2}", EXPANDED * u)
                 });
-                writeln!(
-                    text,
-                    "  {name:<42}{:>14}{:>16}{:>16}",
-                    each.x, each.y, each.z
-                )
+                format!("  {name:<42}{:>14}{:>16}{:>16}\n", each.x, each.y, each.z)
             }
-            None => writeln!(
-                text,
-                "  {name:<42} cannot be distinguished from the balls and parameters"
-            ),
+            None => format!("  {name:<42} cannot be told from the balls and parameters\n"),
         };
     }
     if let Some(repeats) = found.honesty.repeats {
-        let _ = writeln!(
-            text,
-            "{} probed again repeat to {:.2} µm (pooled standard deviation of a coordinate, {} degrees of freedom); {:.2} times that is left",
+        *text += &format!(
+            "{} probed again repeat to {:.2} µm (pooled standard deviation of a coordinate, {} degrees of freedom); {:.2} times that is left\n",
             count(repeats.places, "place"),
             repeats.deviation * 1e3,
             repeats.freedom,
@@ -221,19 +195,17 @@ fn checks(text: &mut String, found: &Found<'_>) {
 
 fn bars(text: &mut String, identified: &Identified) {
     for bar in &identified.bars {
-        let _ = match bar.others {
-            Some(others) => writeln!(
-                text,
-                "the bar from {} to {}, {:.4} mm, is {:.4} ± {:.4} mm (k = 2) by the machine and the other bars",
+        *text += &match bar.others {
+            Some(others) => format!(
+                "the bar from {} to {}, {:.4} mm, is {:.4} ± {:.4} mm (k = 2) by the machine and the other bars\n",
                 bar.balls[0],
                 bar.balls[1],
                 bar.length,
                 others.length,
                 EXPANDED * others.uncertainty
             ),
-            None => writeln!(
-                text,
-                "scales rest on the length of the bar from {} to {} alone: nothing here would show an error of it",
+            None => format!(
+                "scales rest on the length of the bar from {} to {} alone: nothing here would show an error of it\n",
                 bar.balls[0], bar.balls[1]
             ),
         };
@@ -248,7 +220,7 @@ fn correlations(text: &mut String, identified: &Identified) {
     *text += "\ncorrelations above 0.9\n";
     for (i, j, r) in close.iter().take(NAMED) {
         let [a, b] = [i, j].map(|k| identified.parameters[*k].parameter);
-        let _ = writeln!(text, "  {a} and {b}: {r:.3}");
+        *text += &format!("  {a} and {b}: {r:.3}\n");
     }
     more(text, close.len());
 }
@@ -266,27 +238,26 @@ fn levels(text: &mut String, levels: &[Level]) {
             (None, Form::Harmonics) => "   harmonics of axes that turn round".to_owned(),
             (None, Form::Polynomials) => "   polynomials of these".to_owned(),
         };
-        let _ = match &level.found {
+        *text += &match &level.found {
             Ok(fit) => {
                 let held_out = match &fit.held_out {
                     Ok(held_out) => format!("{:>25.2}", held_out.rms * 1e3),
                     Err(error) => format!("   without some of them: {error}"),
                 };
-                writeln!(
-                    text,
-                    "{:>6}{:>13}{:>12.2}{held_out}{form}",
+                format!(
+                    "{:>6}{:>13}{:>12.2}{held_out}{form}\n",
                     level.degree,
                     fit.parameters,
                     fit.left * 1e3
                 )
             }
-            Err(error) => writeln!(text, "{:>6}   {error}{form}", level.degree),
+            Err(error) => format!("{:>6}   {error}{form}\n", level.degree),
         };
     }
 }
 
 fn more(text: &mut String, count: usize) {
     if count > NAMED {
-        let _ = writeln!(text, "  and {} more", count - NAMED);
+        *text += &format!("  and {} more\n", count - NAMED);
     }
 }

@@ -6,7 +6,6 @@ use crate::commands::bad_input::BadInput;
 use crate::commands::files;
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_controllers::linuxcnc::{Against, Finding, Severity, check};
 use trueaxis_tables::validate::Runtime;
@@ -92,14 +91,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, BadInput> {
                 Severity::Refused => "refused",
                 Severity::Warning => "warning",
             };
-            let _ = writeln!(
-                text,
-                "{severity}: {file}, line {line}: {reason}\n  write: {write}"
-            );
+            text += &format!("{severity}: {file}, line {line}: {reason}\n  write: {write}\n");
         }
-        let _ = writeln!(
-            text,
-            "{}: {refused} refused, {warnings} warnings",
+        text += &format!(
+            "{}: {refused} refused, {warnings} warnings\n",
             ini.display()
         );
         files::print(&text)?;

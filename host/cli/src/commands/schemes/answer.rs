@@ -3,7 +3,6 @@
 use crate::commands::screen::{self, number};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use trueaxis_measure::compare::{Compared, Figures};
 use trueaxis_measure::identify::Compensated;
 use trueaxis_model::machine::Machine;
@@ -92,16 +91,14 @@ impl<'a> Answer<'a> {
             let all = self.schemes.iter();
             all.filter_map(|one| Some((one.scheme, one.figures.as_ref()?)))
         };
-        let _ = writeln!(
-            text,
-            "\n{:<14}{:>8}{:>8}{:>8}{:>10}{:>10}{:>14}",
+        text += &format!(
+            "\n{:<14}{:>8}{:>8}{:>8}{:>10}{:>10}{:>14}\n",
             "scheme", "tables", "terms", "grids", "samples", "bytes", "instructions"
         );
         for (name, figures) in able() {
             let size = &figures.size;
-            let _ = writeln!(
-                text,
-                "{name:<14}{:>8}{:>8}{:>8}{:>10}{:>10}{:>14.0}",
+            text += &format!(
+                "{name:<14}{:>8}{:>8}{:>8}{:>10}{:>10}{:>14.0}\n",
                 size.tables, size.terms, size.grids, size.samples, size.bytes, figures.instructions
             );
         }
@@ -115,20 +112,18 @@ impl<'a> Answer<'a> {
     }
 
     fn quality<'b>(&self, text: &mut String, able: impl Iterator<Item = (&'b str, &'b Takes<'b>)>) {
-        let _ = writeln!(
-            text,
-            "\n{:<14}{:>27}{:>29}{:>20}",
+        *text += &format!(
+            "\n{:<14}{:>27}{:>29}{:>20}\n",
             "whole travel", "translation (µm)", "tool direction (µrad)", "from the correction"
         );
         let heads = format!("{:>9}{:>9}{:>9}", "mean", "rms", "max");
-        let _ = writeln!(text, "{:14}{heads}  {heads}{:>10}{:>10}", "", "µm", "µrad");
+        *text += &format!("{:14}{heads}  {heads}{:>10}{:>10}\n", "", "µm", "µrad");
         if let Some(before) = self.before {
-            let _ = writeln!(text, "{:<14}{}", "none", row(before));
+            *text += &format!("{:<14}{}\n", "none", row(before));
         }
         for (name, figures) in able {
-            let _ = writeln!(
-                text,
-                "{name:<14}{}{:>10}{:>10}",
+            *text += &format!(
+                "{name:<14}{}{:>10}{:>10}\n",
                 row(figures.after),
                 number(figures.difference_um),
                 number(figures.difference_urad)
@@ -146,7 +141,7 @@ impl<'a> Answer<'a> {
         parameters.dedup();
         if !parameters.is_empty() {
             let names: String = able.iter().map(|(name, _)| format!("{name:>14}")).collect();
-            let _ = writeln!(text, "\n{:<14}{names}", "compensability");
+            *text += &format!("\n{:<14}{names}\n", "compensability");
         }
         for parameter in parameters {
             let shown = |figures: &Takes<'_>| {
@@ -156,7 +151,7 @@ impl<'a> Answer<'a> {
             let parts: String = (able.iter())
                 .map(|(_, figures)| format!("{:>14}", shown(figures)))
                 .collect();
-            let _ = writeln!(text, "{parameter:<14}{parts}");
+            *text += &format!("{parameter:<14}{parts}\n");
         }
         let mut reasons: Vec<&String> = able
             .iter()
@@ -164,7 +159,7 @@ impl<'a> Answer<'a> {
             .collect();
         reasons.dedup();
         for reason in reasons {
-            let _ = writeln!(text, "\ncompensability is not known: {reason}");
+            *text += &format!("\ncompensability is not known: {reason}\n");
         }
     }
 }

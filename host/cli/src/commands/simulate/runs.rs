@@ -7,7 +7,6 @@ use super::super::number::finite;
 use super::super::position_argument;
 use super::disturbed::Disturbed;
 use clap::Args;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use trueaxis_measure::direct::Measured;
 use trueaxis_measure::formats::runs;
@@ -127,7 +126,7 @@ impl Laser {
         if self.keep_slope {
             text += "# slope = \"keep\"\n";
         }
-        let _ = writeln!(text, "target,{}", self.how.header());
+        text += &format!("target,{}\n", self.how.header());
         let travel = machine.axes[index].travel;
         let [from, to] = [self.from.unwrap_or(travel[0]), self.to.unwrap_or(travel[1])];
         self.how.rows(&mut text, "", [from, to]);
@@ -149,7 +148,7 @@ impl Square {
             self.square_urad
         );
         text += &self.how.at(&bench, None)?;
-        let _ = writeln!(text, "line,target,{}", self.how.header());
+        text += &format!("line,target,{}\n", self.how.header());
         for letter in [a, b] {
             let Some(index) = machine.index(letter) else {
                 return Err(no_axis(&machine, "--lines", &letter.to_string()));
@@ -181,7 +180,7 @@ impl How {
         match self.offset[..] {
             [] => {}
             [x, y, z] => {
-                let _ = writeln!(text, "# offset_mm = [{x:?}, {y:?}, {z:?}]");
+                text += &format!("# offset_mm = [{x:?}, {y:?}, {z:?}]\n");
             }
             _ => {
                 return Err(BadInput::new(
@@ -203,11 +202,7 @@ impl How {
         for k in 0..self.targets {
             let target = from + (to - from) * f64::from(k) / last;
             let target = (target * 1e6).round() / 1e6 + 0.0;
-            let _ = writeln!(
-                text,
-                "{first}{target}{}",
-                ",0".repeat(2 * self.runs as usize)
-            );
+            *text += &format!("{first}{target}{}\n", ",0".repeat(2 * self.runs as usize));
         }
     }
 
@@ -247,14 +242,8 @@ fn no_axis(machine: &Machine, option: &str, name: &str) -> BadInput {
 
 /// Writes a file, and says so; or prints it.
 pub fn output(path: Option<&Path>, csv: &str) -> Result<Outcome, BadInput> {
-    match path {
-        None => files::print(csv)?,
-        Some(path) => {
-            files::write(path, csv.as_bytes())?;
-            let rows = csv.lines().filter(|line| !line.starts_with('#')).count() - 1;
-            files::print(&format!("{}: {rows} rows\n", path.display()))?;
-        }
-    }
+    let rows = csv.lines().filter(|line| !line.starts_with('#')).count() - 1;
+    files::write_or_print(path, csv, &format!("{rows} rows"))?;
     Ok(Outcome::Done)
 }
 

@@ -2,14 +2,12 @@
 
 use super::super::Outcome;
 use super::super::bad_input::BadInput;
-use super::super::files::{self, MachineFiles, Text};
+use super::super::files::{self, MachineFiles};
 use super::super::number::{finite, size, three};
 use super::super::touch_options::Touching;
 use super::not_simulated;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trueaxis_measure::formats::artefact::Artefact;
-use trueaxis_measure::formats::probings;
 use trueaxis_measure::plan::{simulated_touches, touch_log};
 use trueaxis_measure::simulate::Disturbances;
 use trueaxis_model::kinematics::Kinematics;
@@ -64,11 +62,8 @@ impl Touches {
         }
         let misplaced = three(&self.misplaced, "--misplaced", "mm")?;
         let (machine, errors) = self.files.read()?;
-        let text = Text::read(&self.artefact)?;
-        let planned =
-            Artefact::from_toml(&text.text, machine.tool_axis).map_err(|e| text.bad(e))?;
-        let text = Text::read(&self.strategy)?;
-        let strategy = probings::read(&text.text, &machine, false).map_err(|e| text.bad(e))?;
+        let planned = files::read_artefact(&self.artefact, &machine)?;
+        let strategy = files::read_strategy(&self.strategy, &machine)?;
         let mut artefact = planned.clone();
         for place in artefact.balls.iter_mut().filter_map(|b| b.nominal.as_mut()) {
             *place += nalgebra::Vector3::from(misplaced);
@@ -88,13 +83,8 @@ impl Touches {
         );
         let touched = touched.map_err(|e| not_simulated(&self.strategy, &e))?;
         let log = touch_log(&machine, &touched);
-        match &self.output {
-            None => files::print(&log)?,
-            Some(path) => {
-                files::write(path, log.as_bytes())?;
-                files::print(&format!("{}: {} touches\n", path.display(), touched.len()))?;
-            }
-        }
+        let said = format!("{} touches", touched.len());
+        files::write_or_print(self.output.as_deref(), &log, &said)?;
         Ok(Outcome::Done)
     }
 }
