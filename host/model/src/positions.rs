@@ -163,7 +163,7 @@ mod tests {
                 "column 3: `Q` is not a known column",
                 "Q",
             ),
-            ("X,A,A\n1,2,3\n", 1, "column 3: `A` is there twice", "A"),
+            ("X,A,A\n1,2,3\n", 1, "column 3: `A` is listed twice", "A"),
             (
                 "X,A\n1,2\n",
                 1,

@@ -174,7 +174,7 @@ fn table(port: &str, controller: &Controller, report: &Report, health: Option<He
         report.factor
     );
     if report.suspended {
-        *t += "servo        stands still for an upload\n";
+        *t += "servo        paused for an upload\n";
     }
     if let Some(state) = upload(report.upload) {
         *t += &format!("upload       {state}\n");

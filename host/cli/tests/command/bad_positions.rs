@@ -56,7 +56,7 @@ fn a_wrong_header_is_refused() {
     refuses(
         "X,Y,Z,A,C,X\n1,2,3,4,5,6\n",
         1,
-        "column 6: `X` is there twice",
+        "column 6: `X` is listed twice",
         "keep one",
     );
     refuses(

@@ -226,7 +226,7 @@ mod tests {
             (
                 format!("{head}angle,angle\n"),
                 Some(3),
-                "column 2: `angle` is there twice",
+                "column 2: `angle` is listed twice",
             ),
             (
                 format!("{head}X,Y,radial\n"),
@@ -256,7 +256,7 @@ mod tests {
             (
                 format!("{head}angle,ccw\n0,1\n# unit = \"mm\"\n"),
                 Some(5),
-                "a line with # stands below the header",
+                "there is a line with # below the header",
             ),
         ] {
             let error = read(&text).unwrap_err();

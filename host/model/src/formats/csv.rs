@@ -186,7 +186,7 @@ impl<'t> Table<'t> {
     /// What each column from `first` on is.
     ///
     /// # Errors
-    /// [`FileError`]: a name that `known` does not know, a column that is there twice.
+    /// [`FileError`]: a name that `known` does not know, a column that is listed twice.
     pub fn columns<C: PartialEq>(
         &self,
         first: usize,
@@ -212,7 +212,7 @@ impl<'t> Table<'t> {
             if columns.contains(&column) {
                 let remedy = "keep one of the two columns".to_owned();
                 return error(
-                    &format!(": `{text}` is there twice"),
+                    &format!(": `{text}` is listed twice"),
                     "the second one",
                     remedy,
                 );
@@ -252,7 +252,7 @@ impl<'t> Table<'t> {
         if self.has_heading && line.text.trim_start().starts_with('#') {
             return Err(FileError::at(
                 line.span(),
-                "a line with # stands below the header",
+                "there is a line with # below the header",
                 "here",
                 "move it to the top: the lines with # come first",
             ));

@@ -179,7 +179,7 @@ fn checks(text: &mut String, found: &Found<'_>) {
                 });
                 format!("  {name:<42}{:>14}{:>16}{:>16}\n", each.x, each.y, each.z)
             }
-            None => format!("  {name:<42} cannot be told from the balls and parameters\n"),
+            None => format!("  {name:<42} cannot be distinguished from the balls and parameters\n"),
         };
     }
     if let Some(repeats) = found.honesty.repeats {

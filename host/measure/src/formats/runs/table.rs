@@ -241,7 +241,7 @@ fn take(
                 k,
                 format!("a reading of {} is too large for an error of a machine", row.cells[k].text),
                 "here",
-                "write what is read less the target, or say reads_position = true if readings are positions, and check unit",
+                "write readings minus targets, or set reads_position = true if the readings are positions, and check the unit",
             ));
         }
         run.readings.push(reading);

@@ -178,7 +178,7 @@ mod tests {
             ("a,EB0A\n", "does not begin with `parameter`"),
             ("parameter;EB0A\n", "separated by semicolons"),
             ("parameter,EB0Q\n", "column 2: `EB0Q` is not a known column"),
-            ("parameter,EB0A,EB0A\n", "column 3: `EB0A` is there twice"),
+            ("parameter,EB0A,EB0A\n", "column 3: `EB0A` is listed twice"),
             ("parameter,EB0A\n", "there are no rows below the header"),
             ("parameter,EB0A,EC0A\nEB0A,1,0\n", "there are 1 rows"),
             ("parameter,EB0A\nEB0A,1\nEB0A,1\n", "more rows than the 1"),

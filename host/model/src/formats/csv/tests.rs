@@ -63,7 +63,7 @@ fn every_mistake_is_reported_with_line_and_place() {
             "A,B,\"A\"\n",
             1,
             "\"A\"",
-            "column 3: `A` is there twice",
+            "column 3: `A` is listed twice",
             "keep one of the two columns",
         ),
         ("\nA\n1\n", 2, "A", "the column `B` is missing", "write A,B"),
@@ -132,7 +132,7 @@ fn a_heading_keeps_its_places() {
     assert_eq!(&text[table.header.span.clone()], "A,B");
     assert_eq!(table.next().unwrap().unwrap().line, 5);
     let error = table.next().unwrap().unwrap_err();
-    assert_eq!(error.message, "a line with # stands below the header");
+    assert_eq!(error.message, "there is a line with # below the header");
     assert_eq!(error.line(text), Some(6));
     let error = super::heading::<Heading>("# unit = 1\nA,B\n", "write it").err();
     let error = error.unwrap();
