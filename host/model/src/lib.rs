@@ -10,6 +10,7 @@ pub mod formats;
 pub mod kinematics;
 pub mod machine;
 pub mod motion;
+pub mod parallel;
 pub mod pose;
 pub mod positions;
 pub mod source;

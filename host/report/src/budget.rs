@@ -4,11 +4,11 @@ use super::volumetric::quality;
 use super::words::{in_words, name};
 use super::worst::{FEW, Of, Search};
 use super::{ReportError, Subject};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::{MAX_SENSORS, Situation, Switches};
 use trueaxis_model::explain::{Alone, EntryKind};
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::parallel;
 use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
 
 /// Random positions: a mean over so many is known to 2 % where errors scatter as much as they are large.
@@ -69,10 +69,7 @@ pub fn budget(subject: &Subject<'_>, depth: Depth) -> Result<Budget, ReportError
     let kinematics = Kinematics::new(machine, errors).with_policy(subject.policy);
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
     let all = Alone::all(machine, errors);
-    let shares = all
-        .par_iter()
-        .map(|alone| share(subject, alone, &commands, depth));
-    let mut shares = shares.collect::<Result<Vec<Share>, ReportError>>()?;
+    let mut shares = parallel::try_map(&all, |alone| share(subject, alone, &commands, depth))?;
     let size = |share: &Share| {
         let Quality {
             translation_um,

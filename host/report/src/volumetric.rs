@@ -1,10 +1,10 @@
 //! The volumetric error over the travel: without correction, with the tables, with the best correction there is.
 
 use super::{ReportError, Subject};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::Kinematics;
+use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty::over_travel;
 use trueaxis_tables::validate::{Quality, Region, Statistics, direction, random_commands};
 
@@ -82,17 +82,15 @@ pub fn volumetric(
         });
     }
     let commands = random_commands(&kinematics, Region::Travel, POSITIONS, subject.seed)?;
-    let found: Vec<([f64; 2], Option<[f64; 2]>)> = (commands.par_iter())
-        .map(|command| {
-            let (q, situation) = command.kinematic(subject.machine);
-            let left = |dq| {
-                let error = kinematics.volumetric_error(&q, &dq, &situation);
-                [error.t.norm(), direction(subject.machine, &error)]
-            };
-            let exact = kinematics.correction(&q, &situation, &Switches::ALL).ok();
-            (left(Default::default()), exact.map(|exact| left(exact.dq)))
-        })
-        .collect();
+    let found: Vec<([f64; 2], Option<[f64; 2]>)> = parallel::map(&commands, |command| {
+        let (q, situation) = command.kinematic(subject.machine);
+        let left = |dq| {
+            let error = kinematics.volumetric_error(&q, &dq, &situation);
+            [error.t.norm(), direction(subject.machine, &error)]
+        };
+        let exact = kinematics.correction(&q, &situation, &Switches::ALL).ok();
+        (left(Default::default()), exact.map(|exact| left(exact.dq)))
+    });
     let failed = found.iter().filter(|(_, exact)| exact.is_none()).count();
     if failed > 0 {
         remarks.push(format!(

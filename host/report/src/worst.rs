@@ -1,12 +1,12 @@
 //! The largest errors over the travel, as a search finds them, and where.
 
 use super::{ReportError, Subject, Volumetric};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trueaxis::Travel;
 use trueaxis_model::errors::{ErrorModel, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::parallel;
 use trueaxis_tables::compile::seed_over_travel;
 use trueaxis_tables::uncertainty::Uncertain;
 use trueaxis_tables::validate::{Command, Quality, Region, direction, random_commands};
@@ -223,8 +223,7 @@ impl Search<'_> {
     fn climbed(&self, all: &[Sized], starts: usize, left: &Left<'_>, of: Of) -> Vec<Sized> {
         let starts = self.apart(all.iter(), starts);
         let climb = |start: &Sized| self.climb(*start, &|command| left(command, of));
-        let climbed: Vec<Sized> = starts.par_iter().map(climb).collect();
-        sorted(climbed)
+        sorted(parallel::map(&starts, climb))
     }
 
     /// From a command, one input after the other, to where it is worse.
@@ -292,7 +291,7 @@ fn around(here: f32, [low, high]: [f64; 2], part: f64) -> impl Iterator<Item = f
 
 /// Commands with their errors, the largest first.
 fn sized(commands: &[Command], left: &Left<'_>, of: Of) -> Vec<Sized> {
-    sorted(commands.par_iter().map(|c| (left(c, of), *c)).collect())
+    sorted(parallel::map(commands, |c| (left(c, of), *c)))
 }
 
 /// The largest first; what differs by less than 1e-9 mm or rad stays in its order.

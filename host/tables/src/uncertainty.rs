@@ -12,12 +12,12 @@ mod travel;
 
 use crate::validate::{Quality, Statistics};
 use nalgebra::{DMatrix, Matrix3, Matrix3xX, Vector3};
-use rayon::prelude::*;
 pub use travel::{OverTravel, over_travel};
 use trueaxis_kinematics::Sensitivity;
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, ParameterKind, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::parallel;
 
 /// Probability with which an error is inside the band.
 pub(crate) const PROBABILITY: f64 = 0.95;
@@ -85,8 +85,7 @@ pub fn leaves(
     positions: &[(PerAxis, Situation)],
 ) -> Vec<Leaves> {
     let uncertain = Uncertain::new(machine, errors, covariance);
-    let at = |(q, situation): &(PerAxis, Situation)| uncertain.leaves(q, situation);
-    positions.par_iter().map(at).collect()
+    parallel::map(positions, |(q, situation)| uncertain.leaves(q, situation))
 }
 
 /// The 95 % bands over many positions: mean, root mean square and maximum of [`Leaves::tip_band`] (µm) and
@@ -99,10 +98,7 @@ pub fn band(
     positions: &[(PerAxis, Situation)],
 ) -> Quality {
     let leaves = leaves(machine, errors, covariance, positions);
-    let bands = leaves
-        .par_iter()
-        .map(|at| [at.tip_band(), at.direction_band()]);
-    let bands: Vec<[f64; 2]> = bands.collect();
+    let bands = parallel::map(&leaves, |at| [at.tip_band(), at.direction_band()]);
     Quality {
         translation_um: Statistics::of(bands.iter().map(|[tip, _]| tip * 1e3)),
         direction_urad: Statistics::of(bands.iter().map(|[_, direction]| direction * 1e6)),

@@ -5,12 +5,12 @@ mod verification;
 use crate::policy::of_blob;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 use trueaxis::{Inputs, Largest, LoadError, Travel, Travelling};
 use trueaxis_model::errors::{ErrorModel, Motion, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_model::parallel;
 pub use verification::{
     AxisDeviation, Measured, Quality, Statistics, Verification, direction, verify,
 };
@@ -278,7 +278,7 @@ pub fn random_commands(
         let drawn: Vec<Command> = (0..missing)
             .map(|_| random_command(machine, errors, region, &mut random))
             .collect();
-        let there: Vec<Result<bool, NotConverged>> = drawn.par_iter().map(is_there).collect();
+        let there: Vec<Result<bool, NotConverged>> = parallel::map(&drawn, is_there);
         for (command, there) in drawn.into_iter().zip(there) {
             let found = commands.len();
             if draws >= DRAWS + RARE * found {

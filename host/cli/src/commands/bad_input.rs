@@ -1,7 +1,6 @@
 //! What is shown when input is bad: file, line, cause, remedy.
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
-use std::fmt::Display;
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::ops::Range;
 use std::path::Path;
 use trueaxis::LoadError;
@@ -14,20 +13,17 @@ use trueaxis_tables::compile::{CompileError, Mismatch};
 pub struct BadInput {
     message: String,
     remedy: String,
-    place: Option<Box<(NamedSource<String>, LabeledSpan)>>,
+    quote: Option<Box<Quote>>,
 }
 
-impl Diagnostic for BadInput {
-    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
-        Some(Box::new(&self.remedy))
-    }
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|p| &p.0 as &dyn SourceCode)
-    }
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = self.place.as_ref()?.1.clone();
-        Some(Box::new(std::iter::once(label)))
-    }
+/// Lines of a text file, and the place in them that a message is about.
+#[derive(Debug)]
+struct Quote {
+    /// The name of the file.
+    name: String,
+    /// The line before that of the place, its own, and the one after it.
+    lines: Excerpt,
+    label: String,
 }
 
 impl BadInput {
@@ -36,7 +32,7 @@ impl BadInput {
         Self {
             message: cut(message.into(), MOST_MESSAGE),
             remedy: cut(remedy.into(), MOST_MESSAGE),
-            place: None,
+            quote: None,
         }
     }
 
@@ -50,17 +46,37 @@ impl BadInput {
         };
         let [message, label, remedy] =
             [error.message, error.label, error.remedy].map(|words| cut(words, most));
-        let place_in_text = error.span.map(|span| {
-            let (shown, span) = excerpt(text, span);
-            let source = NamedSource::new(name, shown);
-            let label = (!label.is_empty()).then_some(label);
-            Box::new((source, LabeledSpan::new_with_span(label, span)))
+        let quote = error.span.map(|span| Quote {
+            name: name.to_owned(),
+            lines: Excerpt::around(text, span),
+            label,
         });
         Self {
             message: format!("{place}: {message}"),
             remedy,
-            place: place_in_text,
+            quote: quote.map(Box::new),
         }
+    }
+
+    /// Prints it to standard error: message, place and remedy.
+    pub fn show(&self) {
+        let snippet = self.quote.as_ref().map(|quote| {
+            let Excerpt { first, text, span } = &quote.lines;
+            let place = AnnotationKind::Primary.span(span.clone());
+            let place = place.label((!quote.label.is_empty()).then_some(quote.label.as_str()));
+            let lines = Snippet::source(text).line_start(*first).path(&quote.name);
+            lines.fold(false).annotation(place)
+        });
+        let title = Level::ERROR.primary_title(&self.message);
+        let remedy = Level::HELP.message(&self.remedy);
+        let group = match snippet {
+            Some(snippet) => title.element(snippet).element(remedy),
+            None => title.element(remedy),
+        };
+        let text = Renderer::styled()
+            .term_width(MOST_LINE + 40)
+            .render(&[group]);
+        anstream::eprintln!("{text}");
     }
 
     /// A blob that the runtime refuses.
@@ -128,54 +144,59 @@ fn cut(text: String, most: usize) -> String {
     format!("{start}…{end}")
 }
 
-/// A text with every line cut to [`MOST_LINE`] characters, in the line of `span` those around its start; and where
-/// `span` is in it. Lines keep their numbers.
-fn excerpt(text: &str, span: Range<usize>) -> (String, Range<usize>) {
-    const BEFORE: usize = MOST_LINE / 2;
-    let mut shown = String::new();
-    let mut moved = [0; 2];
-    let mut start = 0;
-    for line in text.split_inclusive('\n') {
-        let body = line.trim_end_matches(['\n', '\r']);
-        let end = start + body.len();
-        let at = floor_char_boundary(body, span.start.saturating_sub(start));
-        let before = &body[..if at < body.len() { at } else { 0 }];
-        let skipped = before.chars().count().saturating_sub(BEFORE);
+/// A few lines around a place in a text, each of at most [`MOST_LINE`] characters.
+#[derive(Debug)]
+struct Excerpt {
+    /// The number of the first of them in the text, counted from 1.
+    first: usize,
+    text: String,
+    /// The place in `text`; its part in the first line, if it has several.
+    span: Range<usize>,
+}
+
+impl Excerpt {
+    /// The line of the place, cut around the place if it is long, between its neighbours.
+    fn around(text: &str, span: Range<usize>) -> Self {
+        let at = floor_char_boundary(text, span.start);
+        let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
+        let body = line(text, at);
+        let before = text[..start]
+            .lines()
+            .last()
+            .map(|line| cut(line.to_owned(), MOST_LINE));
+        let after = text[start..]
+            .lines()
+            .nth(1)
+            .map(|line| cut(line.to_owned(), MOST_LINE));
+
+        let at = (at - start).min(body.len());
+        let end = floor_char_boundary(body, span.end.saturating_sub(start)).max(at);
         let is_long = body.chars().nth(MOST_LINE).is_some();
-        let kept: String = match is_long {
-            true => body.chars().skip(skipped).take(MOST_LINE - 2).collect(),
-            false => body.to_owned(),
+        let skipped = match is_long {
+            true => body[..at].chars().count().saturating_sub(MOST_LINE / 2),
+            false => 0,
         };
-        let from = match is_long {
-            true => {
-                start
-                    + body
-                        .chars()
-                        .take(skipped)
-                        .map(char::len_utf8)
-                        .sum::<usize>()
-            }
-            false => start,
-        };
-        if from > start {
-            shown.push('…');
+        let from = body.char_indices().nth(skipped).map_or(0, |(from, _)| from);
+        let kept: String = body[from..].chars().take(MOST_LINE - 2).collect();
+        let kept = if is_long { kept.as_str() } else { body };
+        let is_cut =
+            [from > 0, from + kept.len() < body.len()].map(|cut| if cut { "…" } else { "" });
+
+        let mut shown = before
+            .as_ref()
+            .map_or(String::new(), |line| format!("{line}\n"));
+        shown += is_cut[0];
+        let [start_shown, end_shown] =
+            [at, end].map(|at| shown.len() + (at - from).min(kept.len()));
+        shown += kept;
+        shown += is_cut[1];
+        shown.extend(after.map(|line| format!("\n{line}")));
+        Self {
+            first: text[..start].matches('\n').count() + usize::from(before.is_none()),
+            text: shown,
+            span: start_shown..end_shown,
         }
-        let place = shown.len();
-        for (moved, at) in moved.iter_mut().zip([span.start, span.end]) {
-            if at >= start {
-                *moved = place + at.saturating_sub(from).min(kept.len());
-            }
-        }
-        shown.push_str(&kept);
-        if from + kept.len() < end {
-            shown.push('…');
-        }
-        shown.push_str(&line[body.len()..]);
-        start += line.len();
     }
-    let [start, end] = moved.map(|at| floor_char_boundary(&shown, at));
-    // A span of many lines is marked where it starts.
-    (shown, start..end.clamp(start, start + MOST_MESSAGE))
 }
 
 impl From<CompileError> for BadInput {
@@ -189,10 +210,11 @@ mod tests {
     use super::*;
 
     fn marked(text: &str, span: Range<usize>) -> String {
-        let (shown, span) = excerpt(text, span);
-        assert!(shown.lines().all(|line| line.chars().count() <= MOST_LINE));
-        assert_eq!(shown.lines().count(), text.lines().count());
-        shown[span].to_owned()
+        let number = text[..span.start].matches('\n').count() + 1;
+        let Excerpt { first, text, span } = Excerpt::around(text, span);
+        assert!(text.lines().all(|line| line.chars().count() <= MOST_LINE));
+        assert_eq!(first + text[..span.start].matches('\n').count(), number);
+        text[span].to_owned()
     }
 
     #[test]
@@ -200,25 +222,23 @@ mod tests {
         let long = "ä".repeat(1000) + "wrong" + &"b".repeat(1_000_000);
         for text in [
             format!("first\n{long}\nlast"),
-            format!("{long}\r\n\r\nlast\r\n"),
+            format!("\n{long}\r\n\r\nlast\r\n"),
             long.clone(),
         ] {
             let at = text.find("wrong").unwrap();
             assert_eq!(marked(&text, at..at + 5), "wrong");
-            assert_eq!(
-                marked(&text, at..text.len())
-                    .chars()
-                    .take(5)
-                    .collect::<String>(),
-                "wrong"
-            );
+            assert!(marked(&text, at..text.len()).starts_with("wrongbb"));
             if let Some(at) = text.find("last") {
                 assert_eq!(marked(&text, at..at + 4), "last");
             }
             assert_eq!(marked(&text, text.len()..text.len()), "");
         }
         let short = "[axes]\nx = wrong\n".to_owned();
-        assert_eq!(excerpt(&short, 11..16), (short.clone(), 11..16));
+        let Excerpt { first, text, span } = Excerpt::around(&short, 11..16);
+        assert_eq!(
+            (first, text.as_str(), span),
+            (1, "[axes]\nx = wrong", 11..16)
+        );
     }
 
     #[test]

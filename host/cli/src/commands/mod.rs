@@ -134,21 +134,8 @@ pub fn run() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(bad) => {
-            show(bad);
+            bad.show();
             ExitCode::from(2)
         }
     }
-}
-
-fn show(bad: BadInput) {
-    // Fails only if called twice; the default look is then good enough.
-    let _ = miette::set_hook(Box::new(|_| {
-        Box::new(
-            miette::MietteHandlerOpts::new()
-                .terminal_links(false)
-                .width(100)
-                .build(),
-        )
-    }));
-    eprintln!("{:?}", miette::Report::new(bad));
 }

@@ -82,7 +82,7 @@ fn a_message_shows_at_most_200_characters_of_a_line() {
         let output = trueaxis(arguments);
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{said}");
-        // The message, the line, and what miette draws around them.
+        // The message, the line, and what is drawn around them.
         assert!(said.len() < 4000, "{} bytes", said.len());
         assert!(!said.contains(&"x".repeat(201)), "{said}");
         assert!(said.contains("line"), "{said}");

@@ -371,7 +371,7 @@ fn files_that_do_not_say_how_it_was_measured_are_refused() {
         ),
         (
             format!("{head}target,+1\n0,0\n700,700000\n"),
-            ["too large for an error of a machine", "check unit"],
+            ["too large for an error of a machine", "check the unit"],
         ),
         (
             square.replace("\nX,0", "\nZ,0"),

@@ -7,10 +7,10 @@ use super::reading::Reading;
 use super::{FactorTables, Plan, Tolerance};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use serde::Serialize;
 use trueaxis::{AuxiliaryKind, EncodeError, LoadError, Travel};
 use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::parallel;
 use trueaxis_model::source::FileError;
 use trueaxis_tables::validate::{Command, Runtime};
 
@@ -131,8 +131,8 @@ pub fn prove(
     let larger = |a: [[f64; 4]; MAX_AXES], b: [[f64; 4]; MAX_AXES]| {
         std::array::from_fn(|i| std::array::from_fn(|k| f64::max(a[i][k], b[i][k])))
     };
-    let zero = || [[0.0; 4]; MAX_AXES];
-    let found: [[f64; 4]; MAX_AXES] = commands.par_iter().map(worst).reduce(zero, larger);
+    let found = parallel::map(&commands, worst);
+    let found = found.into_iter().fold([[0.0; 4]; MAX_AXES], larger);
     let of = |i: usize| {
         let (unit, fine) = match axes.is_rotary(i) {
             true => ("µrad", 1_f64.to_radians() * 1e6),

@@ -4,12 +4,12 @@ use super::Unknown;
 use super::factor::{Alone, Factor};
 use super::rows::{Estimate, LARGEST_LENGTH, ProbingRow, Problem, Weights};
 use nalgebra::{DMatrix, Vector3};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use trueaxis_kinematics::Sensitivity;
 use trueaxis_model::errors::{Parameter, ParameterKind};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::MAX_AXES;
+use trueaxis_model::parallel;
 
 /// Larger errors no machine has (rad).
 const LARGEST_ANGLE: f64 = 0.01;
@@ -69,17 +69,16 @@ impl Problem<'_> {
     ) -> DMatrix<f64> {
         let kinematics = Kinematics::new(self.machine, &estimate.errors);
         let mut jacobian = DMatrix::zeros(self.equations(), unknowns.len());
-        let found: Vec<_> = (self.places.par_iter().zip(&weights.rows))
-            .map(|(place, weight)| {
-                let tip = place.turned * estimate.stylus;
-                let found = kinematics.sensitivity(&place.q, &place.situation, &tip);
-                Effects::new(found, *weight, place)
-            })
-            .collect();
+        let weighted: Vec<_> = self.places.iter().zip(&weights.rows).collect();
+        let found = parallel::map(&weighted, |(place, weight)| {
+            let tip = place.turned * estimate.stylus;
+            let found = kinematics.sensitivity(&place.q, &place.situation, &tip);
+            Effects::new(found, **weight, place)
+        });
         let bases = self.bases(unknowns);
         let equations = jacobian.nrows();
         // Columns lie behind each other.
-        let columns = jacobian.as_mut_slice().par_chunks_mut(equations);
+        let columns = jacobian.as_mut_slice().chunks_mut(equations);
         columns.zip(unknowns).for_each(|(column, unknown)| {
             let (probed, others) = column.split_at_mut(3 * self.places.len());
             let rows = probed.as_chunks_mut::<3>().0.iter_mut();

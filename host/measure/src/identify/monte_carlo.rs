@@ -12,10 +12,10 @@ use crate::formats::probings::Probings;
 use crate::simulate::{self, Disturbances, SimulateError};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty;
 
 /// What is simulated and looked for.
@@ -129,12 +129,11 @@ pub fn monte_carlo(
     let jacobian = problem.jacobian(&place.estimate, &place.weights);
     let positions = positions(machine, &clean);
     let leaves = uncertainty::leaves(machine, &first.errors, &first.known, &positions);
-    let bands: Vec<[f64; 2]> = (leaves.par_iter())
-        .map(|at| [at.tip_band(), at.direction_band()])
-        .collect();
+    let bands = parallel::map(&leaves, |at| [at.tip_band(), at.direction_band()]);
     let real = Kinematics::new(machine, &truth);
-    let once = |seed: u64| -> Result<OneTrial, TrialError> {
-        let measured = simulate::disturbed(machine, &clean, &trial.disturbances(trial.noise, seed));
+    let once = |seed: &u64| -> Result<OneTrial, TrialError> {
+        let measured =
+            simulate::disturbed(machine, &clean, &trial.disturbances(trial.noise, *seed));
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ OWN);
         let problem = problem.with_positions(&measured);
         let problem = problem.with_chance_lengths(&mut random);
@@ -146,7 +145,7 @@ pub fn monte_carlo(
             &place.factor,
             &place.weights,
         ) {
-            return Err(TrialError::Far { seed });
+            return Err(TrialError::Far { seed: *seed });
         }
         let square = problem.residuals(&estimate, &place.weights).norm_squared();
         // In the deviation that the factor's weights stand for.
@@ -173,10 +172,7 @@ pub fn monte_carlo(
             inside,
         })
     };
-    let all: Vec<OneTrial> = (1..=seeds as u64)
-        .into_par_iter()
-        .map(once)
-        .collect::<Result<_, _>>()?;
+    let all: Vec<OneTrial> = parallel::try_map(&Vec::from_iter(1..=seeds as u64), once)?;
     let count = seeds as f64;
     let normalised = |(i, e): (usize, &super::Estimated)| {
         let mean = all.iter().map(|once| once.normalised[i]).sum::<f64>() / count;

@@ -7,10 +7,10 @@ use crate::formats::probings::Probings;
 use crate::simulate::{normal, turned};
 use nalgebra::{DVector, Matrix3, Vector3};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use trueaxis_model::errors::{ErrorModel, Parameter, Situation, Switches};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::parallel;
 
 /// What was probed on which machine, and what is looked for.
 #[derive(Clone, Debug)]
@@ -250,10 +250,7 @@ impl<'a> Problem<'a> {
             let pose = kinematics.actual(&place.q, &place.situation, &Switches::ALL);
             pose.r * (place.turned * stylus - own) + pose.t
         };
-        self.places
-            .par_iter()
-            .map(|place| (place.ball, tip(place)))
-            .collect()
+        parallel::map(&self.places, |place| (place.ball, tip(place)))
     }
 
     /// How far the tip is from the ball in each probing (mm, workpiece frame).

@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, Matrix3xX};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use trueaxis_model::errors::{Covariance, ErrorModel, Parameter, Situation};
 use trueaxis_model::kinematics::Kinematics;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::parallel;
 use trueaxis_tables::uncertainty::{derivatives, of_root};
 
 /// A standard uncertainty over many positions.
@@ -57,12 +57,11 @@ impl Band {
             .collect();
         let identified = as_identified(machine, errors, parameters, probed);
         let kinematics = Kinematics::new(machine, &identified);
-        let derivatives = places
-            .par_iter()
-            .map(|(q, situation)| derivatives(&kinematics, parameters, q, situation));
         Self {
             parameters: parameters.to_vec(),
-            derivatives: derivatives.collect(),
+            derivatives: parallel::map(&places, |(q, situation)| {
+                derivatives(&kinematics, parameters, q, situation)
+            }),
         }
     }
 
@@ -75,9 +74,9 @@ impl Band {
             matrix: covariance.clone(),
         }
         .root();
-        let all: Vec<[f64; 2]> = (self.derivatives.par_iter())
-            .map(|d| d.each_ref().map(|d| of_root(d, &root).trace().sqrt()))
-            .collect();
+        let all: Vec<[f64; 2]> = parallel::map(&self.derivatives, |d| {
+            d.each_ref().map(|d| of_root(d, &root).trace().sqrt())
+        });
         [0, 1].map(|k| Spread::of(all.iter().map(|v| v[k]).collect()))
     }
 

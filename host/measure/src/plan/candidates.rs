@@ -6,8 +6,8 @@ use crate::formats::probings::{Probing, Probings};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use trueaxis_model::machine::{MAX_AXES, Machine};
+use trueaxis_model::parallel;
 
 /// What a strategy may use.
 #[derive(Clone, Debug)]
@@ -189,12 +189,11 @@ impl Setup<'_> {
         }
         let numbers: Vec<f64> = (0..self.balls.len()).map(|b| b as f64).collect();
         rows = with(rows, &numbers, |row, _, v| row.ball = v as usize, 0);
-        let reached: Vec<Result<Probing, Box<(Probing, Unreachable)>>> = (rows.into_par_iter())
-            .map(|row| match self.touching(&row) {
-                Ok(touching) => Ok(self.at(row, &touching)),
-                Err(reason) => Err(Box::new((row, reason))),
-            })
-            .collect();
+        let reached: Vec<Result<Probing, Box<(Probing, Unreachable)>>> =
+            parallel::map(&rows, |row| match self.touching(row) {
+                Ok(touching) => Ok(self.at(row.clone(), &touching)),
+                Err(reason) => Err(Box::new((row.clone(), reason))),
+            });
         let first = reached
             .iter()
             .find_map(|r| r.as_ref().err().map(|why| (**why).clone()));

@@ -1,7 +1,7 @@
 //! The choice of rows that tell most: rows are added and taken away one by one as long as that helps.
 
 use nalgebra::{DMatrix, Matrix3};
-use rayon::prelude::*;
+use trueaxis_model::parallel;
 
 /// What a design is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -222,11 +222,14 @@ impl Exchange {
         let ws = &w * inner;
         self.covariance -= &ws * w.transpose();
         let effect = &self.effect * &ws;
-        self.rows.par_iter_mut().for_each(|row| {
+        let changes = parallel::map(&self.rows, |row| {
             let with: Matrix3<f64> = row.equations.tr_mul(&w).fixed_view::<3, 3>(0, 0).into();
-            row.variance -= with * inner * with.transpose();
-            row.effect -= &effect * with.transpose();
+            (with * inner * with.transpose(), &effect * with.transpose())
         });
+        for (row, (variance, effect)) in self.rows.iter_mut().zip(changes) {
+            row.variance -= variance;
+            row.effect -= effect;
+        }
     }
 
     /// All anew from what is chosen: changes add up rounding.
@@ -241,11 +244,15 @@ impl Exchange {
         self.covariance = factor.inverse();
         let effect = &self.effect * &self.covariance;
         let covariance = &self.covariance;
-        self.rows.par_iter_mut().for_each(|row| {
+        let values = parallel::map(&self.rows, |row| {
             let w = covariance * &row.equations;
-            row.variance = row.equations.tr_mul(&w).fixed_view::<3, 3>(0, 0).into();
-            row.effect = &effect * &row.equations;
+            let variance = row.equations.tr_mul(&w).fixed_view::<3, 3>(0, 0).into();
+            (variance, &effect * &row.equations)
         });
+        for (row, (variance, effect)) in self.rows.iter_mut().zip(values) {
+            row.variance = variance;
+            row.effect = effect;
+        }
     }
 }
 

@@ -4,11 +4,11 @@ use super::Progress;
 use crate::validate::{Command, DrawError, Region, Runtime, random_commands};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use serde::Serialize;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::{MAX_AXES, Machine};
+use trueaxis_model::parallel;
 
 /// Random positions over the whole travel; as many again with linear axes and auxiliaries at
 /// their ends, where what is affine in them is largest.
@@ -176,14 +176,12 @@ fn evaluated(
     commands: &[Command],
     progress: &dyn Progress,
 ) -> Vec<Evaluated> {
-    let commands = commands.par_iter();
-    let found = commands.map(|command| {
+    parallel::map(commands, |command| {
         let values = runtime.evaluate(command);
         let rates = rates(machine, runtime, command, &values);
         progress.step();
         Evaluated { values, rates }
-    });
-    found.collect()
+    })
 }
 
 /// The largest corrections and rates at some positions; of equal ones the first.

@@ -5,11 +5,11 @@ use crate::validate::{
     DrawError, Measured, Region, Runtime, Verification, holds_anywhere, is_partly_calibrated,
     random_commands,
 };
-use rayon::prelude::*;
 use serde::Serialize;
 use trueaxis::AuxiliaryKind;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::parallel;
 
 /// Change of tool length (mm) with which the sensitivity is measured.
 const LENGTH_CHANGE: f64 = 10.0;
@@ -265,25 +265,23 @@ fn length_sensitivity(
         LENGTH_POSITIONS,
         seed ^ FRESH ^ 2,
     )?;
-    Ok(commands
-        .par_iter()
-        .map(|command| {
-            let (q, situation) = command.kinematic(machine);
-            let table: Vec<f64> = runtime
-                .evaluate(command)
-                .iter()
-                .map(|c| f64::from(*c))
-                .collect();
-            let mut dq = machine.to_kinematic(&table);
-            for (d, z) in dq.iter_mut().zip(zero) {
-                *d += z;
-            }
-            let error = |length: f64| {
-                let mut situation = situation;
-                situation.length = Some(length);
-                kinematics.volumetric_error(&q, &dq, &situation).t
-            };
-            (error(longer) - error(shorter)).norm() * 1e3 / (longer - shorter)
-        })
-        .reduce(|| 0.0, f64::max))
+    let changes = parallel::map(&commands, |command| {
+        let (q, situation) = command.kinematic(machine);
+        let table: Vec<f64> = runtime
+            .evaluate(command)
+            .iter()
+            .map(|c| f64::from(*c))
+            .collect();
+        let mut dq = machine.to_kinematic(&table);
+        for (d, z) in dq.iter_mut().zip(zero) {
+            *d += z;
+        }
+        let error = |length: f64| {
+            let mut situation = situation;
+            situation.length = Some(length);
+            kinematics.volumetric_error(&q, &dq, &situation).t
+        };
+        (error(longer) - error(shorter)).norm() * 1e3 / (longer - shorter)
+    });
+    Ok(changes.into_iter().fold(0.0, f64::max))
 }

@@ -1,7 +1,7 @@
 //! The grid of commands that a scheme is fitted on: as many positions of every axis, evenly over its travel.
 
-use rayon::prelude::*;
 use trueaxis_model::machine::{Axis, Machine, PerAxis};
+use trueaxis_model::parallel;
 
 /// Nodes of a block, and blocks that are held at a time: more than any computer has cores.
 const BLOCK: usize = 1000;
@@ -65,9 +65,8 @@ impl Lattice {
         let blocks = self.nodes().div_ceil(BLOCK);
         let mut total = nothing();
         for first in (0..blocks).step_by(HELD) {
-            let some = first..blocks.min(first + HELD);
-            let sums: Result<Vec<S>, E> = some.into_par_iter().map(of_block).collect();
-            for sum in sums? {
+            let some = Vec::from_iter(first..blocks.min(first + HELD));
+            for sum in parallel::try_map(&some, |block| of_block(*block))? {
                 join(&mut total, sum);
             }
         }

@@ -17,12 +17,12 @@ use super::moments::{Moments, SAMPLED};
 use super::points::Points;
 use super::{Options, SchemeError, SchemeResult};
 use basis::Basis;
-use rayon::prelude::*;
 use tables::Fitted;
 use trueaxis::Draft;
 use trueaxis_model::errors::{ErrorModel, Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{Machine, PerAxis};
+use trueaxis_model::parallel;
 
 /// Points of each table, unless told otherwise (section 6.5.3).
 pub const POINTS: usize = 10;
@@ -135,5 +135,5 @@ fn means(
         let sum = lattice.sum(PerAxis::default, add, join)?;
         Ok(sum.map(|sum| sum / lattice.nodes() as f64))
     };
-    angles.par_iter().map(mean).collect()
+    parallel::try_map(&angles, mean)
 }

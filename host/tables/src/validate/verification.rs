@@ -3,11 +3,11 @@
 use super::{Command, Runtime, holds, is_near_point};
 use crate::policy::tolerance_urad;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trueaxis_model::errors::{ErrorModel, Switches};
 use trueaxis_model::kinematics::{NotConverged, Policy, Twist};
 use trueaxis_model::machine::{MAX_AXES, Machine, PerAxis};
+use trueaxis_model::parallel;
 
 /// Part of the values that is not above [`Statistics::p95`].
 const MOST: f64 = 0.95;
@@ -174,41 +174,38 @@ impl<'a> Measured<'a> {
             let t = Vector3::zeros();
             direction(machine, &Twist { t, r })
         };
-        let samples: Result<Vec<Sample>, NotConverged> = commands
-            .par_iter()
-            .map(|command| {
-                let (q, situation) = command.kinematic(machine);
-                let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
-                let corrections = runtime.evaluate(command);
-                let mut dq = machine.to_kinematic(&corrections.map(f64::from));
-                for (d, z) in dq.iter_mut().zip(zero) {
-                    *d += z;
-                }
-                let errors_left =
-                    [*zero, dq, exact].map(|dq| kinematics.volumetric_error(&q, &dq, &situation));
-                progress();
-                Ok(Sample {
-                    translation: errors_left.each_ref().map(|error| error.t.norm()),
-                    direction: errors_left
-                        .each_ref()
-                        .map(|error| direction(machine, error)),
-                    apart: [
-                        (errors_left[1].t - errors_left[2].t).norm(),
-                        across(errors_left[1].r - errors_left[2].r),
-                    ],
-                    deviation: std::array::from_fn(|i| (dq[i] - exact[i]).abs()),
-                    kinematic: std::array::from_fn(|i| (exact[i] - zero[i]).abs()),
-                    corrections,
-                    holds: holds(machine, errors, &q, &exact),
-                    near: is_near_point(machine, errors, &q, &exact),
-                })
+        let samples = parallel::try_map(&commands, |command| {
+            let (q, situation) = command.kinematic(machine);
+            let exact = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
+            let corrections = runtime.evaluate(command);
+            let mut dq = machine.to_kinematic(&corrections.map(f64::from));
+            for (d, z) in dq.iter_mut().zip(zero) {
+                *d += z;
+            }
+            let errors_left =
+                [*zero, dq, exact].map(|dq| kinematics.volumetric_error(&q, &dq, &situation));
+            progress();
+            Ok::<_, NotConverged>(Sample {
+                translation: errors_left.each_ref().map(|error| error.t.norm()),
+                direction: errors_left
+                    .each_ref()
+                    .map(|error| direction(machine, error)),
+                apart: [
+                    (errors_left[1].t - errors_left[2].t).norm(),
+                    across(errors_left[1].r - errors_left[2].r),
+                ],
+                deviation: std::array::from_fn(|i| (dq[i] - exact[i]).abs()),
+                kinematic: std::array::from_fn(|i| (exact[i] - zero[i]).abs()),
+                corrections,
+                holds: holds(machine, errors, &q, &exact),
+                near: is_near_point(machine, errors, &q, &exact),
             })
-            .collect();
+        })?;
         Ok(Self {
             machine,
             policy: kinematics.policy,
             commands,
-            samples: samples?,
+            samples,
         })
     }
 

@@ -3,10 +3,10 @@
 use super::memory::Key;
 use super::sampling::{Component, Sampler};
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// One output of one component at fixed values of all other variables.
 #[derive(Clone, Debug)]
@@ -153,14 +153,11 @@ impl Sampler<'_> {
         missing.sort_unstable();
         missing.dedup();
         let places: Vec<&[Key]> = missing.chunk_by(|a, b| a.0 == b.0).collect();
-        let made: Result<Vec<Vec<(Key, PerAxis)>>, NotConverged> = places
-            .into_par_iter()
-            .map(|keys| {
-                let values = self.coefficients_at(keys, components)?;
-                Ok(keys.iter().copied().zip(values).collect())
-            })
-            .collect();
-        let made = made?.into_iter().flatten();
+        let made = parallel::try_map(&places, |keys| {
+            let values = self.coefficients_at(keys, components)?;
+            Ok::<_, NotConverged>(keys.iter().copied().zip(values).collect::<Vec<_>>())
+        })?;
+        let made = made.into_iter().flatten();
         let mut known = self.memory.known();
         known.extend(made);
         Ok(at

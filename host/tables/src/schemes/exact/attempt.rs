@@ -8,9 +8,9 @@ use super::sampling::{Component, Sampler};
 use super::structure::Structure;
 use super::tables::Decomposition;
 use crate::target::Target;
-use rayon::prelude::*;
 use trueaxis_model::kinematics::{NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// Bases and terms for one choice of what may be left out.
 pub struct Attempt {
@@ -57,12 +57,11 @@ pub fn bases(
         degree: if minimize == Minimize::Tables { 5 } else { 4 },
         leave: BASIS_SHARE * share,
     };
-    let variables = sampler.variables.par_iter().enumerate();
-    let found = variables.map(|(v, variable)| match variable.is_rich() {
-        true => Basis::find(v, sampler, components, tolerance, choice),
+    let variables: Vec<_> = sampler.variables.iter().enumerate().collect();
+    parallel::try_map(&variables, |(v, variable)| match variable.is_rich() {
+        true => Basis::find(*v, sampler, components, tolerance, choice),
         false => Ok(Basis::of_lever(variable)),
-    });
-    found.collect()
+    })
 }
 
 /// Finds terms that leave out no more than `share` of the tolerance; `before` is what an earlier

@@ -6,10 +6,10 @@ use super::trials::{random_place, to_corner};
 use super::variables::{Kind, VariableValues};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use trueaxis_model::errors::ParameterKind;
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// What is there with everything switched off, and what is of first order; and of temperatures their
 /// squares, which are of second order but large where machines become warm.
@@ -146,19 +146,16 @@ fn pairs(sampler: &Sampler<'_>, tolerance: &PerAxis) -> Result<Vec<u32>, NotConv
             place
         })
         .collect();
-    let sizes: Result<Vec<(f64, u32)>, NotConverged> = unions
-        .into_par_iter()
-        .map(|on| {
-            let mut size = 0.0_f64;
-            for place in &places {
-                let added = sampler.added(place, on)?;
-                let parts = added.iter().zip(tolerance).map(|(d, t)| d.abs() / t);
-                size = parts.fold(size, f64::max);
-            }
-            Ok((size, on))
-        })
-        .collect();
-    let mut sizes = sizes?;
+    let unions: Vec<u32> = unions.into_iter().collect();
+    let mut sizes = parallel::try_map(&unions, |on| {
+        let mut size = 0.0_f64;
+        for place in &places {
+            let added = sampler.added(place, *on)?;
+            let parts = added.iter().zip(tolerance).map(|(d, t)| d.abs() / t);
+            size = parts.fold(size, f64::max);
+        }
+        Ok::<_, NotConverged>((size, *on))
+    })?;
     sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut left_out = 0.0;
     let weak = sizes.iter().rev().take_while(|(size, _)| {

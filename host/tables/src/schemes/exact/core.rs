@@ -6,10 +6,10 @@ use super::limits::{MOST_ENTRIES, NOISE, ROUNDING};
 use super::sampling::{Component, Sampler};
 use super::variables::{Kind, MAX_VARIABLES};
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// Which function of each variable a product takes; 0 is the constant.
 pub type Key = [u8; MAX_VARIABLES];
@@ -60,7 +60,8 @@ fn inverses(
         let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(shown.len(), nodes));
         Ok(((v, shows, nodes), (shown, inverse)))
     };
-    kinds.into_par_iter().map(inverse).collect()
+    let inverses = parallel::try_map(&Vec::from_iter(kinds), |kind| inverse(*kind))?;
+    Ok(inverses.into_iter().collect())
 }
 
 /// Samples (`outer` × nodes × `inner`) taken to functions.
@@ -95,7 +96,7 @@ pub fn entries(
     let noise = NOISE * left_out.max(1.0);
     let inverses = inverses(sampler, components, bases, tolerance)?;
     // Each component by itself, and added up in a fixed order.
-    let parts = components.par_iter().map(|component| {
+    let parts = parallel::map(components, |component| {
         let mut functions_of: Vec<&[usize]> = Vec::new();
         let mut shape: Vec<usize> = component.rich.iter().map(|(_, p)| p.len()).collect();
         let monomials = component.monomials.len();
@@ -134,10 +135,9 @@ pub fn entries(
         }
         found
     });
-    let parts: Vec<Vec<((usize, Key), f64)>> = parts.collect();
     let mut parts = parts.concat();
     // Stable, and so is the order in which they are added up.
-    parts.par_sort_by_key(|(key, _)| *key);
+    parts.sort_by_key(|(key, _)| *key);
     let mut entries: Vec<Entry> = parts
         .chunk_by(|(a, _), (b, _)| a == b)
         .map(|same| {

@@ -5,7 +5,6 @@ use super::core::{Entry, Key, merges};
 use super::prune::Spare;
 use super::structure::{Function, Structure, Term};
 use super::variables::Variable;
-use rayon::prelude::*;
 use std::collections::BinaryHeap;
 use trueaxis_model::machine::PerAxis;
 
@@ -136,7 +135,7 @@ impl<'a> Cover<'a> {
                 }
             }
         }
-        along.par_sort_unstable();
+        along.sort_unstable();
         // Alone, an entry gains nothing from a table of its own.
         let fibres = along
             .chunk_by(|(a, _), (b, _)| a == b)

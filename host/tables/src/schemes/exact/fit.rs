@@ -7,9 +7,9 @@
 use super::limits::{FIT_RIDGE, FIT_ROUNDS, FIT_STEPS};
 use crate::validate::{Command, Runtime};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use trueaxis::{Draft, DraftBank, Term};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// A position at which a draft is fitted.
 pub struct Sample {
@@ -31,8 +31,9 @@ pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &PerAxis) -> Option<
         let to = |t: &usize| usize::from(draft.terms[*t].output) == output;
         terms.filter(to).collect()
     };
-    let outputs: Vec<Vec<usize>> = (0..tolerance.len()).map(of).collect();
-    let changes = outputs.par_iter().enumerate().map(|(output, terms)| {
+    let outputs: Vec<(usize, Vec<usize>)> = (0..tolerance.len()).map(|o| (o, of(o))).collect();
+    let changes = parallel::map(&outputs, |(output, terms)| {
+        let output = *output;
         let unit = tolerance[output];
         let products = DMatrix::from_fn(samples.len(), terms.len(), |row, term| {
             let factors = draft.terms[terms[term]].factors.iter();
@@ -45,9 +46,8 @@ pub fn fitted(draft: &Draft, samples: &[Sample], tolerance: &PerAxis) -> Option<
         let left = DVector::from_iterator(samples.len(), wanted) - &products * weights;
         lawson(products, left)
     });
-    let changes: Vec<DVector<f64>> = changes.collect();
     let mut draft = draft.clone();
-    for (terms, changes) in outputs.iter().zip(&changes) {
+    for ((_, terms), changes) in outputs.iter().zip(&changes) {
         for (t, change) in terms.iter().zip(changes) {
             draft.terms[*t].weight += *change as f32;
         }
@@ -82,8 +82,7 @@ fn tables(draft: &Draft, samples: &[Sample]) -> Option<Vec<Vec<f64>>> {
             };
             let blob = some.encode().ok()?;
             let runtime = Runtime::load(&blob).ok()?;
-            let values = samples.par_iter().map(|s| runtime.evaluate(&s.command));
-            let values: Vec<_> = values.collect();
+            let values = parallel::map(samples, |s| runtime.evaluate(&s.command));
             let table = |k: usize| values.iter().map(|v| f64::from(v[k])).collect();
             tables.extend((0..columns.len()).map(table));
         }

@@ -11,13 +11,13 @@ use crate::target::Target;
 use crate::validate::{Command, Region, Runtime, holds, random_commands};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use trueaxis::{AUXILIARIES, Draft, Travel};
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::{Jacobian, Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
+use trueaxis_model::parallel;
 
 /// Seeds of the positions; those of a proof are others.
 const SEED: u64 = 0x6a75_6467;
@@ -148,7 +148,7 @@ impl<'a> Judge<'a> {
 
     /// Measures a draft; `None` if a blob or the target cannot hold it.
     pub fn measure(&self, draft: &Draft, target: &Target) -> Option<Verdict> {
-        let places = self.places.par_iter().chain(&self.others);
+        let places = self.places.iter().chain(&self.others).collect();
         self.measure_at(places, draft, target, f64::INFINITY)
     }
 
@@ -160,12 +160,12 @@ impl<'a> Judge<'a> {
         target: &Target,
         most: f64,
     ) -> Option<Verdict> {
-        self.measure_at(self.places.par_iter(), draft, target, most)
+        self.measure_at(self.places.iter().collect(), draft, target, most)
     }
 
-    fn measure_at<'p>(
+    fn measure_at(
         &self,
-        places: impl ParallelIterator<Item = &'p JudgedPosition>,
+        places: Vec<&JudgedPosition>,
         draft: &Draft,
         target: &Target,
         most: f64,
@@ -175,10 +175,16 @@ impl<'a> Judge<'a> {
         if !target.shortages(&Size::of(&runtime)).is_empty() {
             return None;
         }
-        places
-            .map(|place| self.at(place, &runtime))
-            .map(|verdict| (verdict.error <= most).then_some(verdict))
-            .try_reduce(|| Verdict::NOTHING, |a, b| Some(a.worse(b)))
+        let verdicts = parallel::try_map(&places, |place| {
+            let verdict = self.at(place, &runtime);
+            if verdict.error <= most {
+                Ok(verdict)
+            } else {
+                Err(())
+            }
+        });
+        let verdicts = verdicts.ok()?.into_iter();
+        Some(verdicts.fold(Verdict::NOTHING, Verdict::worse))
     }
 
     /// Measures a draft at many more positions than it was measured at. Those where it does not keep a
@@ -196,11 +202,7 @@ impl<'a> Judge<'a> {
                 verdict: Verdict::NOTHING,
             });
         };
-        let verdicts: Vec<Verdict> = self
-            .others
-            .par_iter()
-            .map(|place| self.at(place, &runtime))
-            .collect();
+        let verdicts: Vec<Verdict> = parallel::map(&self.others, |place| self.at(place, &runtime));
         let mut order: Vec<usize> = (0..verdicts.len()).collect();
         order.sort_by(|a, b| verdicts[*b].error.total_cmp(&verdicts[*a].error));
         let misses = |verdict: &Verdict| verdict.error > factor;
@@ -215,11 +217,10 @@ impl<'a> Judge<'a> {
         let starts: Vec<_> = starts
             .map(|i| (verdicts[*i], self.others[*i].clone()))
             .collect();
-        let climbed: Result<Vec<_>, NotConverged> = starts
-            .into_par_iter()
-            .map(|(verdict, place)| self.climb(verdict, place, &runtime))
-            .collect();
-        for (verdict, place) in climbed?.into_iter().filter(|(v, _)| misses(v)) {
+        let climbed = parallel::try_map(&starts, |(verdict, place)| {
+            self.climb(*verdict, place.clone(), &runtime)
+        })?;
+        for (verdict, place) in climbed.into_iter().filter(|(v, _)| misses(v)) {
             worst = worst.worse(verdict);
             missed.push(place);
         }
@@ -369,17 +370,11 @@ fn places(
             (region, command)
         }));
     }
-    let places: Result<Vec<JudgedPosition>, NotConverged> = commands
-        .into_par_iter()
-        .map(|(region, command)| {
-            if region == Region::Inside {
-                JudgedPosition::inside(kinematics, zero, command)
-            } else {
-                JudgedPosition::new(kinematics, zero, command)
-            }
-        })
-        .collect();
-    Ok(places?)
+    let places = parallel::try_map(&commands, |(region, command)| match region {
+        Region::Inside => JudgedPosition::inside(kinematics, zero, *command),
+        _ => JudgedPosition::new(kinematics, zero, *command),
+    })?;
+    Ok(places)
 }
 
 impl JudgedPosition {

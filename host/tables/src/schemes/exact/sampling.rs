@@ -3,10 +3,10 @@
 use super::chebyshev;
 use super::memory::Memory;
 use super::variables::{Kind, MAX_VARIABLES, Variable, VariableValues};
-use rayon::prelude::*;
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::{MAX_AXES, PerAxis};
+use trueaxis_model::parallel;
 
 /// The iteration for samples ends here (mm or rad): 1e-5 of the default tolerance of rotary axes
 /// remains at most, for errors of 1 %.
@@ -358,18 +358,14 @@ impl Sampler<'_> {
                 *positions = chebyshev::points(self.variables[*v].range, count);
             }
         }
-        let sampled: Result<Vec<Vec<PerAxis>>, NotConverged> = (0..few.nodes())
-            .into_par_iter()
-            .with_min_len(16)
-            .map(|node| {
-                let place = few.place(node);
-                points
-                    .iter()
-                    .map(|levers| self.odd_part(&few, levers, &place, |at| self.exact(at, subset)))
-                    .collect()
-            })
-            .collect();
-        let sampled = sampled?;
+        let nodes = Vec::from_iter(0..few.nodes());
+        let sampled: Vec<Vec<PerAxis>> = parallel::try_map(&nodes, |node| {
+            let place = few.place(*node);
+            points
+                .iter()
+                .map(|levers| self.odd_part(&few, levers, &place, |at| self.exact(at, subset)))
+                .collect::<Result<_, NotConverged>>()
+        })?;
         for (node, row) in rows.chunks_mut(points.len()).enumerate() {
             for (from, weight) in few.around(component, node) {
                 for (value, sample) in row.iter_mut().zip(&sampled[from]) {

@@ -9,11 +9,11 @@
 use super::sources::Source;
 use crate::schemes::products::Points;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 use trueaxis_model::errors::Situation;
 use trueaxis_model::kinematics::{Kinematics, Linearised};
 use trueaxis_model::machine::{Branch, Machine, PerAxis};
+use trueaxis_model::parallel;
 
 /// Functions of the rotary axis next to the workpiece: 1, cos, sin, cos 2, sin 2.
 pub const TURNS: usize = 5;
@@ -133,7 +133,7 @@ pub fn forms(
         (0..count).map(one).collect()
     };
     // By point, lever, turn, source.
-    let sampled = points[second].at.par_iter().map(|at| {
+    let sampled = parallel::map(&points[second].at, |at| {
         let levers = (0..=count).map(|lever| {
             let turns = (0..TURNS).map(|turn| {
                 let angle = TAU * turn as f64 / TURNS as f64;
@@ -144,7 +144,7 @@ pub fn forms(
         });
         levers.collect::<Option<Vec<_>>>()
     });
-    let sampled: Vec<_> = sampled.collect::<Option<Vec<_>>>()?;
+    let sampled = sampled.into_iter().collect::<Option<Vec<_>>>()?;
     let form = |source: usize, output: usize| {
         let matrix = |lever: usize| {
             DMatrix::from_fn(TURNS, sampled.len(), |row, point| {

@@ -1,10 +1,10 @@
 //! A grid of the linear axes with the kinematic correction at its nodes.
 
 use crate::schemes::moments::SAMPLED;
-use rayon::prelude::*;
 use trueaxis_model::errors::{Situation, Switches};
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// Corrections at the nodes of a grid, the first axis slowest.
 pub struct Mesh<'a> {
@@ -27,8 +27,8 @@ impl<'a> Mesh<'a> {
         sizes: [usize; 3],
     ) -> Result<Self, NotConverged> {
         let along: [Vec<f64>; 3] = std::array::from_fn(|k| evenly(zone[k], sizes[k]));
-        let nodes = (0..sizes.iter().product()).into_par_iter();
-        let corrections = nodes.map(|node: usize| {
+        let nodes = Vec::from_iter(0..sizes.iter().product());
+        let corrections = parallel::try_map(&nodes, |node: &usize| {
             let of = [
                 node / (sizes[1] * sizes[2]),
                 node / sizes[2] % sizes[1],
@@ -39,10 +39,10 @@ impl<'a> Mesh<'a> {
                 q[axes[k]] = along[k][of[k]];
             }
             correction(kinematics, &q)
-        });
+        })?;
         Ok(Self {
             axes,
-            corrections: corrections.collect::<Result<_, _>>()?,
+            corrections,
             along,
             kinematics,
         })

@@ -4,9 +4,9 @@ use super::mesh::{Mesh, Zone, add, before, correction, error, evenly};
 use super::{Rms, Wanted};
 use crate::schemes::SchemeError;
 use crate::validate::{Region, random_commands};
-use rayon::prelude::*;
 use trueaxis_model::kinematics::{Kinematics, NotConverged};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// Random commands at which grids are compared (Eq. 12), and where they begin.
 const COMMANDS: usize = 2000;
@@ -110,8 +110,7 @@ impl<'a> Sizing<'a> {
 
     /// Eq. 12 along each direction of the tool frame (mm), for a grid.
     fn left(&self, mesh: &Mesh<'_>) -> [f64; 3] {
-        let errors: Vec<[f64; 3]> = self.commands.par_iter().map(|q| mesh.left(q)).collect();
-        self.rms(&errors)
+        self.rms(&parallel::map(&self.commands, |q| mesh.left(q)))
     }
 
     fn rms(&self, errors: &[[f64; 3]]) -> [f64; 3] {
@@ -157,8 +156,7 @@ impl<'a> Sizing<'a> {
             }
             Ok(error(kinematics, q, &dq))
         };
-        let errors: Result<Vec<[f64; 3]>, NotConverged> =
-            self.commands.par_iter().map(of).collect();
-        Ok(self.rms(&errors?))
+        let errors: Vec<[f64; 3]> = parallel::try_map(&self.commands, of)?;
+        Ok(self.rms(&errors))
     }
 }

@@ -7,10 +7,10 @@
 use super::candidates::{Candidate, Functions};
 use crate::validate::Command;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use trueaxis_model::errors::Switches;
 use trueaxis_model::kinematics::{Kinematics, NotConverged, Policy};
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel;
 
 /// The lever (mm) at which rotations count as much as translations of the tip.
 pub const LEVER: f64 = 100.0;
@@ -52,7 +52,7 @@ impl Remains {
             starts.push(starts[starts.len() - 1] + count);
         }
         let count = starts[candidates.len()];
-        let rows = commands.par_iter().map(|command| {
+        let rows = parallel::try_map(commands, |command| {
             let (q, situation) = command.kinematic(kinematics.machine);
             let star = kinematics.correction(&q, &situation, &Switches::ALL)?.dq;
             let left = kinematics.volumetric_error(&q, &star, &situation);
@@ -74,9 +74,8 @@ impl Remains {
                     }
                 }
             }
-            Ok((parts, wanted))
-        });
-        let rows: Vec<(Vec<f64>, [f64; ROWS])> = rows.collect::<Result<_, NotConverged>>()?;
+            Ok::<_, NotConverged>((parts, wanted))
+        })?;
         let all = DMatrix::from_fn(rows.len() * ROWS, count, |row, column| {
             rows[row / ROWS].0[column * ROWS + row % ROWS]
         });

@@ -7,7 +7,7 @@
 
 use super::candidates::{Candidate, tables};
 use super::remains::Remains;
-use rayon::prelude::*;
+use trueaxis_model::parallel;
 
 /// What is better by less than this part of everything is as good: rounding.
 const AS_GOOD: f64 = 1e-12;
@@ -73,7 +73,7 @@ pub fn all(remains: &Remains, most: usize, limit: usize) -> Option<Vec<Vec<usize
 
 /// The set that leaves least; the first of those that are as good.
 fn least(remains: &Remains, sets: Vec<Vec<usize>>) -> Vec<usize> {
-    let left: Vec<f64> = sets.par_iter().map(|set| remains.left(set)).collect();
+    let left = parallel::map(&sets, |set| remains.left(set));
     let numbered = sets.into_iter().zip(left);
     let best = numbered.min_by(|a, b| a.1.total_cmp(&b.1));
     best.map_or_else(Vec::new, |(set, _)| set)
@@ -91,7 +91,7 @@ fn filled(remains: &Remains, chosen: &[usize], most: usize, each: bool) -> Vec<u
     let mut left = remains.left(&chosen);
     loop {
         let taken = size(remains, &chosen);
-        let gain = |candidate: usize| {
+        let gain = |&candidate: &usize| {
             let with: Vec<usize> = chosen.iter().copied().chain([candidate]).collect();
             let more = size(remains, &with) - taken;
             if chosen.contains(&candidate) || taken + more > most {
@@ -102,11 +102,10 @@ fn filled(remains: &Remains, chosen: &[usize], most: usize, each: bool) -> Vec<u
             let worth = if each { removed / more as f64 } else { removed };
             Some((worth, then, candidate))
         };
-        let gains = (0..remains.candidates.len())
-            .into_par_iter()
-            .filter_map(gain);
-        // The first of those that are as good, so that threads do not decide.
-        let best = gains.max_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)));
+        let gains = parallel::map(&Vec::from_iter(0..remains.candidates.len()), gain);
+        // The first of those that are as good.
+        let best =
+            (gains.into_iter().flatten()).max_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)));
         match best {
             Some((_, then, candidate)) if left - then > AS_GOOD * remains.before => {
                 chosen.push(candidate);

@@ -5,10 +5,10 @@ use super::remains::Remains;
 use super::{remaining, search};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use trueaxis_model::errors::ErrorModel;
 use trueaxis_model::kinematics::{Kinematics, Policy};
 use trueaxis_model::machine::Machine;
+use trueaxis_model::parallel;
 
 /// Of an example, by its name and that of its errors.
 macro_rules! example {
@@ -39,8 +39,8 @@ fn remains((machine, errors): &(Machine, ErrorModel), policy: Policy) -> Remains
 /// The best of all sets of so many tables, and how many there are.
 fn exhaustive(remains: &Remains, most: usize) -> (f64, usize) {
     let sets = search::all(remains, most, usize::MAX).unwrap();
-    let left = sets.par_iter().map(|set| remains.left(set));
-    (left.reduce(|| f64::INFINITY, f64::min), sets.len())
+    let left = parallel::map(&sets, |set| remains.left(set));
+    (left.into_iter().fold(f64::INFINITY, f64::min), sets.len())
 }
 
 /// A genetic search as usual for such choices: sets as bits, tournaments of three, half of the bits from each
@@ -70,7 +70,7 @@ fn genetic(remains: &Remains, most: usize, seed: u64) -> (f64, usize) {
         .collect();
     let mut least = f64::INFINITY;
     for _ in 0..GENERATIONS {
-        let left: Vec<f64> = sets.par_iter().map(|set| remains.left(set)).collect();
+        let left = parallel::map(&sets, |set| remains.left(set));
         let best = (0..SETS)
             .min_by(|a, b| left[*a].total_cmp(&left[*b]))
             .unwrap();

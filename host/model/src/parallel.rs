@@ -1,0 +1,82 @@
+//! Work on all processors.
+//!
+//! Closures are called through [`rayon`], whose machinery is compiled once here and not for every one of them: a fifth
+//! of the code of the crates that sample.
+
+use rayon::prelude::*;
+use std::convert::Infallible;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// Most parts into which items are divided: enough that processors end together.
+const PARTS: usize = 1024;
+
+/// What a function makes of each item, in their order.
+pub fn map<'i, I: Sync, R: Send>(items: &'i [I], of: impl Fn(&'i I) -> R + Sync) -> Vec<R> {
+    let done = try_map(items, |item| Ok::<R, Infallible>(of(item)));
+    done.unwrap_or_else(|never| match never {})
+}
+
+/// The same for a function that can fail; after it has failed, no further items are begun.
+///
+/// # Errors
+/// The first one, in the order of the items, of those that were met.
+pub fn try_map<'i, I: Sync, R: Send, E: Send>(
+    items: &'i [I],
+    of: impl Fn(&'i I) -> Result<R, E> + Sync,
+) -> Result<Vec<R>, E> {
+    let has_failed = AtomicBool::new(false);
+    let parts: Mutex<Vec<(usize, Result<Vec<R>, E>)>> = Mutex::new(Vec::new());
+    in_parts(items.len(), &|range| {
+        let first = range.start;
+        if !has_failed.load(Ordering::Relaxed) {
+            let part: Result<Vec<R>, E> = items[range].iter().map(&of).collect();
+            has_failed.fetch_or(part.is_err(), Ordering::Relaxed);
+            let mut parts = parts.lock().unwrap_or_else(PoisonError::into_inner);
+            parts.push((first, part));
+        }
+    });
+    let mut parts = parts.into_inner().unwrap_or_else(PoisonError::into_inner);
+    parts.sort_unstable_by_key(|(first, _)| *first);
+    let mut all = Vec::with_capacity(items.len());
+    for (_, part) in parts {
+        all.extend(part?);
+    }
+    Ok(all)
+}
+
+/// Calls a function for ranges that together are all numbers below `count`.
+fn in_parts(count: usize, of: &(dyn Fn(Range<usize>) + Sync)) {
+    let size = count.div_ceil(PARTS).max(1);
+    let parts = (0..count.div_ceil(size)).into_par_iter();
+    parts.for_each(|part| of(part * size..count.min((part + 1) * size)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn results_are_in_the_order_of_the_items() {
+        for count in [0, 1, 2, 1023, 1024, 1025, 5000] {
+            let items: Vec<usize> = (0..count).collect();
+            let doubled: Vec<usize> = items.iter().map(|i| 2 * i).collect();
+            assert_eq!(map(&items, |i| 2 * i), doubled);
+        }
+    }
+
+    #[test]
+    fn a_failure_is_returned_and_ends_the_work() {
+        let items: Vec<usize> = (0..1_000_000).collect();
+        let last = AtomicUsize::new(0);
+        let fails = |i: &usize| {
+            last.fetch_max(*i, Ordering::Relaxed);
+            if *i == 10 { Err(*i) } else { Ok(*i) }
+        };
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        assert_eq!(one.unwrap().install(|| try_map(&items, fails)), Err(10));
+        assert_eq!(last.into_inner(), 10);
+    }
+}
