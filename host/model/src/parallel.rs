@@ -4,6 +4,7 @@
 //! of the code of the crates that sample.
 
 use rayon::prelude::*;
+pub use rayon::slice::ParallelSliceMut as Sort;
 use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};

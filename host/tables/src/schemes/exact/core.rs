@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use std::collections::{BTreeMap, HashMap};
 use trueaxis_model::kinematics::NotConverged;
 use trueaxis_model::machine::PerAxis;
-use trueaxis_model::parallel;
+use trueaxis_model::parallel::{self, Sort};
 
 /// Which function of each variable a product takes; 0 is the constant.
 pub type Key = [u8; MAX_VARIABLES];
@@ -137,7 +137,7 @@ pub fn entries(
     });
     let mut parts = parts.concat();
     // Stable, and so is the order in which they are added up.
-    parts.sort_by_key(|(key, _)| *key);
+    parts.par_sort_by_key(|(key, _)| *key);
     let mut entries: Vec<Entry> = parts
         .chunk_by(|(a, _), (b, _)| a == b)
         .map(|same| {

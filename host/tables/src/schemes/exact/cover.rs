@@ -7,6 +7,7 @@ use super::structure::{Function, Structure, Term};
 use super::variables::Variable;
 use std::collections::BinaryHeap;
 use trueaxis_model::machine::PerAxis;
+use trueaxis_model::parallel::Sort;
 
 /// What is to be least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,7 +136,7 @@ impl<'a> Cover<'a> {
                 }
             }
         }
-        along.sort_unstable();
+        along.par_sort_unstable();
         // Alone, an entry gains nothing from a table of its own.
         let fibres = along
             .chunk_by(|(a, _), (b, _)| a == b)
