@@ -1,11 +1,11 @@
-//! A bare loop with room for two compensations, which are loaded one after the other while it runs:
-//! `cargo run -p trueaxis --example bare_loop`.
+//! A bare loop with two compensations that are reloaded alternately while it runs: `cargo run -p trueaxis --example
+//! bare_loop`.
 //!
-//! The blob is part of the program; in a controller that is given new tables it lies in flash.
+//! Here the blob is part of the program; in a controller that receives new tables it is in flash.
 
 use trueaxis::{Compensation, Inputs, LoadError, Servo, capacities, include_blob};
 
-/// Room for five axes and the tables of this machine.
+/// Capacities for five axes and the tables of this machine.
 type Room = capacities!(axes: 5, banks: 8, tables: 32, terms: 64, grids: 1);
 type Tables = Compensation<'static, Room>;
 
@@ -14,18 +14,18 @@ static BLOB: &[u8] = include_blob!("huron-13.trax");
 const REFERENCED: u16 = 0b1_1111;
 /// Servo period, s.
 const PERIOD: f32 = 0.001;
-/// Servo periods from one change of the tables to the next.
+/// Number of servo periods between two changes of the tables.
 const CHANGE: u16 = 2000;
 
 fn main() -> Result<(), LoadError> {
-    // On a controller the places are statics.
+    // On a controller these would be statics.
     let place: &'static mut Tables = Box::leak(Box::new(Tables::empty()));
     place.load(BLOB)?;
     let mut servo = Servo::new(place);
     let mut vacant: Option<&'static mut Tables> = Some(Box::leak(Box::new(Tables::empty())));
     servo.enable();
     for period in 0..6000_u16 {
-        // The commands before any correction: Y, A, C, X, Z; mm and degrees.
+        // The uncorrected commands: Y, A, C, X, Z; mm and degrees.
         let y = f32::from(period) * 0.02;
         let commands = Inputs::at([y, 30.0, 45.0, -50.0, -120.0]);
         let correction = *servo.advance(&commands, REFERENCED, PERIOD);
@@ -44,7 +44,7 @@ fn main() -> Result<(), LoadError> {
             vacant = Some(place);
         }
         if period % 1000 == 999 {
-            // The drives' feed-forward gets what the correction adds to the velocity.
+            // The correction's share of the velocity goes to the drives' feed-forward.
             let velocity = 20.0 + servo.velocity()[0];
             let conditions = correction.status.conditions;
             println!("Y {y:.2} to {to_drive:.5} at {velocity:.5} mm/s {conditions:?}");

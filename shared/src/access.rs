@@ -1,7 +1,7 @@
-//! How the kernel reads and writes memory: without checking what the plan guarantees, or, with the
-//! feature `checked`, with a check that panics. Everything else is the same code.
+//! How the kernel reads and writes memory: without bounds checks where the plan guarantees validity, or, with the
+//! feature `checked`, with checks that panic. The two variants differ only in this file.
 //!
-//! All of the difference is in this file. The tests run both ways, the fuzz targets with checks.
+//! The tests run with both variants, the fuzz targets with checks.
 
 #[cfg(feature = "checked")]
 pub(crate) use checked::*;
@@ -16,7 +16,7 @@ mod trusted {
     /// `k < values.len()`
     #[inline(always)]
     pub(crate) unsafe fn at<T>(values: &[T], k: usize) -> &T {
-        // SAFETY: the caller's.
+        // SAFETY: upheld by the caller.
         unsafe { values.get_unchecked(k) }
     }
 
@@ -24,17 +24,17 @@ mod trusted {
     /// `k < values.len()`
     #[inline(always)]
     pub(crate) unsafe fn at_mut<T>(values: &mut [T], k: usize) -> &mut T {
-        // SAFETY: the caller's.
+        // SAFETY: upheld by the caller.
         unsafe { values.get_unchecked_mut(k) }
     }
 
-    /// `count` values from `start` on.
+    /// `count` values starting at `start`.
     ///
     /// # Safety
-    /// They are there.
+    /// `start + count <= values.len()`
     #[inline(always)]
     pub(crate) unsafe fn part<T>(values: &[T], start: usize, count: usize) -> &[T] {
-        // SAFETY: the caller's.
+        // SAFETY: upheld by the caller.
         unsafe { values.get_unchecked(start..start + count) }
     }
 
@@ -42,21 +42,21 @@ mod trusted {
     /// `count <= values.len()`
     #[inline(always)]
     pub(crate) unsafe fn split<T>(values: &[T], count: usize) -> (&[T], &[T]) {
-        // SAFETY: the caller's.
+        // SAFETY: upheld by the caller.
         unsafe { values.split_at_unchecked(count) }
     }
 
     /// Rounds towards zero.
     ///
     /// # Safety
-    /// The result is an i32.
+    /// The result fits an i32.
     #[inline(always)]
     pub(crate) unsafe fn whole(x: f32) -> i32 {
-        // SAFETY: the caller's.
+        // SAFETY: upheld by the caller.
         unsafe { x.to_int_unchecked() }
     }
 
-    /// A place in a row of values, to read from.
+    /// A read position in a row of values.
     pub(crate) struct Cursor<'s, T>(*const T, PhantomData<&'s T>);
 
     impl<T> Clone for Cursor<'_, T> {
@@ -73,34 +73,34 @@ mod trusted {
             Self(values.as_ptr(), PhantomData)
         }
 
-        /// Of nothing, a place from which nothing may be read.
+        /// Over an empty range: nothing may be read.
         #[inline(always)]
         pub(crate) fn start_of(values: Option<&'s [T]>) -> Self {
             Self(values.map_or(core::ptr::null(), <[T]>::as_ptr), PhantomData)
         }
 
         /// # Safety
-        /// There are `count` values, and those that are read have been written.
+        /// `count` values exist here, and those that are read have been initialised.
         #[inline(always)]
         pub(crate) unsafe fn raw(first: *const T, _count: usize) -> Self {
             Self(first, PhantomData)
         }
 
         /// # Safety
-        /// There is a value number `k` from here.
+        /// There is a value `k` places from here.
         #[inline(always)]
         pub(crate) unsafe fn at(self, k: usize) -> T {
-            // SAFETY: the caller's.
+            // SAFETY: upheld by the caller.
             unsafe { *self.0.add(k) }
         }
 
-        /// The value so many bytes from here.
+        /// The value `offset` bytes from here.
         ///
         /// # Safety
         /// There is one.
         #[inline(always)]
         pub(crate) unsafe fn at_byte(self, offset: usize) -> T {
-            // SAFETY: the caller's.
+            // SAFETY: upheld by the caller.
             unsafe { *self.0.byte_add(offset) }
         }
 
@@ -108,12 +108,12 @@ mod trusted {
         /// There are `count` values from here.
         #[inline(always)]
         pub(crate) unsafe fn skip(self, count: usize) -> Self {
-            // SAFETY: the caller's.
+            // SAFETY: upheld by the caller.
             Self(unsafe { self.0.add(count) }, PhantomData)
         }
     }
 
-    /// A place in a row of values, to write to.
+    /// A write position in a row of values.
     pub(crate) struct CursorMut<'s>(*mut f32, PhantomData<&'s mut f32>);
 
     impl<'s> CursorMut<'s> {
@@ -122,7 +122,7 @@ mod trusted {
             Self(values.as_mut_ptr(), PhantomData)
         }
 
-        /// To write values that may be uninitialised.
+        /// Writes values that may be uninitialised.
         ///
         /// # Safety
         /// There is room for `count` values.
@@ -137,10 +137,10 @@ mod trusted {
         }
 
         /// # Safety
-        /// There is room for a value number `k` from here.
+        /// There is room for a value `k` places from here.
         #[inline(always)]
         pub(crate) unsafe fn set(&mut self, k: usize, value: f32) {
-            // SAFETY: the caller's.
+            // SAFETY: upheld by the caller.
             unsafe { *self.0.add(k) = value }
         }
 
@@ -148,7 +148,7 @@ mod trusted {
         /// There is room for `count` values from here.
         #[inline(always)]
         pub(crate) unsafe fn skip(self, count: usize) -> Self {
-            // SAFETY: the caller's.
+            // SAFETY: upheld by the caller.
             Self(unsafe { self.0.add(count) }, PhantomData)
         }
     }
@@ -156,7 +156,7 @@ mod trusted {
 
 #[cfg(feature = "checked")]
 mod checked {
-    // As unsafe to call as their twins.
+    // Marked unsafe to match the unchecked variants.
 
     pub(crate) unsafe fn at<T>(values: &[T], k: usize) -> &T {
         &values[k]
@@ -195,7 +195,7 @@ mod checked {
         }
 
         pub(crate) unsafe fn raw(first: *const T, count: usize) -> Self {
-            // SAFETY: the caller's; all are written, see `CursorMut::raw`.
+            // SAFETY: upheld by the caller; all values are written, see `CursorMut::raw`.
             Self(unsafe { core::slice::from_raw_parts(first, count) })
         }
 
@@ -222,10 +222,10 @@ mod checked {
 
         pub(crate) unsafe fn raw(first: *mut f32, count: usize) -> Self {
             for k in 0..count {
-                // SAFETY: the caller's. A value that is read before it is written is not a number.
+                // SAFETY: upheld by the caller. A value read before it is written is NaN.
                 unsafe { *first.add(k) = f32::NAN };
             }
-            // SAFETY: the caller's, and all are written now.
+            // SAFETY: upheld by the caller, and all values are initialised now.
             Self(unsafe { core::slice::from_raw_parts_mut(first, count) })
         }
 

@@ -1,11 +1,10 @@
-//! Reading the description of a blob, with every check that is not one of the plan's own.
+//! Reads the description of a blob and performs every check that the plan does not do itself.
 //!
-//! **Panic contract.** Any bytes at all are either loaded or refused with a [`LoadError`]; no
-//! input makes this module panic, loop for longer than the blob is long, or allocate. The layout
-//! is specified in `docs/src/format.md`.
+//! **Panic contract.** Any byte sequence is either loaded or refused with a [`LoadError`]. No input makes this module
+//! panic, allocate, or loop longer than the length of the blob. The layout is specified in `docs/src/format.md`.
 //!
-//! The description is decoded item by item straight into its place: deserialising a whole
-//! compensation by value would cost twice its size in stack.
+//! The description is decoded item by item into its final place: deserialising a whole compensation by value would need
+//! twice its size in stack.
 
 use serde::Deserialize;
 
@@ -20,21 +19,21 @@ use crate::plan::{Filling, Span};
 use crate::room::{List, Room};
 use crate::work;
 
-/// Bounds of axes lie between this …
+/// Smallest accepted bound of an axis …
 const LEAST_BOUND: f32 = 1e-9;
-/// … and this, so that what is computed from them is finite.
+/// … and the largest, which keeps everything computed from them finite.
 const LARGEST_BOUND: f32 = 1e9;
-/// Scales are normal numbers whose products with an i16 stay far below `MAGNITUDE` of `magnitude.rs`.
+/// Scales are normal numbers whose products with an i16 stay far below `MAGNITUDE` in `magnitude.rs`.
 const LEAST_SCALE: f32 = 1e-30;
 
-/// Walks through the description.
+/// Reads through the description.
 struct Reader<'a> {
     rest: &'a [u8],
-    /// Why the rest is not read.
+    /// Why reading stopped.
     error: Option<LoadError>,
 }
 
-/// The reader says why. The error itself, handed through every item, would be a third of the code.
+/// The reader holds the error. Passing the error itself through every item would add a third to the code size.
 struct Damaged;
 
 impl<'a> Reader<'a> {
@@ -43,7 +42,7 @@ impl<'a> Reader<'a> {
         Err(Damaged)
     }
 
-    /// What others have found.
+    /// Records an error found elsewhere.
     fn checked<T>(&mut self, result: Result<T, LoadError>) -> Result<T, Damaged> {
         result.or_else(|error| self.refuse(error))
     }
@@ -62,7 +61,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The variant of an enumeration, out of those that version 1 knows.
+    /// Variant of an enumeration, out of those known to version 1.
     fn variant<T: Copy>(&mut self, part: Part, known: &[T]) -> Result<T, Damaged> {
         let found: u32 = self.take(part)?;
         match known.get(found as usize) {
@@ -95,7 +94,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// `count` as the index type of errors; no index of what a target can hold exceeds it.
+/// `count` as the index type used in errors; no index that fits a target exceeds it.
 fn index(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
@@ -104,8 +103,8 @@ fn bounded(value: f32, least: f32) -> bool {
     value >= least && value <= LARGEST_BOUND
 }
 
-/// Reads the description of `blob`, whose header has been checked, into `contents`, which are empty, and
-/// into the plan that is being filled; returns where the description ends.
+/// Reads the description of `blob`, whose header has been checked, into the empty `contents` and into the plan being
+/// filled. Returns the offset where the description ends.
 pub(crate) fn read<'a, C: Room>(
     blob: &'a [u8],
     filling: &mut Filling<'_, 'a, C>,
@@ -117,13 +116,13 @@ pub(crate) fn read<'a, C: Room>(
     };
     match (contents.read(&mut reader, filling), reader.error) {
         (Ok(()), None) => Ok(blob.len() - reader.rest.len()),
-        // There is one wherever reading ends early.
+        // Set whenever reading ends early.
         (_, error) => Err(error.unwrap_or(LoadError::UnusedSamples)),
     }
 }
 
 impl<'a, C: Room> Contents<'a, C> {
-    /// All but the samples.
+    /// Everything but the samples.
     fn read(&mut self, r: &mut Reader<'a>, to: &mut Filling<'_, 'a, C>) -> Result<(), Damaged> {
         self.machine = Some(r.take(Part::Machine)?);
         self.policy = r.policy()?;
@@ -142,7 +141,7 @@ impl<'a, C: Room> Contents<'a, C> {
     ) -> Result<(), Damaged> {
         let count: u32 = r.take(Part::Axes)?;
         r.checked(to.axes(count))?;
-        // Here and below also those beyond the capacity, so that the error says how much is needed.
+        // Here and below, items beyond the capacity are read too, so that the error can report how much is needed.
         for axis in (0..count).map(index) {
             let part = Part::Axis(axis);
             let found = Axis {
@@ -352,9 +351,9 @@ impl<'a, C: Room> Contents<'a, C> {
     }
 }
 
-/// Whether a modulo input of a bank or grid is the same after a turn of its axis.
+/// Whether one turn of its axis maps a modulo input of a bank or grid onto itself.
 fn closes(axes: &[Axis], part: Part, input: u8, span: &Span) -> Result<(), LoadError> {
-    // What rounding may take from the step, the product and the quotient.
+    // Rounding error allowed in the step, the product and the quotient.
     const ROUNDING: f32 = 1.0 / 4_194_304.0;
     let period = axes.get(usize::from(input)).map_or(0.0, |a| a.period);
     if span.is_modulo() && period > 0.0 {

@@ -1,4 +1,4 @@
-//! How the correction of one axis comes back to what it should be after a step of that.
+//! How the correction of one axis returns to its goal after the goal has stepped.
 
 use crate::guard::{bounded, larger};
 use crate::pace::{Approach, Pace};
@@ -6,43 +6,43 @@ use crate::pace::{Approach, Pace};
 /// One period of one axis, mm or degrees and seconds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Period {
-    /// What the correction should be.
+    /// Desired correction.
     pub goal: f32,
-    /// What it was.
+    /// Previous correction.
     pub last: f32,
-    /// How fast it was, in the mean of the last period.
+    /// Mean velocity of the correction over the previous period.
     pub velocity: f32,
-    /// The goal may have stepped: it is not followed as it is.
+    /// The goal may have stepped, so it is not followed directly.
     pub step: bool,
-    /// It stepped because it is held from now on: the correction stops within [`RISE`](crate::RISE), even if
-    /// it is at full rate.
+    /// The goal stepped because it is held from now on: the correction stops within [`RISE`](crate::RISE), even from
+    /// full rate.
     pub holds: bool,
     /// Largest speed.
     pub rate: f32,
     pub dt: f32,
     /// 1 / dt
     pub frequency: f32,
-    /// The same of the last period.
+    /// 1 / dt of the previous period.
     pub last_frequency: f32,
-    /// The goal also moves with a ramp.
+    /// A ramp also moves the goal.
     pub ramps: bool,
 }
 
-/// Nothing, while the goal is followed as it is. After a step of it, or while it moves faster than
-/// the rate, the *remainder* between correction and goal: it begins with the step, at the velocity that
-/// the correction had, and is worked off with bounded acceleration. The goal's own moves go through.
+/// Inactive while the goal is followed directly. After a step of the goal, or while the goal moves faster than the
+/// rate, holds the *remainder* between correction and goal. The remainder starts at the step, with the velocity that
+/// the correction had, and is reduced to 0 with bounded acceleration. The goal's own motion is passed through.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CatchUp {
     active: bool,
-    /// The goal stepped in the last period, so that its velocity is not known.
+    /// The goal stepped in the previous period, so its velocity is unknown.
     stepped: bool,
-    /// The remainder is ±1 times what remains.
+    /// Sign of the remainder.
     sense: f32,
     way: Approach,
     pace: Pace,
-    /// Of the last period.
+    /// Goal of the previous period.
     goal: f32,
-    /// Of the correction at the end of the last period.
+    /// Velocity of the correction at the end of the previous period.
     velocity: f32,
 }
 
@@ -59,15 +59,14 @@ impl CatchUp {
         }
     }
 
-    /// Whether the correction is not what it should be.
+    /// Whether the correction differs from the goal.
     #[inline(always)]
     pub(crate) fn is_active(&self) -> bool {
         self.active
     }
 
-    /// The correction of a period in which the goal cannot simply be followed: while this is active,
-    /// and where the goal may have stepped or moved faster than the rate. `rise` is the speed that is
-    /// reached in [`RISE`](crate::RISE).
+    /// The correction for a period in which the goal cannot simply be followed: while this is active, and when the goal
+    /// may have stepped or moved faster than the rate. `rise` is the speed reached within [`RISE`](crate::RISE).
     #[inline(never)]
     pub(crate) fn advance(&mut self, p: &Period, rise: f32) -> f32 {
         let most = p.rate * p.dt;
@@ -80,16 +79,15 @@ impl CatchUp {
             self.active = true;
             let change = p.goal - p.last;
             let jerk = (change - p.velocity * p.dt).abs();
-            // Mean velocities of neighbouring periods differ by the acceleration over half of both. The
-            // velocity may be back in the next period, and either neighbour may be very short: half of
-            // this one is what counts. A ramp, which moves all axes together, is followed as far as its
-            // own acceleration goes.
+            // Mean velocities of neighbouring periods differ by the acceleration over half of both. The old velocity
+            // may return in the next period, and either neighbour may be very short, so only half of this period
+            // counts. A ramp, which moves all axes together, is followed as far as its own acceleration permits.
             let shorter = larger(p.last_frequency, p.frequency);
             let other = if p.ramps { 1.0 } else { 0.0 };
             let apart = 0.5 * p.dt * (other + p.dt * shorter);
             let smooth = jerk * shorter <= self.pace.acceleration * apart;
             if change.abs() <= most && smooth {
-                // Followed as it is, it steps neither in position nor in velocity.
+                // Following the goal directly steps neither position nor velocity.
                 self.active = false;
                 return p.goal;
             }
@@ -99,7 +97,7 @@ impl CatchUp {
         self.pace.rate = p.rate;
         let moved = p.goal - self.goal;
         let steps = p.step || moved.abs() > most;
-        // While it steps the goal is taken to stand still where it is.
+        // During a step the goal is assumed to rest at its new place.
         let own = if steps { 0.0 } else { moved * p.frequency };
         if steps {
             self.set(p.last - p.goal, self.velocity);
@@ -126,14 +124,14 @@ impl CatchUp {
         if change.abs() <= most {
             return dq;
         }
-        // Both the goal and the remainder move: together no faster than the rate.
+        // Goal and remainder both move; together they stay within the rate.
         let dq = p.last + bounded(change, most);
         self.velocity = bounded(change * p.frequency, p.rate);
         self.set(dq - p.goal, self.velocity - own);
         dq
     }
 
-    /// The correction had to be `dq`: goes on from there.
+    /// The correction was forced to `dq`: continue from there.
     pub(crate) fn displaced(&mut self, dq: f32, p: &Period, rise: f32) {
         if dq == p.goal {
             self.active = false;
@@ -149,7 +147,7 @@ impl CatchUp {
         self.set(dq - p.goal, 0.0);
     }
 
-    /// The remainder and its velocity.
+    /// Sets the remainder and its velocity.
     fn set(&mut self, remainder: f32, velocity: f32) {
         self.sense = if remainder < 0.0 { -1.0 } else { 1.0 };
         self.way = Approach::from(remainder.abs(), -self.sense * velocity);
@@ -181,7 +179,7 @@ mod tests {
                         ramps: false,
                     };
                     let dq = way.advance(&now, rate);
-                    // Rounding of positions of a few mm in f32.
+                    // f32 rounding for positions of a few mm.
                     assert!((dq - last).abs() <= rate * dt + 1e-6, "{step} {part} {dt}");
                     if !way.is_active() {
                         assert_eq!(dq, goal);
@@ -196,7 +194,7 @@ mod tests {
         }
     }
 
-    /// One that stands still at `goal`, of the rate 2 mm/s.
+    /// A period with the goal at rest at `goal` and a rate of 2 mm/s.
     fn period(goal: f32, last: f32, before: f32) -> Period {
         let dt = 0.001;
         Period {
@@ -226,7 +224,7 @@ mod tests {
                 let [up, down] = [0, 1].map(|way| ways[way].advance(&found[way], 0.4));
                 assert_eq!(up, -down, "{part}, period {k}");
                 (before, last) = (last, up);
-                // From beyond the rate against it to beyond the rate with it.
+                // From faster than the rate in one direction to faster than the rate in the other.
                 goal += part * 0.002;
             }
         }
@@ -236,7 +234,7 @@ mod tests {
     fn what_had_to_be_elsewhere_goes_on_from_there_at_its_speed() {
         let acceleration = Pace::new(2.0, 0.4).acceleration;
         for sense in [1.0, -1.0] {
-            // Followed as it is until then, or still catching up.
+            // Previously followed directly, or still catching up.
             for stepped in [false, true] {
                 let mut way = CatchUp::new();
                 let (goal, last) = (0.5 * sense, -0.25 * sense);
@@ -257,7 +255,7 @@ mod tests {
                 // Corrections below 0.5 round by 2⁻²⁶, twice in a speed.
                 let rounding = 2.0_f32.powi(-25) / 0.001;
                 assert!(change.abs() <= acceleration * 0.001 + rounding, "{change}");
-                // At its goal it has nothing to make up for.
+                // At its goal there is nothing left to make up.
                 way.displaced(goal, &period(goal, next, dq), 0.4);
                 assert!(!way.is_active());
             }
@@ -269,11 +267,11 @@ mod tests {
         let (rate, speed) = (2.0, 0.25_f32);
         let (long, short) = (0.01_f32, 1e-5);
         let acceleration = f64::from(Pace::new(rate, 0.4).acceleration);
-        // Of these parts of what the acceleration does in a long period, towards and away from the goal.
+        // Fractions of the acceleration over a long period, towards and away from the goal.
         for part in (-20..=20).map(|k| 0.05 * k as f32) {
             let mut way = CatchUp::new();
             let step = part * acceleration as f32 * long * long;
-            // The goal has been followed at its constant speed.
+            // The goal has been followed at constant speed.
             let (mut goal, mut last, mut velocity) = (0.0, 0.0, f64::from(speed));
             let mut last_dt = long;
             for (period, dt) in [long, long, short, long, long, short]
@@ -300,8 +298,7 @@ mod tests {
                 };
                 let reached = (f64::from(dq) - f64::from(last)) / f64::from(dt);
                 let most = acceleration * 0.5 * f64::from(dt + last_dt);
-                // Positions below 1/64 round by 2⁻³¹, twice in each of two velocities and as often on the
-                // way there.
+                // Positions below 1/64 round by 2⁻³¹: twice in each of two velocities, and as often on the way there.
                 let rounding =
                     8.0 * 2.0_f64.powi(-31) / f64::from(if dt < last_dt { dt } else { last_dt });
                 assert!(

@@ -16,20 +16,20 @@ use crate::room::{List, Room, Row, Usual};
 use crate::weights::Weights;
 use crate::work;
 
-/// Tables, terms and grids that turn positions into corrections; the samples stay in the blob.
+/// Tables, terms and grids that turn positions into corrections. The samples stay in the blob.
 ///
-/// Only [`load`](Self::load), [`load_slot`](Self::load_slot) and [`decode`](Self::decode) fill one,
-/// and they check everything: evaluation cannot fail, cannot panic and needs no further checks.
+/// Only [`load`](Self::load), [`load_slot`](Self::load_slot) and [`decode`](Self::decode) fill one, and they check
+/// everything: evaluation cannot fail or panic, and needs no further checks.
 ///
-/// `C` is what there is room for: [`Holds`](crate::Holds).
-// `repr(C)`: what every evaluation reads stands in front, where single instructions reach it.
+/// `C` states the capacities: see [`Holds`](crate::Holds).
+// `repr(C)`: the fields read by every evaluation come first, within reach of single instructions.
 #[derive(Clone)]
 #[repr(C)]
 pub struct Compensation<'a, C: Room = Usual> {
     plan: Plan<'a, C>,
     reach: Reach<C>,
     contents: Contents<'a, C>,
-    /// Bytes of the blob.
+    /// Length of the blob in bytes.
     length: u32,
     /// Largest magnitude of each table.
     peaks: C::TableList<f32>,
@@ -38,22 +38,22 @@ pub struct Compensation<'a, C: Room = Usual> {
 /// A term as stored, see [`Term`](crate::Term).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TermView<'c> {
-    /// Number of the output axis.
+    /// Index of the output axis.
     pub output: u8,
     /// Stored weight.
     pub weight: f32,
-    /// Limits of the weight if it is adjustable.
+    /// Lower and upper limit of the weight if it is adjustable.
     pub limits: Option<[f32; 2]>,
-    /// Numbers of the tables, in the order of multiplication.
+    /// Indices of the tables, in the order of multiplication.
     pub factors: &'c [u8],
 }
 
 impl<'a, C: Room> Compensation<'a, C> {
-    /// Nothing: no axes, all corrections zero. For a `static` or a `Box` to load into; all of it is
-    /// zeros, so that a `static` takes no flash.
+    /// An empty compensation: no axes, all corrections zero. Meant for a `static` or a `Box` to load into. It is all
+    /// zero bytes, so a `static` takes no flash.
     #[must_use]
     pub const fn empty() -> Self {
-        // What does not fit the masks and numbers does not compile.
+        // Capacities that exceed the masks or index types fail to compile.
         const { assert!(C::AXES + C::BANKS + C::TABLES + C::TERMS + C::GRIDS > 0) };
         Self {
             plan: Plan::EMPTY,
@@ -74,9 +74,9 @@ impl<'a, C: Room> Compensation<'a, C> {
         self.peaks.clear();
     }
 
-    /// Reads a file: `blob` has exactly the stated length and starts at a multiple of 4 bytes.
+    /// Reads a file: `blob` must have exactly the stated length and start at a multiple of 4 bytes.
     ///
-    /// The samples are used where they are. On error `self` is left [empty](Self::empty).
+    /// The samples are used in place. On error `self` is left [empty](Self::empty).
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -92,8 +92,8 @@ impl<'a, C: Room> Compensation<'a, C> {
         self.load_held(slot, Held::AtLeast)
     }
 
-    /// Like [`load`](Self::load), by value: convenient where the stack is large, for it takes twice the size
-    /// of a compensation. [`empty`](Self::empty) and `load` take nothing but the place itself.
+    /// Like [`load`](Self::load), but returns the compensation by value. This needs stack for twice its size;
+    /// [`empty`](Self::empty) followed by `load` needs none.
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -114,7 +114,7 @@ impl<'a, C: Room> Compensation<'a, C> {
         result
     }
 
-    /// Fills what is empty.
+    /// Fills an empty compensation.
     fn take(&mut self, bytes: &'a [u8], held: Held) -> Result<(), LoadError> {
         let bytes = header::open(bytes, held)?;
         let contents = &mut self.contents;
@@ -126,17 +126,17 @@ impl<'a, C: Room> Compensation<'a, C> {
         Ok(())
     }
 
-    /// All samples of the format f32.
+    /// All f32 samples.
     fn floats(&self) -> &'a [f32] {
         self.plan.floats().unwrap_or_default()
     }
 
-    /// All samples of the format i16.
+    /// All i16 samples.
     fn shorts(&self) -> &'a [i16] {
         self.plan.shorts().unwrap_or_default()
     }
 
-    /// How far its inputs may go, and which matter.
+    /// How far the inputs may go, and which of them matter.
     pub(crate) fn reach(&self) -> &Reach<C> {
         &self.reach
     }
@@ -159,13 +159,13 @@ impl<'a, C: Room> Compensation<'a, C> {
         &self.contents.axes
     }
 
-    /// The auxiliary inputs, numbered on after the axes.
+    /// The auxiliary inputs; their numbers follow those of the axes.
     #[must_use]
     pub fn auxiliaries(&self) -> &[Auxiliary] {
         &self.contents.auxiliaries
     }
 
-    /// The banks; tables are numbered through them in order.
+    /// The banks; tables are numbered consecutively through them.
     #[must_use]
     pub fn banks(&self) -> &[Bank] {
         &self.contents.banks
@@ -183,13 +183,13 @@ impl<'a, C: Room> Compensation<'a, C> {
         usize::from(self.plan.tables())
     }
 
-    /// Number of samples, of both formats.
+    /// Number of samples in both formats.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.floats().len() + self.shorts().len()
     }
 
-    /// Bytes of the blob, header included, without what follows it in its slot; 0 when empty.
+    /// Length of the blob in bytes, including the header but not what follows it in its slot; 0 when empty.
     #[must_use]
     pub fn blob_len(&self) -> usize {
         self.length as usize
@@ -205,20 +205,20 @@ impl<'a, C: Room> Compensation<'a, C> {
         })
     }
 
-    /// The weights as stored, to be adjusted and passed to [`evaluate`](Self::evaluate).
+    /// The stored weights, to be adjusted and passed to [`evaluate`](Self::evaluate).
     #[must_use]
     pub fn weights(&self) -> Weights {
         *self.plan.weights()
     }
 
-    /// Largest magnitude that table `table` can take.
+    /// Largest magnitude that table `table` can reach.
     #[must_use]
     pub fn peak(&self, table: usize) -> Option<f32> {
         self.peaks.get(..self.tables())?.get(table).copied()
     }
 
-    /// Sample of table `table` at its point `point`, scale included: its value there or, of a cubic
-    /// table, a coefficient.
+    /// Sample `point` of table `table`, including the scale: the table's value there or, for a cubic table, a
+    /// coefficient.
     #[must_use]
     pub fn sample(&self, table: usize, point: usize) -> Option<f32> {
         let mut column = table;
@@ -242,7 +242,7 @@ impl<'a, C: Room> Compensation<'a, C> {
         None
     }
 
-    /// Value of output `output` (its place in [`Grid::outputs`]) at node `node` of grid `grid`.
+    /// Value of output `output` (its index in [`Grid::outputs`]) at node `node` of grid `grid`.
     #[must_use]
     pub fn grid_sample(&self, grid: usize, node: usize, output: usize) -> Option<f32> {
         let grid = self.contents.grids.get(grid)?;
@@ -259,16 +259,15 @@ impl<'a, C: Room> Compensation<'a, C> {
         }
     }
 
-    /// How far from 0 axis `axis` may be, mm or degrees: [`MOST_PERIODS`](crate::MOST_PERIODS) of its
-    /// own period and of every modulo table and grid on it; `f32::MAX` without. Beyond, its position
-    /// is a bad input.
+    /// Largest distance of axis `axis` from 0, mm or degrees: [`MOST_PERIODS`](crate::MOST_PERIODS) of its own period
+    /// and of every modulo table and grid on it, or `f32::MAX` if there are none. A position beyond it is a bad input.
     #[must_use]
     pub fn farthest(&self, axis: usize) -> Option<f32> {
         self.reach.axes.get(axis).copied()
     }
 
-    /// One bit per input (axes, then auxiliaries) on which a correction depends: through a grid,
-    /// or through a table of a term that is adjustable or has a weight other than 0.
+    /// One bit per input (axes, then auxiliaries) on which a correction depends: through a grid, or through a table of
+    /// a term that is adjustable or has a non-zero weight.
     #[must_use]
     pub fn inputs_used(&self) -> u32 {
         let mut active = [false; 256];
@@ -299,10 +298,9 @@ impl<'a, C: Room> Compensation<'a, C> {
 
     /// Corrections Δq, mm or degrees, to be *added* to the commands, before any guard rail.
     ///
-    /// `travel` selects the directional tables, `weights` those of the adjustable terms (of this
-    /// compensation, from [`weights`](Self::weights)). Any input gives finite corrections: beyond
-    /// the ends of a table its end value holds, not-a-number counts as the first point.
-    /// Entries beyond the last axis are 0.
+    /// `travel` selects the directional tables, `weights` sets the adjustable terms (of this compensation, from
+    /// [`weights`](Self::weights)). Corrections are finite for any input: beyond the ends of a table its end value
+    /// holds, and NaN counts as the first point. Entries beyond the last axis are 0.
     ///
     /// # Operations
     /// Per bank one subtraction, one multiplication and a comparison; per table two additions
@@ -315,9 +313,8 @@ impl<'a, C: Room> Compensation<'a, C> {
     /// four), eight nodes per grid.
     ///
     /// # Timing
-    /// Independent of the positions except for modulo inputs, directional banks, and the ends of
-    /// tables, which take a call instead of an interpolation; a grid of three f32 outputs over three
-    /// inputs takes longer beyond its ends.
+    /// Independent of the positions, except for modulo inputs, directional banks, and the ends of tables, which take a
+    /// call instead of an interpolation. A grid of three f32 outputs over three inputs takes longer beyond its ends.
     #[must_use]
     #[inline(always)]
     pub fn evaluate(
@@ -331,8 +328,8 @@ impl<'a, C: Room> Compensation<'a, C> {
         corrections
     }
 
-    /// As [`evaluate`](Self::evaluate), into a place, which saves copying; entries beyond the last
-    /// axis stay as they are or become 0.
+    /// Like [`evaluate`](Self::evaluate), but writes the result in place, which saves a copy. Entries beyond the last
+    /// axis stay unchanged or become 0.
     #[inline(always)]
     pub fn evaluate_into(
         &self,
@@ -346,9 +343,9 @@ impl<'a, C: Room> Compensation<'a, C> {
 }
 
 impl<C: Room> Compensation<'_, C> {
-    /// As [`evaluate`](Self::evaluate) at each of many positions with the same directions and weights: a
-    /// path ahead, a map. Returns how many that were: as many as both slices hold; further
-    /// corrections stay as they are.
+    /// Like [`evaluate`](Self::evaluate), at each of several positions with the same directions and weights, such as a
+    /// path ahead or a map. Returns the number evaluated: the length of the shorter slice. Further corrections stay
+    /// unchanged.
     pub fn evaluate_each(
         &self,
         inputs: &[Inputs<C::Axes<f32>>],
@@ -364,14 +361,13 @@ impl<C: Room> Compensation<'_, C> {
 }
 
 impl<'a> Compensation<'a, Usual> {
-    /// [Empty](Self::empty), with the capacities that hold unless told otherwise.
+    /// [Empty](Self::empty), with the default capacities.
     #[must_use]
     pub const fn new() -> Self {
         Self::empty()
     }
 
-    /// Reads a file by value, with the capacities that hold unless told otherwise: see
-    /// [`from_blob`](Self::from_blob).
+    /// Reads a file by value, with the default capacities: see [`from_blob`](Self::from_blob).
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -386,7 +382,7 @@ impl<C: Room> Default for Compensation<'_, C> {
     }
 }
 
-/// What it is and how large; not its contents.
+/// Prints a summary and sizes, not the contents.
 impl<C: Room> fmt::Debug for Compensation<'_, C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Compensation")

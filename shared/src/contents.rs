@@ -1,9 +1,9 @@
-//! What the description of a blob says, for whoever asks; evaluation reads the plan.
+//! The description stored in a blob, for queries; evaluation reads the plan.
 
 use crate::description::{AUXILIARIES, Auxiliary, Axis, Bank, Grid, Policy};
 use crate::room::{List, Room};
 
-/// The description of a blob, but for its terms.
+/// The description of a blob without its terms.
 #[derive(Clone)]
 pub(crate) struct Contents<'a, C: Room> {
     pub axes: C::AxisList<Axis>,
@@ -15,7 +15,7 @@ pub(crate) struct Contents<'a, C: Room> {
 }
 
 impl<C: Room> Contents<'_, C> {
-    /// Nothing: all zeros.
+    /// Empty: all zeros.
     pub(crate) const EMPTY: Self = Self {
         axes: C::AxisList::EMPTY,
         machine: None,
@@ -25,7 +25,7 @@ impl<C: Room> Contents<'_, C> {
         banks: C::BankList::EMPTY,
     };
 
-    /// Makes it [empty](Self::EMPTY) in place.
+    /// Makes this [empty](Self::EMPTY) in place.
     pub(crate) fn clear(&mut self) {
         self.axes.clear();
         self.machine = None;

@@ -1,37 +1,37 @@
-//! What a compensation consists of, as plain data.
+//! The parts of a compensation as plain data.
 //!
-//! Positions are in mm (linear axes) or degrees (rotary axes), corrections likewise, times in
-//! seconds. All positions are *uncorrected commands in machine coordinates*. The order of the
-//! fields is the order on the wire (`docs/src/format.md`); enums may only be appended to.
+//! Positions are in mm (linear axes) or degrees (rotary axes), corrections likewise, times in seconds. All positions
+//! are *uncorrected commands in machine coordinates*. Fields are declared in wire order (`docs/src/format.md`); enum
+//! variants may only be appended.
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
-/// Most auxiliary inputs of a compensation.
+/// Maximum number of auxiliary inputs of a compensation.
 pub const AUXILIARIES: usize = 8;
-/// Most adjustable terms of a compensation.
+/// Maximum number of adjustable terms of a compensation.
 pub const ADJUSTABLE: usize = 16;
-/// Most tables in the product of one term.
+/// Maximum number of tables in the product of one term.
 pub const FACTORS: usize = 6;
-/// Most inputs of a grid.
+/// Maximum number of inputs of a grid.
 pub const GRID_INPUTS: usize = 3;
-/// Most output axes of a grid.
+/// Maximum number of output axes of a grid.
 pub const GRID_OUTPUTS: usize = 6;
 
 /// Name of an auxiliary input, at most 16 bytes of UTF-8.
 pub type Name = heapless::String<16>;
 
-/// What the rotary axes are corrected for. Stored for the reader; evaluation does not depend on it.
+/// What the rotary axes correct. Stored for information only; evaluation does not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Policy {
     /// The tool's orientation: least squares over all six rows of the control Jacobian.
     #[default]
     Orientation,
-    /// The tool's direction: rotation about the tool axis does not count.
+    /// The tool's direction: rotation about the tool axis is ignored.
     Direction {
-        /// The damping, [`Policy::LEAST_DAMPING`] to 1: what a radian of rotary correction is worth,
-        /// seen from a radian of direction.
+        /// The damping, [`Policy::LEAST_DAMPING`] to 1: cost of a radian of rotary correction relative to a radian of
+        /// direction error.
         damping: f32,
     },
     /// Nothing: rotary axes are not corrected.
@@ -39,7 +39,7 @@ pub enum Policy {
 }
 
 impl Policy {
-    /// The least damping.
+    /// The smallest permitted damping.
     pub const LEAST_DAMPING: f32 = 0.01;
 }
 
@@ -57,13 +57,12 @@ impl fmt::Display for Policy {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Axis {
-    /// Letter of the axis, ASCII.
+    /// Letter of the axis, an ASCII code.
     pub name: u8,
-    /// Lowest and highest permitted position, mm or degrees; `-f32::MAX..f32::MAX` for an axis
-    /// that turns without end.
+    /// Lowest and highest permitted position, mm or degrees; `-f32::MAX..f32::MAX` for an endless axis.
     pub travel: [f32; 2],
-    /// Of an axis that turns without end, the turn in degrees: positions that differ by it are the
-    /// same place, and the command may be reduced by whole turns at any time. 0 for other axes.
+    /// Length of one turn of an endless axis, degrees: positions that differ by it are the same place, and the command
+    /// may be reduced by whole turns at any time. 0 for other axes.
     pub period: f32,
     /// Largest magnitude of the correction, mm or degrees.
     pub value_bound: f32,
@@ -75,7 +74,7 @@ pub struct Axis {
     pub ramp_rate: f32,
 }
 
-/// What an auxiliary input measures.
+/// Quantity that an auxiliary input measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AuxiliaryKind {
@@ -88,28 +87,28 @@ pub enum AuxiliaryKind {
 /// An input that is not an axis: it feeds tables and has no output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Auxiliary {
-    /// What it measures.
+    /// The measured quantity.
     pub kind: AuxiliaryKind,
     /// Name of the sensor or of the quantity.
     pub name: Name,
-    /// Tool length: the length for which the tables were made, mm. Temperature: the reference, °C.
-    /// Informative: the caller subtracts the temperature reference, nobody subtracts a length.
+    /// Tool length: the length for which the tables were made, mm. Temperature: the reference, °C. Informative: the
+    /// caller subtracts the reference from temperatures; nothing subtracts it from lengths.
     pub reference: f32,
 }
 
-/// How a table is read between its points.
+/// How a table is interpolated between its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Interpolation {
-    /// Straight lines.
+    /// Piecewise linear.
     Linear,
-    /// Uniform cubic B-splines: continuous second derivative, never beyond the samples, which are not
-    /// values at points but coefficients.
+    /// Uniform cubic B-splines: the second derivative is continuous, and the curve stays within the range of the
+    /// samples, which are coefficients, not values at points.
     Cubic,
 }
 
 impl Interpolation {
-    /// Samples that an interval is read from, and so the fewest that a table has.
+    /// Number of samples needed for one interval, and thus the minimum length of a table.
     pub(crate) const fn reads(self) -> u32 {
         match self {
             Self::Linear => 2,
@@ -118,18 +117,18 @@ impl Interpolation {
     }
 }
 
-/// For which direction of travel the tables of a bank hold.
+/// Direction of travel for which the tables of a bank apply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
-    /// Always.
+    /// Either direction.
     Both,
     /// While the input axis last moved positive; otherwise the tables are 0.
     Positive,
     /// While the input axis last moved negative; otherwise the tables are 0.
     Negative,
-    /// As stored after positive travel, negated after negative travel, 0 while the direction is
-    /// unknown: what changes sign with the direction, as backlash does.
+    /// As stored after positive travel, negated after negative travel, 0 while the direction is unknown: for effects
+    /// that change sign with the direction, such as backlash.
     Signed,
 }
 
@@ -137,27 +136,27 @@ pub enum Direction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SampleFormat {
-    /// As they are.
+    /// Stored as f32.
     F32,
-    /// As integers, times one scale per table (banks) or per output (grids).
+    /// Stored as integers, with one scale per table (banks) or per output (grids).
     I16,
 }
 
-/// Tables over the same points of the same input. Tables are numbered through the banks in order.
+/// Tables over the same points of the same input. Tables are numbered consecutively through the banks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Bank {
-    /// Number of the input: the axes in order, then the auxiliaries.
+    /// Index of the input: the axes in order, then the auxiliaries.
     pub input: u8,
-    /// Position of the first point; of cubic tables, where their first interval begins.
+    /// Position of the first point; for cubic tables, the start of the first interval.
     pub start: f32,
     /// Distance between points, positive.
     pub step: f32,
-    /// Number of samples of each table, at least 2, of cubic ones 4.
+    /// Number of samples in each table: at least 2, or 4 for cubic tables.
     pub points: u32,
     /// The input wraps into the period `points · step`.
     pub modulo: bool,
-    /// For which direction of travel the tables hold.
+    /// Direction of travel for which the tables apply.
     pub direction: Direction,
     /// How the tables are read between points.
     pub interpolation: Interpolation,
@@ -165,12 +164,12 @@ pub struct Bank {
     pub format: SampleFormat,
     /// Number of tables.
     pub tables: u16,
-    /// First sample, counted within the section of its format; point-major.
+    /// Index of the first sample within the section of its format; samples are stored point by point.
     pub first: u32,
 }
 
 impl Bank {
-    /// Where its last interval ends: beyond, tables hold their end values or, with modulo, repeat.
+    /// End of the last interval. Beyond it, tables hold their end values or, with modulo, repeat.
     #[must_use]
     pub fn end(&self) -> f32 {
         let beyond = if self.modulo {
@@ -182,16 +181,16 @@ impl Bank {
     }
 }
 
-/// Weight × product of tables → one output axis. Without factors: a constant.
+/// A weighted product of tables added to one output axis. Without factors it is a constant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Term {
-    /// Number of the output axis.
+    /// Index of the output axis.
     pub output: u8,
-    /// Weight, in the unit of the output over the units of the tables.
+    /// Weight, in the unit of the output divided by the units of the tables.
     pub weight: f32,
-    /// Lowest and highest weight that may be set at run time; `None`: fixed.
+    /// Lowest and highest weight that may be set at run time; `None` if the weight is fixed.
     pub limits: Option<[f32; 2]>,
-    /// Numbers of the tables that are multiplied, in the order of multiplication.
+    /// Indices of the multiplied tables, in the order of multiplication.
     pub factors: heapless::Vec<u8, FACTORS>,
 }
 
@@ -199,7 +198,7 @@ pub struct Term {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GridAxis {
-    /// Number of the input: the axes in order, then the auxiliaries.
+    /// Index of the input: the axes in order, then the auxiliaries.
     pub input: u8,
     /// Position of the first node.
     pub start: f32,
@@ -211,18 +210,18 @@ pub struct GridAxis {
     pub modulo: bool,
 }
 
-/// Corrections of several axes at the nodes of a rectangular grid, read multilinearly.
+/// Corrections of several axes at the nodes of a rectangular grid, interpolated multilinearly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
     /// One to three inputs; the first varies slowest in the node order.
     pub axes: heapless::Vec<GridAxis, GRID_INPUTS>,
-    /// Numbers of the output axes, interleaved at each node.
+    /// Indices of the output axes, interleaved at each node.
     pub outputs: heapless::Vec<u8, GRID_OUTPUTS>,
     /// How the samples are stored.
     pub format: SampleFormat,
     /// One scale per output when the format is [`SampleFormat::I16`], otherwise empty.
     pub scales: heapless::Vec<f32, GRID_OUTPUTS>,
-    /// First sample, counted within the section of its format.
+    /// Index of the first sample within the section of its format.
     pub first: u32,
 }
 

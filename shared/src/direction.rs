@@ -3,15 +3,15 @@
 use crate::guard::{larger, smaller};
 use crate::inputs::Travel;
 
-/// Follows the command of one axis and tells in which direction it last moved.
+/// Follows the command of one axis and reports the direction in which it last moved.
 ///
-/// An axis has reversed when it has retreated by more than its hysteresis from the extreme reached
-/// since the last reversal; before the first move by more than the hysteresis the direction is
-/// unknown. Jitter of less than the hysteresis (peak to peak) never changes the direction.
+/// An axis has reversed when it has come back by more than its hysteresis from the extreme reached since the last
+/// reversal. Before the first move by more than the hysteresis the direction is unknown. Jitter of less than the
+/// hysteresis (peak to peak) never changes the direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Reversal {
     travel: Travel,
-    /// Highest and lowest position since the last reversal; only the one that counts is kept up.
+    /// Highest and lowest position since the last reversal; only the relevant one is updated.
     high: f32,
     low: f32,
     last: f32,
@@ -19,7 +19,7 @@ pub struct Reversal {
 }
 
 impl Reversal {
-    /// Not moved yet.
+    /// Direction unknown: the axis has not moved yet.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -37,11 +37,10 @@ impl Reversal {
         self.travel
     }
 
-    /// While an axis moves on in its direction nothing is new but its extreme: the direction as ±1,
-    /// that extreme, and how far it may go on before more than that counts. `None` while the
-    /// direction is unknown.
+    /// While an axis keeps moving in its direction, only its extreme changes. Returns the direction as ±1, that
+    /// extreme, and how far the axis may move on before more has to be checked. `None` while the direction is unknown.
     pub(crate) fn extreme(&self, hysteresis: f32, period: f32) -> Option<(f32, f32, f32)> {
-        // With up to one hysteresis behind the extreme less than half a turn: no jump.
+        // Even starting one hysteresis short of the extreme, this is less than half a turn, so it is not a jump.
         let far = if period > 0.0 {
             0.25 * period
         } else {
@@ -57,7 +56,7 @@ impl Reversal {
         }
     }
 
-    /// Known to have moved in direction `travel`, to the position that comes next.
+    /// An axis known to have moved in direction `travel`, to the position that comes next.
     pub(crate) fn moved(travel: Travel) -> Self {
         Self {
             travel,
@@ -65,19 +64,17 @@ impl Reversal {
         }
     }
 
-    /// The axis has come to `q`, by less than half a turn, and has not reversed on the way.
+    /// The axis has moved to `q`, by less than half a turn, without reversing on the way.
     pub(crate) fn pass(&mut self, q: f32) {
         self.last = q;
         self.high = larger(q, self.high);
         self.low = smaller(q, self.low);
     }
 
-    /// Takes in the commanded position `q` (finite) with the hysteresis of the axis, both in mm
-    /// or degrees.
+    /// Processes the commanded position `q` (finite); `hysteresis` belongs to the axis. Both are in mm or degrees.
     ///
-    /// `period`, if positive, is that of an endless axis, whose position may be reduced into one
-    /// turn on the way here: a jump of more than half a period counts as whole turns plus the
-    /// rest, not as a move.
+    /// `period`, if positive, is the period of an endless axis, whose position may be reduced to one turn between
+    /// calls: a jump of more than half a period counts as whole turns plus the rest, not as a move.
     pub fn update(&mut self, q: f32, hysteresis: f32, period: f32) -> Travel {
         if !self.started {
             (self.high, self.low, self.last, self.started) = (q, q, q, true);
@@ -86,7 +83,7 @@ impl Reversal {
         if period > 0.0 {
             let jump = q - self.last;
             if is_turned(jump, period) {
-                // Rare, so the division may stay.
+                // Rare, so a division is acceptable.
                 let turns = jump / period;
                 let turns = (turns + 0.5_f32.copysign(turns)) as i32 as f32;
                 self.high += turns * period;
@@ -97,7 +94,7 @@ impl Reversal {
         let retreated = self.high - q > hysteresis;
         let advanced = q - self.low > hysteresis;
         match self.travel {
-            // Both at once: the hysteresis is less than it was, and nothing tells which extreme came last.
+            // Both at once: the hysteresis has been reduced, and it is unknown which extreme came last.
             Travel::Unknown if retreated && advanced => self.turn(Travel::Unknown, q),
             Travel::Positive | Travel::Unknown if retreated => self.turn(Travel::Negative, q),
             Travel::Negative | Travel::Unknown if advanced => self.turn(Travel::Positive, q),
@@ -113,7 +110,7 @@ impl Reversal {
     }
 }
 
-/// Whether this is more than half a period, so that there are whole turns in it.
+/// Whether the jump exceeds half a period and so contains whole turns.
 #[inline(always)]
 fn is_turned(jump: f32, period: f32) -> bool {
     jump.abs() > 0.5 * period
@@ -145,7 +142,7 @@ mod tests {
         assert_eq!(follow(&mut Reversal::new(), &[7.0, 7.5]), Travel::Unknown);
         assert_eq!(follow(&mut Reversal::new(), &[7.0, 7.75]), Travel::Positive);
         assert_eq!(follow(&mut Reversal::new(), &[7.0, 6.25]), Travel::Negative);
-        // 0.25 up, then 0.5 down from the start: 0.75 down from the highest.
+        // 0.25 up, then 0.5 down from the start: 0.75 below the highest position.
         assert_eq!(
             follow(&mut Reversal::new(), &[7.0, 7.25, 6.5]),
             Travel::Negative
@@ -240,7 +237,7 @@ mod tests {
                 assert_eq!(r.travel(), travel);
                 extreme(&r, q);
             }
-            // Without being asked at every place on the way: neither a turn nor the old extreme.
+            // Positions in between are not queried: neither a turn nor the old extreme.
             r.pass(90.0 * sense);
             r.pass(170.0 * sense);
             extreme(&r, 170.0 * sense);
@@ -268,7 +265,7 @@ mod tests {
             for n in noise {
                 prop_assert_eq!(r.update(end + (n - 0.5) * h * 0.998, h, 0.0), direction);
             }
-            // From rest it stays unknown.
+            // At rest the direction stays unknown.
             let mut r = Reversal::new();
             for n in [0.0, 0.4, 0.998, 0.1] {
                 prop_assert_eq!(r.update(start + n * h, h, 0.0), Travel::Unknown);

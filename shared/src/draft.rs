@@ -18,23 +18,23 @@ use crate::header;
 use crate::load_error::LoadError;
 use crate::room::capacities;
 
-/// The capacities with which [`Draft::encode`] tries what it wrote: any smaller target refuses
-/// with [`LoadError::TooSmall`].
+/// Capacities with which [`Draft::encode`] verifies its output: any smaller target refuses a large blob with
+/// [`LoadError::TooSmall`].
 pub type Largest<'a> =
     Compensation<'a, capacities!(axes: 16, banks: 255, tables: 255, terms: 4096, grids: 8)>;
 
-/// What a blob is made from.
+/// Everything needed to build a blob.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Draft {
     /// Name of the machine.
     pub machine: String,
     /// How the rotary corrections were solved.
     pub policy: Policy,
-    /// The axes: inputs and outputs.
+    /// The axes, both inputs and outputs.
     pub axes: Vec<Axis>,
-    /// Further inputs, numbered on after the axes.
+    /// Auxiliary inputs; their numbers follow those of the axes.
     pub auxiliaries: Vec<Auxiliary>,
-    /// Tables; numbered through the banks in order.
+    /// Banks of tables; tables are numbered consecutively through them.
     pub banks: Vec<DraftBank>,
     /// Products of tables.
     pub terms: Vec<Term>,
@@ -45,22 +45,21 @@ pub struct Draft {
 /// Tables over the same points of the same input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DraftBank {
-    /// Number of the input: the axes in order, then the auxiliaries.
+    /// Index of the input: the axes in order, then the auxiliaries.
     pub input: u8,
-    /// Position of the first point; of cubic tables, where their first interval begins.
+    /// Position of the first point; for cubic tables, the start of the first interval.
     pub start: f32,
     /// Distance between points.
     pub step: f32,
     /// The input wraps into the period `points · step`.
     pub modulo: bool,
-    /// For which direction of travel the tables hold.
+    /// Direction of travel for which the tables apply.
     pub direction: Direction,
-    /// How the tables are read between points.
+    /// How the tables are interpolated between points.
     pub interpolation: Interpolation,
-    /// How the samples are to be stored.
+    /// Storage format of the samples.
     pub format: SampleFormat,
-    /// One column per table, all equally long: the values at the points or, of cubic tables, the
-    /// coefficients.
+    /// One column per table, all of equal length: the values at the points or, for cubic tables, the coefficients.
     pub columns: Vec<Vec<f32>>,
 }
 
@@ -69,9 +68,9 @@ pub struct DraftBank {
 pub struct DraftGrid {
     /// One to three inputs; the first varies slowest in the node order.
     pub axes: Vec<GridAxis>,
-    /// Numbers of the output axes.
+    /// Indices of the output axes.
     pub outputs: Vec<u8>,
-    /// How the samples are to be stored.
+    /// Storage format of the samples.
     pub format: SampleFormat,
     /// Node by node, the outputs interleaved.
     pub values: Vec<f32>,
@@ -89,19 +88,19 @@ pub enum EncodeError {
     Values {
         /// Index of the grid.
         grid: usize,
-        /// How many there should be.
+        /// Required number of values.
         expected: u64,
-        /// How many there are.
+        /// Actual number of values.
         found: usize,
     },
-    /// A value that is to be stored as an integer is not finite.
+    /// A value that must be stored as an integer is not finite.
     NotFinite {
         /// Index of the bank or grid.
         index: usize,
     },
     /// More than [`LARGEST_BLOB`] bytes.
     TooLarge,
-    /// What was written would be refused.
+    /// The encoded blob would be refused.
     Refused(LoadError),
 }
 
@@ -139,7 +138,7 @@ impl From<LoadError> for EncodeError {
     }
 }
 
-/// The description on the wire; the order of the fields is the format.
+/// The description on the wire; the field order defines the format.
 #[derive(Serialize)]
 pub(crate) struct Wire<'d> {
     pub(crate) machine: &'d str,
@@ -176,7 +175,7 @@ impl Samples {
     }
 }
 
-/// The scale with which the largest of `values` becomes ±32767.
+/// The scale that maps the largest of `values` to ±32767.
 fn scale(values: impl Iterator<Item = f32>) -> Option<f32> {
     let mut peak = 0.0_f32;
     for value in values {
@@ -185,11 +184,11 @@ fn scale(values: impl Iterator<Item = f32>) -> Option<f32> {
         }
         peak = peak.max(value.abs());
     }
-    // Small enough not to matter, large enough to be a normal number: also for zeros only.
+    // Small enough to be negligible, large enough to be a normal number, even if all values are zero.
     Some((peak / 32767.0).max(1e-30))
 }
 
-/// The nearest integer to value / scale.
+/// Nearest integer to value / scale.
 fn quantise(value: f32, scale: f32) -> i16 {
     let steps = f64::from(value) / f64::from(scale);
     let half = if steps < 0.0 { -0.5 } else { 0.5 };
@@ -197,7 +196,7 @@ fn quantise(value: f32, scale: f32) -> i16 {
 }
 
 impl Draft {
-    /// Writes the blob, and loads it once to be sure that it is accepted.
+    /// Writes the blob, and loads it once to make sure that it is accepted.
     ///
     /// # Errors
     /// See [`EncodeError`].
@@ -208,7 +207,7 @@ impl Draft {
         Ok(blob)
     }
 
-    /// Writes the blob without trying it.
+    /// Writes the blob without verifying it.
     fn write(&self) -> Result<Vec<u8>, EncodeError> {
         let mut samples = Samples::default();
         let wire = self.wire(&mut samples)?;
@@ -239,7 +238,7 @@ impl Draft {
     }
 }
 
-/// Puts header, description, padding and samples together.
+/// Joins header, description, padding and samples.
 pub(crate) fn assemble(description: &[u8], samples: &Samples) -> Result<Vec<u8>, EncodeError> {
     let mut bytes = vec![0; HEADER];
     bytes.extend(description);
@@ -353,7 +352,7 @@ impl DraftGrid {
     }
 }
 
-/// Bytes of a blob, starting at a multiple of 32 as they do in flash.
+/// The bytes of a blob, aligned to 32 bytes as in flash.
 pub struct AlignedBlob {
     bytes: Vec<u8>,
     start: usize,
@@ -361,7 +360,7 @@ pub struct AlignedBlob {
 }
 
 impl AlignedBlob {
-    /// Copies `blob`, which may have any alignment (read from a file, say).
+    /// Copies `blob`, which may have any alignment, for example when read from a file.
     #[must_use]
     pub fn from_bytes(blob: &[u8]) -> Self {
         let mut bytes = vec![0; blob.len() + ALIGNMENT];
@@ -439,8 +438,8 @@ mod tests {
             for column in &draft.columns {
                 let scale = match bank.format {
                     SampleFormat::F32 => 0.0,
-                    // Rounding to the nearest integer is off by half a scale, and the product
-                    // with the scale by half a bit.
+                    // Rounding to the nearest integer is off by half a scale, and the product with the scale by half a
+                    // bit.
                     SampleFormat::I16 => {
                         column.iter().fold(0.0, |m: f32, v| m.max(v.abs())) / 32767.0
                     }

@@ -1,14 +1,14 @@
-//! Blobs that are part of the program.
+//! Blobs embedded in the program.
 
-/// Bytes that start at a multiple of 32, as blobs do.
+/// Bytes aligned to 32, as blobs require.
 #[doc(hidden)]
 #[repr(C, align(32))]
 pub struct Aligned<B: ?Sized>(pub B);
 
-/// The bytes of a blob (`.trax`) that becomes part of the program, aligned as
-/// [`Compensation::load`](crate::Compensation::load) needs them: a `&'static [u8]`.
+/// The bytes of a blob (`.trax`) embedded in the program as a `&'static [u8]`, aligned as
+/// [`Compensation::load`](crate::Compensation::load) requires.
 ///
-/// The path is relative to the file in which it stands, as for [`include_bytes!`].
+/// The path is relative to the source file that contains the call, as for [`include_bytes!`].
 ///
 /// ```
 /// use trueaxis::include_blob;

@@ -24,20 +24,20 @@ pub(crate) fn bounded(value: f32, bound: f32) -> f32 {
     }
 }
 
-/// The correction nearest to `wanted` that keeps q + Δq within the travel if q is, and that does
-/// not push further outside if q is not. 0 always satisfies it.
+/// The correction nearest to `wanted` that keeps q + Δq within the travel if q is within it, and that does not push
+/// further outside if q is not. 0 always satisfies this.
 #[inline(always)]
 pub(crate) fn within_travel(wanted: f32, q: f32, travel: [f32; 2]) -> (f32, bool) {
     within_room(wanted, room(q, travel))
 }
 
-/// The corrections that satisfy that: from the first to the second.
+/// Lower and upper limit of the corrections that satisfy this condition.
 #[inline(always)]
 pub(crate) fn room(q: f32, travel: [f32; 2]) -> [f32; 2] {
     [smaller(travel[0] - q, 0.0), larger(travel[1] - q, 0.0)]
 }
 
-/// The nearest of these corrections, and whether that is another one.
+/// The nearest permitted correction, and whether it differs from `wanted`.
 #[inline(always)]
 pub(crate) fn within_room(wanted: f32, [down, up]: [f32; 2]) -> (f32, bool) {
     if wanted > up {
@@ -49,7 +49,7 @@ pub(crate) fn within_room(wanted: f32, [down, up]: [f32; 2]) -> (f32, bool) {
     }
 }
 
-/// The value nearest to `wanted` that is at most `most` away from `last`.
+/// The value nearest to `wanted` whose distance from `last` is at most `most`.
 #[inline(always)]
 pub(crate) fn within_reach(wanted: f32, last: f32, most: f32) -> f32 {
     let change = wanted - last;
@@ -72,7 +72,7 @@ mod tests {
     fn a_correction_ends_at_the_end_of_the_travel() {
         let dq = |wanted, q| within_travel(wanted, q, TRAVEL);
         assert_eq!(dq(0.5, 19.0), (0.5, false));
-        // What just fits is not cut off.
+        // A value that just fits is not cut off.
         assert_eq!(dq(0.25, 19.75), (0.25, false));
         assert_eq!(dq(-0.25, -9.75), (-0.25, false));
         assert_eq!(dq(0.5, 19.75), (0.25, true));
@@ -99,7 +99,7 @@ mod tests {
             [reached(-1.0), reached(-0.25), reached(0.0)],
             [-0.25, -0.25, 0.0]
         );
-        // What is just so far away is reached to the bit, though last + most rounds.
+        // A value at exactly this distance is reached exactly, although last + most rounds.
         for k in 1..100 {
             let (last, wanted) = (0.1, 0.007 * k as f32);
             let most = (wanted - last).abs();

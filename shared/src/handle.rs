@@ -1,15 +1,14 @@
-//! What a servo holds its compensations by.
+//! How a servo holds its compensations.
 
 use crate::compensation::Compensation;
 use crate::room::Room;
 
-/// A hold on a compensation: a reference (`&Compensation`, `&'static mut Compensation`), a `Box` or
-/// an `Arc` (feature `encode`, which brings a heap), a compensation itself, or a type of one's own, such as
-/// the lease of a pool.
+/// A pointer to a compensation: a reference (`&Compensation`, `&'static mut Compensation`), a `Box` or an `Arc`
+/// (feature `encode`, which needs a heap), a compensation itself, or a custom type, such as the lease of a pool.
 ///
-/// It must always lead to the same compensation, and to the same contents.
+/// It must always return the same compensation, with unchanged contents.
 pub trait Handle {
-    /// What the compensation has room for.
+    /// Capacities of the compensation.
     type Room: Room;
 
     /// The compensation.

@@ -4,10 +4,10 @@ use crate::format::{HEADER, LARGEST_BLOB, MAGIC, VERSION};
 use crate::load_error::LoadError;
 use crate::work;
 
-/// CRC-32/ISO-HDLC (as in zlib), 1 KiB of table.
+/// CRC-32/ISO-HDLC (as in zlib), with a table of 1 KiB.
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// CRC-32 over everything but itself: bytes 0…11 and from 16 to the end.
+/// CRC-32 over everything but the CRC field itself: bytes 0…11 and from 16 to the end.
 ///
 /// `blob` has at least [`HEADER`] bytes.
 pub(crate) fn checksum(blob: &[u8]) -> u32 {
@@ -18,20 +18,20 @@ pub(crate) fn checksum(blob: &[u8]) -> u32 {
     digest.finalize()
 }
 
-/// What the fixed bytes at the start of a blob say.
+/// Contents of the fixed bytes at the start of a blob.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Header {
-    /// Bytes of the whole blob, header included.
+    /// Length of the whole blob in bytes, including the header.
     pub length: u32,
-    /// CRC-32 over everything but itself; with the length it tells blobs apart.
+    /// CRC-32 over everything but this field; together with the length it identifies a blob.
     pub crc: u32,
 }
 
 impl Header {
-    /// Reads the header at the start of `bytes`; what follows it is not looked at.
+    /// Reads the header at the start of `bytes` and ignores what follows.
     ///
-    /// The magic and the version are checked before anything that a later version may change.
+    /// The magic and the version are checked first, before anything that a later version may change.
     ///
     /// # Errors
     /// [`LoadError::NoHeader`], [`LoadError::BadMagic`], [`LoadError::UnknownVersion`],
@@ -60,16 +60,15 @@ impl Header {
         })
     }
 
-    /// Checks header, length and checksum of the blob at the start of `held` bytes that are read in
-    /// pieces: `read` is given a place, a multiple of 32, and fills 32 bytes from there on, or what
-    /// is left. No piece behind the stated length is read; the description and the samples are not
-    /// looked into.
+    /// Checks header, length and checksum of the blob at the start of `held` bytes that are read in pieces. `read` gets
+    /// an offset, a multiple of 32, and fills in the 32 bytes from there, or however many are left. Pieces beyond the
+    /// stated length are not read. The description and the samples are not examined.
     ///
-    /// The inner error is one of [`read`](Self::read), [`LoadError::WrongLength`] or
+    /// The inner error is one of those of [`read`](Self::read), [`LoadError::WrongLength`] or
     /// [`LoadError::BadChecksum`].
     ///
     /// # Errors
-    /// The first one of `read`.
+    /// The first error returned by `read`.
     pub fn check_pieces<E>(
         held: u32,
         mut read: impl FnMut(u32, &mut [u8]) -> Result<(), E>,
@@ -101,7 +100,7 @@ impl Header {
     }
 }
 
-/// Whether more bytes than stated may follow.
+/// Whether bytes beyond the stated length are permitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Held {
     /// A file: exactly the stated length.
@@ -110,7 +109,7 @@ pub(crate) enum Held {
     AtLeast,
 }
 
-/// Checks header, length and checksum; returns the blob without what follows it.
+/// Checks header, length and checksum; returns the blob without the bytes after it.
 pub(crate) fn open(bytes: &[u8], held: Held) -> Result<&[u8], LoadError> {
     let header = Header::read(bytes)?;
     let wrong = LoadError::WrongLength {

@@ -1,4 +1,4 @@
-//! What an evaluation is given.
+//! The inputs of an evaluation.
 
 use crate::description::AUXILIARIES;
 use crate::room::Row;
@@ -16,13 +16,13 @@ use crate::room::Row;
 pub struct Inputs<A> {
     /// Commanded positions, mm or degrees.
     pub axes: A,
-    /// Tool length in mm, temperatures as K difference to their references. What was never set
-    /// is not a number: for a servo a fault if a correction depends on it.
+    /// Tool length in mm, temperatures as differences from their references in K. A value that was never set is NaN; a
+    /// servo reports a fault if a correction depends on it.
     pub auxiliaries: [f32; AUXILIARIES],
 }
 
 impl<A> Inputs<A> {
-    /// These positions; the auxiliaries have not been set: they are not numbers.
+    /// Inputs with these positions; the auxiliaries are not set (NaN).
     #[must_use]
     pub const fn at(axes: A) -> Self
     where
@@ -41,7 +41,7 @@ impl<A: Row<f32>> Default for Inputs<A> {
     }
 }
 
-/// Direction in which an axis last moved, as the user counts it.
+/// Direction in which an axis last moved, in the user's sign convention.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Travel {

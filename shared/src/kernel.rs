@@ -1,12 +1,12 @@
-//! The evaluation: table values, then sums of products, then grids. With `access.rs`, through which it
-//! reads and writes memory, this is all the `unsafe` code of an evaluation.
+//! The evaluation: table values, then sums of products, then grids. Together with `access.rs`, through which it reads
+//! and writes memory, this is all the `unsafe` code of an evaluation.
 //!
-//! **What the proofs rest on.** The guarantees of a [`Plan`], cited by their numbers in `plan.rs`. Debug
-//! builds check some of them again.
+//! **Basis of the proofs.** The guarantees of a [`Plan`], cited by their numbers in `plan.rs`. Debug builds check some
+//! of them again.
 //!
-//! **What it is written for.** Few instructions on a Cortex-M4F, in portable Rust: `cargo xtask
-//! bench-target` counts them. A comparison of floats costs three instructions there, a comparison of
-//! their bits one; a loop that the compiler unrolls for long rows costs more than a bank of five tables.
+//! **Performance goal.** Few instructions on a Cortex-M4F, in portable Rust; `cargo xtask bench-target` counts them.
+//! There a comparison of floats takes three instructions, a comparison of their bits one. A loop that the compiler
+//! unrolls for long rows costs more than a bank of five tables.
 
 use core::mem::MaybeUninit;
 
@@ -18,8 +18,8 @@ use crate::product;
 use crate::room::{Room, Row};
 use crate::weights::Weights;
 
-/// The table values of one evaluation and two constants. Read as one array, `one` is value number
-/// `TABLES`, `zero` the next.
+/// The table values of one evaluation and two constants. Read as one array, `one` has index `TABLES` and `zero` comes
+/// next.
 #[repr(C)]
 struct Scratch<C: Room> {
     tables: MaybeUninit<C::TableValues>,
@@ -30,7 +30,7 @@ struct Scratch<C: Room> {
 /// A stored sample.
 trait Sample: Copy {
     fn value(self) -> f32;
-    /// The value of a table, given what was interpolated between its samples.
+    /// The value of a table, given the interpolated samples.
     fn scaled(value: f32, scale: f32) -> f32;
 }
 
@@ -56,7 +56,7 @@ impl Sample for i16 {
     }
 }
 
-/// The corrections of all axes; entries beyond the last axis stay as they are or become 0.
+/// The corrections of all axes; entries beyond the last axis stay unchanged or become 0.
 #[inline(always)]
 pub(crate) fn evaluate<C: Room>(
     plan: &Plan<'_, C>,
@@ -75,12 +75,12 @@ pub(crate) fn evaluate<C: Room>(
     }
 }
 
-/// Zeros. Volatile, or the compiler calls a function to write these few.
+/// Writes zeros. Volatile, because otherwise the compiler calls a function for these few writes.
 #[inline(always)]
 fn clear(corrections: &mut [f32]) {
-    // SAFETY: a reference.
+    // SAFETY: the pointer comes from a reference.
     let write = |value: &mut f32| unsafe { core::ptr::write_volatile(value, 0.0) };
-    // Eight axes, the usual capacity, are cleared without a loop.
+    // Eight axes, the default capacity, are cleared without a loop.
     let (chunks, rest) = corrections.as_chunks_mut::<8>();
     for [a, b, c, d, e, f, g, h] in chunks {
         write(a);
@@ -95,7 +95,7 @@ fn clear(corrections: &mut [f32]) {
     rest.iter_mut().for_each(write);
 }
 
-/// Reads every table, then adds the terms of each output.
+/// Evaluates every table, then adds the terms of each output.
 #[inline(never)]
 fn evaluate_terms<C: Room>(
     plan: &Plan<'_, C>,
@@ -109,13 +109,13 @@ fn evaluate_terms<C: Room>(
         one: 1.0,
         zero: 0.0,
     };
-    // SAFETY: `TableValues` are TABLES values.
+    // SAFETY: `TableValues` consists of TABLES values.
     let mut out = unsafe { CursorMut::raw(scratch.tables.as_mut_ptr().cast(), C::TABLES) };
     let floats = Cursor::start_of(plan.floats());
     for bank in plan.banks() {
         let width = usize::from(bank.tables);
-        // SAFETY: guarantee 1; `out` has room for the tables of this bank and of those after it
-        // (guarantee 4); guarantee 3 for what is read.
+        // SAFETY: guarantee 1; `out` has room for the tables of this bank and of the following ones (guarantee 4);
+        // guarantee 3 covers what is read.
         unsafe {
             let x = *at(all(inputs), usize::from(bank.span.slot));
             match steps(&bank.span, x) {
@@ -130,8 +130,8 @@ fn evaluate_terms<C: Room>(
             out = out.skip(width);
         }
     }
-    // SAFETY: `Scratch` is `repr(C)`: TABLES values, then two; the pointer comes from the whole. The loop
-    // above has written all `tables` of them (guarantee 4), and no other is read (guarantees 5 and 8).
+    // SAFETY: `Scratch` is `repr(C)`: TABLES values, then two more; the pointer comes from the whole struct. The loop
+    // above has written all `tables` of them (guarantee 4), and no others are read (guarantees 5 and 8).
     let values = unsafe {
         let first = core::ptr::from_ref(&scratch).cast::<f32>();
         Cursor::raw(first, C::TABLES + 2)
@@ -144,22 +144,21 @@ fn evaluate_terms<C: Room>(
 #[inline(always)]
 fn all<A: Row<f32>>(inputs: &Inputs<A>) -> &[f32] {
     let count = inputs.axes.as_ref().len() + AUXILIARIES;
-    // SAFETY: `Inputs` is `repr(C)` of two arrays of f32, so it is one array of AXES + AUXILIARIES
-    // of them; the pointer comes from the whole.
+    // SAFETY: `Inputs` is `repr(C)` with two arrays of f32, so it is one array of AXES + AUXILIARIES values; the
+    // pointer comes from the whole struct.
     unsafe { core::slice::from_raw_parts(core::ptr::from_ref(inputs).cast(), count) }
 }
 
-/// How many steps `x` is from the start, if the span can be read directly there: from 0 on and below `last`.
-/// `None` at and beyond the ends, for not-a-number, and for a span that cannot.
+/// Distance of `x` from the start in steps, if the span can be read directly there: from 0 to below `last`. `None` at
+/// and beyond the ends, for NaN, and for a span that cannot be read directly.
 #[inline(always)]
 fn steps(span: &Span, x: f32) -> Option<f32> {
     let u = (x - span.start) * span.inverse_step;
-    // Numbers from 0 on are in the order of their bits; negative ones and not-a-number have
-    // larger bits than all of those.
+    // Non-negative floats sort like their bits; negative ones and NaN have larger bits than all of those.
     (u.to_bits() < span.direct.to_bits()).then_some(u)
 }
 
-/// So many steps from the start: the index of the interval, and the fraction in it.
+/// Splits a distance in steps into the index of the interval and the fraction in it.
 ///
 /// # Safety
 /// `steps` comes from [`steps`].
@@ -170,7 +169,7 @@ unsafe fn interval(steps: f32) -> (usize, f32) {
     (i as usize, steps - i as f32)
 }
 
-/// a + (b − a)·t of each of `width` tables: a from `row` on, b in the row after it.
+/// a + (b − a)·t for each of `width` tables: a starts at `row`, b in the next row.
 ///
 /// # Operations
 /// One subtraction, one multiplication and one addition per table.
@@ -182,13 +181,13 @@ unsafe fn interval(steps: f32) -> (usize, f32) {
 /// Independent of the position.
 ///
 /// # Safety
-/// From `row` on there are two rows of `width` values, and from `out` on there is room for one.
+/// There are two rows of `width` values from `row`, and room for one row from `out`.
 #[inline(always)]
 unsafe fn mix(row: Cursor<'_, f32>, width: usize, t: f32, mut out: CursorMut<'_>) {
-    // SAFETY: the caller's.
+    // SAFETY: upheld by the caller.
     unsafe {
         let (mut a, mut b) = (row, row.skip(width));
-        // One step after the other for several tables: a result that is used at once takes a cycle more.
+        // Interleaves several tables, because using a result immediately costs one more cycle.
         macro_rules! several {
             ($($k:literal $a:ident $b:ident)*) => {{
                 $(let ($a, $b) = (a.at($k), b.at($k));)*
@@ -228,9 +227,9 @@ fn line(a: f32, b: f32, t: f32) -> f32 {
 /// Adds the terms to their outputs, in stored order.
 ///
 /// # Operations
-/// Per term weight · factor · factor …, from left to right, then one addition. A weight of 1 is
-/// left out, where a factor is missing 1 may stand in, and a sum may begin with its first term:
-/// nothing changes but perhaps the sign of a zero.
+/// Per term weight · factor · factor …, from left to right, then one addition. A weight of 1 is skipped, a missing
+/// factor may be replaced by 1, and a sum may begin with its first term: this changes nothing except possibly the sign
+/// of a zero.
 ///
 /// # Memory
 /// 4 bytes per product (other terms: 16), 4 per factor.
@@ -239,7 +238,7 @@ fn line(a: f32, b: f32, t: f32) -> f32 {
 /// Independent of the values.
 ///
 /// # Safety
-/// All tables that a factor names are written.
+/// All tables named by a factor have been written.
 #[inline(always)]
 unsafe fn sum<C: Room>(
     plan: &Plan<'_, C>,
@@ -250,7 +249,7 @@ unsafe fn sum<C: Room>(
     let mut products = plan.products();
     let mut out = CursorMut::start(corrections.as_mut());
     for sum in plan.sums() {
-        // SAFETY: guarantee 8; the tables are written (caller).
+        // SAFETY: guarantee 8; the tables have been written (caller).
         unsafe {
             let mut total = values.at_byte(usize::from(sum.first));
             let (own, others) = split(products, usize::from(sum.products));
@@ -264,7 +263,7 @@ unsafe fn sum<C: Room>(
         }
     }
     if plan.others() != 0 {
-        // SAFETY: the caller's.
+        // SAFETY: upheld by the caller.
         unsafe { add_others(plan, values, weights, corrections) };
     }
 }
@@ -272,7 +271,7 @@ unsafe fn sum<C: Room>(
 /// Adds the terms that are not part of a sum.
 ///
 /// # Safety
-/// All tables that a factor names are written.
+/// All tables named by a factor have been written.
 #[inline(never)]
 unsafe fn add_others<C: Room>(
     plan: &Plan<'_, C>,
@@ -282,7 +281,7 @@ unsafe fn add_others<C: Room>(
 ) {
     let mut next = plan.others();
     while next != 0 {
-        // SAFETY: guarantees 5 and 6, and the caller's.
+        // SAFETY: guarantees 5 and 6, and the caller's guarantee.
         unsafe {
             let term = at(plan.terms(), usize::from(next) - 1);
             let weight = if term.place == FIXED {
@@ -299,7 +298,7 @@ unsafe fn add_others<C: Room>(
     }
 }
 
-/// Whether the tables of a bank count while its input last moved in direction `last`.
+/// Whether the tables of a bank apply after its input last moved in direction `last`.
 #[inline(always)]
 fn holds(direction: Direction, last: Travel) -> bool {
     match direction {
@@ -321,9 +320,9 @@ fn floor(p: f32) -> f32 {
     if k > p { k - 1.0 } else { k }
 }
 
-/// The interval around `x` of any span: indices of its points and fraction in between.
+/// The interval around `x` in any span: indices of its two points and the fraction between them.
 ///
-/// Compare-and-select throughout, so that not-a-number and infinity end at a point too.
+/// Uses compare-and-select throughout, so that NaN and infinity also end at a point.
 #[inline(always)]
 fn any_interval(span: &Span, x: f32) -> (u32, u32, f32) {
     let mut d = x - span.start;
@@ -343,10 +342,10 @@ fn any_interval(span: &Span, x: f32) -> (u32, u32, f32) {
     (i, next, t)
 }
 
-/// Reads all tables of a bank of any kind, at any position.
+/// Evaluates all tables of any kind of bank, at any position.
 ///
 /// # Safety
-/// The bank is one of the plan; `out` has room for its tables.
+/// The bank belongs to the plan; `out` has room for its tables.
 #[cold]
 #[inline(never)]
 unsafe fn read_bank<C: Room>(
@@ -358,14 +357,14 @@ unsafe fn read_bank<C: Room>(
 ) {
     let width = usize::from(bank.tables);
     if bank.span.direct > 0.0 {
-        // Read directly, but for its ends, where the end values hold; not-a-number counts as the first point.
+        // Directly readable except at its ends, where the end values hold; NaN counts as the first point.
         let samples = Cursor::start_of(plan.floats());
         let end = if x > bank.span.start {
             bank.span.last
         } else {
             0
         };
-        // SAFETY: guarantee 3, and the caller's.
+        // SAFETY: guarantee 3, and the caller's guarantee.
         unsafe {
             let row = samples.skip(bank.first as usize + end as usize * width);
             for k in 0..width {
@@ -383,7 +382,7 @@ unsafe fn read_bank<C: Room>(
     };
     if !holds(bank.direction, last) {
         for k in 0..width {
-            // SAFETY: the caller's.
+            // SAFETY: upheld by the caller.
             unsafe { out.set(k, 0.0) };
         }
         return;
@@ -393,7 +392,7 @@ unsafe fn read_bank<C: Room>(
     } else {
         1.0
     };
-    // SAFETY: guarantee 4, and the caller's.
+    // SAFETY: guarantee 4, and the caller's guarantee.
     unsafe {
         let scales = part(plan.scales(), usize::from(bank.table), width);
         if bank.integer {
@@ -418,7 +417,7 @@ unsafe fn read_bank<C: Room>(
     }
 }
 
-/// Interpolates all tables of one bank, and multiplies them with `sign`, which is 1 or −1.
+/// Interpolates all tables of one bank and multiplies them by `sign`, which is 1 or −1.
 ///
 /// # Operations
 /// Linear: a + (b − a)·t per table, after the index and the fraction of the bank.
@@ -449,24 +448,23 @@ unsafe fn fill<S: Sample>(
         unsafe { part(samples, bank.first as usize + index as usize * width, width) }
     };
     if !bank.cubic {
-        // From `any_interval`, both are at most `last`.
+        // Both come from `any_interval` and are at most `last`.
         let points = row(i).iter().zip(row(next));
         for (k, ((a, b), &scale)) in points.zip(scales).enumerate() {
             let value = line(a.value(), b.value(), t);
-            // SAFETY: the caller's: there is one scale for each table.
+            // SAFETY: upheld by the caller: there is one scale per table.
             unsafe { out.set(k, sign * S::scaled(value, scale)) };
         }
         return;
     }
-    // Uniform cubic B-splines. The weights of a, c, d are those of differences from b, so constants stay
-    // constant.
+    // Uniform cubic B-splines. The weights of a, c, d apply to differences from b, so constants are reproduced exactly.
     const SIXTH: f32 = 1.0 / 6.0;
     let s = 1.0 - t;
     let w0 = SIXTH * (s * s * s);
     let w2 = SIXTH + 0.5 * t * (1.0 + t * s);
     let w3 = SIXTH * (t * t * t);
-    // After the last row comes the first: without modulo only at the end, with w3 = 0. i + 3 ≤ last + 3 ≤
-    // 2·last (guarantee 2), less last + 1 that is below last.
+    // The first row follows the last. Without modulo this happens only at the end, with w3 = 0. i + 3 ≤ last + 3 ≤
+    // 2·last (guarantee 2), so subtracting last + 1 gives an index below last.
     let from = |k: u32| row(if k <= span.last { k } else { k - span.last - 1 });
     let points = from(i).iter().zip(from(i + 1)).zip(from(i + 2));
     let points = points.zip(from(i + 3)).zip(scales);
@@ -493,11 +491,11 @@ fn add_grids<C: Room>(
     }
 }
 
-/// Adds a grid of the plain kind, see [`GridLookup`], where it can be read directly; false, and nothing
-/// added, at and beyond the ends of an input, for not-a-number, and for a grid of another kind.
+/// Adds a grid of the plain kind, see [`GridLookup`], where it can be read directly. Returns false and adds nothing at
+/// and beyond the ends of an input, for NaN, and for a grid of another kind.
 ///
 /// # Operations
-/// As [`add_grid`].
+/// As for [`add_grid`].
 #[inline(never)]
 fn add_cell<A: Row<f32>>(
     grid: &GridLookup,
@@ -515,7 +513,7 @@ fn add_cell<A: Row<f32>>(
             let Some(steps) = steps(span, x) else {
                 return false;
             };
-            // SAFETY: they come from `steps`.
+            // SAFETY: the values come from `steps`.
             let (i, t) = unsafe { interval(steps) };
             start += i * grid.strides[$k] as usize;
             t
@@ -523,13 +521,13 @@ fn add_cell<A: Row<f32>>(
     }
     let t = [along!(0), along!(1), along!(2)];
     let (far, middle) = (grid.strides[0] as usize, grid.strides[1] as usize);
-    // SAFETY: guarantees 2 and 3: each index is below `last`, so that all eight nodes are in the
-    // grid, two and two neighbours; guarantee 7.
+    // SAFETY: guarantees 2 and 3: each index is below `last`, so all eight nodes are in the grid, in pairs of
+    // neighbours; guarantee 7.
     unsafe {
         let near = samples.skip(start);
         let far = near.skip(far);
         let [near_far, far_far] = [near.skip(middle), far.skip(middle)];
-        // Written out, so that no optimisation level makes a loop of it.
+        // Written out, so that no optimisation level turns it into a loop.
         let [u, v, w] = t;
         macro_rules! output {
             ($k:literal) => {
@@ -610,7 +608,7 @@ fn add_nodes<S: Sample, A: Row<f32>>(
         node(far[0], far[1], near[2]),
         node(far[0], far[1], far[2]),
     ];
-    // The bound that guarantee 7 gives is repeated for the compiler.
+    // Repeats the bound of guarantee 7 for the compiler.
     for k in 0..width.min(grid.outputs.len()) {
         // SAFETY: k < width, and each node has `width` samples of the section.
         let v = nodes.map(|node| unsafe { node.at(k) }.value());

@@ -1,11 +1,10 @@
 //! Compensation tables for machine tools, evaluated at servo rate.
 //!
-//! A [`Compensation`] is read in place from a blob (`.trax`) and turns the commanded positions of
-//! a machine into corrections Δq, which the controller *adds* to the commands (machining mode).
-//! It consists of *tables* over one input each, of *terms* (weight × product of tables → one
-//! output axis) and of *grids*. The same blob gives the same bits on every target: arithmetic is
-//! f32 with `+ − ×` and casts, in a fixed order. This presumes the default rounding and no
-//! flush-to-zero of subnormal numbers.
+//! A [`Compensation`] is read in place from a blob (`.trax`) and turns the commanded positions of a machine into
+//! corrections Δq, which the controller *adds* to the commands (machining mode). It consists of *tables* over one input
+//! each, of *terms* (weight × product of tables → one output axis) and of *grids*. The same blob gives the same bits on
+//! every target: arithmetic is f32 with `+ − ×` and casts, in a fixed order. This assumes the default rounding mode and
+//! subnormal numbers that are not flushed to zero.
 //!
 //! ```
 //! use trueaxis::{Compensation, Inputs, Servo, capacities};
@@ -35,8 +34,8 @@
 //! # Ok::<(), trueaxis::LoadError>(())
 //! ```
 //!
-//! Positions and corrections are in mm and degrees. Nothing here allocates, except the feature
-//! `encode`, with which hosts build blobs (`Draft`).
+//! Positions and corrections are in mm and degrees. Only the feature `encode`, with which hosts build blobs (`Draft`),
+//! allocates.
 #![no_std]
 #![deny(missing_docs)]
 

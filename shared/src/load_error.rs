@@ -75,11 +75,11 @@ pub enum LoadError {
     },
     /// The reserved header field is not zero.
     ReservedNotZero,
-    /// The header states another length than there are bytes.
+    /// The length stated in the header differs from the number of bytes.
     WrongLength {
-        /// As the header states.
+        /// Length stated in the header.
         stated: u32,
-        /// As there are.
+        /// Actual number of bytes.
         held: u32,
     },
     /// The checksum does not match.
@@ -88,46 +88,46 @@ pub enum LoadError {
     Misaligned,
     /// The blob ends within this part.
     Truncated {
-        /// Where.
+        /// The part that is cut off.
         part: Part,
     },
     /// This part is not valid postcard (text that is not UTF-8, an overlong integer, a name that
     /// is too long, a flag that is neither 0 nor 1).
     Malformed {
-        /// Where.
+        /// The malformed part.
         part: Part,
     },
-    /// A variant of an enumeration that this version does not know.
+    /// A variant of an enumeration that is unknown to this version.
     UnknownVariant {
-        /// Where.
+        /// The part that contains it.
         part: Part,
         /// The variant found.
         found: u32,
     },
-    /// The target holds fewer axes, banks, tables, terms or grids than the blob needs. Every rule that
-    /// does not depend on capacities has been checked before.
+    /// The target holds fewer axes, banks, tables, terms or grids than the blob needs. All rules that do not depend on
+    /// capacities have already been checked.
     TooSmall {
         /// What the blob needs.
         needed: Counts,
-        /// What the target holds: its capacities.
+        /// Capacities of the target.
         held: Counts,
     },
-    /// More tables than factors can number (255).
+    /// More tables than a factor can index (255).
     TooManyTables {
-        /// How many.
+        /// Number of tables.
         found: u32,
     },
     /// More auxiliaries than [`AUXILIARIES`].
     TooManyAuxiliaries {
-        /// How many.
+        /// Number of auxiliaries.
         found: u32,
     },
-    /// More adjustable terms than [`ADJUSTABLE`]; this one is the first too many.
+    /// More adjustable terms than [`ADJUSTABLE`]; reports the first one in excess.
     TooManyAdjustable {
         /// Index of the term.
         term: u16,
     },
-    /// No axes at all.
+    /// There are no axes.
     NoAxes,
     /// The name of an axis is not an ASCII letter.
     AxisName {
@@ -176,7 +176,7 @@ pub enum LoadError {
         /// The input it names.
         input: u8,
     },
-    /// The position of the first or of the last point is not finite.
+    /// The position of the first or last point is not finite.
     Start {
         /// The bank or grid.
         part: Part,
@@ -190,7 +190,7 @@ pub enum LoadError {
     Points {
         /// The bank or grid.
         part: Part,
-        /// As many as there are.
+        /// Actual number of points.
         points: u32,
     },
     /// The period `points · step` of a modulo input or its inverse is not finite.
@@ -198,7 +198,7 @@ pub enum LoadError {
         /// The bank or grid.
         part: Part,
     },
-    /// A bank depends on the direction of an auxiliary input, which has none.
+    /// A bank depends on the direction of an auxiliary input, which has no direction.
     DirectionOfAuxiliary {
         /// Index of the bank.
         bank: u16,
@@ -208,11 +208,11 @@ pub enum LoadError {
         /// Index of the bank.
         bank: u16,
     },
-    /// Not one scale per table (bank) or output (grid) for integer samples, or scales for others.
+    /// Integer samples need one scale per table (bank) or output (grid), other samples none.
     ScaleCount {
         /// The bank or grid.
         part: Part,
-        /// As many scales as there are.
+        /// Actual number of scales.
         found: u32,
     },
     /// A scale is not a number from 1e-30 to 1e9.
@@ -222,7 +222,7 @@ pub enum LoadError {
         /// Index of the scale within it.
         index: u16,
     },
-    /// The samples do not start where those of the one before end: they overlap or leave a gap.
+    /// The samples do not start where the previous ones end: they overlap or leave a gap.
     SamplesMisplaced {
         /// The bank or grid.
         part: Part,
@@ -236,7 +236,7 @@ pub enum LoadError {
     UnusedSamples,
     /// A sample of a table is not finite.
     TableSample {
-        /// Index of the table, counted through the banks.
+        /// Index of the table, counted through all banks.
         table: u16,
         /// Index of the point.
         point: u32,
@@ -250,7 +250,7 @@ pub enum LoadError {
     },
     /// A value of a table may exceed 1e15.
     TableMagnitude {
-        /// Index of the table, counted through the banks.
+        /// Index of the table, counted through all banks.
         table: u16,
     },
     /// A term names an output axis that does not exist.
@@ -273,11 +273,11 @@ pub enum LoadError {
         /// Index of the term.
         term: u16,
     },
-    /// More tables in a product than [`FACTORS`].
+    /// A product has more tables than [`FACTORS`].
     TooManyFactors {
         /// Index of the term.
         term: u16,
-        /// How many.
+        /// Number of tables.
         found: u32,
     },
     /// A term names a table that does not exist.
@@ -297,25 +297,25 @@ pub enum LoadError {
         /// Index of the axis.
         axis: u16,
     },
-    /// A grid has not one to three inputs.
+    /// The number of inputs of a grid is not one to three.
     GridInputs {
         /// Index of the grid.
         grid: u16,
-        /// How many.
+        /// Number of inputs.
         found: u32,
     },
-    /// A grid has not one to six outputs, names an axis that does not exist, or one twice.
+    /// The number of outputs of a grid is not one to six, or it names an axis twice or one that does not exist.
     GridOutputs {
         /// Index of the grid.
         grid: u16,
     },
     /// The padding after the description is not zero.
     PaddingNotZero,
-    /// The description and the sample counts add up to another length than the header states.
+    /// The length computed from the description and the sample counts differs from the one stated in the header.
     SectionLength {
-        /// As the header states.
+        /// Length stated in the header.
         stated: u32,
-        /// As they add up to; `u32::MAX` if that is more.
+        /// Computed length; `u32::MAX` if it is larger.
         computed: u32,
     },
     /// The period of an axis is neither 0 nor a number from 1e-9 to 1e9.
@@ -328,8 +328,8 @@ pub enum LoadError {
         /// Index of the axis.
         axis: u16,
     },
-    /// The period of a modulo input does not divide that of its axis: it would have two values at the
-    /// same place.
+    /// The period of a modulo input does not divide that of its axis, so the input would have two values at the same
+    /// place.
     PeriodMismatch {
         /// The bank or grid.
         part: Part,
@@ -338,7 +338,7 @@ pub enum LoadError {
     Damping,
     /// The header states more than [`LARGEST_BLOB`] bytes.
     TooLong {
-        /// As the header states.
+        /// Length stated in the header.
         stated: u32,
     },
 }

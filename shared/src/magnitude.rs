@@ -1,4 +1,4 @@
-//! How large tables, products and sums can become: checked once, so that evaluation cannot overflow.
+//! Bounds of tables, products and sums: checked once, so that evaluation cannot overflow.
 
 use core::ops::Range;
 
@@ -10,17 +10,17 @@ use crate::product;
 use crate::room::{List, Room, Row};
 use crate::work;
 
-/// Nothing may exceed this anywhere in an evaluation. Far above any correction, and far enough
-/// below `f32::MAX` that neither the difference of two samples nor rounding can overflow: tables of either
-/// interpolation stay within their largest sample, up to rounding.
+/// No value in an evaluation may exceed this. It is far above any correction, and far enough below `f32::MAX` that
+/// neither the difference of two samples nor rounding can overflow: with either interpolation, tables stay within their
+/// largest sample, up to rounding.
 pub(crate) const MAGNITUDE: f32 = 1e15;
 
 fn within(value: f32) -> bool {
     value <= MAGNITUDE
 }
 
-/// Checks every sample and bounds every table, every (partial) product and every sum. `peaks`, which are
-/// none yet, become the largest magnitude of each table.
+/// Checks every sample and bounds every table, every (partial) product and every sum. Fills the empty `peaks` with the
+/// largest magnitude of each table.
 pub(crate) fn measure<C: Room>(
     plan: &Plan<'_, C>,
     contents: &Contents<'_, C>,
@@ -50,7 +50,7 @@ pub(crate) fn measure<C: Room>(
     }
 }
 
-/// Largest magnitude that the weight of a term can take.
+/// Largest magnitude that the weight of a term can have.
 fn largest_weight<C: Room>(plan: &Plan<'_, C>, term: &PackedTerm) -> f32 {
     if term.place == FIXED {
         return term.weight.abs();
@@ -111,7 +111,7 @@ fn measure_grids<C: Room>(
     Ok(())
 }
 
-/// Largest magnitude, before any scale, of the samples at `place` in rows of `width`; which of them is not
+/// Largest magnitude, before scaling, of the samples at `place` in rows of `width`, or the index of one that is not
 /// finite.
 fn peak<C: Room>(
     plan: &Plan<'_, C>,

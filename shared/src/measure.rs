@@ -1,4 +1,4 @@
-//! Measurement mode: from measured positions to true ones.
+//! Measurement mode: from measured to true positions.
 
 use crate::compensation::Compensation;
 use crate::inputs::{Inputs, Travel, Travelling};
@@ -6,21 +6,20 @@ use crate::room::Room;
 use crate::weights::Weights;
 
 impl<C: Room> Compensation<'_, C> {
-    /// The correction Δq at the true position q that belongs to the measured one, to be
-    /// *subtracted* from it: q = measured − Δq(q).
+    /// The correction Δq at the true position q that belongs to the measured one, to be *subtracted* from it: q =
+    /// measured − Δq(q).
     ///
-    /// In machining mode the axes stand at q + Δq(q) when the tool is to be at q; a touch probe
-    /// or a read-back of the scales gives that position, and this finds q again, by fixed-point
-    /// iteration in `steps` evaluations (at least 1): Δq₁ = Δq(measured), Δqₖ₊₁ = Δq(measured −
-    /// Δqₖ). The auxiliaries of `measured` are used as they are.
+    /// In machining mode the axes are at q + Δq(q) when the tool should be at q. A touch probe or a readout of the
+    /// scales gives the former; this function recovers q by fixed-point iteration in `steps` evaluations (at least 1):
+    /// Δq₁ = Δq(measured), Δqₖ₊₁ = Δq(measured − Δqₖ). The auxiliaries of `measured` are used unchanged.
     ///
     /// # Convergence
-    /// With L the largest slope of the correction, max over axes i of Σⱼ |∂Δqᵢ/∂qⱼ|, the error
-    /// after k evaluations is at most Lᵏ · max|Δq|. L is 1e-3 on a bad machine (1 mm per m, or
-    /// 1 mm per degree is already 1!), so that 3 evaluations leave 1e-9 of the correction: below
-    /// what f32 resolves. The iteration does not converge where L ≥ 1, that is where tables jump.
+    /// With L the largest slope of the correction, max over axes i of Σⱼ |∂Δqᵢ/∂qⱼ|, the error after k evaluations is
+    /// at most Lᵏ · max|Δq|. L is 1e-3 on a bad machine (1 mm per m; but 1 mm per degree is already 1!), so that 3
+    /// evaluations leave 1e-9 of the correction, below the resolution of f32. The iteration does not converge where L ≥
+    /// 1, that is, where tables jump.
     ///
-    /// Directional tables follow `travel`, which is that of the commands before the measurement.
+    /// Directional tables use `travel`, the directions of the commands before the measurement.
     #[must_use]
     pub fn measured(
         &self,

@@ -1,6 +1,6 @@
-//! Two plain second implementations of the evaluation, working on the draft instead of the blob:
-//! one in f32 that follows `docs/src/format.md` to the letter and must agree in every bit, and one
-//! in f64, written differently, that says how far rounding may take the first from the truth.
+//! Two plain, independent implementations of the evaluation that work on the draft instead of the blob: one in f32 that
+//! follows `docs/src/format.md` to the letter and must agree in every bit, and one in f64, written differently, that
+//! bounds the rounding error of the first.
 
 use std::vec::Vec;
 
@@ -13,7 +13,7 @@ fn columns(draft: &Draft) -> impl Iterator<Item = (&DraftBank, &Vec<f32>)> {
         .flat_map(|bank| bank.columns.iter().map(move |column| (bank, column)))
 }
 
-/// What a table's value is multiplied by: 1, 0 or −1.
+/// Factor applied to a table's value: 1, 0 or −1.
 fn sign(draft: &Draft, bank: &DraftBank, travel: &[Travel]) -> f32 {
     if bank.direction == Direction::Both {
         return 1.0;
@@ -27,7 +27,7 @@ fn sign(draft: &Draft, bank: &DraftBank, travel: &[Travel]) -> f32 {
     }
 }
 
-/// Interval and fraction, in f32 as specified; without modulo, there are so many intervals.
+/// Interval and fraction, in f32 as specified, with the number of intervals without modulo.
 fn interval(
     x: f32,
     start: f32,
@@ -61,7 +61,7 @@ fn interval(
     (i, u - i as f32)
 }
 
-/// The point after the ones before; after the last comes the last or, with modulo, the first.
+/// Index of the next point; after the last point comes the last again or, with modulo, the first.
 fn next(i: usize, points: usize, modulo: bool) -> usize {
     match (i + 1 < points, modulo) {
         (true, _) => i + 1,
@@ -70,7 +70,7 @@ fn next(i: usize, points: usize, modulo: bool) -> usize {
     }
 }
 
-/// Value of one table, in f32 as specified; the column as stored, scale 1.
+/// Value of one table, in f32 as specified, with the column as stored (scale 1).
 fn table(bank: &DraftBank, column: &[f32], x: f32) -> f32 {
     let n = column.len();
     if bank.interpolation == Interpolation::Linear {
@@ -142,7 +142,7 @@ fn grid_value(
     a + (b - a) * t
 }
 
-/// Value of a table in f64, as mathematics has it, and how far f32 may be from it.
+/// Exact value of a table in f64, and a bound on the f32 error.
 fn exact(bank: &DraftBank, column: &[f32], x: f64) -> (f64, f64) {
     let points = column.len();
     let intervals = match (bank.modulo, bank.interpolation) {
@@ -162,20 +162,20 @@ fn exact(bank: &DraftBank, column: &[f32], x: f64) -> (f64, f64) {
     let peak = column
         .iter()
         .fold(0.0_f64, |m, &v| m.max(f64::from(v).abs()));
-    // The subtraction, the inverse and the product round once each, all relative to `distance`
-    // (or, where the start cancels, to x / step); the period and its multiple twice more.
+    // The subtraction, the inverse and the product each round once, relative to `distance` (or, where the start
+    // cancels, to x / step); the period and its multiple add two more.
     let size = distance.abs().max((x / f64::from(bank.step)).abs()) + 1.0;
     let u_error = 6.0 * f64::from(f32::EPSILON) * size;
-    // The steepest slope per step: 2·peak, for a cubic too, as slopes are averages of differences.
+    // The steepest slope per step is 2·peak, also for a cubic, because its slopes are averages of differences.
     let error = 2.0 * peak * u_error + 12.0 * f64::from(f32::EPSILON) * peak;
     if bank.interpolation == Interpolation::Linear {
         return (at(0) + (at(1) - at(0)) * t, error);
     }
-    // De Boor: between averages, three times over.
+    // De Boor: three rounds of averaging neighbours.
     let mut row = [0, 1, 2, 3].map(at);
     for left in (1..=3_u8).rev() {
         for k in 0..usize::from(left) {
-            // The k-th of them reaches from this far before the interval, over `left` intervals.
+            // Basis function k reaches from this far before the interval, over `left` intervals.
             let before = f64::from(left) - 1.0 - k as f64;
             let share = (t + before) / f64::from(left);
             row[k] += (row[k + 1] - row[k]) * share;
@@ -184,7 +184,7 @@ fn exact(bank: &DraftBank, column: &[f32], x: f64) -> (f64, f64) {
     (row[0], error)
 }
 
-/// Corrections of tables and terms in f64, with a bound on what f32 may differ.
+/// Corrections of tables and terms in f64, with a bound on the f32 error.
 pub fn in_f64(
     draft: &Draft,
     inputs: &[f32],
@@ -212,7 +212,7 @@ pub fn in_f64(
             product *= value;
             largest *= value.abs() + error;
         }
-        // Difference between the extreme product and the true one, one rounding per factor.
+        // Difference between the extreme product and the true one, plus one rounding per factor.
         let error = largest - product.abs() + 8.0 * epsilon * largest;
         let output = usize::from(term.output);
         sizes[output] += largest;

@@ -1,24 +1,24 @@
-//! A way to its end with bounded speed and acceleration, whatever the period of each step.
+//! Moves a value to its target with bounded speed and acceleration, whatever the period of each step.
 
 use crate::guard::{larger, smaller};
 
-/// Seconds from standstill to the full rate.
+/// Time from standstill to full rate, s.
 pub const RISE: f32 = 0.05;
 
-/// How fast an [`Approach`] may be. The divisions are here, so that none are on the way.
+/// Limits of an [`Approach`]. The divisions happen here, so that none are needed on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pace {
     /// Largest speed, per second.
     pub rate: f32,
     /// Largest acceleration, per second squared.
     pub acceleration: f32,
-    /// 1 / (2 · acceleration): v² times this is the way to stand still; a little more, so that
-    /// it can always make up for what rounding adds to its speed on the way.
+    /// 1 / (2 · acceleration): v² times this is the braking distance. Slightly enlarged, so that braking can always
+    /// make up for what rounding adds to the speed on the way.
     braking: f32,
 }
 
 impl Pace {
-    /// Up to `rate`, with the acceleration that reaches `rise` in [`RISE`] seconds.
+    /// A speed up to `rate`, with the acceleration that reaches `rise` within [`RISE`] seconds.
     pub(crate) fn new(rate: f32, rise: f32) -> Self {
         Self {
             rate,
@@ -28,29 +28,27 @@ impl Pace {
     }
 }
 
-/// What remains of a way, and how fast it is being covered.
+/// The remaining distance, and the speed at which it shrinks.
 ///
-/// Each step is a stretch of constant acceleration from the speed at its begin to that at its end
-/// (the last one may speed up and slow down within it). So the mean speeds of neighbouring steps
-/// differ by no more than the acceleration over half of both, also where their periods differ;
-/// and as a speed is only taken from which it can still stop, whatever the next periods are, it
-/// lands exactly.
+/// Each step has constant acceleration from the speed at its start to that at its end (the last step may speed up and
+/// slow down within it). So the mean speeds of neighbouring steps differ by no more than the acceleration over half of
+/// both, even if their periods differ. A speed is only chosen if it is possible to stop from it, whatever the next
+/// periods are, so the approach lands exactly.
 ///
-/// What remains is small near the end and therefore fine enough in f32 to be divided further;
-/// `carry` keeps what its rounding loses far from the end, so that slow ways in short steps do
-/// not stand still.
+/// Near the end the remaining distance is small, so f32 resolves it finely enough. `carry` keeps what rounding loses
+/// far from the end, so that slow motion in short steps does not stall.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Approach {
     pub remaining: f32,
     carry: f32,
-    /// Towards the end, per second; negative while it still moves away.
+    /// Speed towards the end, per second; negative while still moving away from it.
     pub speed: f32,
 }
 
 impl Approach {
     pub(crate) const DONE: Self = Self::from(0.0, 0.0);
 
-    /// At a speed towards the end.
+    /// Starts with a speed towards the end.
     pub(crate) const fn from(remaining: f32, speed: f32) -> Self {
         Self {
             remaining,
@@ -63,13 +61,13 @@ impl Approach {
         self.remaining == 0.0 && self.speed == 0.0
     }
 
-    /// What rounding has left out of `remaining`.
+    /// What rounding has dropped from `remaining`.
     #[cfg(test)]
     pub(crate) fn carried(&self) -> f32 {
         self.carry
     }
 
-    /// The way back along one of length 1, with what rounding took from either.
+    /// The reverse approach over a total distance of 1, including the rounding carry of both.
     pub(crate) fn turned(&self) -> Self {
         let remaining = 1.0 - self.remaining;
         Self {
@@ -79,10 +77,10 @@ impl Approach {
         }
     }
 
-    /// One step of `dt` seconds. Where it was too fast to stop, what remains becomes negative.
+    /// One step of `dt` seconds. If the speed was too high to stop, the remaining distance becomes negative.
     ///
-    /// Of the speeds v + a·dt, v + a·dt/4, v and v − a·dt at the end of the step it takes the first
-    /// from which it can stop in what remains: v²/2a ≤ remaining.
+    /// Of the speeds v + a·dt, v + a·dt/4, v and v − a·dt at the end of the step it takes the first from which it can
+    /// stop within the remaining distance: v²/2a ≤ remaining.
     pub(crate) fn advance(&mut self, pace: &Pace, dt: f32) {
         let (v, change) = (self.speed, pace.acceleration * dt);
         let half = 0.5 * dt;
@@ -100,7 +98,7 @@ impl Approach {
         } else {
             let most = v + change;
             if v <= change {
-                // Up to here it speeds up for a part of the step and stands still at its end.
+                // Up to here it speeds up for part of the step and comes to rest at its end.
                 let reach = (0.5 * most * most - v * v) * pace.braking;
                 let least = v * v * pace.braking;
                 if self.remaining <= reach && self.remaining >= 0.999 * least {
@@ -132,7 +130,7 @@ impl Approach {
 mod tests {
     use super::*;
 
-    /// The speed after one step of 0.1 s, with an acceleration of 1.
+    /// Speed after one step of 0.1 s with an acceleration of 1.
     fn after(remaining: f32, speed: f32, rate: f32) -> f32 {
         let mut way = Approach::from(remaining, speed);
         way.advance(&Pace::new(rate, RISE), 0.1);
@@ -141,8 +139,8 @@ mod tests {
 
     #[test]
     fn it_takes_the_first_of_four_speeds_from_which_it_can_stop() {
-        // From 1.1, 1.025 and 1 the ways to stand still are 0.605, 0.525 and 0.5; the step there adds
-        // 0.105, 0.101 and 0.1.
+        // From 1.1, 1.025 and 1 the braking distances are 0.605, 0.525 and 0.5; the step itself adds 0.105, 0.101 and
+        // 0.1.
         for (remaining, expected) in [
             (0.72, 1.1),
             (0.7, 1.025),

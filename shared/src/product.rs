@@ -1,14 +1,14 @@
-//! What a term adds to its output: weight · factor · factor …, from left to right, then one addition. The
-//! order is part of the format. The kernel writes it out once more for the terms that it adds first, of weight 1
-//! and two factors.
+//! The contribution of a term to its output: weight · factor · factor …, from left to right, then one addition. The
+//! order is part of the format. The kernel repeats this code for the terms that it adds first, those with weight 1 and
+//! up to two factors.
 
-/// `total` and the term.
+/// Adds the term to `total`.
 #[inline(always)]
 pub(crate) fn add(total: f32, weight: f32, factors: impl IntoIterator<Item = f32>) -> f32 {
     add_seen(total, weight, factors, |_| {})
 }
 
-/// `total` and the term; `seen` is shown the weight and every product on the way.
+/// Adds the term to `total`; `seen` receives the weight and every intermediate product.
 #[inline(always)]
 pub(crate) fn add_seen(
     total: f32,

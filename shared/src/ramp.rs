@@ -2,8 +2,8 @@
 
 use crate::pace::{Approach, Pace};
 
-/// s(t), on its way to 0 or to 1 with bounded rate and acceleration; it lands exactly, also when
-/// the period varies from call to call and when the target changes on the way.
+/// s(t), moving to 0 or to 1 with bounded rate and acceleration. It lands exactly, even if the period varies from call
+/// to call or the target changes on the way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ramp {
     up: bool,
@@ -30,9 +30,9 @@ impl Ramp {
         self.way.is_done()
     }
 
-    /// Moves on by `dt` seconds towards 1 (`up`) or 0 and returns s.
+    /// Advances by `dt` seconds towards 1 (`up`) or 0 and returns s.
     ///
-    /// While it moves the pace may be raised, not lowered.
+    /// While it moves, the pace may be raised but not lowered.
     pub(crate) fn advance(&mut self, up: bool, pace: &Pace, dt: f32) -> f32 {
         if up != self.up {
             self.up = up;
@@ -40,7 +40,7 @@ impl Ramp {
         }
         if !self.way.is_done() {
             self.way.advance(pace, dt);
-            // Only rounding leads beyond the ends.
+            // Only rounding can leave the range.
             if self.way.remaining <= 0.0 {
                 self.way = Approach::DONE;
             } else if self.way.remaining > 1.0 {
@@ -66,8 +66,8 @@ mod tests {
             for dt in [1e-5, 1e-4, 1e-3, 1e-2_f32] {
                 let pace = Pace::new(rate, rate);
                 let mut ramp = Ramp::ZERO;
-                // At full rate 1/rate, the rise and the braking add half a RISE each; where the
-                // full rate is not reached, two halves of 2·√(1/a). Creeping adds a few periods.
+                // At full rate 1/rate, with half a RISE each for acceleration and braking; if the full rate is not
+                // reached, two halves of 2·√(1/a). The slow final approach adds a few periods.
                 let full = 1.0 / rate + RISE;
                 let bound = full.max(2.0 * (RISE / rate).sqrt()) * 1.01 + 12.0 * dt;
                 for up in [true, false] {
@@ -89,8 +89,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 5000, failure_persistence: None, ..ProptestConfig::default() })]
 
-        // Ranges begin at sums of powers of two: proptest 1.12 overshoots others by a rounding, once in
-        // ten million draws, and then fails an assertion of its own.
+        // Ranges begin at sums of powers of two: for other ranges proptest 1.12 exceeds the start by a rounding error
+        // once in ten million draws, and then fails an assertion of its own.
         #[test]
         fn rate_and_acceleration_stay_within_their_bounds(
             rate in 0.1875_f32..50.0,
@@ -105,17 +105,17 @@ mod tests {
             let dts: Vec<f32> = plan.iter().map(|p| base * p.2).collect();
             for (leg, (up, steps, _)) in plan.into_iter().enumerate() {
                 for step in 0..steps {
-                    // The period changes within a leg too: 10 ms between others of 0.15 ms.
+                    // The period also changes within a leg: 10 ms between others of 0.15 ms.
                     let dt = if step % 3 == 0 { base } else { dts[leg] };
                     let s = f64::from(ramp.advance(up, &pace, dt));
                     prop_assert!((0.0..=1.0).contains(&s));
                     let now = (s - value) / f64::from(dt);
-                    // The remaining way rounds by up to 2⁻²⁵, s = 1 − it once more, and a difference
-                    // has two of them.
+                    // The remaining distance rounds by up to 2⁻²⁵, s = 1 − it once more, and a difference contains two
+                    // of them.
                     let shortest = if last_dt > 0.0 { dt.min(last_dt) } else { dt };
                     let rounding = 2.0_f64.powi(-23) / f64::from(shortest);
                     prop_assert!(now.abs() <= f64::from(rate) * (1.0 + 1e-6) + rounding);
-                    // Mean speeds are those at the middles of their periods.
+                    // Mean speeds apply at the middle of their periods.
                     let between = 0.5 * (f64::from(dt) + f64::from(last_dt));
                     let change = f64::from(pace.acceleration) * between;
                     prop_assert!(
@@ -127,8 +127,8 @@ mod tests {
             }
         }
 
-        /// Far shorter periods than above, among long ones: two of 10 ms and then one of 1 µs. There f32
-        /// is too coarse to tell speeds from s, so this looks at s as it is before it is rounded.
+        /// Much shorter periods than above, among long ones: two of 10 ms and then one of 1 µs. In f32, s is too coarse
+        /// here to compute speeds from, so this uses s before it is rounded.
         #[test]
         fn no_pattern_of_long_and_very_short_periods_makes_a_ramp_jerk(
             rate in 0.007_812_5_f32..200.0,
@@ -138,7 +138,7 @@ mod tests {
                 1..12,
             ),
         ) {
-            // A catch-up may be faster than a ramp, with the acceleration of that.
+            // A catch-up may be faster than a ramp, with the same acceleration.
             let pace = Pace::new(rate * faster, rate);
             let (rate, acceleration) = (f64::from(pace.rate), f64::from(pace.acceleration));
             let mut ramp = Ramp::ZERO;
@@ -153,11 +153,11 @@ mod tests {
                     let s = if up { 1.0 - way } else { way };
                     let dt = f64::from(dt);
                     let now = (s - place) / dt;
-                    // A speed is a sum of two, times half the period: three roundings in f32.
+                    // A speed is the sum of two speeds, times half the period: three roundings in f32.
                     let rounding = 3.0 * 2.0_f64.powi(-24) * rate;
                     prop_assert!(now.abs() <= rate + rounding, "{now} beyond {rate}");
-                    // The way to stand still is reckoned 0.02 % longer, and taken if it is 0.1 % too
-                    // short.
+                    // The braking distance is computed 0.02 % too long, and a speed is accepted if the distance is 0.1
+                    // % too short.
                     let most = acceleration * 1.001 * 0.5 * (dt + last_dt);
                     prop_assert!(
                         (now - speed).abs() <= most + 2.0 * rounding,

@@ -1,25 +1,25 @@
-//! How far the inputs of a compensation may go, found once at load.
+//! How far the inputs of a compensation may go, computed once at load.
 
 use crate::contents::Contents;
 use crate::description::{AUXILIARIES, Direction};
 use crate::inputs::Inputs;
 use crate::room::{List, Room};
 
-/// Most periods, of an endless axis or of a modulo table, that an input may be away from 0: beyond,
-/// f32 has no sense of the position within the turn.
+/// Maximum distance of an input from 0, in periods of an endless axis or of a modulo table. Beyond it, f32 no longer
+/// resolves the position within the turn.
 pub const MOST_PERIODS: f32 = 8192.0;
 
-/// Limits of the inputs, and which matter.
+/// Limits of the inputs, and which inputs matter.
 #[derive(Clone)]
 pub(crate) struct Reach<C: Room> {
-    /// Of each axis.
+    /// Limit of each axis.
     pub axes: C::AxisList<f32>,
     auxiliaries: [f32; AUXILIARIES],
     /// All axes, bit 0 is the first.
     pub all_axes: u16,
     /// Axes that feed an active term or a grid, bit 0 is the first.
     pub used_axes: u16,
-    /// Axes with tables that change with their direction.
+    /// Axes with direction-dependent tables.
     pub directional: u16,
     /// Auxiliaries that feed an active term or a grid.
     pub used_auxiliaries: u8,
@@ -35,7 +35,7 @@ impl<C: Room> Reach<C> {
         used_auxiliaries: 0,
     };
 
-    /// Of these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
+    /// Finds the limits for these contents. `used`: one bit per input (axes, then auxiliaries) on which a correction
     /// depends.
     pub(crate) fn find(contents: &Contents<'_, C>, used: u32) -> Self {
         let mut reach = Self::EMPTY;
@@ -106,7 +106,7 @@ impl<C: Room> Reach<C> {
         holds
     }
 
-    /// Whether two sets of auxiliaries are the same to the bit, as far as they matter.
+    /// Whether two sets of auxiliaries are bitwise identical in the entries that matter.
     pub(crate) fn same_auxiliaries(&self, a: &[f32; AUXILIARIES], b: &[f32; AUXILIARIES]) -> bool {
         let mut same = true;
         let mut used = self.used_auxiliaries;
@@ -121,7 +121,7 @@ impl<C: Room> Reach<C> {
     }
 }
 
-/// Not-a-number is not.
+/// False for NaN.
 fn near(x: f32, limit: f32) -> bool {
     x <= limit && x >= -limit
 }
@@ -137,8 +137,8 @@ mod tests {
 
     type C<'a> = Compensation<'a, Holds<4, 4, 4, 4, 1>>;
 
-    /// Tables with modulo of 360 over the last axis and 8 over the second of two auxiliaries, of which only
-    /// those are used.
+    /// Tables with a modulo of 360 over the last axis and 8 over the second of two auxiliaries; only these two inputs
+    /// are used.
     fn blob() -> AlignedBlob {
         let mut draft = bare();
         draft.auxiliaries = vec![everything().auxiliaries[0].clone(); 2];
@@ -159,7 +159,7 @@ mod tests {
         let most = MOST_PERIODS * 360.0;
         let holds = |axes: [f32; 3], referenced| {
             let [x, y, z] = axes;
-            // There is room for an axis that the compensation does not have.
+            // The capacity includes an axis that the compensation does not have.
             let inputs = Inputs::at([x, y, z, f32::NAN]);
             c.reach().holds_axes(&inputs, referenced)
         };
@@ -179,7 +179,7 @@ mod tests {
                 );
             }
         }
-        // Unused, it matters only while it is referenced.
+        // While unused, it matters only if it is referenced.
         let mut draft = bare();
         draft.axes[1].travel = [-f32::MAX, f32::MAX];
         draft.axes[1].period = 360.0;

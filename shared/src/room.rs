@@ -1,23 +1,23 @@
-//! How much a compensation has room for: all capacities as one type.
+//! Capacities of a compensation as one type.
 
 use core::fmt::{self, Debug};
 use core::ops::DerefMut;
 
-/// Most axes that there can be room for.
+/// Upper limit of the axis capacity.
 pub(crate) const MOST_AXES: usize = 16;
 
-/// Capacities of a [`Compensation`](crate::Compensation) and of what belongs to it: a type, so that all memory
-/// is there when the program is built. [`Holds`] is the only implementation.
+/// Capacities of a [`Compensation`](crate::Compensation) and of the types that belong to it. Because this is a type,
+/// all memory is reserved at compile time. [`Holds`] is the only implementation.
 pub trait Room: Copy + Debug + PartialEq + Sized + sealed::Sealed + 'static {
-    /// Axes.
+    /// Maximum number of axes.
     const AXES: usize;
-    /// Banks of tables.
+    /// Maximum number of banks of tables.
     const BANKS: usize;
-    /// Tables, of all banks.
+    /// Maximum number of tables in all banks.
     const TABLES: usize;
-    /// Terms.
+    /// Maximum number of terms.
     const TERMS: usize;
-    /// Grids.
+    /// Maximum number of grids.
     const GRIDS: usize;
 
     /// A value for each axis: `[T; AXES]`.
@@ -37,8 +37,8 @@ pub trait Room: Copy + Debug + PartialEq + Sized + sealed::Sealed + 'static {
     type GridList<T: Clone>: List<T>;
 }
 
-/// Room for so many axes, banks, tables, terms and grids; [`capacities!`](crate::capacities) writes it with
-/// their names.
+/// Capacities for axes, banks, tables, terms and grids; [`capacities!`](crate::capacities) writes this type with named
+/// values.
 ///
 /// | | at least | at most |
 /// |---|---|---|
@@ -56,7 +56,7 @@ pub enum Holds<
     const GRIDS: usize,
 > {}
 
-/// The type [`Holds`] with a name for each capacity.
+/// The type [`Holds`], with a name for each capacity.
 ///
 /// `trueaxis inspect` prints the capacities that a blob needs in this form.
 ///
@@ -83,22 +83,22 @@ pub(crate) use capacities;
 /// The default capacities: eight axes, 32 banks with 96 tables, 256 terms, two grids.
 pub type Usual = capacities!(axes: 8, banks: 32, tables: 96, terms: 256, grids: 2);
 
-/// Numbers of axes, banks, tables, terms and grids: what a blob needs, or what a target holds.
+/// Numbers of axes, banks, tables, terms and grids: the requirements of a blob, or the capacities of a target.
 ///
 /// Displays as the [`capacities!`](crate::capacities) to write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counts {
-    /// Axes.
+    /// Number of axes.
     pub axes: u32,
-    /// Banks of tables.
+    /// Number of banks of tables.
     pub banks: u32,
-    /// Tables, of all banks.
+    /// Number of tables in all banks.
     pub tables: u32,
-    /// Terms.
+    /// Number of terms.
     pub terms: u32,
-    /// Grids.
+    /// Number of grids.
     pub grids: u32,
 }
 
@@ -115,7 +115,7 @@ impl Counts {
         }
     }
 
-    /// Whether `held` is enough for each of these.
+    /// Whether `held` is sufficient in every respect.
     #[must_use]
     pub const fn fits(self, held: Self) -> bool {
         self.axes <= held.axes
@@ -135,7 +135,7 @@ impl Counts {
         ]
     }
 
-    /// What `held` is too small for: its name, the number needed, the number held.
+    /// Every capacity in `held` that is too small: its name, the number needed, the number held.
     pub fn shortages(self, held: Self) -> impl Iterator<Item = (&'static str, u32, u32)> {
         let both = self.named().into_iter().zip(held.named());
         both.filter_map(|((what, needed), (_, held))| {
@@ -143,7 +143,7 @@ impl Counts {
         })
     }
 
-    /// The larger of each.
+    /// The elementwise maximum.
     #[must_use]
     pub fn larger(self, other: Self) -> Self {
         Self {
@@ -209,7 +209,7 @@ impl<
 pub trait Row<T>:
     Copy + Debug + PartialEq + AsRef<[T]> + AsMut<[T]> + sealed::Sealed + 'static
 {
-    /// The same for all axes.
+    /// The same value for all axes.
     fn all(value: T) -> Self;
 }
 
@@ -220,7 +220,7 @@ impl<T: Copy + Debug + PartialEq + 'static, const N: usize> Row<T> for [T; N] {
     }
 }
 
-/// A list in place, with a capacity.
+/// A list stored in place, with a capacity.
 #[doc(hidden)]
 pub trait List<T>: Clone + DerefMut<Target = [T]> + sealed::Sealed {
     const EMPTY: Self;

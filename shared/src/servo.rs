@@ -1,27 +1,24 @@
 //! The servo-side state: one compensation in a control loop, with its guard rails and transitions.
 //!
-//! It uses the commanded positions, a mask of referenced axes and the period of each call, and
-//! produces the correction to add to the command. Three layers, from the inside out:
+//! It uses the commanded positions, a mask of referenced axes and the period of each call, and produces the correction
+//! to add to the command. Three layers, from the inside out:
 //!
-//! 1. *Computed.* The evaluation, each axis within its value bound. While other weights or another
-//!    compensation are faded in: a + (b − a)·f of both. While inputs are unusable, those of the
-//!    last period in which they were usable count.
-//! 2. *Common factor.* All axes times one s(t) between 0 and 1, so that corrections that belong
-//!    together stay together. It goes to 0 when disabled, in a dry run, without reference and in
-//!    a lasting fault.
+//! 1. *Computed.* The evaluation, each axis limited to its value bound. While other weights or another compensation are
+//!    being faded in: a + (b − a)·f of both. While inputs are unusable, the last usable inputs apply.
+//! 2. *Common factor.* All axes are multiplied by one s(t) between 0 and 1, so that corrections that belong together
+//!    stay together. It goes to 0 when disabled, in a dry run, without reference and in a lasting fault.
 //! 3. *Guard rails.* Travel, then rate bound, each axis by itself.
 //!
-//! Where the computed correction steps (a reversal of directional tables, the begin and the end of a
-//! hold) or moves faster than the rate bound, each axis catches up by itself, with the acceleration
-//! of the ramp and no faster than the rate bound: see `catch_up.rs`. There the ratio between
-//! axes is lost until the rest is made up.
+//! Where the computed correction steps (a reversal with directional tables, the start and end of a hold) or moves
+//! faster than the rate bound, each axis catches up by itself, with the acceleration of the ramp and no faster than the
+//! rate bound: see `catch_up.rs`. The ratio between axes is lost until they have caught up.
 //!
-//! s and f move at a rate at which no correction within its bound changes faster than the ramp
-//! rate (or the rate bound) of its axis; full rate is reached within [`RISE`](crate::RISE). During
-//! a cross-fade each of both has half of that, for s may start to move meanwhile.
+//! s and f move at a rate at which no correction within its bound changes faster than the ramp rate (or the rate bound)
+//! of its axis; full rate is reached within [`RISE`](crate::RISE). During a cross-fade each of them gets half of that
+//! rate, because s may start to move meanwhile.
 //!
-//! `state.rs` is what a servo keeps, `transitions.rs` what else than positions may change, `fades.rs` what is
-//! faded in, `lane.rs` one axis.
+//! `state.rs` holds the state of a servo, `transitions.rs` handles changes other than positions, `fades.rs` handles
+//! fades, `lane.rs` handles one axis.
 
 use crate::compensation::Compensation;
 use crate::description::Axis;
@@ -39,17 +36,17 @@ pub use refused::{NotTaken, Refused};
 pub use state::Servo;
 
 impl<H: Handle> Servo<H> {
-    /// Lets the corrections in.
+    /// Ramps the corrections in.
     pub fn enable(&mut self) {
         self.switch(Conditions::DISABLED, false);
     }
 
-    /// Takes the corrections out.
+    /// Ramps the corrections out.
     pub fn disable(&mut self) {
         self.switch(Conditions::DISABLED, true);
     }
 
-    /// Starts or ends a dry run: everything is computed and reported, the output goes to zero.
+    /// Starts or ends a dry run: everything is computed and reported, while the output goes to zero.
     pub fn dry_run(&mut self, on: bool) {
         self.switch(Conditions::DRY_RUN, on);
     }
@@ -61,14 +58,14 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Fades over to another compensation, with its stored weights, as soon as nothing else moves
-    /// and its inputs are usable. Of the one in use only the weights are faded to those stored.
+    /// Fades over to another compensation, with its stored weights, as soon as nothing else is changing and its inputs
+    /// are usable. If `to` is already in use, only the weights are faded to the stored ones.
     ///
-    /// Returns what the servo does not hold any more: one that was in use before and was not
-    /// [taken back](Self::take_retired), or `to` if that is in use already.
+    /// Returns a handle that the servo no longer holds: the previous compensation if it was not [taken
+    /// back](Self::take_retired), or `to` if that is already in use.
     ///
     /// # Errors
-    /// [`Refused`], and `to`; nothing changes.
+    /// [`Refused`], together with `to`; nothing changes.
     pub fn swap(&mut self, to: H) -> Result<Option<H>, NotTaken<H>> {
         if let Some(why) = self.refusal(to.get()) {
             return Err(NotTaken { why, handle: to });
@@ -83,7 +80,7 @@ impl<H: Handle> Servo<H> {
         Ok(self.other.replace(to))
     }
 
-    /// Why this compensation is not taken.
+    /// Why this compensation is refused, if it is.
     fn refusal(&self, new: &Compensation<'_, H::Room>) -> Option<Refused> {
         let current = self.current.get();
         let same = |(a, b): (&Axis, &Axis)| {
@@ -101,8 +98,7 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// The compensation that was in use before the last change, once that is finished: the servo
-    /// no longer reads it. Given once.
+    /// The previously used compensation, once the change is complete and the servo no longer reads it. Returned once.
     pub fn take_retired(&mut self) -> Option<H> {
         if self.is_swapping() {
             return None;
@@ -110,8 +106,8 @@ impl<H: Handle> Servo<H> {
         self.other.take()
     }
 
-    /// Sets the weight of an adjustable term of the compensation last accepted. It is faded in;
-    /// weights that are set while others fade in follow together after those.
+    /// Sets the weight of an adjustable term of the compensation accepted last. The change is faded in. Weights set
+    /// while others are being faded in follow together after those.
     ///
     /// # Errors
     /// [`WeightError`]; nothing changes.
@@ -122,9 +118,9 @@ impl<H: Handle> Servo<H> {
         Ok(())
     }
 
-    /// Says in which direction an axis last moved, where the controller knows (after homing, which
-    /// ends with a move in a known direction). It holds from the next update on, if the axis is
-    /// referenced then; directional tables come in as after a reversal.
+    /// Sets the direction in which an axis last moved, if the controller knows it (homing, for example, ends with a
+    /// move in a known direction). Takes effect at the next update if the axis is referenced then; directional tables
+    /// come in as after a reversal.
     pub fn set_travel(&mut self, axis: usize, travel: Travel) {
         self.at_rest = false;
         if let Some(lane) = self.lanes.get_mut(axis) {
@@ -132,19 +128,19 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// The compensation in use; during a change the old one.
+    /// The compensation in use; during a change, the old one.
     #[must_use]
     pub fn compensation(&self) -> &Compensation<'_, H::Room> {
         self.current.get()
     }
 
-    /// What holds the compensation in use; once this is the new one, the servo no longer reads the old one.
+    /// The handle of the compensation in use. Once this is the new one, the servo no longer reads the old one.
     #[must_use]
     pub fn handle(&self) -> &H {
         &self.current
     }
 
-    /// Whether a change of compensation is waiting or under way.
+    /// Whether a change of compensation is waiting or in progress.
     #[must_use]
     pub fn is_swapping(&self) -> bool {
         self.waiting == Waiting::Compensation || self.fading == Fading::Compensation
@@ -156,7 +152,7 @@ impl<H: Handle> Servo<H> {
         self.factor.value()
     }
 
-    /// The weights asked for, of the compensation last accepted.
+    /// The requested weights of the compensation accepted last.
     #[must_use]
     pub fn wanted_weights(&self) -> &Weights {
         &self.wanted
@@ -178,8 +174,8 @@ impl<H: Handle> Servo<H> {
         &self.correction
     }
 
-    /// How fast each correction changed in the last period, mm/s or degrees/s: to be added to the
-    /// velocity of the command where drives take one as feed-forward.
+    /// Rate of change of each correction in the last period, mm/s or degrees/s. Add it to the velocity of the command
+    /// for drives that take velocity feed-forward.
     #[must_use]
     pub fn velocity(&self) -> Values<H> {
         let mut velocity = self.correction.dq;
@@ -189,21 +185,21 @@ impl<H: Handle> Servo<H> {
         velocity
     }
 
-    /// Takes in the state of one servo period and returns the correction for it.
+    /// Processes one servo period and returns the correction for it.
     ///
     /// `inputs`: the uncorrected commands in machine coordinates; `referenced`: bit 0 for the
     /// first axis, cleared while it is not referenced or is homing; `dt`: the period in s.
     ///
     /// # Operations
-    /// One evaluation (two while something is faded in), and per axis about 30 operations.
+    /// One evaluation (two during a fade), and about 30 operations per axis.
     ///
     /// # Memory
     /// That of [`Compensation::evaluate`], and `12 · AXES` bytes.
     ///
     /// # Timing
-    /// Least while nothing but positions changes, no axis reverses and none is near the ends of its travel.
-    /// Without divisions, but for a period that differs from the last, an endless axis whose position was reduced by a turn, the begin of a catch-up, and the
-    /// begin and the end of a fade.
+    /// Lowest while only positions change, no axis reverses and none is near the ends of its travel. Divisions occur
+    /// only when the period differs from the last one, when an endless axis was reduced by a turn, at the start of a
+    /// catch-up, and at the start and end of a fade.
     #[inline]
     pub fn update(
         &mut self,
@@ -214,12 +210,11 @@ impl<H: Handle> Servo<H> {
         *self.advance(inputs, referenced, dt)
     }
 
-    /// As [`update`](Self::update); the correction stays in its place until the next call, which
-    /// saves copying it.
+    /// Like [`update`](Self::update), but the correction stays in place until the next call, which saves a copy.
     ///
-    /// Each period takes the same steps: follow the commands, evaluate, apply the guard rails. What else may be
-    /// under way (a hold, a ramp, a fade) is looked at only if something but positions changed in this period
-    /// or was not at rest in the last.
+    /// Each period takes the same steps: follow the commands, evaluate, apply the guard rails. Any other activity (a
+    /// hold, a ramp, a fade) is handled only if something other than positions changed in this period or was not at
+    /// rest in the last one.
     #[inline(never)]
     pub fn advance(
         &mut self,

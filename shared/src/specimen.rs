@@ -1,4 +1,4 @@
-//! Small compensations that the tests of several files start from.
+//! Small compensations used as a starting point by the tests of several files.
 
 use alloc::string::ToString;
 use alloc::vec;
@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use crate::*;
 
-/// An axis with bounds that no test meets by accident.
+/// An axis with bounds that no test reaches by accident.
 pub fn axis(name: u8) -> Axis {
     Axis {
         name,

@@ -3,34 +3,34 @@
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
-/// Conditions that hold in this period, as a set of bits.
+/// Set of conditions that hold in this period.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Conditions(pub u16);
 
 impl Conditions {
-    /// An input is not a number, infinite, beyond 2¹³ periods of an endless axis or a modulo table, or beyond
-    /// the travel by more than [`OVERTRAVEL`](crate::OVERTRAVEL) of it.
+    /// An input is NaN, infinite, beyond 2¹³ periods of an endless axis or a modulo table, or beyond the travel by more
+    /// than [`OVERTRAVEL`](crate::OVERTRAVEL) times its length.
     pub const BAD_INPUT: Self = Self(1);
     /// The period is not a number from [`SHORTEST_PERIOD`](crate::SHORTEST_PERIOD) to
     /// [`LONGEST_PERIOD`](crate::LONGEST_PERIOD).
     pub const BAD_PERIOD: Self = Self(1 << 1);
     /// An input axis of an active term is not referenced.
     pub const UNREFERENCED: Self = Self(1 << 2);
-    /// The computed correction is that of an earlier period.
+    /// The computed correction is from an earlier period.
     pub const HELD: Self = Self(1 << 3);
-    /// After a fault or the loss of a reference: held until the common factor has come to 0.
+    /// After a fault or the loss of a reference: held until the common factor has reached 0.
     pub const FROZEN: Self = Self(1 << 4);
-    /// The common factor is on its way to 0 or 1.
+    /// The common factor is moving to 0 or 1.
     pub const RAMPING: Self = Self(1 << 5);
-    /// Another compensation or other weights are being faded in, or are waiting for it.
+    /// Another compensation or other weights are being faded in, or are waiting for that.
     pub const FADING: Self = Self(1 << 6);
-    /// Not enabled.
+    /// Corrections are not enabled.
     pub const DISABLED: Self = Self(1 << 7);
-    /// A dry run: everything is computed, the output is (on its way to) zero.
+    /// A dry run: everything is computed, and the output is zero or ramping to zero.
     pub const DRY_RUN: Self = Self(1 << 8);
-    /// An auxiliary input that matters is not a number (it was never set, or its sensor is lost),
-    /// infinite or out of reach: one kind of [`BAD_INPUT`](Self::BAD_INPUT), which holds as well.
+    /// An auxiliary input that matters is NaN (never set, or its sensor has failed), infinite or out of reach. A
+    /// special case of [`BAD_INPUT`](Self::BAD_INPUT), which is set as well.
     pub const BAD_AUXILIARY: Self = Self(1 << 9);
 
     /// The compensation is empty: loading failed, or was forgotten. The common factor stays 0.
@@ -78,7 +78,7 @@ impl Conditions {
     }
 }
 
-/// The names of those that hold.
+/// Prints the names of the conditions that hold.
 impl fmt::Debug for Conditions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("{")?;
@@ -108,11 +108,11 @@ impl BitOrAssign for Conditions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
-    /// What holds in this period.
+    /// Conditions that hold in this period.
     pub conditions: Conditions,
-    /// Axes whose computed correction met the value bound.
+    /// Axes whose computed correction reached the value bound.
     pub saturated: u16,
-    /// Axes whose correction is behind because of the rate bound.
+    /// Axes whose correction lags because of the rate bound.
     pub rate_limited: u16,
     /// Axes whose correction would leave the travel.
     pub travel_limited: u16,
@@ -130,11 +130,11 @@ impl Status {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Correction<A> {
-    /// To be added to the commands, mm or degrees.
+    /// Correction to add to the commands, mm or degrees.
     pub dq: A,
-    /// As computed, within the value bounds, before the common factor, travel and rate bounds.
+    /// Computed correction within the value bounds, before the common factor, travel and rate bounds.
     pub computed: A,
-    /// What acted.
+    /// Conditions and active guard rails.
     pub status: Status,
 }
 

@@ -27,12 +27,12 @@ impl Weights {
         }
     }
 
-    /// Whether all places are taken.
+    /// Whether the list is full.
     pub(crate) fn is_full(&self) -> bool {
         usize::from(self.count) == ADJUSTABLE
     }
 
-    /// Appends a term; `None` when all places are taken, otherwise its place.
+    /// Appends a term; returns its index, or `None` when the list is full.
     pub(crate) fn push(&mut self, term: u16, value: f32, limits: [f32; 2]) -> Option<u8> {
         let place = self.count;
         *self.values.get_mut(usize::from(place))? = value;
@@ -42,19 +42,19 @@ impl Weights {
         Some(place)
     }
 
-    /// Limits at a place that [`Weights::push`] returned.
+    /// Limits at an index returned by [`Weights::push`].
     pub(crate) fn limits_at(&self, place: u8) -> Option<[f32; 2]> {
         let limits = self.limits.get(usize::from(place));
         limits.filter(|_| place < self.count).copied()
     }
 
-    /// The weight at each place.
+    /// The weight at each index.
     #[inline(always)]
     pub(crate) fn values(&self) -> &[f32; ADJUSTABLE] {
         &self.values
     }
 
-    /// Takes the values of `other`, of the same compensation or of one that takes its place.
+    /// Copies the values of `other`, which belongs to the same compensation or to one that replaces it.
     pub(crate) fn take_values(&mut self, other: &Self) {
         self.values = other.values;
     }
@@ -73,7 +73,7 @@ impl Weights {
     /// Sets the weight of adjustable term `term` (its index in the compensation).
     ///
     /// # Errors
-    /// A term that is not adjustable, a weight outside its limits or not a number: nothing changes.
+    /// The term is not adjustable, or the weight is outside its limits or NaN: nothing changes.
     pub fn set(&mut self, term: usize, value: f32) -> Result<(), WeightError> {
         let place = self.place(term).ok_or(WeightError::NotAdjustable)?;
         let (weight, limits) = (self.values.get_mut(place), self.limits.get(place));
@@ -108,13 +108,13 @@ impl Weights {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum WeightError {
-    /// No such term, or its weight is fixed.
+    /// There is no such term, or its weight is fixed.
     NotAdjustable,
-    /// The weight is not a number, or not within the limits of the term.
+    /// The weight is NaN or outside the limits of the term.
     OutsideLimits {
-        /// Lowest weight that is accepted.
+        /// Lowest accepted weight.
         low: f32,
-        /// Highest weight that is accepted.
+        /// Highest accepted weight.
         high: f32,
     },
 }

@@ -1,5 +1,5 @@
-//! Counts how often loops of loading go round: for tests, and for the fuzz target that holds it
-//! against the bytes of the blob. Nothing without the feature `count`.
+//! Counts loop iterations during loading, for tests and for the fuzz target that compares them with the length of the
+//! blob. Does nothing without the feature `count`.
 
 #[cfg(any(all(test, feature = "encode"), feature = "count"))]
 mod counted {
@@ -9,12 +9,12 @@ mod counted {
         static ROUNDS: Cell<u64> = const { Cell::new(0) };
     }
 
-    /// Adds `rounds`.
+    /// Adds `rounds` to the count.
     pub(crate) fn count(rounds: usize) {
         ROUNDS.set(ROUNDS.get() + rounds as u64);
     }
 
-    /// Rounds of all loops of loading in this thread since the last call.
+    /// Iterations of all loading loops in this thread since the last call.
     #[must_use]
     pub fn rounds() -> u64 {
         ROUNDS.take()
@@ -31,7 +31,7 @@ pub(crate) use counted::count;
 #[inline(always)]
 pub(crate) fn count(_: usize) {}
 
-/// Most rounds for each byte of a blob, and for a blob of none. A term of 7 bytes is looked at twice
-/// for each of 16 outputs, and six times for what it is made of.
+/// Maximum number of iterations per byte of a blob, and for an empty blob. A term of 7 bytes is visited twice for each
+/// of 16 outputs, and six times for its parts.
 #[cfg(any(all(test, feature = "encode"), feature = "count"))]
 pub const MOST_ROUNDS: [u64; 2] = [8, 1024];

@@ -4,7 +4,7 @@ use crate::Htm;
 use core::fmt;
 use nalgebra::ComplexField;
 
-/// Which of the two branches of the chain an axis belongs to.
+/// The branch of the chain to which an axis belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branch {
     /// From the foundation to the workpiece.
@@ -47,7 +47,7 @@ impl Letter {
         matches!(self.0, 'A' | 'B' | 'C')
     }
 
-    /// Which axis of its frame it moves along or turns about: 0, 1, 2 for x, y, z.
+    /// Axis of its own frame along which it moves or about which it turns: 0, 1, 2 for x, y, z.
     #[must_use]
     pub fn component(self) -> usize {
         match self.0 {
@@ -67,7 +67,7 @@ impl fmt::Display for Letter {
 /// One axis of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// Its letter, which gives its kind and direction in its own frame.
+    /// Its letter, which gives its kind and its direction in its own frame.
     pub letter: Letter,
     /// The branch it belongs to.
     pub branch: Branch,
@@ -75,28 +75,26 @@ pub struct Axis {
     pub frame: Htm,
     /// Travel limits of the command (mm or deg).
     pub travel: [f64; 2],
-    /// True if a rotary axis turns without end and its position wraps. Errors are functions of the
-    /// position within the turn that `travel` gives: see [`Self::within_turn`].
+    /// True if a rotary axis is endless and its position wraps. Errors are functions of the position within the turn
+    /// given by `travel`: see [`Self::within_turn`].
     pub modulo: bool,
-    /// True if a positive command moves the carriage the negative way.
+    /// True if a positive command moves the carriage in the negative direction.
     pub reversed: bool,
-    /// The highest speed (mm/s or deg/s).
+    /// Maximum speed (mm/s or deg/s).
     pub max_speed: f64,
-    /// How far the command must retreat before its direction counts as reversed (mm or deg).
+    /// How far the command must come back before its direction counts as reversed (mm or deg).
     pub hysteresis: f64,
 }
 
 impl Axis {
-    /// Top speeds unless told otherwise: 30 m/min (in mm/s) and 30 rpm (in deg/s).
+    /// Default maximum speed of a linear axis: 30 m/min, in mm/s.
     pub const MAX_SPEED_LINEAR: f64 = 500.0;
-    /// See [`Self::MAX_SPEED_LINEAR`].
+    /// Default maximum speed of a rotary axis: 30 rpm, in deg/s.
     pub const MAX_SPEED_ROTARY: f64 = 180.0;
-    /// Direction hysteresis unless told otherwise (mm or deg): above the ripple of a standing
-    /// command, below any real move.
+    /// Default direction hysteresis (mm or deg): above the ripple of a command at rest, below any real move.
     pub const HYSTERESIS: f64 = 0.001;
 
-    /// An axis whose frame is that of the foundation, with a travel in mm or degrees; the fields
-    /// say the rest.
+    /// An axis whose frame is the foundation frame, with a travel in mm or degrees. Set the fields for anything else.
     #[must_use]
     pub fn new(letter: Letter, branch: Branch, travel: [f64; 2]) -> Self {
         Self {
@@ -115,15 +113,15 @@ impl Axis {
         }
     }
 
-    /// The same with another frame: origin (mm) and rotations (rad) about x, then y, then z, in the
-    /// foundation frame with all axes at zero.
+    /// The same axis with another frame: origin (mm) and rotations (rad) about x, then y, then z, in the foundation
+    /// frame with all axes at zero.
     #[must_use]
     pub fn at(mut self, xyz_abc: [f64; 6]) -> Self {
         self.frame = Htm::from_xyz_abc(xyz_abc);
         self
     }
 
-    /// Command units (mm or deg) to kinematic units (mm or rad).
+    /// Converts command units (mm or deg) to kinematic units (mm or rad).
     #[must_use]
     pub fn to_kinematic(&self, value: f64) -> f64 {
         if self.letter.is_rotary() {
@@ -133,7 +131,7 @@ impl Axis {
         }
     }
 
-    /// Kinematic units (mm or rad) to command units (mm or deg).
+    /// Converts kinematic units (mm or rad) to command units (mm or deg).
     #[must_use]
     pub fn to_command(&self, value: f64) -> f64 {
         if self.letter.is_rotary() {
@@ -143,8 +141,8 @@ impl Axis {
         }
     }
 
-    /// A position (mm or deg) of any turn of an endless axis as the same place within its travel;
-    /// of other axes as it is.
+    /// Reduces a position (mm or deg) of an endless axis to the same place within its travel; positions of other axes
+    /// are returned unchanged.
     #[must_use]
     pub fn within_turn(&self, position: f64) -> f64 {
         let [low, high] = self.travel;
@@ -155,7 +153,7 @@ impl Axis {
         position - turn * ComplexField::floor((position - low) / turn)
     }
 
-    /// `mm` or `deg`.
+    /// Unit of the command: `mm` or `deg`.
     #[must_use]
     pub fn unit(&self) -> &'static str {
         if self.letter.is_rotary() { "deg" } else { "mm" }

@@ -14,13 +14,13 @@ pub struct Kinematics<'a, P = &'static [f64]> {
     pub machine: &'a Machine,
     /// Its errors.
     pub errors: &'a ErrorModel<P>,
-    /// What its rotary axes are corrected for.
+    /// What the rotary axes correct.
     pub policy: Policy,
     pub(crate) nominal: Nominal<'a>,
-    /// Each axis' frame seen from the frame before it with the inter-axis error behind it, at
-    /// reference temperature; then the spindle's.
+    /// Frame of each axis relative to the previous frame, including the inter-axis error after it, at reference
+    /// temperature; then that of the spindle.
     located: Frames,
-    /// Which error motions each axis has.
+    /// The error motions that each axis has.
     pub(crate) carried: [Carried; MAX_AXES],
 }
 
@@ -51,7 +51,7 @@ impl<'a, P> Kinematics<'a, P> {
         }
     }
 
-    /// The same with another policy.
+    /// The same kinematics with another policy.
     #[must_use]
     pub fn with_policy(self, policy: Policy) -> Self {
         Self { policy, ..self }
@@ -63,15 +63,14 @@ impl<'a, P> Kinematics<'a, P> {
         self.nominal.pose(q, length)
     }
 
-    /// The control Jacobian at `q`: the twist of the tool (tool frame, at the tip) per mm or rad
-    /// of each axis.
+    /// The control Jacobian at `q`: the twist of the tool (tool frame, at the tip) per mm or rad of each axis.
     #[must_use]
     pub fn jacobian(&self, q: &PerAxis, length: Option<f64>) -> Jacobian {
         self.nominal.jacobian(q, length)
     }
 
-    /// Poses, seen from the tool frame at the tip, of each axis' frame before its motion (and of
-    /// the spindle frame, last), and of each axis' frame after its motion.
+    /// Poses relative to the tool frame at the tip: of each axis frame before its motion (and, last, of the spindle
+    /// frame), and of each axis frame after its motion.
     pub(crate) fn error_frames(&self, q: &PerAxis, length: Option<f64>) -> (Frames, Frames) {
         let (before, after) = self.nominal.frames(q);
         let tip = Htm::translation(self.nominal.tip(length));
@@ -81,7 +80,7 @@ impl<'a, P> Kinematics<'a, P> {
 }
 
 impl<P: AsRef<[f64]>> Kinematics<'_, P> {
-    /// Actual pose of the tool in the workpiece frame, with all errors at the commanded `q`.
+    /// Actual pose of the tool in the workpiece frame, including all errors, at the command `q`.
     #[must_use]
     pub fn actual(&self, q: &PerAxis, situation: &Situation, switches: &Switches) -> Htm {
         let cold = self.errors.inter_thermal.is_empty();

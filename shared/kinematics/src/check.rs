@@ -1,10 +1,10 @@
-//! What makes a machine one that can be corrected.
+//! Checks whether a machine can be corrected.
 
 use crate::{Letter, MAX_AXES, Machine, Nominal, PerAxis};
 use core::fmt;
 
-/// Where a problem shows: the positions of the rotary axes, or everywhere. Written as ` at A = 90.0°`,
-/// or as nothing.
+/// Where a problem occurs: the positions of the rotary axes, or everywhere. Displayed as ` at A = 90.0°` or as an empty
+/// string.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RotaryPositions {
     /// Rotary axes with their positions (degrees).
@@ -26,31 +26,31 @@ impl fmt::Display for RotaryPositions {
 pub enum MachineProblem {
     /// Fewer than three or more than six axes.
     NumberOfAxes {
-        /// How many.
+        /// Number of axes.
         axes: usize,
     },
     /// Two axes have the same letter.
     RepeatedAxis {
-        /// The letter.
+        /// The repeated letter.
         letter: char,
     },
-    /// The linear axes leave a direction of space without motion.
+    /// The linear axes cannot move in some direction.
     LinearAxesDoNotSpan {
-        /// Where.
+        /// Where this happens.
         at: RotaryPositions,
     },
     /// Two rotary axes turn about the same direction.
     ParallelRotaryAxes {
-        /// The first of them.
+        /// Letter of the first axis.
         first: char,
-        /// The second.
+        /// Letter of the second axis.
         second: char,
-        /// Where.
+        /// Where this happens.
         at: RotaryPositions,
     },
-    /// Three rotary axes lose a direction somewhere in the travel.
+    /// The directions of three rotary axes become dependent somewhere in the travel.
     DependentRotaryAxes {
-        /// Where.
+        /// Where this happens.
         at: RotaryPositions,
     },
 }
@@ -78,7 +78,7 @@ impl fmt::Display for MachineProblem {
 }
 
 impl MachineProblem {
-    /// What to change in the description.
+    /// How to change the description of the machine.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -97,10 +97,10 @@ impl MachineProblem {
     }
 }
 
-/// A problem and the axis (by index) it shows at.
+/// A problem and the index of the affected axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MachineError {
-    /// The axis, if one stands out.
+    /// The affected axis, if a single one is responsible.
     pub axis: Option<usize>,
     /// What is wrong.
     pub problem: MachineProblem,
@@ -116,23 +116,22 @@ impl core::error::Error for MachineError {}
 
 /// Two rotary axes closer than this (rad, about a degree) count as parallel.
 const PARALLEL: f64 = 0.02;
-/// Linear axes with a rotary axis between them, and three rotary axes, become dependent at single
-/// positions. The grid over the travel has steps of 15° at most, so within half a step of such a
-/// position the volume of the directions is below this (sin 7.5° is 0.1305). Independent axes have 1.
+/// Linear axes with a rotary axis between them, and three rotary axes, become dependent at isolated positions. The grid
+/// over the travel has steps of at most 15°, so within half a step of such a position the volume of the directions is
+/// below this (sin 7.5° is 0.1305). Independent axes have 1.
 const DEPENDENT: f64 = 0.131;
-/// Positions of each rotary axis in the grid.
+/// Grid positions per rotary axis.
 const STEPS: usize = 25;
 
 impl Machine {
-    /// Checks that linear axes span space and rotary axes stay independent over the travel.
+    /// Checks that the linear axes span space and the rotary axes stay independent over the travel.
     ///
     /// # Errors
-    /// [`MachineError`] names the axes and, if it is only somewhere in the travel, the place.
+    /// [`MachineError`] names the axes and, if the problem is local, its position.
     pub fn check(&self) -> Result<(), MachineError> {
         let kinematics = Nominal::new(self);
         let problem = |axis, problem| Err(MachineError { axis, problem });
-        // At zero, then over a grid: directions depend on rotary positions only, so a grid over them
-        // sees every case.
+        // At zero, then over a grid: directions depend on rotary positions only, so a grid over them covers every case.
         let rotary = self.axes.iter().filter(|a| a.letter.is_rotary()).count();
         let all = core::iter::once(None).chain((0..STEPS.pow(rotary as u32)).map(Some));
         for position in all {
@@ -155,8 +154,8 @@ impl Machine {
         Ok(())
     }
 
-    /// A position of the grid over the travels of the rotary axes, the last of them fastest; named,
-    /// unless all axes are at zero.
+    /// A position of the grid over the travels of the rotary axes, the last axis varying fastest. The name is empty if
+    /// all axes are at zero.
     fn on_grid(&self, mut number: usize) -> (PerAxis, RotaryPositions) {
         let mut q = PerAxis::default();
         let mut at = RotaryPositions::default();
@@ -219,7 +218,7 @@ mod tests {
     #[test]
     fn parallel_axes_do_not_hide_a_direction_that_is_lost() {
         use Letter as L;
-        // C turns Y into the direction of X and U, halfway between two positions of the grid.
+        // C turns Y into the direction of X and U, halfway between two grid positions.
         let mut axes = axes(&[L::C, L::Y, L::U, L::X, L::Z]);
         axes[0].travel = [-172.5, 187.5];
         axes[0].branch = Branch::Workpiece;

@@ -1,4 +1,4 @@
-//! The kinematic correction: what to add to the command so that the block equations hold.
+//! The kinematic correction: the value to add to the command so that the block equations hold.
 
 use crate::{Kinematics, PerAxis, Situation, Switches};
 use core::fmt;
@@ -6,18 +6,18 @@ use core::fmt;
 /// A kinematic correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
-    /// To be added to the command (mm, rad).
+    /// Correction to add to the command (mm, rad).
     pub dq: PerAxis,
-    /// How many times the exact model was evaluated.
+    /// Number of evaluations of the exact model.
     pub iterations: u32,
 }
 
-/// The iteration did not converge: the errors are far too large for this position.
+/// The iteration did not converge: the errors are much too large at this position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NotConverged {
     /// The last step (mm or rad).
     pub step: f64,
-    /// Iterations made.
+    /// Number of iterations.
     pub iterations: u32,
 }
 
@@ -33,18 +33,17 @@ impl fmt::Display for NotConverged {
 
 impl core::error::Error for NotConverged {}
 
-/// The iteration ends when no axis moves more than this (mm or rad): three orders below the
-/// 1e-9 mm asked for, three above the rounding of positions of 1 m in f64 (1e-13 mm).
+/// The iteration ends when no axis moves by more than this (mm or rad): three orders of magnitude below the required
+/// 1e-9 mm, and a factor of ten above the rounding of positions of 1 m in f64 (1e-13 mm).
 const STEP: f64 = 1e-12;
-/// Each iteration gains the relative size of the errors (1e-3 or better), less where the axes are
-/// nearly dependent, and where the damping is hardly larger than the errors (rad).
+/// Each iteration reduces the error by the relative size of the machine errors (1e-3 or better), but by less where the
+/// axes are nearly dependent or where the damping is hardly larger than the errors (rad).
 const ITERATIONS: u32 = 50;
 
 impl<P: AsRef<[f64]>> Kinematics<'_, P> {
-    /// The kinematic correction at a command `q` (mm, rad), with the error motions that
-    /// `switches` let through: the twist of nominal(q)⁻¹ · actual(q + Δq) has no translation, and its
-    /// rotation r is what the policy asks for, with the rotary columns Jr of the control Jacobian at
-    /// `q`: Jrᵀ·P·r + λ²·Δ = 0 for the direction, Jrᵀ·r = 0 for the orientation.
+    /// The kinematic correction at a command `q` (mm, rad), with the error motions enabled in `switches`. The twist of
+    /// nominal(q)⁻¹ · actual(q + Δq) has no translation, and its rotation r satisfies the policy. With the rotary
+    /// columns Jr of the control Jacobian at `q`: Jrᵀ·P·r + λ²·Δ = 0 for the direction, Jrᵀ·r = 0 for the orientation.
     ///
     /// # Errors
     /// [`NotConverged`] if the errors are so large that the iteration fails.
@@ -57,8 +56,8 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
         self.correction_within(q, situation, switches, STEP)
     }
 
-    /// The same, ended when no axis moves more than `limit` (mm or rad) any more; what remains is
-    /// smaller than that by the relative size of the errors.
+    /// Like [`Self::correction`], but stops when no axis moves by more than `limit` (mm or rad). The remaining error is
+    /// smaller than that by the relative size of the machine errors.
     ///
     /// # Errors
     /// [`NotConverged`] if the errors are so large that the iteration fails.
@@ -86,7 +85,7 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
                 *d += s;
                 size = size.max(s.abs());
             }
-            // Converged, or at the floor of rounding, where steps no longer shrink.
+            // Converged, or limited by rounding, where steps no longer shrink.
             if size < limit || (size < 1e3 * STEP && size >= 0.5 * last) {
                 return Ok(Correction {
                     dq,

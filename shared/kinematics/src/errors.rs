@@ -1,27 +1,26 @@
-//! The error model: what every axis does wrong, as functions of its commanded position.
+//! The error model: the errors of every axis as functions of its commanded position.
 
 use crate::{
     Change, MAX_AXES, MAX_SENSORS, Machine, Motion, Parameter, ParameterKind, PerAxis, Table,
 };
 use heapless::Vec;
 
-/// What, beside the axis positions, the errors depend on.
+/// Quantities other than axis positions on which the errors depend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Situation {
     /// Direction of travel of each axis: +1, −1, or 0 if unknown.
     pub sign: PerAxis,
-    /// Tool length (mm along the tool axis) instead of the machine's own.
+    /// Tool length (mm along the tool axis) that replaces the machine's own.
     pub length: Option<f64>,
-    /// Temperature of each sensor from its reference (K).
+    /// Temperature of each sensor relative to its reference (K).
     pub kelvin: [f64; MAX_SENSORS],
-    /// Positions (mm, rad) that decide, instead of those at which the errors are evaluated,
-    /// whether a motion is outside its calibrated range and holds its end value, and between which
-    /// measured points the straight line is that counts.
+    /// Positions (mm, rad) that replace those at which the errors are evaluated when deciding whether a motion is
+    /// outside its calibrated range and holds its end value, and which linear piece of a measured table applies.
     pub pieces_by: Option<PerAxis>,
 }
 
 impl Default for Situation {
-    /// Unknown directions, the machine's own tool, reference temperature.
+    /// Unknown directions, the machine's own tool, all sensors at their reference temperatures.
     fn default() -> Self {
         Self {
             sign: [0.0; MAX_AXES],
@@ -32,42 +31,42 @@ impl Default for Situation {
     }
 }
 
-/// Which axes' error motions count in full.
+/// Selects the axes whose error motions apply in full.
 ///
-/// A linear axis that is switched off keeps what is affine in its position (constants and
-/// scales), a rotary one what is constant: with all of them off, the exact correction is affine in
-/// every linear position and depends on rotary positions through their sines and cosines only.
+/// A linear axis that is switched off keeps the part that is affine in its position (constants and scales), a rotary
+/// one its constant part. With all axes off, the exact correction is affine in every linear position and depends on
+/// rotary positions through their sines and cosines only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Switches {
-    /// Which axes are on.
+    /// The axes that are on.
     pub on: [bool; MAX_AXES],
-    /// What takes the place of what an axis loses when it is off (`[x y z a b c]`, mm, rad):
-    /// constants, so that what is left out is small.
+    /// Constants that replace the omitted errors of an axis that is off (`[x y z a b c]`, mm, rad), so that the omitted
+    /// part is small.
     pub instead: [[f64; 6]; MAX_AXES],
 }
 
 impl Switches {
-    /// Everything counts.
+    /// All error motions apply.
     pub const ALL: Self = Self {
         on: [true; MAX_AXES],
         instead: [[0.0; 6]; MAX_AXES],
     };
-    /// Nothing does that can be left out.
+    /// Every optional part is omitted.
     pub const NONE: Self = Self {
         on: [false; MAX_AXES],
         ..Self::ALL
     };
 
-    /// For an axis that is off, what takes the place of what it loses.
+    /// The replacement constants of an axis that is off.
     pub(crate) fn instead_of(&self, index: usize) -> Option<&[f64; 6]> {
         (!self.on[index]).then_some(&self.instead[index])
     }
 }
 
-/// A change with temperature of an inter-axis error.
+/// Temperature dependence of an inter-axis error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterChange {
-    /// The axis, or the number of axes for the spindle: as in [`ErrorModel::inter`].
+    /// The axis, or the number of axes for the spindle, as in [`ErrorModel::inter`].
     pub index: usize,
     /// Component 0…5 of `[x y z a b c]`.
     pub component: usize,
@@ -77,25 +76,24 @@ pub struct InterChange {
     pub per_kelvin: f64,
 }
 
-/// The most changes of inter-axis errors: one of each component of each axis and of the spindle.
+/// Maximum number of changes of inter-axis errors: one for each component of each axis and of the spindle.
 const MAX_INTER_CHANGES: usize = 6 * (MAX_AXES + 1);
 
-/// All errors of a machine. `P` is where the points of tabulated motions are kept: borrowed, or
-/// owned where there is a heap.
+/// All errors of a machine. `P` stores the points of tabulated motions: borrowed, or owned where there is a heap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorModel<P = &'static [f64]> {
     /// Inter-axis errors `[x y z a b c]` (mm, rad) of each axis, then of the spindle.
     pub inter: [[f64; 6]; MAX_AXES + 1],
-    /// Changes of inter-axis errors with temperature.
+    /// Temperature dependences of inter-axis errors.
     pub inter_thermal: Vec<InterChange, MAX_INTER_CHANGES>,
     /// Error motions `[x y z a b c]` of each axis.
     pub motions: [[Motion<P>; 6]; MAX_AXES],
-    /// Where the error motions of each axis are known (mm or rad).
+    /// Calibrated range of the error motions of each axis (mm or rad).
     pub calibrated: [[f64; 2]; MAX_AXES],
 }
 
-/// Bit sets of the error motions of one axis: which there are, which of them hold, and which count in
-/// full although the axis is switched off.
+/// Bit sets of the error motions of one axis: which exist, which hold their end values, and which apply in full
+/// although the axis is switched off.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried {
     there: u8,
@@ -104,8 +102,7 @@ pub(crate) struct Carried {
 }
 
 impl ErrorModel<&[f64]> {
-    /// A machine without errors. The points of tabulated motions, if there are to be any, are
-    /// borrowed.
+    /// A machine without errors. The points of tabulated motions, if any are added, are borrowed.
     #[must_use]
     pub fn perfect(machine: &Machine) -> Self {
         Self::new(machine)
@@ -113,7 +110,7 @@ impl ErrorModel<&[f64]> {
 }
 
 impl<P> ErrorModel<P> {
-    /// A machine without errors, with another place for the points of tabulated motions.
+    /// A machine without errors, with another storage type for the points of tabulated motions.
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         let endless = |index: usize| machine.axes.get(index).is_some_and(|a| a.modulo);
@@ -135,8 +132,8 @@ impl<P> ErrorModel<P> {
 
     /// Sets one parameter (mm, rad, per mmᵏ or radᵏ).
     ///
-    /// Returns false if the machine has no such axis, or the axis no such parameter (harmonics of
-    /// a linear axis, a degree that is too high); nothing is set then.
+    /// Returns false and sets nothing if the machine has no such axis, or the axis no such parameter (harmonics of a
+    /// linear axis, a degree that is too high).
     pub fn set(&mut self, machine: &Machine, parameter: Parameter, value: f64) -> bool {
         let Some(index) = place(machine, parameter) else {
             return false;
@@ -148,12 +145,11 @@ impl<P> ErrorModel<P> {
         self.motions[index][parameter.component].set(parameter.kind, value)
     }
 
-    /// Lets one parameter change with the temperature of a sensor, by so much (mm, rad, per mmᵏ or
-    /// radᵏ) per kelvin from the sensor's reference.
+    /// Makes one parameter change with the temperature of a sensor, by this much (mm, rad, per mmᵏ or radᵏ) per kelvin
+    /// from the sensor's reference.
     ///
-    /// Returns false, and changes nothing, where [`Self::set`] does, for backlash, for a sensor
-    /// that cannot be, and if there is no room for one more change
-    /// ([`MAX_CHANGES`](crate::MAX_CHANGES) for each error motion).
+    /// Returns false and changes nothing where [`Self::set`] does, for backlash, for an invalid sensor index, and if
+    /// there is no room for another change ([`MAX_CHANGES`](crate::MAX_CHANGES) for each error motion).
     pub fn set_per_kelvin(
         &mut self,
         machine: &Machine,
@@ -188,11 +184,10 @@ impl<P> ErrorModel<P> {
         }
     }
 
-    /// Gives an error motion (component 0…5 of axis `index`) measured values; its coefficients
-    /// stay.
+    /// Assigns measured values to an error motion (component 0…5 of axis `index`); its coefficients are kept.
     ///
-    /// Returns false, and changes nothing, if there are no points, as many values as positions are
-    /// missing, or positions do not increase.
+    /// Returns false and changes nothing if there are no points, if the numbers of values and positions differ, or if
+    /// the positions do not increase.
     pub fn tabulate(&mut self, index: usize, component: usize, table: Table<P>) -> bool
     where
         P: AsRef<[f64]>,
@@ -221,21 +216,21 @@ impl<P> ErrorModel<P> {
         error
     }
 
-    /// Which error motions an axis has.
+    /// The error motions that an axis has.
     pub(crate) fn carried(&self, index: usize, linear: bool) -> Carried {
         let mut carried = Carried::default();
         for (component, motion) in self.motions[index].iter().enumerate() {
             carried.there |= u8::from(!motion.is_zero()) << component;
             carried.holds |= u8::from(motion.holds()) << component;
-            // What is affine: constants and scales of length.
+            // The affine part: constants and scales of length.
             let stays = linear && component < 3 && !motion.holds();
             carried.stays |= u8::from(stays) << component;
         }
         carried
     }
 
-    /// True if switching the axis off changes anything: it is linear and carries motions that
-    /// are not affine in its position, or angular ones that vary.
+    /// True if switching the axis off has an effect: it is linear and has motions that are not affine in its position,
+    /// or angular ones that vary.
     #[must_use]
     pub fn bends(&self, machine: &Machine, index: usize) -> bool {
         !machine.axes[index].letter.is_rotary()
@@ -253,8 +248,8 @@ impl<P> ErrorModel<P> {
 }
 
 impl<P: AsRef<[f64]>> ErrorModel<P> {
-    /// The intra-axis error `[x y z a b c]` of an axis (mm, rad) at its commanded position
-    /// (mm or rad), or `None` if it has none.
+    /// The intra-axis error `[x y z a b c]` of an axis (mm, rad) at its commanded position (mm or rad), or `None` if it
+    /// has none.
     #[must_use]
     pub fn intra_at(
         &self,
@@ -269,8 +264,8 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
         self.intra(self.carried(index, linear), index, q, situation, instead)
     }
 
-    /// The same, where it is known which motions the axis has; with `instead` only what stays when it
-    /// is switched off, and that.
+    /// The same, given the motions of the axis. With `instead`, only the part that remains when the axis is switched
+    /// off, plus the replacement constants.
     pub(crate) fn intra(
         &self,
         carried: Carried,
@@ -307,25 +302,24 @@ impl<P: AsRef<[f64]>> ErrorModel<P> {
 }
 
 impl<P> ErrorModel<P> {
-    /// Where a motion that holds its end value is evaluated, for an axis at `q` (mm or rad); `by` decides
-    /// instead, if there is one.
+    /// Position at which a motion that holds its end value is evaluated, for an axis at `q` (mm or rad). `by`, if
+    /// given, decides in place of `q`.
     #[must_use]
     pub fn held(&self, index: usize, q: f64, by: Option<f64>) -> f64 {
         let [low, high] = self.calibrated[index];
         match by {
             None if q < low => low,
             None if q > high => high,
-            // Points of tables are f32: an end that is meant may come out a little outside.
+            // Points of tables are f32, so a position meant to be the end may be slightly outside.
             Some(by) if by < low - 1e-6 * (high - low) => low,
             Some(by) if by > high + 1e-6 * (high - low) => high,
             _ => q,
         }
     }
 
-    /// What a parameter adds to its component of the error of its axis, per unit of it, at the commanded `q`
-    /// (mm, rad): 1 for an inter-axis error, the direction of travel for backlash, for a coefficient its power
-    /// or its cosine or sine, held where the motion holds its end value. `None` if the machine has no such
-    /// parameter.
+    /// What a parameter adds to its component of the error of its axis, per unit of it, at the command `q` (mm, rad): 1
+    /// for an inter-axis error, the direction of travel for backlash, and for a coefficient its power, cosine or sine,
+    /// held where the motion holds its end value. `None` if the machine has no such parameter.
     #[must_use]
     pub fn per_unit(
         &self,
@@ -431,7 +425,7 @@ mod tests {
             error.map(|e| [e[0], e[1]]).unwrap()
         };
         let mut situation = Situation::default();
-        // The scale goes on, the parabola keeps its value at 100 mm.
+        // The scale continues, while the parabola keeps its value at 100 mm.
         assert_eq!(at(&situation, &Switches::ALL), [1.15, 3.0]);
         assert_eq!(at(&situation, &off), [1.15, 2.0]);
         off.instead[0][1] = 0.5;

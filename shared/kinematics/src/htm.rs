@@ -10,14 +10,14 @@ use nalgebra::{Matrix3, Vector3};
 /// `p_outer = r · p_inner + t`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Htm {
-    /// Rotation part; columns are the inner axes seen from the outer frame.
+    /// Rotation; its columns are the inner axes expressed in the outer frame.
     pub r: Matrix3<f64>,
-    /// Translation part (mm): the inner origin seen from the outer frame.
+    /// Translation (mm): the inner origin in the outer frame.
     pub t: Vector3<f64>,
 }
 
 impl Htm {
-    /// The pose that changes nothing.
+    /// The identity pose.
     #[must_use]
     #[inline]
     pub fn identity() -> Self {
@@ -37,8 +37,8 @@ impl Htm {
         }
     }
 
-    /// Trans(x, y, z) · Rx(a) · Ry(b) · Rz(c): the meaning of an error
-    /// `[x y z a b c]` (mm, rad), and of a frame's origin and orientation.
+    /// Trans(x, y, z) · Rx(a) · Ry(b) · Rz(c): the pose defined by an error `[x y z a b c]` (mm, rad), or by a frame's
+    /// origin and orientation.
     #[must_use]
     #[inline]
     pub fn from_xyz_abc([x, y, z, a, b, c]: [f64; 6]) -> Self {
@@ -147,7 +147,7 @@ mod tests {
             .rotated_about(1, -0.2)
             .rotated_about(2, 0.5);
         let at_once = Htm::from_xyz_abc(e);
-        // Two orders of the same dozen products: a few units of the last place.
+        // The same dozen products in two different orders: a few units in the last place.
         assert!((step_by_step.r - at_once.r).abs().max() < 1e-15);
         assert_eq!(step_by_step.t, at_once.t);
     }

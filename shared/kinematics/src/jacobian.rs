@@ -14,15 +14,15 @@ pub struct Jacobian {
     r: [Vector3<f64>; MAX_AXES],
 }
 
-/// Solves J·Δq = −E for one position, as often as asked.
+/// Solves J·Δq = −E at one position for any number of right-hand sides.
 #[derive(Clone, Copy, Debug)]
 pub struct BlockSolver {
     jacobian: Jacobian,
-    /// P: what counts of a rotation about x, y and z (1 or 0).
+    /// P: which rotations about x, y and z count (1 or 0).
     counts: Vector3<f64>,
     /// λ².
     damping: f64,
-    /// (Jrᵀ·P·Jr + λ²)⁻¹ over the rotary axes, in their order; zero if these stay.
+    /// (Jrᵀ·P·Jr + λ²)⁻¹ over the rotary axes, in their order; zero if they are not corrected.
     gram_inverse: Matrix3<f64>,
     /// (Jl·Jlᵀ)⁻¹ over the linear axes.
     linear_inverse: Matrix3<f64>,
@@ -55,8 +55,8 @@ impl Jacobian {
         .to_array()
     }
 
-    /// How far small motions of all axes (mm, rad) move the tip (mm), and how far they turn the tool
-    /// across its axis (rad).
+    /// The movement of the tip (mm) due to small motions of all axes (mm, rad), and the rotation of the tool
+    /// perpendicular to its axis (rad).
     #[must_use]
     pub fn moved(&self, motion: &PerAxis) -> [f64; 2] {
         let (mut t, mut r) = (Vector3::zeros(), Vector3::zeros());
@@ -76,10 +76,10 @@ impl Jacobian {
         (0..self.count).filter(|i| !self.rotary[*i])
     }
 
-    /// How independent the linear directions are: the volume of the best three of them, 1 if these
-    /// are orthogonal, 0 if a direction of space has no motion.
+    /// Independence of the linear directions: the volume of the best three of them, 1 if these are orthogonal, 0 if
+    /// there is no motion in some direction.
     ///
-    /// Parallel axes (a quill) make √det(Jl·Jlᵀ) larger, but none of their directions more certain.
+    /// Parallel axes (a quill) increase √det(Jl·Jlᵀ), but make none of the directions better determined.
     #[must_use]
     pub fn linear_volume(&self) -> f64 {
         let mut largest = 0.0_f64;
@@ -94,13 +94,13 @@ impl Jacobian {
         largest
     }
 
-    /// How independent the rotary directions are: √det(Jrᵀ·Jr), 1 if orthogonal or fewer than two.
+    /// Independence of the rotary directions: √det(Jrᵀ·Jr), 1 if they are orthogonal or fewer than two.
     #[must_use]
     pub fn rotary_volume(&self) -> f64 {
         ComplexField::sqrt(self.gram(&Vector3::repeat(1.0)).determinant().max(0.0))
     }
 
-    /// Two rotary axes whose directions differ by less than about `limit` rad.
+    /// A pair of rotary axes whose directions differ by less than about `limit` rad.
     #[must_use]
     pub fn parallel_rotary_axes(&self, limit: f64) -> Option<(usize, usize)> {
         for i in self.rotary_axes() {
@@ -130,11 +130,11 @@ impl Jacobian {
             .sum()
     }
 
-    /// Prepares the block solution: rotary axes as the policy says, on the rotation rows, then linear
-    /// axes so that the translation rows are exact (minimum norm if there are more than three). Under
-    /// [`Policy::Orientation`] it equals the six-row pseudo-inverse whenever linear axes span space.
+    /// Prepares the block solution: the rotary axes solve the rotation rows according to the policy, then the linear
+    /// axes make the translation rows exact (minimum norm if there are more than three). Under [`Policy::Orientation`]
+    /// it equals the six-row pseudo-inverse whenever the linear axes span space.
     ///
-    /// `None` if the axes are dependent here ([`crate::Machine::check`] refuses such).
+    /// `None` if the axes are dependent here (refused by [`crate::Machine::check`]).
     #[must_use]
     pub fn solver(&self, policy: Policy) -> Option<BlockSolver> {
         let all = Vector3::repeat(1.0);
@@ -167,13 +167,13 @@ impl Jacobian {
 }
 
 impl BlockSolver {
-    /// The motion Δq (mm, rad) that is equivalent to −`error`, as far as the policy asks for it.
+    /// The motion Δq (mm, rad) that is equivalent to −`error`, as far as the policy requires.
     #[must_use]
     pub fn correct(&self, error: &Twist) -> PerAxis {
         self.step(error, &PerAxis::default())
     }
 
-    /// What is to be added to a correction `dq` (mm, rad) that leaves `error`.
+    /// The change to a correction `dq` (mm, rad) that leaves `error`.
     #[must_use]
     pub fn step(&self, error: &Twist, dq: &PerAxis) -> PerAxis {
         let jacobian = &self.jacobian;

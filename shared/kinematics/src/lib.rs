@@ -1,16 +1,15 @@
 //! Exact kinematics of serial machine tools of three to six axes, with their geometric errors.
 //!
-//! A [`Machine`] is two branches of axes, linear and rotary, from the foundation to the workpiece
-//! and to the tool. An [`ErrorModel`] says what is wrong with it, in the words of ISO 230-1: where
-//! axes lie (inter-axis errors) and how they move (error motions). [`Kinematics`] puts the two
-//! together: poses, the volumetric error, the control Jacobian, and the *kinematic correction*,
-//! which is to be added to a command so that the tool is where it should be, and points, within what its
-//! [`Policy`] asks of the rotary axes, where it should. [`Nominal`] does what needs no errors,
-//! [`Linearised`] tells what every single error does.
+//! A [`Machine`] consists of two branches of axes, linear and rotary, from the foundation to the workpiece and to the
+//! tool. An [`ErrorModel`] describes its errors in the terms of ISO 230-1: the location of the axes (inter-axis errors)
+//! and their motion (error motions). [`Kinematics`] combines the two: poses, the volumetric error, the control
+//! Jacobian, and the *kinematic correction*. Added to a command, this correction puts the tool where it should be, and
+//! orients it as far as the [`Policy`] requires of the rotary axes. [`Nominal`] covers everything that needs no errors,
+//! [`Linearised`] the effect of each single error.
 //!
-//! Everything is in mm and rad; only travels are written as commands are, in mm and degrees. Nothing
-//! here allocates. Arithmetic is f64; sine and cosine come from `libm`, or from the platform with
-//! the feature `std`; the two agree to the last place or so.
+//! Everything is in mm and rad, except travels, which are in command units (mm and degrees). Nothing here allocates.
+//! Arithmetic is f64; sine and cosine come from `libm`, or from the platform with the feature `std`. The two agree to
+//! about the last place.
 //!
 //! ```
 //! use trueaxis_kinematics::{
@@ -80,7 +79,7 @@ pub use jacobian::{BlockSolver, Jacobian};
 pub use linearised::Linearised;
 pub use machine::Machine;
 pub use motion::{Change, MAX_CHANGES, Motion, Table};
-/// The crate of vectors and matrices that poses are made of.
+/// The crate for the vectors and matrices used in poses.
 pub use nalgebra;
 pub use nominal::Nominal;
 pub use parameter::{MAX_DEGREE, MAX_HARMONIC, Parameter, ParameterKind};
@@ -89,11 +88,11 @@ pub use sensitivity::Sensitivity;
 #[cfg(feature = "stored")]
 pub use stored::{Stored, StoredError};
 
-/// The most axes a machine may have.
+/// Maximum number of axes of a machine.
 pub const MAX_AXES: usize = 6;
 
-/// The most temperature sensors that errors may depend on.
+/// Maximum number of temperature sensors on which errors may depend.
 pub const MAX_SENSORS: usize = 7;
 
-/// One value per axis, in the order of [`Machine::axes`]; unused places are 0.
+/// One value per axis, in the order of [`Machine::axes`]; unused entries are 0.
 pub type PerAxis = [f64; MAX_AXES];

@@ -6,11 +6,10 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Where errors act, at one position: the pose of every error frame, seen from the tool.
+/// The linearised errors at one position: the pose of every error frame relative to the tool.
 ///
-/// A small error ξ = (t, r) in a frame whose pose in the tool frame is (R, p) shows at the tool
-/// tip as (R·t + p × (R·r), R·r): the transport matrix. Errors of the workpiece branch show
-/// with the opposite sign.
+/// A small error ξ = (t, r) in a frame with pose (R, p) in the tool frame appears at the tool tip as (R·t + p × (R·r),
+/// R·r): the transport matrix. Errors of the workpiece branch appear with the opposite sign.
 #[derive(Clone, Debug)]
 pub struct Linearised<'a, P = &'static [f64]> {
     machine: &'a Machine,

@@ -19,12 +19,12 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A machine whose spindle and workpiece frames are that of the foundation, with the tool along
-    /// z and its tip in the spindle's origin; the fields say the rest, and [`Self::check`] whether
-    /// it can be corrected.
+    /// A machine whose spindle and workpiece frames are the foundation frame, with the tool along z and its tip at the
+    /// spindle origin. Set the fields for anything else, and call [`Self::check`] to see whether the machine can be
+    /// corrected.
     ///
     /// # Errors
-    /// [`MachineError`] if there are fewer than three or more than six axes, or two of one letter.
+    /// [`MachineError`] if there are fewer than three or more than six axes, or two with the same letter.
     pub fn new(axes: &[Axis]) -> Result<Self, MachineError> {
         let count = MachineError {
             axis: None,
@@ -64,7 +64,7 @@ impl Machine {
         self.tip[self.tool_axis].abs()
     }
 
-    /// The tip (mm, spindle frame) of a tool of another length: same side, same offsets.
+    /// The tip (mm, spindle frame) of a tool of another length, with the same side and offsets.
     #[must_use]
     pub fn tip_at(&self, length: f64) -> [f64; 3] {
         let mut tip = self.tip;
@@ -73,11 +73,11 @@ impl Machine {
         tip
     }
 
-    /// Unit vector from the tip to the spindle, as controllers show it, in the frame in which a pose of
-    /// the tool is (spindle orientation, origin at the tip).
+    /// Unit vector from the tip to the spindle, as controllers show it, in the frame used for tool poses (spindle
+    /// orientation, origin at the tip).
     #[must_use]
     pub fn direction(&self, pose: &Htm) -> [f64; 3] {
-        // The tip lies on the negative side of the tool axis, or else the axis points to the tip.
+        // The tip is on the negative side of the tool axis, or else the axis points to the tip.
         let to_spindle = match self.tip[self.tool_axis] > 0.0 {
             true => -1.0,
             false => 1.0,
@@ -85,7 +85,7 @@ impl Machine {
         (pose.r.column(self.tool_axis) * to_spindle).into()
     }
 
-    /// A position in command units (mm, deg) in kinematic units (mm, rad).
+    /// Converts a position from command units (mm, deg) to kinematic units (mm, rad).
     #[must_use]
     pub fn to_kinematic(&self, position: &[f64]) -> PerAxis {
         let mut q = PerAxis::default();
@@ -95,7 +95,7 @@ impl Machine {
         q
     }
 
-    /// Kinematic units (mm, rad) in command units (mm, deg).
+    /// Converts a position from kinematic units (mm, rad) to command units (mm, deg).
     #[must_use]
     pub fn to_command(&self, q: &PerAxis) -> PerAxis {
         let mut p = PerAxis::default();

@@ -4,14 +4,13 @@ use crate::sine::sin_cos;
 use crate::{MAX_DEGREE, MAX_HARMONIC, MAX_SENSORS, ParameterKind};
 use heapless::Vec;
 
-/// The most coefficients of one motion that may change with temperature.
+/// Maximum number of temperature-dependent coefficients of one motion.
 pub const MAX_CHANGES: usize = 16;
 
-/// A change with temperature of one coefficient of an error motion.
+/// Temperature dependence of one coefficient of an error motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// Which coefficient: [`ParameterKind::Degree`], [`ParameterKind::Cosine`] or
-    /// [`ParameterKind::Sine`].
+    /// The coefficient: [`ParameterKind::Degree`], [`ParameterKind::Cosine`] or [`ParameterKind::Sine`].
     pub kind: ParameterKind,
     /// Index of the sensor.
     pub sensor: usize,
@@ -19,27 +18,27 @@ pub struct Change {
     pub per_kelvin: f64,
 }
 
-/// A measured error motion: values at increasing positions, linear in between, the end values
-/// outside. `P` is where they are kept: borrowed, or owned where there is a heap.
+/// A measured error motion: values at increasing positions, interpolated linearly, with the end values held outside.
+/// `P` stores them: borrowed, or owned where there is a heap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table<P = &'static [f64]> {
     /// Positions (mm or rad).
     pub at: P,
     /// Values (mm or rad) after positive travel, one for each position.
     pub positive: P,
-    /// Values (mm or rad) after negative travel, where they differ.
+    /// Values (mm or rad) after negative travel, if they differ.
     pub negative: Option<P>,
 }
 
 impl<P: AsRef<[f64]>> Table<P> {
-    /// The value (mm or rad) at a position: mean + `sign` · half the difference of the two
-    /// directions; so those of each direction for +1 and −1, and their mean for 0 (unknown).
+    /// The value (mm or rad) at a position: mean + `sign` · half the difference between the two directions. So +1 and
+    /// −1 give the values of each direction, and 0 (unknown) gives their mean.
     #[must_use]
     pub fn value(&self, q: f64, sign: f64) -> f64 {
         self.value_by(q, q, sign)
     }
 
-    /// The same on the straight line between the points around `by`, continued to `q`.
+    /// The same, on the straight line through the points around `by`, extended to `q`.
     fn value_by(&self, q: f64, by: f64, sign: f64) -> f64 {
         let at = self.at.as_ref();
         let positive = interpolate(at, self.positive.as_ref(), q, by);
@@ -51,7 +50,7 @@ impl<P: AsRef<[f64]>> Table<P> {
     }
 }
 
-/// One error motion: a component of the error of one axis along its travel. All its parts add up.
+/// One error motion: a component of the error of one axis along its travel. It is the sum of all parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion<P = &'static [f64]> {
     /// Coefficients of degree 0, 1, 2 … (mm or rad, per mmᵏ or radᵏ).
@@ -62,9 +61,9 @@ pub struct Motion<P = &'static [f64]> {
     pub backlash: f64,
     /// Measured values.
     pub table: Option<Table<P>>,
-    /// Changes of coefficients with temperature.
+    /// Temperature dependences of coefficients.
     pub thermal: Vec<Change, MAX_CHANGES>,
-    /// True on an axis that turns without end: there harmonics are known all around.
+    /// True for an endless axis, whose harmonics are known over the whole turn.
     pub endless: bool,
 }
 
@@ -83,9 +82,9 @@ impl<P> Default for Motion<P> {
 }
 
 impl<P> Motion<P> {
-    /// True if it keeps its end value outside the calibrated range: it is tabulated, has
-    /// coefficients of degree 2 or more, or harmonics on an axis that is not endless. Degrees 0
-    /// and 1 alone are a location or a scale and stay valid everywhere.
+    /// True if it keeps its end value outside the calibrated range: it is tabulated, has coefficients of degree 2 or
+    /// more, or has harmonics on an axis that is not endless. Degrees 0 and 1 alone are a location or a scale and stay
+    /// valid everywhere.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.table.is_some()
@@ -125,7 +124,7 @@ impl<P> Motion<P> {
         self.backlash != 0.0 || self.table.as_ref().is_some_and(|t| t.negative.is_some())
     }
 
-    /// The constant part (degree 0) alone.
+    /// The constant part (degree 0) only.
     pub(crate) fn constant(&self, kelvin: &[f64; MAX_SENSORS]) -> f64 {
         let mut value = self.coefficients.first().copied().unwrap_or(0.0);
         for change in &self.thermal {
@@ -136,7 +135,7 @@ impl<P> Motion<P> {
         value
     }
 
-    /// Sets a coefficient; false if the motion has no such one.
+    /// Sets a coefficient; returns false if the motion has no such coefficient.
     pub(crate) fn set(&mut self, kind: ParameterKind, value: f64) -> bool {
         match kind {
             ParameterKind::Inter => return false,
@@ -163,14 +162,14 @@ impl<P> Motion<P> {
 }
 
 impl<P: AsRef<[f64]>> Motion<P> {
-    /// The value (mm or rad) at a position (mm or rad) inside the calibrated range, coming with
-    /// `sign` (+1, −1, or 0 if unknown), at `kelvin` from the sensors' references.
+    /// The value (mm or rad) at a position (mm or rad) inside the calibrated range, with direction of travel `sign`
+    /// (+1, −1, or 0 if unknown), at `kelvin` relative to the sensors' references.
     #[must_use]
     pub fn value(&self, q: f64, sign: f64, kelvin: &[f64; MAX_SENSORS]) -> f64 {
         self.value_by(q, q, sign, kelvin)
     }
 
-    /// The same with the piece of a table that counts at `by`, continued to `q`.
+    /// The same, using the piece of a table that applies at `by`, extended to `q`.
     pub(crate) fn value_by(&self, q: f64, by: f64, sign: f64, kelvin: &[f64; MAX_SENSORS]) -> f64 {
         let mut value = self
             .coefficients
@@ -191,8 +190,7 @@ impl<P: AsRef<[f64]>> Motion<P> {
 }
 
 impl ParameterKind {
-    /// What a coefficient of an error motion is multiplied by at a position (mm or rad); 1 for what
-    /// is no such coefficient.
+    /// The factor of a coefficient of an error motion at a position (mm or rad); 1 for any other parameter.
     #[must_use]
     pub fn basis(self, q: f64) -> f64 {
         match self {
@@ -204,8 +202,8 @@ impl ParameterKind {
     }
 }
 
-/// Σ cₖ·cos(k·q) + sₖ·sin(k·q), with one sine and cosine: each next angle is the last one turned by
-/// q, which costs a unit of the last place.
+/// Σ cₖ·cos(k·q) + sₖ·sin(k·q), with one sine and cosine: each angle is the previous one rotated by q, which costs one
+/// unit in the last place.
 fn harmonics(coefficients: &[[f64; 2]], q: f64) -> f64 {
     let (s1, c1) = sin_cos(q);
     let (mut s, mut c) = (s1, c1);
@@ -232,7 +230,7 @@ fn power(mut q: f64, mut k: u8) -> f64 {
     }
 }
 
-/// Linear between the points, the end value outside.
+/// Linear between the points, with the end value held outside.
 fn interpolate(at: &[f64], values: &[f64], q: f64, by: f64) -> f64 {
     let last = at.len() - 1;
     if by < at[0] {
@@ -294,7 +292,7 @@ mod tests {
                         + (f64::from(k) * q).sin() / f64::from(k)
                 })
                 .sum();
-            // Sixteen terms of size 1, each to a few units of the last place.
+            // Sixteen terms of size 1, each accurate to a few units in the last place.
             assert!((motion.value(q, 0.0, &COLD) - expected).abs() < 1e-14);
         }
     }

@@ -1,23 +1,23 @@
-//! The machine without its errors: poses and the control Jacobian.
+//! The machine without errors: poses and the control Jacobian.
 
 use crate::{Branch, Htm, Jacobian, MAX_AXES, Machine, PerAxis};
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// One axis of a branch: its index in the machine and its frame seen from the frame before it.
+/// One axis of a branch: its index in the machine and its frame relative to the previous frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     pub index: usize,
     pub relative: Htm,
     rotary: bool,
-    /// The axis of its frame along or about which it moves.
+    /// Axis of its frame along which it moves or about which it turns.
     component: usize,
-    /// −1 if a positive command moves the carriage the negative way.
+    /// −1 if a positive command moves the carriage in the negative direction.
     sense: f64,
 }
 
 impl Link {
-    /// The frame moved by a command (mm or rad).
+    /// The frame displaced by a command (mm or rad).
     #[inline]
     pub fn moved(&self, frame: Htm, q: f64) -> Htm {
         let motion = self.sense * q;
@@ -63,8 +63,7 @@ impl<'a> Nominal<'a> {
         }
     }
 
-    /// The tool tip in the spindle frame (mm), with the machine's own tool unless a length (mm) is
-    /// given.
+    /// The tool tip in the spindle frame (mm), with the machine's own tool unless a length (mm) is given.
     pub(crate) fn tip(&self, length: Option<f64>) -> Vector3<f64> {
         Vector3::from(length.map_or(self.machine.tip, |l| self.machine.tip_at(l)))
     }
@@ -100,9 +99,9 @@ impl<'a> Nominal<'a> {
         (before, after)
     }
 
-    /// Where an axis lies in the foundation frame at a position (mm, rad): a point of it (mm), its
-    /// frame's origin, and the direction along which a positive command moves its carriage, or about
-    /// which it turns it (right-handed). `None` if there is no such axis.
+    /// Location of an axis in the foundation frame at a position (mm, rad): the origin of its frame (mm), and the
+    /// direction along which a positive command moves its carriage, or about which it turns it (right-handed). `None`
+    /// if there is no such axis.
     #[must_use]
     pub fn line(&self, q: &PerAxis, axis: usize) -> Option<[Vector3<f64>; 2]> {
         let mut links = self.workpiece.iter().chain(&self.tool);
@@ -118,7 +117,7 @@ impl<'a> Nominal<'a> {
         self.pose_and_jacobian(q, length).1
     }
 
-    /// [`Self::pose`] and [`Self::jacobian`], in little more time than one of them.
+    /// [`Self::pose`] and [`Self::jacobian`], at little more cost than one of them.
     pub(crate) fn pose_and_jacobian(&self, q: &PerAxis, length: Option<f64>) -> (Htm, Jacobian) {
         let n = self.machine.axes.len();
         let (before, frames) = self.frames(q);
@@ -150,7 +149,7 @@ impl<'a> Nominal<'a> {
     }
 }
 
-/// The axes of a branch, and the way from the last of them to the frame at its end.
+/// The axes of a branch, and the transformation from the last of them to the frame at its end.
 fn links(machine: &Machine, branch: Branch, end: Htm) -> (Links, Htm) {
     let mut before = Htm::identity();
     let axes = machine.axes.iter().enumerate();

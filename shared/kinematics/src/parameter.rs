@@ -3,16 +3,16 @@
 use crate::Letter;
 use core::fmt;
 
-/// What a parameter describes.
+/// The kind of error that a parameter describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ParameterKind {
-    /// Inter-axis error (axis location, ISO 230-1 clause 3): `EB0A`. Acts before the axis' motion.
+    /// Inter-axis error (axis location, ISO 230-1 clause 3): `EB0A`. Acts before the axis motion.
     Inter,
     /// Coefficient of a degree of an intra-axis error (error motion): `EXY2`, per mmᵏ or radᵏ.
     Degree(u8),
-    /// Cosine of so many times the angle of a rotary axis, from 1: `EXCc1`.
+    /// Cosine of a multiple, from 1, of the angle of a rotary axis: `EXCc1`.
     Cosine(u8),
-    /// Sine of so many times the angle of a rotary axis, from 1: `EXCs1`.
+    /// Sine of a multiple, from 1, of the angle of a rotary axis: `EXCs1`.
     Sine(u8),
     /// Backlash: +E after positive, −E after negative travel: `EAAb`. Half of the reversal value.
     Backlash,
@@ -23,21 +23,21 @@ pub enum ParameterKind {
 pub struct Parameter {
     /// Direction of the error: 0…5 for X Y Z A B C.
     pub component: usize,
-    /// The axis that carries it, or `S` for the spindle.
+    /// Letter of the axis that has the error, or `S` for the spindle.
     pub axis: char,
-    /// What it describes.
+    /// The kind of error.
     pub kind: ParameterKind,
 }
 
-/// Highest degree of an error motion polynomial that is accepted.
+/// Highest accepted degree of an error motion polynomial.
 pub const MAX_DEGREE: u8 = 12;
-/// Highest multiple of the angle in an error motion of a rotary axis that is accepted.
+/// Highest accepted multiple of the angle in an error motion of a rotary axis.
 pub const MAX_HARMONIC: u8 = 8;
 
 const COMPONENTS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
 impl Parameter {
-    /// Reads a name; `None` if it is not one.
+    /// Parses a name; `None` if it is not valid.
     #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
         let mut chars = name.chars();
@@ -77,7 +77,7 @@ impl Parameter {
         })
     }
 
-    /// Reads the name of a whole error motion, `EXX`: component and axis letter.
+    /// Parses the name of a whole error motion, `EXX`: component and axis letter.
     #[must_use]
     pub fn parse_motion(name: &str) -> Option<(usize, char)> {
         let mut chars = name.chars();
@@ -110,7 +110,7 @@ impl fmt::Display for Parameter {
     }
 }
 
-/// Reads a number without leading zeros, within its limits.
+/// Parses a number without leading zeros, within limits.
 fn number(text: &str, least: u8, most: u8) -> Option<u8> {
     let canonical = text == "0" || !text.starts_with(['0', '+']);
     let number: u8 = text.parse().ok()?;

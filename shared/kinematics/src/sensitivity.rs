@@ -1,42 +1,41 @@
-//! What each error does to a point of the tool, on the exact chain.
+//! Effect of each error on a point of the tool, from the exact chain.
 
 use crate::nominal::Link;
 use crate::{Htm, Kinematics, MAX_AXES, PerAxis, Situation};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
-/// A point of the tool in the workpiece frame, and how it changes with every error of every axis: exact
-/// derivatives at the errors as they are, where [`Linearised`](crate::Linearised) has those of a perfect
-/// machine.
+/// A point of the tool in the workpiece frame, and its derivatives with respect to every error of every axis. The
+/// derivatives are exact at the given errors, while [`Linearised`](crate::Linearised) has those of a perfect machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensitivity {
     /// The point (mm, workpiece frame).
     pub point: Vector3<f64>,
-    /// Its change with the point in the spindle frame: mm per mm.
+    /// Its derivative with respect to the point in the spindle frame: mm per mm.
     pub by_tool: Matrix3<f64>,
-    /// Its change with the inter-axis error `[x y z a b c]` of each axis, then of the spindle: mm per mm or
-    /// rad.
+    /// Its derivative with respect to the inter-axis error `[x y z a b c]` of each axis, then of the spindle: mm per mm
+    /// or rad.
     pub by_inter: [Matrix3x6<f64>; MAX_AXES + 1],
-    /// Its change with the error motions `[x y z a b c]` of each axis: mm per mm or rad.
+    /// Its derivative with respect to the error motions `[x y z a b c]` of each axis: mm per mm or rad.
     pub by_intra: [Matrix3x6<f64>; MAX_AXES],
 }
 
-/// An error Trans(x, y, z) · Rx(a) · Ry(b) · Rz(c) in the chain: how its translations and rotations move
-/// what comes after it.
+/// An error Trans(x, y, z) · Rx(a) · Ry(b) · Rz(c) in the chain: how its translations and rotations move the rest of
+/// the chain.
 #[derive(Clone, Copy)]
 struct Joint {
-    /// Along what its translations go: the frame before it.
+    /// Directions of its translations: the frame before it.
     along: Matrix3<f64>,
-    /// About what its rotations turn.
+    /// Axes of its rotations.
     about: Matrix3<f64>,
-    /// Through which point.
+    /// Point through which these axes pass.
     through: Vector3<f64>,
 }
 
 impl Joint {
-    /// An error behind a frame, and the frame behind the error.
+    /// An error after a frame, and the frame after the error.
     fn after(frame: &Htm, error: &[f64; 6]) -> (Self, Htm) {
         let next = *frame * Htm::from_xyz_abc(*error);
-        // b turns about y as a has turned it, c about z as both have.
+        // b turns about y as rotated by a, c about z as rotated by both.
         let turned = Htm::from_xyz_abc([0.0, 0.0, 0.0, error[3], 0.0, 0.0]);
         let y = frame.r * turned.r.column(1);
         let about =
@@ -49,7 +48,7 @@ impl Joint {
         (joint, next)
     }
 
-    /// How a point (foundation frame) moves, seen from a frame with this rotation.
+    /// Movement of a point (foundation frame), relative to a frame with this rotation.
     fn moves(&self, point: &Vector3<f64>, seen: &Matrix3<f64>, way: f64) -> Matrix3x6<f64> {
         let lever = point - self.through;
         let mut columns = Matrix3x6::zeros();
@@ -62,8 +61,8 @@ impl Joint {
 }
 
 impl<P: AsRef<[f64]>> Kinematics<'_, P> {
-    /// Where a point of the spindle frame (mm), such as a stylus tip, is at the commanded `q` (mm, rad)
-    /// with all errors, and what each of them does to it.
+    /// Position of a point of the spindle frame (mm), such as a stylus tip, at the command `q` (mm, rad) with all
+    /// errors, and the effect of each error on it.
     #[must_use]
     pub fn sensitivity(
         &self,
@@ -96,7 +95,7 @@ impl<P: AsRef<[f64]>> Kinematics<'_, P> {
         let (joint, spindle) = Joint::after(&last, &located);
         inter[n] = joint;
         let point = spindle.r * in_spindle + spindle.t;
-        // An error of the workpiece branch moves the point the other way, seen from the workpiece.
+        // Relative to the workpiece, an error of the workpiece branch moves the point the opposite way.
         let mut way = [0.0; MAX_AXES + 1];
         for (links, sign) in [(&self.nominal.workpiece, -1.0), (&self.nominal.tool, 1.0)] {
             for link in links {
@@ -140,7 +139,7 @@ mod tests {
         machine
     }
 
-    /// Errors everywhere, far larger than any machine has, so that products of them show.
+    /// Errors everywhere, far larger than on any machine, so that their products are visible.
     fn errors(machine: &Machine) -> ErrorModel {
         let mut errors = ErrorModel::perfect(machine);
         for (i, inter) in errors.inter.iter_mut().enumerate() {
@@ -170,10 +169,10 @@ mod tests {
             pose.t
         };
         let found = Kinematics::new(&machine, &errors).sensitivity(&q, &situation, &tip);
-        // The same chain in another order of products.
+        // The same chain with products in another order.
         assert!((found.point - at(&errors, &tip)).norm() < 1e-12);
         let h = 1e-4;
-        // Central differences err by h²/6 of the third derivative, some 200 mm here, and by rounding of
+        // Central differences have an error of h²/6 times the third derivative, about 200 mm here, plus rounding of
         // 1e-13 mm over 2 h.
         let close = |column: Vector3<f64>, ahead: Vector3<f64>, behind: Vector3<f64>| {
             let numeric = (ahead - behind) / (2.0 * h);

@@ -1,19 +1,19 @@
-//! Sine and cosine, and the one place that says where they come from.
+//! Sine and cosine, and the choice of their implementation.
 
-/// Sine and cosine of an angle (rad): the platform's.
+/// Sine and cosine of an angle (rad), from the platform.
 #[cfg(feature = "std")]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     x.sin_cos()
 }
 
-/// Sine and cosine of an angle (rad): those of `libm`.
+/// Sine and cosine of an angle (rad), from `libm`.
 #[cfg(not(feature = "std"))]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
-/// Sine and cosine, in a third of the time for angles of the size of errors. Below 2⁻⁸ the first
-/// terms left out, x⁷/7! and x⁸/8!, are 7e-19 of the sine and 6e-24: less than rounding.
+/// Sine and cosine, in a third of the time for angles of the size of errors. Below 2⁻⁸ the first omitted terms, x⁷/7!
+/// and x⁸/8!, are 7e-19 of the sine and 6e-24: less than rounding.
 pub fn sin_cos_of_error(x: f64) -> (f64, f64) {
     if x.abs() >= 1.0 / 256.0 {
         return sin_cos(x);
@@ -33,7 +33,7 @@ mod tests {
         for i in -40_000..=40_000 {
             let x = f64::from(i) * 1e-7;
             let ((s, c), (sine, cosine)) = (sin_cos_of_error(x), sin_cos(x));
-            // The last place of either.
+            // Both to the last place.
             assert!((s - sine).abs() <= f64::EPSILON * sine.abs(), "sin {x}");
             assert!((c - cosine).abs() <= f64::EPSILON, "cos {x}");
         }
@@ -44,7 +44,7 @@ mod tests {
         for i in -400_000..=400_000 {
             let x = f64::from(i) * 1.7e-5;
             let ((s, c), (sine, cosine)) = (libm::sincos(x), x.sin_cos());
-            // Each promises its result to within one unit of the last place.
+            // Each guarantees its result to within one unit in the last place.
             assert!((s - sine).abs() <= f64::EPSILON, "sin {x}");
             assert!((c - cosine).abs() <= f64::EPSILON, "cos {x}");
         }

@@ -1,6 +1,6 @@
-//! A machine with its errors in one file, which is read in place: what plays a real machine reads it.
+//! A machine with its errors in one file that is read in place, for the simulation of a real machine.
 //!
-//! | bytes | what |
+//! | bytes | contents |
 //! |---|---|
 //! | 0…3 | `TRAM` |
 //! | 4…5 | version, 1 |
@@ -12,7 +12,7 @@
 //! | from 24 | the description, in postcard; zeros up to the next multiple of 8 |
 //! | then | points of tables (f64), in the order of the tables: positions, values, values after negative travel |
 //!
-//! All numbers are little-endian. The points are read where they are.
+//! All numbers are little-endian. The points are used in place.
 
 mod description;
 #[cfg(feature = "std")]
@@ -32,10 +32,10 @@ const VERSION: u16 = 1;
 /// Bytes before the description.
 const HEADER: usize = 24;
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-/// No number in a description is larger: travels end at 1e5, and errors are small.
+/// Upper limit of every number in a description: travels end at 1e5, and errors are small.
 const LARGEST: f64 = 1e9;
 
-/// A machine with its errors, whose tabulated motions are still in the file.
+/// A machine with its errors; its tabulated motions stay in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stored<'f> {
     /// The machine's name.
@@ -44,25 +44,25 @@ pub struct Stored<'f> {
     pub machine: Machine,
     /// Its errors.
     pub errors: ErrorModel<&'f [f64]>,
-    /// Temperatures (°C) from which the temperatures of the errors count, one for each sensor.
+    /// Reference temperature (°C) of each sensor.
     pub references: Vec<f64, MAX_SENSORS>,
 }
 
 /// Why a file is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoredError {
-    /// It does not begin as such a file does.
+    /// It does not start with the magic bytes of a model file.
     NoModel,
-    /// It has a version that is not known here.
+    /// Its version is unknown.
     Version {
-        /// Which.
+        /// The version found.
         found: u16,
     },
     /// Its length or its checksum is wrong.
     Damaged,
     /// It does not start at a multiple of 8 bytes, or this system is not little-endian.
     Misaligned,
-    /// Its checksum is right and its contents are not.
+    /// Its checksum is correct but its contents are not valid.
     Contents,
 }
 
@@ -80,7 +80,7 @@ impl fmt::Display for StoredError {
 
 impl core::error::Error for StoredError {}
 
-/// CRC-32 over everything but itself.
+/// CRC-32 over everything but the checksum field itself.
 fn checksum(file: &[u8]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(&file[..12]);
@@ -89,8 +89,8 @@ fn checksum(file: &[u8]) -> u32 {
 }
 
 impl<'f> Stored<'f> {
-    /// Reads a file that starts at a multiple of 8 bytes. All that a pose relies on is checked; whether the
-    /// machine can be corrected ([`Machine::check`]) is not.
+    /// Reads a file that starts at a multiple of 8 bytes. Checks everything needed to compute a pose, but not whether
+    /// the machine can be corrected ([`Machine::check`]).
     ///
     /// # Errors
     /// [`StoredError`].
@@ -123,14 +123,14 @@ impl<'f> Stored<'f> {
     }
 }
 
-/// The next part of a description.
+/// Decodes the next part of a description.
 fn next<'f, T: Deserialize<'f>>(rest: &mut &'f [u8]) -> Result<T, StoredError> {
     let (part, after) = postcard::take_from_bytes(rest).map_err(|_| StoredError::Contents)?;
     *rest = after;
     Ok(part)
 }
 
-/// The contents, if all of them are numbers, and none is left over.
+/// Decodes the contents if all numbers are valid and nothing is left over.
 fn read<'f>(mut rest: &'f [u8], mut points: &'f [f64]) -> Result<Stored<'f>, StoredError> {
     if points.iter().any(|value| !is_number(*value)) {
         return Err(StoredError::Contents);
@@ -172,7 +172,7 @@ fn read<'f>(mut rest: &'f [u8], mut points: &'f [f64]) -> Result<Stored<'f>, Sto
 }
 
 impl<'f> Stored<'f> {
-    /// Takes in one item; tables take their points off the begin of `points`.
+    /// Adds one item; tables take their points from the start of `points`.
     fn take(&mut self, item: &Item, points: &mut &'f [f64]) -> Result<(), StoredError> {
         let n = self.machine.axes.len();
         let motion = |index: u8, component: u8| {
@@ -252,7 +252,7 @@ impl<'f> Stored<'f> {
 }
 
 impl AxisEntry {
-    /// The axis, if it is one.
+    /// The axis, if the entry is valid.
     fn axis(&self) -> Option<Axis> {
         let letter = Letter::new(char::from(self.letter))?;
         let branch = match self.tool {

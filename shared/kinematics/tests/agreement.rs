@@ -1,5 +1,5 @@
-//! The two sources of sine and cosine against the same stored corrections: with the feature `std`,
-//! with which they were written, and without.
+//! Compares both implementations of sine and cosine with the same stored corrections: with the feature `std`, which was
+//! used to write them, and without.
 
 use std::f64::consts::FRAC_PI_4;
 use trueaxis_kinematics::{
@@ -10,7 +10,7 @@ use trueaxis_kinematics::{
 const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/five-axis.csv");
 const POSITIONS: usize = 500;
 
-/// The Huron K2X8-Five: wCAYFXZSt, A tilted by 45°; here C turns without end.
+/// The Huron K2X8-Five: wCAYFXZSt, A tilted by 45°; here C is endless.
 fn machine() -> Machine {
     let mut machine = Machine::new(&[
         Axis::new(Letter::Y, Branch::Workpiece, [-350.0, 350.0]),
@@ -68,7 +68,7 @@ fn errors(machine: &Machine) -> ErrorModel {
     errors
 }
 
-/// Corrections (mm, rad) at the same positions every time, over the travel of every axis.
+/// Corrections (mm, rad) at fixed positions, over the travel of every axis.
 fn corrections() -> Vec<PerAxis> {
     let machine = machine();
     let errors = errors(&machine);
@@ -104,7 +104,7 @@ fn corrections() -> Vec<PerAxis> {
 
 #[test]
 fn corrections_with_either_source_of_sine_agree() {
-    // They are written anew, by the platform's sine, with TRUEAXIS_WRITE_GOLDEN=1.
+    // TRUEAXIS_WRITE_GOLDEN=1 rewrites them with the platform's sine.
     #[cfg(feature = "std")]
     if std::env::var_os("TRUEAXIS_WRITE_GOLDEN").is_some() {
         write();
@@ -123,7 +123,7 @@ fn corrections_with_either_source_of_sine_agree() {
         }
     }
     println!("corrections agree to {worst:.1e} mm or rad");
-    // Sines differ in the last place, 1e-16, at levers of half a metre, a dozen times.
+    // Sines differ in the last place, 1e-16, at lever arms of half a metre, a dozen times.
     assert!(worst < 1e-12, "corrections differ by {worst:e} mm or rad");
 }
 

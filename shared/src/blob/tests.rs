@@ -17,7 +17,7 @@ fn refusal(bytes: &[u8]) -> LoadError {
     Small::from_blob(&AlignedBlob::from_bytes(bytes)).unwrap_err()
 }
 
-/// Puts the right checksum on damaged bytes.
+/// Writes a correct checksum into damaged bytes.
 fn seal(mut bytes: Vec<u8>) -> Vec<u8> {
     let sum = checksum(&bytes);
     bytes[12..16].copy_from_slice(&sum.to_le_bytes());
@@ -28,12 +28,12 @@ fn good() -> Vec<u8> {
     everything().encode().unwrap().to_vec()
 }
 
-/// What a draft gives when it is changed before it is written.
+/// The error for a draft that is changed before it is written.
 fn drafted(change: impl FnOnce(&mut Draft)) -> LoadError {
     wired(change, |_| ())
 }
 
-/// What it gives when also its description is changed.
+/// The error if its description is changed as well.
 fn wired(change: impl FnOnce(&mut Draft), rewire: impl FnOnce(&mut Wire<'_>)) -> LoadError {
     let mut draft = everything();
     change(&mut draft);
@@ -43,7 +43,7 @@ fn wired(change: impl FnOnce(&mut Draft), rewire: impl FnOnce(&mut Wire<'_>)) ->
     refusal(&assemble(&postcard::to_allocvec(&wire).unwrap(), &samples).unwrap())
 }
 
-/// The description in nine pieces; postcard writes them one after the other.
+/// The description in nine pieces, which postcard writes consecutively.
 fn pieces(draft: &Draft) -> (Vec<Vec<u8>>, Samples) {
     fn bytes<T: Serialize + ?Sized>(value: &T) -> Vec<u8> {
         postcard::to_allocvec(value).unwrap()
@@ -64,14 +64,14 @@ fn pieces(draft: &Draft) -> (Vec<Vec<u8>>, Samples) {
     (pieces, samples)
 }
 
-/// What it gives when one piece is replaced.
+/// The error if one piece is replaced.
 fn replaced(piece: usize, by: &[u8]) -> LoadError {
     let (mut pieces, samples) = pieces(&everything());
     pieces[piece] = by.to_vec();
     refusal(&assemble(&pieces.concat(), &samples).unwrap())
 }
 
-/// Rounds of all loops while these bytes are loaded or refused, as a share of what is allowed.
+/// Iterations of all loops while these bytes are loaded or refused, as a fraction of the permitted number.
 fn rounds(bytes: &[u8]) -> f64 {
     let blob = AlignedBlob::from_bytes(bytes);
     let mut place = std::boxed::Box::new(Largest::empty());
@@ -85,7 +85,7 @@ fn rounds(bytes: &[u8]) -> f64 {
 fn loading_takes_as_long_as_the_blob_has_bytes() {
     let all = good();
     assert!(rounds(&all) < 1.0);
-    // Banks of f32 claim as many tables as there are numbers for, without a byte for any.
+    // Banks of f32 claim the maximum number of tables without using a byte for any.
     let mut draft = everything();
     draft.terms.clear();
     let mut samples = Samples::default();
@@ -117,7 +117,7 @@ fn loading_takes_as_long_as_the_blob_has_bytes() {
         }
     ));
     assert!(rounds(&bytes) < 1.0, "{}", rounds(&bytes));
-    // As many of everything as there is room for.
+    // Everything at full capacity.
     let mut draft = everything();
     draft.grids.clear();
     let column = vec![0.001; 2];
@@ -140,7 +140,7 @@ fn loading_takes_as_long_as_the_blob_has_bytes() {
 macro_rules! variants {
     ($($name:ident)*) => {
         const ALL: &[&str] = &[$(stringify!($name)),*];
-        /// The compiler sees to it that no variant is missing.
+        /// The compiler ensures that no variant is missing.
         fn variant(error: LoadError) -> &'static str {
             match error { $(LoadError::$name { .. } => stringify!($name)),* }
         }
@@ -272,7 +272,7 @@ fn encoding_damages() -> Vec<(LoadError, LoadError)> {
     list
 }
 
-/// What `everything()` consists of.
+/// Contents of `everything()`.
 const NEEDED: Counts = Counts {
     axes: 3,
     banks: 6,
@@ -320,7 +320,7 @@ fn what_a_blob_does_not_have_needs_no_room() {
     assert_eq!(empty.evaluate(&at, &moving, &empty.weights()), [0.0; 3]);
 }
 
-/// What a blob is refused for whose header states another length.
+/// The error for a blob whose header states another length.
 fn stated(length: usize) -> LoadError {
     let mut bytes = good();
     bytes[8..12].copy_from_slice(&(length as u32).to_le_bytes());
@@ -341,7 +341,7 @@ fn a_blob_is_at_most_64_mib_for_readers_and_writers() {
         draft.banks = vec![bank(0, 0.0, 1.0, vec![vec![0.0; points]])];
         draft.encode()
     };
-    // Some 100 bytes are header and description.
+    // Header and description take about 100 bytes.
     assert!(with(LARGEST_BLOB / 4 - 100).is_ok());
     assert_eq!(with(LARGEST_BLOB / 4), Err(EncodeError::TooLarge));
 }
@@ -504,7 +504,7 @@ fn span_damages() -> Vec<(LoadError, LoadError)> {
     }
     let far = |d: &mut Draft| (d.banks[1].start, d.banks[1].step) = (3e38, 2e37);
     list.push((drafted(far), LoadError::Start { part: b }));
-    // Half a turn too long, twice as long, longer by a thousandth, by two units of the last place.
+    // Half a turn too long, twice as long, longer by a thousandth, longer by two units in the last place.
     for step in [135.0, 180.0, 90.09, 90.00003] {
         list.push((
             drafted(|d| d.banks[2].step = step),
@@ -534,7 +534,7 @@ fn span_damages() -> Vec<(LoadError, LoadError)> {
             LoadError::Points { part: g, points },
         ));
     }
-    // Of cubic ones, those that an interval is read from are the fewest.
+    // For cubic tables the minimum is the number of samples needed for one interval.
     for (n, points) in [(2, 3), (4, 3), (4, 2)] {
         list.push((
             wired(|_| (), |w| w.banks[n].bank.points = points),
@@ -568,7 +568,7 @@ fn sample_damages() -> Vec<(LoadError, LoadError)> {
             count(Part::Grid(1), 0),
         ),
         (
-            // Overlaps the bank before.
+            // Overlaps the previous bank.
             wired(|_| (), |w| w.banks[1].bank.first -= 1),
             LoadError::SamplesMisplaced { part: bank(1) },
         ),
@@ -739,7 +739,7 @@ fn term_and_grid_damages() -> Vec<(LoadError, LoadError)> {
         (outputs(&[3]), bad_outputs),
         (outputs(&[1, 1]), bad_outputs),
         (outputs(&[0; 7]), bad_outputs),
-        // The number of them alone says so.
+        // The count alone reveals it.
         (only_so_many(0), bad_outputs),
         (only_so_many(7), bad_outputs),
         (
@@ -893,7 +893,7 @@ fn inputs_of_inactive_terms_are_not_used() {
     assert_eq!(Small::from_blob(&blob).unwrap().inputs_used(), 0b010);
 }
 
-/// The bytes of version 1 do not change: files written once stay readable.
+/// The bytes of version 1 never change, so existing files stay readable.
 #[test]
 fn the_smallest_blob_is_written_as_specified() {
     let mut draft = Draft {
@@ -931,7 +931,7 @@ fn the_smallest_blob_is_written_as_specified() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 20_000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Evaluation in debug builds checks its own invariants, so this covers them too.
+    /// Debug builds check the invariants of evaluation, so this covers them too.
     #[test]
     fn whatever_the_bytes_they_are_refused_or_give_finite_corrections(
         damage in prop::collection::vec((any::<prop::sample::Index>(), prop_oneof![any::<u8>(), 0_u8..8]), 1..6),
@@ -954,7 +954,7 @@ proptest! {
 
 #[test]
 fn a_modulo_table_fits_a_turn_of_its_axis_a_whole_number_of_times() {
-    // Whatever the number of points: steps and their multiples are rounded.
+    // For any number of points: steps and their multiples are rounded.
     for times in 1..=12_u16 {
         for points in 4..200_u16 {
             let mut draft = everything();
@@ -963,7 +963,7 @@ fn a_modulo_table_fits_a_turn_of_its_axis_a_whole_number_of_times() {
             draft.encode().unwrap();
         }
     }
-    // An axis that has ends may repeat what it likes: the pitch of its screw.
+    // A bounded axis may repeat with any period, such as the pitch of its screw.
     let mut draft = everything();
     draft.banks[1].modulo = true;
     draft.encode().unwrap();
@@ -975,7 +975,7 @@ fn a_modulo_table_may_miss_a_turn_by_as_much_as_rounding_takes_from_it() {
         let mut draft = everything();
         draft.grids.clear();
         draft.axes[2].period = turn;
-        // Once around is 1, four times are a turn.
+        // One revolution is 1, and four of them make a turn.
         draft.banks[2].step = 0.25;
         let blob = draft.encode();
         blob.map(|_| ()).map_err(|error| match error {

@@ -80,8 +80,8 @@ fn a_modulo_table_repeats_exactly_over_8192_periods() {
                 );
             }
         }
-        // At its beginning an interval is a point, or of a cubic four sixths of the second sample and a
-        // sixth of each neighbour; after the last sample comes the first.
+        // At its start an interval equals a point or, for a cubic, four sixths of the second sample and a sixth of each
+        // neighbour; the first sample follows the last.
         for k in 0..5 {
             let [a, b, d] = [0, 1, 2].map(|n| column[(k + n) % 5]);
             let expected = match interpolation {
@@ -101,7 +101,7 @@ fn a_modulo_table_repeats_exactly_over_8192_periods() {
     let c = Small::from_blob(&blob).unwrap();
     assert_eq!(at(&c, 315.0, 0.0, 0.0)[0], 1.5);
     for x in [-1e-30, -f32::MIN_POSITIVE, 360.0 - 3e-5, 359.99997] {
-        // Just below a whole turn: the first point, to 1 part in 2²³ of a turn, however it rounds.
+        // Just below a whole turn: the first point, to 1 part in 2²³ of a turn, whichever way it rounds.
         assert!(
             at(&c, x, 0.0, 0.0)[0].abs() < 3.0 * 360.0 / 90.0 * 1.2e-7 * 8.0,
             "{x}"
@@ -109,7 +109,7 @@ fn a_modulo_table_repeats_exactly_over_8192_periods() {
     }
 }
 
-/// Cubic tables with intervals of 1 from 0 on.
+/// Cubic tables with intervals of 1 starting at 0.
 fn cubics(columns: &[&[f32]], modulo: bool) -> AlignedBlob {
     let columns = columns.iter().map(|c| c.to_vec()).collect();
     let draft = only(DraftBank {
@@ -122,7 +122,7 @@ fn cubics(columns: &[&[f32]], modulo: bool) -> AlignedBlob {
 
 #[test]
 fn a_cubic_reproduces_cubic_polynomials_and_constants_exactly() {
-    // The coefficients of 1, x, x², x³ at the point k are 1, k, k² − 1/3, k³ − k.
+    // The coefficients of 1, x, x², x³ at point k are 1, k, k² − 1/3, k³ − k.
     let polynomial = |[p0, p1, p2, p3]: [f32; 4]| {
         let column: Vec<f32> = (-1_i8..=9)
             .map(f32::from)
@@ -139,7 +139,7 @@ fn a_cubic_reproduces_cubic_polynomials_and_constants_exactly() {
         assert_eq!([small, large], [0.3, -1.7e7]);
         let [p0, p1, p2, p3] = parts;
         let expected = ((p3 * x + p2) * x + p1) * x + p0;
-        // Samples up to 45, each rounded; the weights and their sum of products in ten operations.
+        // Samples up to 45, each rounded; the weights and the sum of their products take ten operations.
         assert!((found - expected).abs() < 12.0 * 45.0 * f32::EPSILON, "{x}");
     }
 }
@@ -149,8 +149,8 @@ fn a_cubic_holds_the_ends_of_its_intervals() {
     let column = [7.0, 1.0, 4.0, -2.0, 3.0, 6.0];
     let blob = cubics(&[&column], false);
     let c = Small::from_blob(&blob).unwrap();
-    // Six samples are three intervals, whose ends are averages of three samples. Differences are up to
-    // 6, six operations round.
+    // Six samples make three intervals, whose ends are averages of three samples. Differences are up to 6, and six
+    // operations round.
     let near = |found: f32, expected: f32| (found - expected).abs() < 36.0 * f32::EPSILON;
     for x in [0.0, -0.1, -1e30, f32::NEG_INFINITY, f32::NAN] {
         let found = at(&c, x, 0.0, 0.0)[0];
@@ -163,7 +163,7 @@ fn a_cubic_holds_the_ends_of_its_intervals() {
         assert_eq!(found, at(&c, 3.0, 0.0, 0.0)[0]);
     }
     assert_eq!(c.banks()[0].end(), 3.0);
-    // One interval: the fewest samples.
+    // One interval: the minimum number of samples.
     let blob = cubics(&[&column[..4]], false);
     let c = Small::from_blob(&blob).unwrap();
     assert!(near(
@@ -183,13 +183,13 @@ fn a_cubic_is_smooth_to_its_second_derivative() {
         let (h, rounding) = (1.0 / 32.0, 12.0 * 2.0 * f64::from(f32::EPSILON));
         for point in 1..if modulo { 20_u8 } else { 6 } {
             let x = f32::from(point);
-            // A third difference is at most the third derivative, 8 · 2 here, times h³, and rounding; a
-            // step of the second derivative would show as that times h²/4 or more.
+            // A third difference is at most the third derivative, 8 · 2 here, times h³, plus rounding; a step of the
+            // second derivative would appear as that step times h²/4 or more.
             let [a, b, c, d] = [-1.5, -0.5, 0.5, 1.5].map(|k| at(x + k * h));
             let third = (d - c) - 2.0 * (c - b) + (b - a);
             let most = 16.0 * f64::from(h).powi(3) + 8.0 * rounding;
             assert!(third.abs() < most, "{x} {third}");
-            // The two sides of a point are next to each other.
+            // The two sides of a point are adjacent floats.
             let sides = at(x.next_down()) - at(x.next_up());
             assert!(sides.abs() < rounding + 4.0 * 20.0 * f64::from(f32::EPSILON));
         }
@@ -211,7 +211,7 @@ fn a_cubic_never_exceeds_its_samples() {
                 *largest = largest.max(value.abs());
             }
         }
-        // Two of the same sign in the middle are what is nearest: 23/24 − 1/24.
+        // Two samples of the same sign in the middle come closest: 23/24 − 1/24.
         assert!((largest[0] - 22.0 / 24.0).abs() < 4.0 * f32::EPSILON);
         assert_eq!(largest[1], 1.0);
     }
@@ -489,7 +489,7 @@ fn drafts() -> impl Strategy<Value = Draft> {
                     ..term(output, weight, &factors)
                 });
             prop::collection::vec(one_term, 0..16).prop_map(move |mut terms| {
-                // Neighbours often share an output: sorting some makes long runs.
+                // Neighbouring terms often share an output; sorting some of them makes long runs.
                 if terms.len() % 2 == 0 {
                     terms.sort_by_key(|t| t.output);
                 }

@@ -1,14 +1,14 @@
-//! Consistent overhead byte stuffing (Cheshire and Baker, 1999): no zeros in what is sent, so that
-//! a zero is the end of a frame wherever reception begins.
+//! Consistent overhead byte stuffing (Cheshire and Baker, 1999): encoded data contains no zeros, so a zero marks the
+//! end of a frame wherever reception begins.
 
-/// Decodes byte by byte, as they come.
+/// Decodes byte by byte.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decoder {
     /// Bytes until the next code byte.
     left: u8,
-    /// The block that ends there is followed by a zero.
+    /// A zero follows the block that ends there.
     zero: bool,
-    /// No code byte has come yet.
+    /// No code byte has arrived yet.
     first: bool,
 }
 
@@ -19,7 +19,7 @@ impl Decoder {
         first: true,
     };
 
-    /// Takes a byte other than 0; returns what it stands for, if anything.
+    /// Takes a byte other than 0; returns the byte it decodes to, if any.
     pub(super) fn push(&mut self, byte: u8) -> Option<u8> {
         if self.left > 0 {
             self.left -= 1;
@@ -32,7 +32,7 @@ impl Decoder {
         zero.then_some(0)
     }
 
-    /// Whether nothing has come yet.
+    /// Whether nothing has arrived yet.
     pub(super) fn is_new(&self) -> bool {
         self.first
     }
@@ -43,7 +43,7 @@ impl Decoder {
     }
 }
 
-/// Bytes that `length` bytes take at most when encoded, without the zero at the end.
+/// Maximum encoded size of `length` bytes, without the zero at the end.
 pub(super) const fn encoded(length: usize) -> usize {
     length + length / 254 + 1
 }
@@ -51,9 +51,9 @@ pub(super) const fn encoded(length: usize) -> usize {
 /// Encodes into a slice.
 pub(super) struct Encoder<'o> {
     out: &'o mut [u8],
-    /// Where the code byte of the current block goes.
+    /// Index of the code byte of the current block.
     code_at: usize,
-    /// Where the next byte goes.
+    /// Index of the next byte.
     at: usize,
     code: u8,
 }
@@ -96,7 +96,7 @@ impl<'o> Encoder<'o> {
     /// Ends the frame with a zero; returns the number of bytes written.
     pub(super) fn finish(mut self) -> Option<usize> {
         self.end_block()?;
-        // `code_at` is where the code byte of a further block would go.
+        // `code_at` is where the code byte of another block would go.
         *self.out.get_mut(self.code_at)? = 0;
         Some(self.code_at + 1)
     }

@@ -1,7 +1,7 @@
-//! Frames: what surrounds a message, and how it is found in a stream of bytes.
+//! Frames: the envelope of a message, and how frames are found in a stream of bytes.
 //!
-//! Before COBS: `version · session · sequence · body · CRC-32`, little-endian. The version and the
-//! CRC at the end stand where every version of the protocol can read them.
+//! Before COBS: `version · session · sequence · body · CRC-32`, little-endian. The version comes first and the CRC
+//! last, so that every protocol version can read them.
 
 use serde::Serialize;
 
@@ -9,48 +9,48 @@ use super::cobs::{Decoder, Encoder, encoded};
 
 /// The protocol version that this build speaks.
 pub const PROTOCOL: u8 = 1;
-/// In place of a version: a frame that says which versions the sender speaks. Its shape is fixed
-/// for all times.
+/// Takes the place of a version in a frame that states which versions the sender speaks. The layout of this frame never
+/// changes.
 pub const VERSION_ANSWER: u8 = 0;
-/// Most bytes of a body.
+/// Maximum length of a body in bytes.
 pub const MOST_BODY: usize = 1024;
-/// Most bytes of a frame as sent, with the zero at its end.
+/// Maximum length of a frame on the wire in bytes, including the zero at its end.
 pub const MOST_WIRE: usize = encoded(MOST_FRAME) + 1;
-/// The byte that ends every frame. Before a frame it ends whatever garbage came before.
+/// The byte that ends every frame. Sent before a frame, it also ends any garbage before it.
 pub const END: u8 = 0;
 
 const HEADER: usize = 7;
 const CHECK: usize = 4;
 const MOST_FRAME: usize = HEADER + MOST_BODY + CHECK;
 
-/// CRC-32/ISO-HDLC, as of blobs.
+/// CRC-32/ISO-HDLC, the same as in blobs.
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// To which conversation a message belongs.
+/// Assigns a message to a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Header {
-    /// From the answer to hello; in hello itself and in that answer a random number of the host.
+    /// Assigned in the answer to hello; in hello itself and in that answer, a random number of the host.
     pub session: u32,
-    /// Counts the requests of a session; a reply has that of its request.
+    /// Counts the requests of a session; a reply repeats that of its request.
     pub sequence: u16,
 }
 
-/// Which versions the other side speaks.
+/// Protocol versions that the other side speaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct VersionAnswer {
-    /// Lowest.
+    /// Lowest version.
     pub lowest: u8,
-    /// Highest.
+    /// Highest version.
     pub highest: u8,
 }
 
-/// Why a message could not be put into a frame.
+/// Why a message could not be framed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
-    /// The body exceeds [`MOST_BODY`], or the frame its buffer ([`MOST_WIRE`] always suffices).
+    /// The body exceeds [`MOST_BODY`], or the frame exceeds its buffer ([`MOST_WIRE`] is always enough).
     TooLong,
 }
 
@@ -62,7 +62,7 @@ impl core::fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Puts a message into a frame; `scratch` has [`MOST_BODY`] bytes. Returns the bytes to send.
+/// Frames a message; `scratch` has [`MOST_BODY`] bytes. Returns the bytes to send.
 ///
 /// # Errors
 /// [`FrameError::TooLong`]
@@ -79,7 +79,7 @@ pub fn encode<'o>(
     encode_frame(&head, body, out)
 }
 
-/// The frame that says which versions this build speaks.
+/// Builds the frame that states which versions this build speaks.
 ///
 /// # Errors
 /// [`FrameError::TooLong`]
@@ -87,7 +87,7 @@ pub fn encode_version_answer(out: &mut [u8]) -> Result<&[u8], FrameError> {
     encode_frame(&[VERSION_ANSWER, PROTOCOL, PROTOCOL], &[], out)
 }
 
-/// A frame of any version: `head`, whose first byte is the version, and `body`, with their checksum.
+/// Builds a frame of any version: `head`, whose first byte is the version, and `body`, followed by their checksum.
 ///
 /// # Errors
 /// [`FrameError::TooLong`]
@@ -112,25 +112,25 @@ pub fn encode_frame<'o>(
     out.get(..length).ok_or(FrameError::TooLong)
 }
 
-/// A whole frame with a right checksum.
+/// A complete frame with a correct checksum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Framed<'f> {
     /// A message in this version of the protocol.
     Message(Header, &'f [u8]),
-    /// The other side names its versions.
+    /// The versions that the other side speaks.
     VersionAnswer(VersionAnswer),
     /// A message in another version.
     OtherVersion(u8),
 }
 
-/// What a byte has completed.
+/// Result of processing one byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
     /// Nothing yet.
     Nothing,
     /// A frame: see [`Receiver::frame`].
     Frame,
-    /// Bytes that were no frame, or a damaged one. They are dropped.
+    /// Bytes that were not a frame, or a damaged frame. They are dropped.
     Garbage,
 }
 
@@ -143,7 +143,7 @@ pub struct Receiver {
     length: usize,
     decoder: Decoder,
     overrun: bool,
-    /// The frame was handed out: the next byte begins another one.
+    /// The frame was returned: the next byte begins a new one.
     done: bool,
 }
 
@@ -154,7 +154,7 @@ impl Default for Receiver {
 }
 
 impl Receiver {
-    /// At the start of a stream, or in the midst of a frame whose rest is then dropped.
+    /// Starts at the beginning of a stream, or in the middle of a frame, the rest of which is dropped.
     #[must_use]
     pub const fn new() -> Self {
         Self {

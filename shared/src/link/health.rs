@@ -1,19 +1,19 @@
-//! How well the controller itself is: what a machine builder looks at after a fault.
+//! State of the controller itself, for diagnosis after a fault.
 
 use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The end of a name: as many of its last bytes as there is room for, zeros behind.
+/// The end of a name: its last bytes, as many as fit, padded with zeros.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tail(pub [u8; Self::MOST]);
 
 impl Tail {
-    /// Bytes that there is room for.
+    /// Capacity in bytes.
     pub const MOST: usize = 24;
 
-    /// The last bytes of a name.
+    /// Keeps the last bytes of a name.
     #[must_use]
     pub fn of(name: &str) -> Self {
         let mut bytes = [0; Self::MOST];
@@ -27,7 +27,7 @@ impl Tail {
     }
 }
 
-/// What is printable of it.
+/// Prints the printable characters.
 impl fmt::Display for Tail {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for byte in self.0.iter().take_while(|byte| **byte != 0) {
@@ -38,40 +38,40 @@ impl fmt::Display for Tail {
     }
 }
 
-/// Why the controller has started. The variants may only be appended to.
+/// Why the controller started. Variants may only be appended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Restart {
-    /// Nothing is known.
+    /// Unknown.
     #[default]
     Unknown,
-    /// The supply has come.
+    /// The supply was switched on.
     PowerOn,
     /// The supply was too low.
     BrownOut,
     /// The reset pin.
     Pin,
-    /// A probe or the program wanted it.
+    /// Requested by a probe or by the program.
     Software,
-    /// The watchdog: the servo interrupt had stopped.
+    /// The watchdog fired: the servo interrupt had stopped.
     ServoStopped,
-    /// The watchdog: the main loop had stopped.
+    /// The watchdog fired: the main loop had stopped.
     MainLoopStopped,
     /// An exception of the processor.
     Exception {
-        /// Where the program was.
+        /// Program counter at the exception.
         address: u32,
-        /// Why, as the processor says it: on a Cortex-M the register CFSR.
+        /// Cause as reported by the processor: on a Cortex-M the register CFSR.
         status: u32,
     },
-    /// A mistake in the program that it has noticed itself.
+    /// The program panicked.
     Panic {
-        /// Line of its source.
+        /// Line in the source file.
         line: u32,
-        /// The end of the path of its source.
+        /// The end of the path of the source file.
         file: Tail,
     },
-    /// Its crystal had stopped.
+    /// The crystal oscillator had stopped.
     ClockStopped,
 }
 
@@ -110,27 +110,27 @@ impl Restart {
     }
 }
 
-/// How well the controller is. All counts are since start, with wrap.
+/// State of the controller. All counts start at 0 when it starts, and wrap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Health {
-    /// There is no fault: what the fault pin shows.
+    /// There is no fault; the fault pin shows the same.
     pub healthy: bool,
-    /// Why it has started.
+    /// Why the controller started.
     pub restart: Restart,
-    /// Servo periods with a new command of the motion side.
+    /// Servo periods with a new command from the motion side.
     pub frames: u32,
-    /// Periods without one, after the first.
+    /// Servo periods without a new command, after the first.
     pub repeated: u32,
-    /// Commands that no period was there for.
+    /// Commands without a servo period of their own.
     pub skipped: u32,
-    /// Frames that were none.
+    /// Invalid frames.
     pub damaged: u32,
-    /// How often all this was more than is tolerated.
+    /// How often these errors exceeded the tolerated number.
     pub faults: u32,
-    /// Periods that the one before had not left time for.
+    /// Servo periods for which the previous one left no time.
     pub overruns: u32,
-    /// Frames of the host that had lost bytes, or had others.
+    /// Frames of the host with missing or corrupted bytes.
     pub garbled: u32,
 }
 

@@ -1,22 +1,22 @@
-//! What host and controller say to each other: frames, requests, replies.
+//! The protocol between host and controller: frames, requests, replies.
 //!
-//! The normative description with byte tables is `docs/src/link.md`. The host asks, the controller
-//! answers; one request is under way at a time, and the host repeats it until its answer has come.
+//! The normative description with byte tables is `docs/src/link.md`. The host asks, the controller answers. Only one
+//! request is pending at a time, and the host repeats it until the answer arrives.
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
-//! | `cobs` | bytes without zeros, so that a zero ends a frame |
+//! | `cobs` | encoding without zeros, so that a zero ends a frame |
 //! | `frame` | protocol version, session, sequence number, checksum |
 //! | `request`, `reply` | the messages, postcard-encoded |
-//! | `report` | what hello and status tell |
-//! | `health` | frames of the motion side, and why the controller has started |
-//! | `slot`, `progress` | what slots hold; how far uploads and changes have come |
-//! | `refusal` | why a request was not carried out |
-//! | `settings` | what can be set, and what the next start goes by |
+//! | `report` | answers to hello and status |
+//! | `health` | counts of motion-side frames, and why the controller started |
+//! | `slot`, `progress` | contents of slots; progress of uploads and activations |
+//! | `refusal` | why a request was refused |
+//! | `settings` | what can be set, and the settings for the next start |
 //! | `rows` | positions and corrections as rows of little-endian f32 |
 //!
-//! **Panic contract.** Any bytes at all are either a message or dropped; nothing here panics,
-//! allocates, or loops for longer than its input is long.
+//! **Panic contract.** Any byte sequence is either a message or dropped. Nothing here panics, allocates, or loops
+//! longer than the length of its input.
 
 mod cobs;
 mod frame;

@@ -1,56 +1,56 @@
-//! How far uploads and changes of compensation have come.
+//! Progress of uploads and activations.
 
 use serde::{Deserialize, Serialize};
 
 use super::slot::Slot;
 
-/// How far an upload has come.
+/// Progress of an upload.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Upload {
-    /// There is none.
+    /// There is no upload.
     #[default]
     None,
-    /// The corrections go to zero, since the flash cannot be erased while the servo runs.
+    /// The corrections ramp to zero, because the flash cannot be erased while the servo runs.
     Ramping,
     /// Blocks are being erased.
     Erasing {
-        /// Blocks that are done or need no erase.
+        /// Blocks that are erased or need no erase.
         done: u32,
-        /// Blocks of the slot.
+        /// Number of blocks in the slot.
         blocks: u32,
     },
-    /// Waits for bytes.
+    /// Waiting for bytes.
     Receiving {
-        /// Place of the next byte that is wanted.
+        /// Offset of the next byte.
         next: u32,
-        /// Of so many.
+        /// Total length in bytes.
         length: u32,
     },
-    /// The machine has left standstill; begin again at standstill and it goes on.
+    /// The machine has left standstill. To continue, send `Begin` again at standstill.
     Paused {
-        /// Place of the next byte that is wanted.
+        /// Offset of the next byte.
         next: u32,
-        /// Of so many.
+        /// Total length in bytes.
         length: u32,
     },
-    /// It is complete, checked, and the newest compensation.
+    /// The upload is complete and checked, and is the newest compensation.
     Committed {
-        /// Where it lies.
+        /// Slot that holds it.
         slot: Slot,
-        /// Its number: the highest is the newest.
+        /// Its sequence number: the highest is the newest.
         sequence: u32,
     },
 }
 
-/// How far a change of compensation has come.
+/// Progress of an activation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Activation {
-    /// None is under way; the active slot, if any.
+    /// None is in progress; holds the active slot, if any.
     Active(Option<Slot>),
-    /// It is faded in, or waits until nothing else moves: as the servo is updated.
+    /// The slot is being faded in, or waits until all other transitions have ended. Advances as the servo is updated.
     Fading(Slot),
-    /// It has other axes or auxiliaries: the corrections go to zero first.
+    /// The slot has other axes or auxiliaries, so the corrections ramp to zero first.
     Ramping(Slot),
 }

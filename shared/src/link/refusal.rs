@@ -1,4 +1,4 @@
-//! Why a request was not carried out.
+//! Why a request was refused.
 
 use core::fmt;
 
@@ -9,87 +9,86 @@ use crate::load_error::LoadError;
 use crate::servo::Refused;
 use crate::weights::WeightError;
 
-/// Why a request was not carried out; nothing has changed. The variants may only be appended to.
+/// Why a request was refused; nothing has changed. Variants may only be appended.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
-    /// The request cannot be read: of another program, or with something this firmware does not
-    /// know.
+    /// The request cannot be read: it comes from another program, or contains something unknown to this firmware.
     Unknown,
-    /// The session is not (or no longer) open: say hello.
+    /// The session is not open, or no longer open: send hello.
     NoSession,
-    /// A motion, a change of compensation, or an upload is under way.
+    /// A motion, an activation or an upload is in progress.
     Busy,
     /// The flash can only be written at standstill with drives off.
     NotStandstill,
     /// The blob is longer than a slot, or shorter than a header.
     TooLong {
-        /// Bytes that a slot holds.
+        /// Capacity of a slot in bytes.
         held: u32,
     },
-    /// There is no upload: begin one.
+    /// No upload is in progress: send `Begin`.
     NoUpload,
     /// The slot is still being erased.
     Erasing,
-    /// Bytes are missing: go on at `expected`.
+    /// Bytes are missing: continue at `expected`.
     Missing {
-        /// Place of the first byte that has not arrived.
+        /// Offset of the first byte that has not arrived.
         expected: u32,
     },
-    /// The bytes reach beyond the announced length.
+    /// The bytes extend beyond the announced length.
     Beyond {
-        /// Bytes of the blob, as announced.
+        /// Announced length of the blob in bytes.
         length: u32,
     },
-    /// A byte that has arrived before differs now.
+    /// A byte differs from the one received earlier at the same offset.
     Conflict {
-        /// Its place.
+        /// Offset of that byte.
         offset: u32,
     },
-    /// The flash does not hold what it should: begin again, which erases.
+    /// The flash does not contain what was written: begin again, which erases the slot.
     Spoiled,
-    /// What has arrived is not the announced blob: begin again.
+    /// The received bytes are not the announced blob: begin again.
     OtherBlob,
-    /// This firmware does not take the compensation.
+    /// This firmware refuses the compensation.
     Load(LoadError),
-    /// Its machine has another name or other axes than the active one.
+    /// Its machine has another name or other axes than that of the active compensation.
     OtherMachine,
-    /// The servo does not take it.
+    /// The servo refuses the compensation.
     Swap(Refused),
     /// The slot holds no valid compensation.
     NotValid,
-    /// The weight is not taken.
+    /// The weight is refused.
     Weight(WeightError),
     /// There is no active compensation.
     NoCompensation,
-    /// The length of the rows does not fit the axes of the active compensation.
+    /// The length of the rows does not match the axes of the active compensation.
     BadRows,
-    /// More rows than one answer holds.
+    /// More rows than fit into one answer.
     TooManyRows {
-        /// So many are possible.
+        /// Maximum number of rows.
         most: u16,
     },
-    /// Something else commands the positions.
+    /// The positions are being commanded by another source.
     Occupied,
-    /// The servo is not updated while the flash may become busy.
+    /// The servo is not updated because the flash may become busy.
     Suspended,
     /// Not a finite number.
     NotFinite,
-    /// The flash does not work.
+    /// The flash failed.
     Flash,
-    /// A mistake in the firmware.
+    /// Internal error of the firmware.
     LogicBug,
-    /// Another upload is under way, of another blob.
+    /// An upload of another blob is in progress.
     Uploading {
-        /// If nobody asks for it meanwhile, it is given up after so many seconds.
+        /// The upload is dropped after this many seconds without a request for it.
         wait: u32,
     },
-    /// The slots have been erased too often within an hour.
+    /// The slots were erased too often within one hour.
     Wear {
-        /// After so many seconds it is possible again.
+        /// Seconds until erasing is possible again.
         wait: u32,
     },
-    /// The slot in use has no room to store anything more; an upload makes it.
+    /// The slot in use has no room for further records; an upload makes room.
     Full,
     /// A block of flash still fails after the whole slot was erased. Uploads are refused until the next
     /// start.
@@ -99,8 +98,8 @@ pub enum Refusal {
         /// Number of the block within the slot, from 0.
         block: u32,
     },
-    /// The board has no boot nonce: a session of this start could not be told from one of an earlier
-    /// start, so none is opened.
+    /// The board has no boot nonce, so sessions before and after a restart could not be told apart. No session is
+    /// opened.
     NoNonce,
 }
 

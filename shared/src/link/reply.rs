@@ -1,4 +1,4 @@
-//! What the controller answers.
+//! The controller's answers.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,32 +9,31 @@ use super::report::{Hello, Report};
 use super::settings::{AtStart, TermWeight};
 use crate::description::ADJUSTABLE;
 
-/// An answer. The variants may only be appended to; anything else is a new
-/// [`PROTOCOL`](super::PROTOCOL).
+/// An answer. Variants may only be appended; any other change requires a new [`PROTOCOL`](super::PROTOCOL).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 // A reply lives on the stack while it is encoded, and the controller has no heap to box it.
 #[allow(clippy::large_enum_variant)]
 pub enum Reply<'a> {
-    /// Who is there.
+    /// Identity of the controller.
     #[serde(borrow)]
     Hello(Hello<'a>),
-    /// How things are.
+    /// Current status.
     Status(Report),
-    /// How far the upload has come.
+    /// Progress of the upload.
     Upload(Upload),
-    /// How far the change of compensation has come.
+    /// Progress of the activation.
     Activation(Activation),
-    /// It is done.
+    /// The request was carried out.
     Done,
-    /// Corrections, one row of f32 for each row asked for.
+    /// Corrections, one row of f32 for each requested row.
     Corrections(&'a [u8]),
-    /// Rows as [`MotionResult`](super::MotionResult) writes them, one for each row commanded.
+    /// Rows in the format of [`MotionResult`](super::MotionResult), one for each commanded row.
     Motion(&'a [u8]),
-    /// It is not done, and nothing has changed.
+    /// The request was refused, and nothing has changed.
     Refused(Refusal),
-    /// How well the controller is.
+    /// State of the controller itself.
     Health(Health),
-    /// What the next start goes by.
+    /// Settings for the next start.
     AtStart(AtStart),
     /// The adjustable terms of the compensation in use.
     Weights(heapless::Vec<TermWeight, ADJUSTABLE>),

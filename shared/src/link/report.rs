@@ -1,4 +1,4 @@
-//! What hello and status tell.
+//! Answers to hello and status.
 
 use core::fmt;
 
@@ -9,12 +9,12 @@ use super::slot::{Slot, SlotReport};
 use crate::description::{ADJUSTABLE, AUXILIARIES};
 use crate::load_error::LoadError;
 
-/// Most axes of any controller: masks have 16 bits.
+/// Maximum number of axes of any controller: masks have 16 bits.
 pub const MOST_AXES: usize = 16;
-/// Most bytes of a machine name in [`Hello`]; longer ones are cut off, see [`short_name`].
+/// Maximum length in bytes of a machine name in [`Hello`]; longer names are truncated, see [`short_name`].
 pub const MOST_NAME: usize = 64;
 
-/// The first [`MOST_NAME`] bytes of a name, or fewer so that no character is cut.
+/// The first [`MOST_NAME`] bytes of a name, or fewer, so that no character is split.
 #[must_use]
 pub fn short_name(name: &str) -> &str {
     let mut end = name.len();
@@ -27,39 +27,39 @@ pub fn short_name(name: &str) -> &str {
     name.get(..end).unwrap_or(name)
 }
 
-/// What keeps the servo running while the flash erases or programs.
+/// How the servo keeps running while the flash is erased or programmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum WhileBusy {
-    /// Nothing: every fetch and every read stalls, for up to seconds. The slots are erased and
-    /// written only while the machine stands still with its drives off.
+    /// It does not: every fetch and every read stalls, for up to seconds. The slots are erased and written only while
+    /// the machine stands still with its drives off.
     Standstill,
-    /// What is erased or written lies in a bank where the servo reads nothing: neither its program
-    /// nor the active samples. Reads of the other bank, and of RAM, go on.
+    /// Erasing and writing happen in a bank from which the servo reads nothing: neither its program nor the active
+    /// samples. Reads of the other bank and of RAM are not affected.
     DualBank,
     /// Servo code, vectors and active samples are in RAM.
     ServoInRam,
 }
 
-/// What a controller can hold.
+/// Capacities of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Capacities {
-    /// Axes of a compensation.
+    /// Maximum number of axes.
     pub axes: u8,
-    /// Banks of tables.
+    /// Maximum number of banks.
     pub banks: u16,
-    /// Tables.
+    /// Maximum number of tables.
     pub tables: u16,
-    /// Terms.
+    /// Maximum number of terms.
     pub terms: u16,
-    /// Grids.
+    /// Maximum number of grids.
     pub grids: u16,
-    /// Bytes of a blob that fit into a slot.
+    /// Maximum length in bytes of a blob in a slot.
     pub slot: u32,
 }
 
-/// Why the corrections are zero, or not those of the slot that is to be in use.
+/// Why the corrections are zero, or do not come from the slot selected for use.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Fault {
@@ -67,9 +67,9 @@ pub enum Fault {
     NoCompensation,
     /// The compensation of this slot is refused by this firmware.
     Load(Slot, LoadError),
-    /// Slots hold valid compensations, but none was ever in use; one of them.
+    /// Slots hold valid compensations, but none was ever in use; this is one of them.
     Waiting(Slot),
-    /// What was in use is no longer valid: what was in use before it is taken, if that is.
+    /// The compensation in use is no longer valid; the one in use before it is taken if it is valid.
     Lost,
 }
 
@@ -89,24 +89,24 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Who is there.
+/// Identity of the controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello<'a> {
-    /// For the header of all further requests.
+    /// Session number for the header of all further requests.
     pub session: u32,
     /// Name and version of the firmware.
     pub firmware: &'a str,
     /// Name of the board.
     pub board: &'a str,
-    /// Lowest and highest version of blobs that it reads.
+    /// Lowest and highest blob format version that the firmware reads.
     pub formats: [u16; 2],
     /// What it can hold.
     pub capacities: Capacities,
     /// Nominal servo period, s.
     pub period: f32,
-    /// What goes on while the flash is busy.
+    /// How the servo keeps running while the flash is busy.
     pub while_busy: WhileBusy,
-    /// Machine of the active compensation, see [`short_name`]; empty without one.
+    /// Machine name of the active compensation, see [`short_name`]; empty without one.
     pub machine: &'a str,
     /// Letters of its axes.
     pub axes: heapless::String<MOST_AXES>,
@@ -116,11 +116,11 @@ pub struct Hello<'a> {
     pub active: Option<Slot>,
     /// Slots A and B.
     pub slots: [SlotReport; 2],
-    /// Why the corrections are zero, or not those of the slot that is to be in use.
+    /// Why the corrections are zero, or do not come from the slot selected for use.
     pub fault: Option<Fault>,
 }
 
-/// What [`Report::cost`] counts.
+/// Unit of [`Report::cost`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CostUnit {
@@ -129,11 +129,11 @@ pub enum CostUnit {
     None,
     /// Processor cycles.
     Cycles,
-    /// Instructions, as an emulator counts them.
+    /// Instructions, as counted by an emulator.
     Instructions,
 }
 
-/// In how many servo periods the guard rails of an axis have acted, since start.
+/// Number of servo periods since start in which each guard rail of an axis acted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Rails {
@@ -145,7 +145,7 @@ pub struct Rails {
     pub travel: u32,
 }
 
-/// How things are: of the last servo period, and counted since start.
+/// Status of the last servo period, and counts since start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Commanded positions, mm or degrees, in the order of the axes.
@@ -156,15 +156,15 @@ pub struct Report {
     pub computed: heapless::Vec<f32, MOST_AXES>,
     /// Tool length and temperatures, mm and K.
     pub auxiliaries: heapless::Vec<f32, AUXILIARIES>,
-    /// Auxiliaries whose sensor does not answer: their last value is held. Bit 0 is the first.
+    /// Auxiliaries whose sensor has failed; their last value is held. Bit 0 is the first.
     pub sensors_lost: u8,
-    /// Index and wanted weight of each adjustable term.
+    /// Index and requested weight of each adjustable term.
     pub weights: heapless::Vec<(u16, f32), ADJUSTABLE>,
-    /// Corrections are wanted.
+    /// Corrections are requested.
     pub enabled: bool,
-    /// A dry run is wanted.
+    /// A dry run is requested.
     pub dry_run: bool,
-    /// The servo is not updated, since the flash is or may become busy.
+    /// The servo is not updated, because the flash is or may become busy.
     pub suspended: bool,
     /// Mask of referenced axes.
     pub referenced: u16,
@@ -178,22 +178,22 @@ pub struct Report {
     pub rate_limited: u16,
     /// Axes on which the travel acts.
     pub travel_limited: u16,
-    /// One for each axis.
+    /// Guard rail counts of each axis.
     pub rails: heapless::Vec<Rails, MOST_AXES>,
-    /// Servo updates.
+    /// Number of servo updates.
     pub updates: u32,
-    /// Servo periods without a command.
+    /// Number of servo periods without a command.
     pub missed: u32,
-    /// Of the last update.
+    /// Cost of the last update.
     pub cost: u32,
-    /// Of the most expensive update.
+    /// Cost of the most expensive update.
     pub worst_cost: u32,
-    /// Unit of both.
+    /// Unit of both costs.
     pub cost_unit: CostUnit,
-    /// Active slot, or how far a change has come.
+    /// Active slot, or progress of an activation.
     pub activation: Activation,
-    /// How far the upload has come.
+    /// Progress of the upload.
     pub upload: Upload,
-    /// Why the corrections are zero, or not those of the slot that is to be in use.
+    /// Why the corrections are zero, or do not come from the slot selected for use.
     pub fault: Option<Fault>,
 }

@@ -1,28 +1,28 @@
-//! What the host asks.
+//! The host's requests.
 
 use serde::{Deserialize, Serialize};
 
 use super::slot::Slot;
 
-/// Most bytes of a chunk: a multiple of 32, so that no flash word is split.
+/// Maximum length of a chunk in bytes: a multiple of 32, so that no flash word is split.
 pub const MOST_CHUNK: usize = 992;
 
-/// A request. Every one may be repeated: the controller answers a repetition (same session, same
-/// sequence number) as it answered the first, without doing it again.
+/// A request. Every request may be repeated: the controller answers a repetition (same session, same sequence number)
+/// like the first, without executing it again.
 ///
-/// The variants may only be appended to; anything else is a new [`PROTOCOL`](super::PROTOCOL).
+/// Variants may only be appended; any other change requires a new [`PROTOCOL`](super::PROTOCOL).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Request<'a> {
-    /// Opens a session and asks who is there. In place of the session its header has a random
-    /// number; the same one asks for the same session again. Answer:
-    /// [`Reply::Hello`](super::Reply::Hello), under that number.
+    /// Opens a session and asks for the controller's identity. Its header carries a random number in place of the
+    /// session; the same number asks for the same session again. Answer: [`Reply::Hello`](super::Reply::Hello), under
+    /// that number.
     Hello,
     /// Asks for the status. Answer: [`Reply::Status`](super::Reply::Status).
     Status,
-    /// Begins an upload into the slot that is not active, or continues it, or asks how far it has
-    /// come: to be repeated until it is [`Upload::Receiving`](super::Upload::Receiving).
-    /// Answer of this and of the next three: [`Reply::Upload`](super::Reply::Upload).
+    /// Begins or continues an upload into the inactive slot, or asks for its progress. Repeat it until the answer is
+    /// [`Upload::Receiving`](super::Upload::Receiving). Answer to this and to the next three:
+    /// [`Reply::Upload`](super::Reply::Upload).
     Begin {
         /// Bytes of the blob.
         length: u32,
@@ -31,33 +31,32 @@ pub enum Request<'a> {
     },
     /// The next bytes of the blob.
     Chunk {
-        /// Place of the first byte within the blob.
+        /// Offset of the first byte within the blob.
         offset: u32,
         /// At most [`MOST_CHUNK`] bytes.
         bytes: &'a [u8],
     },
-    /// All bytes are sent: check them and make them the newest compensation, which is in use once it
-    /// is activated.
+    /// All bytes have been sent: check them and make them the newest compensation, which is used once it is activated.
     Commit {
-        /// Also if its machine (name or axes) is another one than that of the active compensation.
+        /// Accept another machine (name or axes) than that of the active compensation.
         force: bool,
     },
-    /// Gives the upload up.
+    /// Cancels the upload.
     Abort,
-    /// Changes over to the compensation of a slot, or asks how far that has come. Answer:
+    /// Switches to the compensation of a slot, or asks for the progress of that. Answer:
     /// [`Reply::Activation`](super::Reply::Activation).
     Activate {
-        /// Which; normally the one just committed.
+        /// The slot, normally the one just committed.
         slot: Slot,
-        /// Also if its machine (name or axes) is another one than that of the active compensation.
+        /// Accept another machine (name or axes) than that of the active compensation.
         force: bool,
     },
-    /// Lets the corrections in (`true`) or takes them out. Answer of this and of the next four:
+    /// Enables (`true`) or disables corrections. Answer to this and to the next four:
     /// [`Reply::Done`](super::Reply::Done).
     Enable(bool),
     /// Starts (`true`) or ends a dry run.
     DryRun(bool),
-    /// Sets the weight of an adjustable term of the compensation last accepted.
+    /// Sets the weight of an adjustable term of the compensation accepted last.
     SetWeight {
         /// Index of the term in the blob.
         term: u16,
@@ -68,24 +67,23 @@ pub enum Request<'a> {
     ToolLength(f32),
     /// Sets the mask of referenced axes, bit 0 for the first.
     Referenced(u16),
-    /// Evaluates the active compensation at positions, without any state: rows as
-    /// [`EvaluateRow`](super::EvaluateRow) writes them. Answer:
-    /// [`Reply::Corrections`](super::Reply::Corrections).
+    /// Evaluates the active compensation at positions, without any state: rows in the format of
+    /// [`EvaluateRow`](super::EvaluateRow). Answer: [`Reply::Corrections`](super::Reply::Corrections).
     Evaluate(&'a [u8]),
-    /// Commands positions to the servo, in lock-step: one servo period for each row of
+    /// Commands positions to the servo in lock-step: one servo period for each row in the format of
     /// [`positions`](super::positions). Answer: [`Reply::Motion`](super::Reply::Motion).
     Motion(&'a [u8]),
-    /// Asks how well the controller is. Answer: [`Reply::Health`](super::Reply::Health).
+    /// Asks for the state of the controller itself. Answer: [`Reply::Health`](super::Reply::Health).
     Health,
-    /// Asks what the next start goes by. Answer of this and of the next:
+    /// Asks for the settings of the next start. Answer to this and to the next:
     /// [`Reply::AtStart`](super::Reply::AtStart).
     AtStart,
-    /// Lets the corrections in at start (`true`) or not, as it is at first; survives uploads.
+    /// Enables corrections at start (`true`) or not (the initial setting); survives uploads.
     EnableAtStart(bool),
-    /// [`Commit`](Self::Commit), and the next start takes it. Without this it waits until it is
-    /// [activated](Self::Activate).
+    /// Like [`Commit`](Self::Commit), and the next start uses the new compensation. With `Commit` alone it waits until
+    /// it is [activated](Self::Activate).
     CommitInUse {
-        /// As that of `Commit`.
+        /// As for `Commit`.
         force: bool,
     },
     /// Asks for the weights of the adjustable terms, with their limits. Answer:

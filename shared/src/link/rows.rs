@@ -1,5 +1,4 @@
-//! Positions and corrections as rows of little-endian f32: the same bits on both sides, and no
-//! overhead for each number.
+//! Positions and corrections as rows of little-endian f32: the same bits on both sides, with no overhead per number.
 
 use super::frame::MOST_BODY;
 use super::report::MOST_AXES;
@@ -7,21 +6,21 @@ use crate::inputs::{Inputs, Travel, Travelling};
 use crate::room::Row;
 use crate::status::{Conditions, Correction, Status};
 
-/// Most rows of a motion, whatever the number of axes.
+/// Maximum number of rows of a motion, whatever the number of axes.
 pub const MOST_ROWS: usize = 32;
-/// Bytes that surround the rows in a body.
+/// Bytes around the rows in a body.
 const AROUND: usize = 4;
-/// Bytes of the status in a row of results.
+/// Length of the status in a row of results, bytes.
 const STATUS: usize = 8;
 
-/// So many rows of a motion fit into one answer.
+/// Number of motion rows that fit into one answer.
 #[must_use]
 pub const fn motion_rows(axes: usize) -> usize {
     let rows = (MOST_BODY - AROUND) / (8 * axes + STATUS);
     if rows < MOST_ROWS { rows } else { MOST_ROWS }
 }
 
-/// So many rows of an evaluation fit into one request.
+/// Number of evaluation rows that fit into one request.
 #[must_use]
 pub const fn evaluate_rows(axes: usize, auxiliaries: usize) -> usize {
     (MOST_BODY - AROUND) / EvaluateRow::bytes(axes, auxiliaries)
@@ -38,7 +37,7 @@ pub fn put_positions<'o>(q: &[f32], axes: usize, out: &'o mut [u8]) -> Option<&'
     Some(rest)
 }
 
-/// Reads a row of `axes` positions (or corrections); the others are 0. Also returns the rest.
+/// Reads a row of `axes` positions or corrections; the other entries are 0. Also returns the remaining bytes.
 #[must_use]
 pub fn positions<A: Row<f32>>(bytes: &[u8], axes: usize) -> Option<(A, &[u8])> {
     let (row, rest) = bytes.split_at_checked(4 * axes)?;
@@ -54,7 +53,7 @@ pub fn positions<A: Row<f32>>(bytes: &[u8], axes: usize) -> Option<(A, &[u8])> {
     Some((q, rest))
 }
 
-/// Where a compensation is to be evaluated.
+/// One point at which to evaluate a compensation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvaluateRow<A = [f32; 8], T = [Travel; 8]> {
     /// Positions and auxiliaries.
@@ -64,7 +63,7 @@ pub struct EvaluateRow<A = [f32; 8], T = [Travel; 8]> {
 }
 
 impl EvaluateRow {
-    /// Bytes of a row.
+    /// Length of a row in bytes.
     #[must_use]
     pub const fn bytes(axes: usize, auxiliaries: usize) -> usize {
         4 * axes + 4 * auxiliaries + 4
@@ -102,7 +101,7 @@ impl<A: Row<f32>, T: Row<Travel>> EvaluateRow<A, T> {
         Some(rest)
     }
 
-    /// Reads a row; also returns the rest. `None` if it is too short or a direction is 3.
+    /// Reads a row; also returns the remaining bytes. `None` if the input is too short or a direction is 3.
     #[must_use]
     pub fn get(bytes: &[u8], axes: usize, auxiliaries: usize) -> Option<(Self, &[u8])> {
         let (q, rest) = positions(bytes, axes)?;
@@ -127,12 +126,12 @@ impl<A: Row<f32>, T: Row<Travel>> EvaluateRow<A, T> {
     }
 }
 
-/// What a servo update gave.
+/// Result of a servo update.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionResult<A = [f32; 8]>(pub Correction<A>);
 
 impl MotionResult {
-    /// Bytes of a row.
+    /// Length of a row in bytes.
     #[must_use]
     pub const fn bytes(axes: usize) -> usize {
         8 * axes + STATUS
@@ -163,7 +162,7 @@ impl<A: Row<f32>> MotionResult<A> {
         Some(rest)
     }
 
-    /// Reads a row; also returns the rest.
+    /// Reads a row; also returns the remaining bytes.
     #[must_use]
     pub fn get(bytes: &[u8], axes: usize) -> Option<(Self, &[u8])> {
         let (dq, rest) = positions(bytes, axes)?;

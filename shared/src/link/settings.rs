@@ -1,37 +1,36 @@
-//! What can be set, and what is stored of it.
+//! What can be set, and which settings are stored.
 
 use serde::{Deserialize, Serialize};
 
 use super::refusal::Refusal;
 use super::slot::Slot;
 
-/// What the next start goes by.
+/// Settings for the next start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AtStart {
-    /// The slot that it takes.
+    /// The slot to use.
     pub in_use: Option<Slot>,
-    /// The slot that was in use before: for a rollback, and for a start at which the other one is
-    /// not valid.
+    /// The slot in use before: for a rollback, and for a start at which the other slot is not valid.
     pub before: Option<Slot>,
-    /// A valid slot that was never in use: no start takes it.
+    /// A valid slot that was never in use, so no start selects it.
     pub waiting: Option<Slot>,
-    /// The corrections are let in.
+    /// Corrections are enabled at start.
     pub enable: bool,
-    /// Whether this is what is wanted.
+    /// Whether these settings are stored.
     pub storing: Storing,
 }
 
-/// Whether what is wanted at the next start is stored.
+/// Whether the requested settings for the next start are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Storing {
-    /// It is.
+    /// Stored.
     Stored,
-    /// It will be, as soon as the flash can be written: at standstill with drives off, where that
+    /// Not yet stored. They will be as soon as the flash can be written: at standstill with drives off, if writing
     /// stalls the servo.
     Pending,
-    /// It is not, for this reason.
+    /// Could not be stored, for this reason.
     Failed(Refusal),
 }
 
@@ -39,12 +38,12 @@ pub enum Storing {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TermWeight {
-    /// Its index in the blob.
+    /// Index of the term in the blob.
     pub term: u16,
-    /// Number of the axis that it corrects.
+    /// Index of the axis that it corrects.
     pub output: u8,
-    /// The weight that is wanted.
+    /// The requested weight.
     pub value: f32,
-    /// Lowest and highest weight that is accepted.
+    /// Lowest and highest accepted weight.
     pub limits: [f32; 2],
 }

@@ -17,7 +17,7 @@ pub enum Slot {
 }
 
 impl Slot {
-    /// Both, A first.
+    /// Both slots, A first.
     pub const BOTH: [Self; 2] = [Self::A, Self::B];
 
     /// The other slot.
@@ -29,7 +29,7 @@ impl Slot {
         }
     }
 
-    /// Its place in arrays: 0 or 1.
+    /// Index in arrays: 0 for A, 1 for B.
     #[must_use]
     pub const fn index(self) -> usize {
         match self {
@@ -54,20 +54,20 @@ impl fmt::Display for Slot {
 pub enum SlotState {
     /// Every byte is erased.
     Blank,
-    /// It is being erased for an upload, or that was interrupted.
+    /// It is being erased for an upload, or the erase was interrupted.
     Erasing,
-    /// An upload has begun and has not been committed.
+    /// An upload has begun but has not been committed.
     Uploading {
-        /// Bytes that have arrived; 0 if the upload was interrupted by a restart.
+        /// Number of bytes received; 0 if the upload was interrupted by a restart.
         received: u32,
         /// Bytes of the whole blob.
         length: u32,
         /// CRC-32 in the header of the blob.
         crc: u32,
     },
-    /// A complete blob that was committed.
+    /// A complete and committed blob.
     Valid {
-        /// Counts the commits, with wrap; the newer slot has the larger one.
+        /// Commit counter, which wraps; the newer slot has the larger one.
         sequence: u32,
         /// Bytes of the blob.
         length: u32,
@@ -79,7 +79,7 @@ pub enum SlotState {
 }
 
 impl SlotState {
-    /// Whether the slot holds a complete blob that was committed.
+    /// Whether the slot holds a complete and committed blob.
     #[must_use]
     pub const fn is_valid(self) -> bool {
         matches!(self, Self::Valid { .. })
@@ -90,9 +90,9 @@ impl SlotState {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Damage {
-    /// It is not empty and its record does not hold.
+    /// The slot is not empty, but its record is invalid.
     Record,
-    /// Its record is of a version that this firmware does not know.
+    /// Its record has a version unknown to this firmware.
     UnknownLayout {
         /// Version of the layout.
         found: u16,
@@ -101,9 +101,9 @@ pub enum Damage {
     Commit,
     /// The blob has changed.
     Blob(LoadError),
-    /// The blob is not the one that the record announces.
+    /// The blob is not the one announced in the record.
     OtherBlob,
-    /// A word of the blob cannot be read: its error-correcting code does not hold.
+    /// A word of the blob cannot be read: its error-correcting code reports an error.
     Unreadable,
 }
 
@@ -120,12 +120,12 @@ impl fmt::Display for Damage {
     }
 }
 
-/// A slot.
+/// State of a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlotReport {
-    /// What it holds.
+    /// Contents of the slot.
     pub state: SlotState,
-    /// How often it has been erased.
+    /// Number of times it has been erased.
     pub erased: u32,
 }

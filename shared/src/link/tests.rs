@@ -20,7 +20,7 @@ fn wire(message: &impl serde::Serialize) -> Vec<u8> {
         .to_vec()
 }
 
-/// Feeds bytes; the bodies of all frames found, and how often there was garbage.
+/// Feeds bytes to a receiver; returns the bodies of all frames found, and the number of garbage reports.
 fn received(bytes: &[u8]) -> (Vec<Vec<u8>>, usize) {
     let mut receiver = Receiver::new();
     let (mut bodies, mut garbage) = (vec![], 0);
@@ -86,7 +86,7 @@ fn the_bodies_are_those_of_the_specification() {
     );
     let active = Activation::Active(Some(Slot::A));
     assert_eq!(body(&Reply::Activation(active)), [3, 0, 1, 0]);
-    // The last variants: none has been inserted before them.
+    // The last variants, to show that none was inserted before them.
     assert_eq!(body(&Request::Health), [14]);
     assert_eq!(body(&Reply::Refused(Refusal::LogicBug)), [7, 24]);
     let file = Tail::of("spi.rs");
@@ -356,7 +356,7 @@ proptest! {
         bytes in prop::collection::vec(prop_oneof![Just(0_u8), Just(255), any::<u8>()], 0..900),
         run in 0_usize..600,
     ) {
-        // Long runs without zeros too.
+        // Includes long runs without zeros.
         let mut bytes = bytes;
         bytes.extend(core::iter::repeat_n(0x11, run));
         let mut out = [0; 2000];
@@ -365,7 +365,7 @@ proptest! {
         let length = encoder.finish().unwrap();
         let mut expected = ::cobs::encode_vec(&bytes);
         expected.push(0);
-        // For a full last block that crate adds an empty one; both are valid.
+        // For a full last block that crate adds an empty one; both forms are valid.
         let ours = &out[..length];
         if !(bytes.len() >= 254 && expected.len() == ours.len() + 1) {
             prop_assert_eq!(ours, &expected[..]);
@@ -391,13 +391,13 @@ proptest! {
         stream.extend(&frame);
         let (bodies, _) = received(&stream);
         prop_assert_eq!(bodies.len(), 1);
-        // A changed frame is none.
+        // A changed frame is not accepted.
         let mut changed = frame.clone();
         let place = flip.0 % (frame.len() - 1);
         changed[place] ^= 1 << (flip.1 % 8);
         changed.push(END);
         prop_assert_eq!(received(&changed).0.len(), 0);
-        // A frame without its beginning neither.
+        // Nor is a frame without its start.
         prop_assert_eq!(received(&frame[1 + place / 2..]).0.len(), 0);
     }
 }

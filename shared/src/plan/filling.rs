@@ -1,4 +1,4 @@
-//! How a plan is filled: item by item, each checked when it is put in.
+//! Fills a plan item by item and checks each item as it is added.
 
 mod open;
 
@@ -12,16 +12,16 @@ use crate::load_error::{LoadError, Part};
 use crate::room::{Counts, Room};
 use open::{OpenBank, OpenGrid, OpenTerm};
 
-/// A plan that is being filled. What does not come to its end is empty again.
+/// A plan being filled. If filling does not finish, the plan is left empty.
 pub(crate) struct Filling<'p, 'a, C: Room> {
     plan: &'p mut Plan<'a, C>,
     axes: usize,
-    /// What has been put in so far, also where there is no room for it.
+    /// Number of items added so far, including those that did not fit.
     needed: Counts,
     auxiliaries: usize,
-    /// How many samples there are, f32 and i16 …
+    /// Number of samples, f32 and i16 …
     held: [u32; 2],
-    /// … and how many of them belong to the banks and grids so far.
+    /// … and how many of them the banks and grids added so far use.
     used: [u32; 2],
     finished: bool,
 }
@@ -35,7 +35,7 @@ impl<C: Room> Drop for Filling<'_, '_, C> {
 }
 
 impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
-    /// `plan` is empty.
+    /// `plan` must be empty.
     pub(super) fn new(plan: &'p mut Plan<'a, C>) -> Self {
         Self {
             plan,
@@ -48,12 +48,12 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         }
     }
 
-    /// How many samples there are, f32 and i16.
+    /// Sets the number of samples, f32 and i16.
     pub(crate) fn samples(&mut self, held: [u32; 2]) {
         self.held = held;
     }
 
-    /// How many axes there are.
+    /// Sets the number of axes.
     pub(crate) fn axes(&mut self, count: u32) -> Result<(), LoadError> {
         if count == 0 {
             return Err(LoadError::NoAxes);
@@ -63,7 +63,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         Ok(())
     }
 
-    /// How many auxiliaries there are.
+    /// Sets the number of auxiliaries.
     pub(crate) fn auxiliaries(&mut self, count: u32) -> Result<(), LoadError> {
         if count as usize > AUXILIARIES {
             return Err(LoadError::TooManyAuxiliaries { found: count });
@@ -72,12 +72,12 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         Ok(())
     }
 
-    /// Number of an input among the auxiliaries; none of an axis.
+    /// Index of an input among the auxiliaries; `None` for an axis.
     fn auxiliary(&self, input: u8) -> Option<usize> {
         usize::from(input).checked_sub(self.axes)
     }
 
-    /// Place of an input within [`Inputs`](crate::Inputs) read as one array: guarantee 1.
+    /// Index of an input within [`Inputs`](crate::Inputs), read as one array: guarantee 1.
     fn slot(&self, part: Part, input: u8) -> Result<u8, LoadError> {
         match self.auxiliary(input) {
             None => Ok(input),
@@ -86,8 +86,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         }
     }
 
-    /// Samples lie in the order of banks, then grids, without gaps: this also keeps them apart.
-    /// Guarantee 3.
+    /// Samples are stored in the order of banks, then grids, without gaps, so they cannot overlap. Guarantee 3.
     fn take_samples(
         &mut self,
         part: Part,
@@ -107,7 +106,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         Ok(())
     }
 
-    /// Begins the next bank, number `number`.
+    /// Begins the next bank, with index `number`.
     pub(crate) fn bank(
         &mut self,
         number: u16,
@@ -137,7 +136,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         })
     }
 
-    /// All banks have been put in: guarantee 4. Before that no term can name a table.
+    /// All banks have been added: guarantee 4. Before this call no term can name a table.
     pub(crate) fn end_banks(&mut self) -> Result<(), LoadError> {
         let found = self.needed.tables;
         if found > 255 {
@@ -147,7 +146,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         Ok(())
     }
 
-    /// Begins the next term, number `term`, with a weight that is fixed or has limits.
+    /// Begins the next term, with index `term`, whose weight is fixed or has limits.
     pub(crate) fn term(
         &mut self,
         term: u16,
@@ -187,7 +186,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         })
     }
 
-    /// Begins the next grid, number `grid`, of so many inputs.
+    /// Begins the next grid, with index `number` and the given number of inputs.
     pub(crate) fn grid(
         &mut self,
         grid: u16,
@@ -209,7 +208,7 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         })
     }
 
-    /// Finds the two sections of samples and takes them as they lie: guarantees 3 and 9.
+    /// Locates the two sections of samples and uses them in place: guarantees 3 and 9.
     fn place_samples(&mut self, blob: &'a [u8], described: usize) -> Result<(), LoadError> {
         let [floats, shorts] = self.held;
         let start = described.next_multiple_of(ALIGNMENT);
@@ -234,9 +233,9 @@ impl<'p, 'a, C: Room> Filling<'p, 'a, C> {
         Ok(())
     }
 
-    /// Last step: places the samples, of which each must belong to a bank or a grid, and prepares what has
-    /// been put in for the kernel. That is all of the blob: what did not fit is refused here, so that the error
-    /// names every capacity that is too small.
+    /// Last step: locates the samples, each of which must belong to a bank or a grid, and prepares the items for the
+    /// kernel. By now the whole blob has been read: what did not fit is refused here, so that the error names every
+    /// capacity that is too small.
     pub(super) fn finish(mut self, blob: &'a [u8], described: usize) -> Result<(), LoadError> {
         if self.used != self.held {
             return Err(LoadError::UnusedSamples);

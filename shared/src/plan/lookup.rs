@@ -1,4 +1,4 @@
-//! What evaluation needs of banks and grids.
+//! Banks and grids in the form that evaluation needs.
 
 use super::span::Span;
 use crate::description::{Bank, Direction, GRID_INPUTS, GRID_OUTPUTS, Interpolation, SampleFormat};
@@ -6,16 +6,15 @@ use crate::description::{Bank, Direction, GRID_INPUTS, GRID_OUTPUTS, Interpolati
 /// One bank.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BankLookup {
-    /// Its points. They are read directly if the tables are linear, hold for both directions and have f32
-    /// samples.
+    /// Its points. They are read directly if the tables are linear, apply to both directions and have f32 samples.
     pub span: Span,
-    /// Whether it is read directly and has one table of two points: then `line` is all that is read.
+    /// Whether the bank is read directly and has one table of two points: then only `line` is read.
     pub straight: bool,
-    /// The first sample, and the difference of the second from it.
+    /// The first sample, and the difference between the second and the first.
     pub line: [f32; 2],
-    /// First sample in its section.
+    /// Index of the first sample in its section.
     pub first: u32,
-    /// Number of the first table.
+    /// Index of the first table.
     pub table: u16,
     /// Tables per row, at least 1.
     pub tables: u16,
@@ -25,7 +24,7 @@ pub(crate) struct BankLookup {
 }
 
 impl BankLookup {
-    /// Without its place among the tables.
+    /// Does not set its place among the tables yet.
     pub(super) fn new(bank: &Bank, mut span: Span) -> Self {
         let cubic = bank.interpolation == Interpolation::Cubic;
         let integer = bank.format == SampleFormat::I16;
@@ -46,14 +45,14 @@ impl BankLookup {
     }
 }
 
-/// One grid. Inputs that are missing are spans of one node, so that every grid has three.
+/// One grid. Missing inputs are spans with one node, so that every grid has three.
 ///
-/// The common kind is *plain*: three inputs and [`PLAIN_WIDTH`] outputs of f32 samples. Only the points of
-/// such a grid are read directly.
+/// The most common kind is *plain*: three inputs and [`PLAIN_WIDTH`] outputs of f32 samples. Only plain grids are read
+/// directly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GridLookup {
     pub spans: [Span; GRID_INPUTS],
-    /// Samples from one node to the next along each input.
+    /// Number of samples between neighbouring nodes along each input.
     pub strides: [u32; GRID_INPUTS],
     pub first: u32,
     pub scales: [f32; GRID_OUTPUTS],
@@ -63,7 +62,7 @@ pub(crate) struct GridLookup {
 }
 
 impl GridLookup {
-    /// Without inputs and outputs: all zeros.
+    /// No inputs or outputs: all zeros.
     pub(super) const EMPTY: Self = Self {
         spans: [Span::EMPTY; GRID_INPUTS],
         strides: [0; GRID_INPUTS],
@@ -75,5 +74,5 @@ impl GridLookup {
     };
 }
 
-/// Outputs of a plain grid.
+/// Number of outputs of a plain grid.
 pub(crate) const PLAIN_WIDTH: usize = 3;

@@ -1,4 +1,4 @@
-//! Evenly spaced points along an input, divided and checked once at load.
+//! Evenly spaced points along an input, with all divisions and checks done once at load.
 
 use crate::description::Interpolation;
 use crate::load_error::{LoadError, Part};
@@ -10,12 +10,12 @@ pub(crate) struct Span {
     pub start: f32,
     /// 1 / step.
     pub inverse_step: f32,
-    /// Below this many steps from the start, and from 0 on, the kernel reads two neighbouring rows of f32
-    /// samples directly; 0 where it must not.
+    /// From 0 to below this many steps from the start, the kernel reads two neighbouring rows of f32 samples directly;
+    /// 0 if it must not.
     pub direct: f32,
-    /// Below this many steps from the start the position is used as it is …
+    /// Below this many steps from the start the position is used unchanged …
     pub limit: f32,
-    /// … otherwise this one is: the end of the last interval, or the first point with modulo.
+    /// … otherwise it is replaced by this: the end of the last interval, or the first point with modulo.
     pub beyond: f32,
     /// points · step, or 0 without modulo.
     pub period: f32,
@@ -43,7 +43,7 @@ impl Span {
         slot: 0,
     };
 
-    /// Checks the points (guarantee 2) and divides what evaluation multiplies.
+    /// Checks the points (guarantee 2) and computes the reciprocals that evaluation multiplies by.
     pub(super) fn new(
         part: Part,
         slot: u8,
@@ -58,7 +58,7 @@ impl Span {
             return Err(LoadError::Step { part });
         }
         let reads = interpolation.reads();
-        // Beyond 2²⁴ not every index is an f32.
+        // Above 2²⁴ not every index is exact in f32.
         if !(reads..=1 << 24).contains(&points) {
             return Err(LoadError::Points { part, points });
         }
@@ -105,7 +105,7 @@ impl Span {
         self.period > 0.0
     }
 
-    /// How many there are.
+    /// Number of points.
     pub(super) fn points(&self) -> u64 {
         u64::from(self.last) + 1
     }

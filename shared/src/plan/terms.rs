@@ -11,33 +11,32 @@ pub(crate) const FIXED: u8 = u8::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PackedTerm {
     pub weight: f32,
-    /// Table numbers; from `count` on not read.
+    /// Table indices; entries from `count` on are not read.
     pub factors: [u8; FACTORS],
-    /// Of a term that is added by itself, the next one, counted from 1; 0 if it is the last.
+    /// For a term that is added separately: the next such term, counted from 1, or 0 if it is the last.
     pub next: u16,
     pub output: u8,
     pub count: u8,
-    /// Place among the adjustable weights, or [`FIXED`].
+    /// Index among the adjustable weights, or [`FIXED`].
     pub place: u8,
 }
 
-/// What the kernel begins an output with: one value, then products.
+/// What the kernel computes first for an output: one value, then products.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sum {
-    /// Byte offset, among the table values, of the one that it begins with, or of the 0 after them.
+    /// Byte offset, among the table values, of the first value, or of the 0 after them.
     pub first: u16,
-    /// How many products follow; those of all sums are stored one after the other.
+    /// Number of products that follow; the products of all sums are stored consecutively.
     pub products: u16,
 }
 
-/// Two factors by their byte offsets among the table values, the first in the lower half. The 1 after all of
-/// them stands for a missing factor, which changes no bit.
+/// Two factors as byte offsets among the table values, the first in the lower half. The 1 after the table values
+/// replaces a missing factor, which changes no bit.
 pub(crate) type Product = u32;
 
-/// Divides the terms. Of each output those from its first one on that have the weight 1 and up to two factors
-/// become a sum, which costs less than the general way; all others are added to it one by one. The order of
-/// addition stays. Returns the first of the
-/// others, counted from 1, or 0. Guarantees 6 and 8.
+/// Divides the terms. For each output, the leading terms with weight 1 and up to two factors become a sum, which costs
+/// less than the general method; all others are added to it one by one. The order of addition is preserved. Returns the
+/// first of the other terms, counted from 1, or 0. Guarantees 6 and 8.
 pub(super) fn divide<C: Room>(
     outputs: usize,
     terms: &mut [PackedTerm],
@@ -49,7 +48,7 @@ pub(super) fn divide<C: Room>(
     if terms.is_empty() {
         return others;
     }
-    // The number of the first term that is not part of the sum, of each output.
+    // For each output, the number of the first term that is not part of the sum.
     let mut ends = [usize::MAX; MOST_AXES];
     for (output, end) in (0..outputs as u8).zip(&mut ends) {
         work::count(terms.len());
@@ -67,7 +66,7 @@ pub(super) fn divide<C: Room>(
             match term.count {
                 1 if !begun => sum.first = a as u16,
                 _ => {
-                    // Factors that it has not are the 1 already. There is room for as many as terms.
+                    // Missing factors already refer to the 1. There is room for as many products as terms.
                     products.append(a | b << 16);
                     sum.products += 1;
                 }
@@ -76,7 +75,7 @@ pub(super) fn divide<C: Room>(
         }
         sums.append(sum);
     }
-    // From the last to the first, so that each knows the next.
+    // From last to first, so that each term knows the next.
     work::count(terms.len());
     for (k, term) in terms.iter_mut().enumerate().rev() {
         if ends

@@ -13,7 +13,7 @@ use crate::specimen::{adjustable, bank, bare, everything, term};
 
 type Small = Holds<3, 8, 8, 16, 2>;
 
-/// The guarantees, found once more from what the plan has become.
+/// Checks the guarantees independently on the finished plan.
 fn assert_guarantees(plan: &Plan<'_, Small>) {
     let (axes, tables) = (Small::AXES, Small::TABLES);
     let assert_span = |span: &Span, reads: u32| {
@@ -112,7 +112,7 @@ fn assert_guarantees(plan: &Plan<'_, Small>) {
     let sums = plan.sums();
     assert!(sums.is_empty() == plan.terms().is_empty(), "8");
     assert!(sums.len() <= axes, "8");
-    // Places of tables, or of the 1 and the 0 after all that there is room for.
+    // Indices of tables, or of the 1 and the 0 after the table capacity.
     let named = |byte: u32, after: usize| {
         let place = byte as usize / 4;
         byte.is_multiple_of(4) && (place < usize::from(plan.tables()) || place == tables + after)
@@ -141,7 +141,7 @@ fn fill<'a>(plan: &mut Plan<'a, Small>, blob: &'a [u8]) -> Result<(), LoadError>
     plan.fill(blob, |filling| blob::read(blob, filling, &mut contents))
 }
 
-/// Drafts with everything that a plan can have.
+/// Drafts that contain everything a plan can have.
 fn drafts() -> Vec<Draft> {
     let mut drafts = Vec::from([everything(), bare()]);
     let mut cell = everything();
@@ -198,7 +198,7 @@ fn a_plan_that_is_not_filled_to_the_end_is_empty() {
     assert_empty(&plan);
 }
 
-/// What it puts in wherever it can, whatever is answered.
+/// Adds items wherever possible and ignores all errors.
 fn careless(filling: &mut Filling<'_, '_, Small>, order: u32) {
     let line = |input, points, tables, first| Bank {
         input,
@@ -234,7 +234,7 @@ fn careless(filling: &mut Filling<'_, '_, Small>, order: u32) {
                 let _ = filling.axes(1);
             }
             4 => {
-                // Left unfinished, then of more tables than there is room for.
+                // Left unfinished, then with more tables than fit.
                 let _ = filling.bank(0, &line(0, 2, 3, 0));
                 if let Ok(open) = filling.bank(1, &line(0, 2, 200, 0)) {
                     let _ = open.end();
@@ -250,7 +250,7 @@ fn careless(filling: &mut Filling<'_, '_, Small>, order: u32) {
                 let _ = filling.end_banks();
             }
             9 => {
-                // More than there is room for.
+                // More than fit.
                 let _ = filling.axes(9);
                 if let Ok(open) = filling.term(0, 8, 1.0, None) {
                     open.end();
@@ -313,7 +313,7 @@ fn no_way_of_filling_a_plan_breaks_a_guarantee() {
     assert!(filled > 100, "{filled}");
 }
 
-/// First value and number of products of each sum, and the products, by numbers of tables; the other terms.
+/// First value and number of products of each sum, and the products, by table indices; then the other terms.
 type Divided = (Vec<[u16; 2]>, Vec<[u32; 2]>, Vec<u16>);
 
 fn divided(draft: &Draft) -> Divided {
@@ -336,7 +336,7 @@ fn divided(draft: &Draft) -> Divided {
 
 #[test]
 fn a_sum_is_the_leading_terms_of_weight_1_and_up_to_two_factors() {
-    // After the tables that there is room for.
+    // They follow the capacity for tables.
     let (one, zero) = (8, 9);
     let mut draft = bare();
     draft
@@ -350,7 +350,7 @@ fn a_sum_is_the_leading_terms_of_weight_1_and_up_to_two_factors() {
         term(2, 1.0, &[1]),
         term(0, 1.0, &[2]),
         term(1, 1.0, &[2]),
-        // What ends them, and what would count if it stood in front of that.
+        // The terms that end the sum, and terms that would belong to it if they came before these.
         adjustable(2, 1.0, [0.0, 1.0], &[0]),
         term(0, 2.0, &[0]),
         term(1, 1.0, &[0, 1, 2]),
@@ -420,7 +420,7 @@ fn what_is_put_in_beyond_its_number_is_refused_with_the_number_there_would_be() 
         assert_eq!(grid.end(0), Err(inputs(2)));
         Ok(32)
     });
-    // The samples that were taken are not there.
+    // The samples that were claimed do not exist.
     assert!(matches!(result, Err(LoadError::SectionLength { .. })));
     assert_empty(&plan);
 }

@@ -1,4 +1,4 @@
-//! What is faded in: another compensation, other weights, another tool length or temperature.
+//! Fades: another compensation, other weights, another tool length or temperature.
 
 use super::state::{Fading, Following, Servo, Values, Waiting};
 use crate::compensation::Compensation;
@@ -13,15 +13,14 @@ use crate::status::Correction;
 use crate::weights::Weights;
 
 impl<H: Handle> Servo<H> {
-    /// What is being faded in, otherwise what is in use.
+    /// The compensation being faded in, or else the one in use.
     pub(super) fn target(&self) -> &Compensation<'_, H::Room> {
         target(&self.current, &self.other, self.fading)
     }
 
-    /// Takes the limits of the axes: of the compensation in use, and of one that is faded in. The
-    /// factors move at a rate that keeps every axis within its ramp rate and rate bound: s moves
-    /// it by up to its value bound, f at the worst from bound to bound, and during a fade each
-    /// has half of that, for both may move.
+    /// Adopts the limits of the axes, both of the compensation in use and of one being faded in. The factors move at a
+    /// rate that keeps every axis within its ramp rate and rate bound: s moves it by up to its value bound, f in the
+    /// worst case from bound to bound, and during a fade each has half of that, because both may move.
     pub(super) fn take_limits(&mut self) {
         let from = self.current.get();
         let to = target(&self.current, &self.other, self.fading);
@@ -35,7 +34,7 @@ impl<H: Handle> Servo<H> {
             factor = smaller(rise / one, factor);
             blend = smaller(rise / both, blend);
         }
-        // An empty compensation has no axes and nothing to move.
+        // An empty compensation has no axes, so nothing moves.
         let pace = |rate: f32| {
             let rate = if rate < f32::INFINITY { rate } else { 1.0 };
             Pace::new(rate, rate)
@@ -48,14 +47,14 @@ impl<H: Handle> Servo<H> {
         self.blend_pace = pace(0.5 * blend);
     }
 
-    /// Takes weights of the compensation last accepted.
+    /// Adopts weights of the compensation accepted last.
     pub(super) fn want(&mut self, weights: Weights) {
         if weights.values() == self.wanted.values() {
             return;
         }
         self.at_rest = false;
         self.wanted = weights;
-        // Those of a compensation that waits are taken with it.
+        // If a compensation is waiting, its weights are adopted together with it.
         if self.waiting != Waiting::Compensation {
             let coming = if self.fading == Fading::Nothing {
                 &self.weights
@@ -70,7 +69,7 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// While s rests at 0 nothing of this is felt: all that waits is taken at once.
+    /// While s rests at 0 the output does not change: everything waiting is adopted at once.
     pub(super) fn take_at_zero(&mut self) {
         self.arrive();
         match core::mem::replace(&mut self.waiting, Waiting::Nothing) {
@@ -84,8 +83,8 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Moves on with a fade, or begins to fade in what waits, as soon as nothing else moves: another
-    /// compensation only when its inputs are usable and referenced.
+    /// Advances a fade, or begins to fade in what is waiting as soon as nothing else is changing; another compensation
+    /// only when its inputs are usable and referenced.
     pub(super) fn begin_fade(&mut self, inputs: &Inputs<Values<H>>, held: bool) {
         if self.fading != Fading::Nothing {
             if self.blend.advance(true, &self.blend_pace, self.common.dt) == 1.0 {
@@ -117,7 +116,7 @@ impl<H: Handle> Servo<H> {
 
     fn start(&mut self, auxiliaries: &[f32; AUXILIARIES], fading: Fading) {
         self.blend = Ramp::ZERO;
-        // What waits is this, unless it is another compensation: then the weights wanted are those of that.
+        // This is what was waiting, unless another compensation waits: then the requested weights belong to that one.
         if fading == Fading::Values && self.waiting == Waiting::Compensation {
             self.coming.take_values(&self.weights);
         } else {
@@ -126,11 +125,11 @@ impl<H: Handle> Servo<H> {
         }
         self.coming_auxiliaries = *auxiliaries;
         self.fading = fading;
-        // At rest, so that the pace may be lowered.
+        // At rest, so the pace may be lowered.
         self.take_limits();
     }
 
-    /// Makes what is being faded in the current one.
+    /// Makes the faded-in values current.
     fn arrive(&mut self) {
         if self.fading == Fading::Nothing {
             return;
@@ -141,26 +140,26 @@ impl<H: Handle> Servo<H> {
         self.fading = Fading::Nothing;
         self.weights.take_values(&self.coming);
         self.inputs.auxiliaries = self.coming_auxiliaries;
-        // At least as fast as the slower of both was.
+        // At least as fast as the slower of the two was.
         self.take_limits();
     }
 
-    /// The other compensation is in use from now on; the one that was is retired.
+    /// Switches to the other compensation and retires the previous one.
     fn exchange(&mut self) {
         if let Some(other) = &mut self.other {
             core::mem::swap(&mut self.current, other);
         }
     }
 
-    /// Puts what is being faded in into the computed correction, within the value bounds. Other auxiliaries are
-    /// let in.
+    /// Blends the values being faded in into the computed correction, within the value bounds. Lets in changed
+    /// auxiliaries.
     pub(super) fn fade(&mut self, inputs: &Inputs<Values<H>>) {
         let Correction {
             computed, status, ..
         } = &mut self.correction;
         bound(self.current.get(), computed, &mut status.saturated);
         if self.fading != Fading::Nothing {
-            // In the period in which it begins, all of it is 0.
+            // In its first period the blend is still 0.
             if self.blend.value() > 0.0 {
                 self.blend(self.blend.value());
             }
@@ -169,15 +168,15 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Takes other auxiliaries in: at once where they change as slowly as a ramp may begin,
-    /// otherwise they are faded in from the next period on.
+    /// Adopts changed auxiliaries: at once if the corrections change as slowly as a ramp may begin, otherwise with a
+    /// fade from the next period on.
     #[inline(never)]
     fn let_in(&mut self, given: &[f32; AUXILIARIES]) {
         let inputs = Inputs {
             axes: self.inputs.axes,
             auxiliaries: *given,
         };
-        // All of it is written; a copy costs less than zeros.
+        // All of it is overwritten; a copy costs less than zeros.
         let mut new = self.correction.computed;
         let current = self.current.get();
         current.evaluate_into(&inputs, &self.travelling, &self.weights, &mut new);
@@ -204,14 +203,14 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// a + (b − a)·f of what was computed and what is being faded in.
+    /// a + (b − a)·f of the computed correction and the one being faded in.
     fn blend(&mut self, f: f32) {
         let to = target(&self.current, &self.other, self.fading);
         let inputs = Inputs {
             axes: self.inputs.axes,
             auxiliaries: self.coming_auxiliaries,
         };
-        // All of it is written; a copy costs less than zeros.
+        // All of it is overwritten; a copy costs less than zeros.
         let mut new = self.correction.computed;
         to.evaluate_into(&inputs, &self.travelling, &self.coming, &mut new);
         bound(to, &mut new, &mut self.correction.status.saturated);
@@ -227,7 +226,7 @@ impl<H: Handle> Servo<H> {
     }
 }
 
-/// What is being faded in, otherwise what is in use.
+/// The compensation being faded in, or else the one in use.
 fn target<'h, H: Handle>(
     current: &'h H,
     other: &'h Option<H>,
@@ -239,7 +238,7 @@ fn target<'h, H: Handle>(
     }
 }
 
-/// Keeps corrections within the value bounds.
+/// Limits corrections to the value bounds.
 fn bound<C: Room>(
     compensation: &Compensation<'_, C>,
     values: &mut C::Axes<f32>,

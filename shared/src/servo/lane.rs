@@ -1,8 +1,8 @@
 //! One axis of the servo: its direction of travel and its guard rails.
 //!
-//! Almost always an axis moves on in its direction, or stands still, far from the ends of its travel, and
-//! its correction follows what was computed. A few comparisons tell: [`Lane::moves_on`] and
-//! [`Lane::passes`]. Everything else takes the long way, which also prepares what they compare with.
+//! Almost always an axis moves on in its direction, or stands still, far from the ends of its travel, and its
+//! correction follows the computed one. A few comparisons detect this: [`Lane::moves_on`] and [`Lane::passes`].
+//! Everything else takes the slow path, which also prepares the values for these comparisons.
 
 use crate::catch_up::{CatchUp, Period};
 use crate::description::Axis;
@@ -11,76 +11,76 @@ use crate::guard::{self, larger, smaller};
 use crate::inputs::Travel;
 use crate::status::Status;
 
-/// Part of the length of the travel by which a command may be beyond either end. Farther away it cannot be
-/// meant, and is a fault.
+/// Fraction of the length of the travel by which a command may be beyond either end. Farther out it is a fault, because
+/// it cannot be intended.
 pub const OVERTRAVEL: f32 = 0.1;
 
 /// One axis.
-// `repr(C)`: what every update compares with comes first.
+// `repr(C)`: the fields compared in every update come first.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub(super) struct Lane {
-    /// What the next command is compared with: `sense` is ±1, or 0 if nothing depends on the position or
-    /// it is not known. `front` is the position times `sense`.
+    /// `sense` and `front` are compared with the next command. `sense` is ±1, or 0 if nothing depends on the position
+    /// or the direction is unknown; `front` is the position times `sense`.
     sense: f32,
     front: f32,
-    /// How far it may go on, times `sense`.
+    /// How far the axis may go on, times `sense`.
     end: f32,
-    /// Largest correction that passes: the value bound, or −1 if the long way is needed whatever it is.
+    /// Largest correction that passes: the value bound, or −1 to force the slow path.
     free: f32,
     /// Largest change that passes in one period.
     most: f32,
-    /// That of this axis in a mask.
+    /// Mask bit of this axis.
     bit: u16,
     referenced: bool,
-    /// Its reference has come since the last position.
+    /// The axis has been referenced again since the last position.
     returned: bool,
     rate_bound: f32,
-    /// The rate that is reached in [`RISE`](crate::RISE) seconds.
+    /// Rate reached within [`RISE`](crate::RISE) seconds.
     rise: f32,
     value_bound: f32,
     travel: [f32; 2],
     hysteresis: f32,
-    /// Of an endless axis, otherwise 0.
+    /// Period of an endless axis, otherwise 0.
     period: f32,
-    /// From where to where a command may be meant.
+    /// Range of plausible commands.
     reach: [f32; 2],
-    /// Between these (mm or degrees) a correction within its bound cannot leave the travel.
+    /// Between these (mm or degrees), a correction within its bound cannot leave the travel.
     inside: [f32; 2],
-    /// Where it was last, referenced and within reach: that of the travel. Not kept up while it moves on.
+    /// Last position while referenced and within reach, used for the travel check. Not updated while the axis moves on.
     position: f32,
-    /// How far it moved in this period, near the ends of the travel.
+    /// Distance moved in this period, near the ends of the travel.
     moved: f32,
     reversal: Reversal,
     catch_up: CatchUp,
 }
 
-/// What following a command has shown.
+/// Result of following a command.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Followed {
-    /// Nothing but its position is new.
+    /// Only the position has changed.
     Along,
-    /// The direction of travel is new.
+    /// The direction of travel has changed.
     Turned,
-    /// The value is not a position of this axis.
+    /// The value is not a valid position of this axis.
     Unusable,
 }
 
-/// What an update gives every axis.
+/// Parameters of an update shared by all axes.
 pub(super) struct Common {
     /// The common factor.
     pub s: f32,
-    /// What is computed may have stepped.
+    /// The computed correction may have stepped.
     pub step: bool,
-    /// The step is the begin of a hold.
+    /// The step is the start of a hold.
     pub holds: bool,
-    /// The common factor has moved, or something is being faded in.
+    /// The common factor has moved, or a fade is in progress.
     pub ramps: bool,
     /// Last usable period, s.
     pub dt: f32,
     /// 1 / dt
     pub frequency: f32,
-    /// The same of the last update.
+    /// 1 / dt of the last update.
     pub last_frequency: f32,
 }
 
@@ -129,12 +129,12 @@ impl Lane {
         }
     }
 
-    /// Takes limits from the axis of the compensation in use, and of the one that is being faded in:
-    /// the narrower ones. `farthest` is how far from 0 it may be. Returns the rate that neither ramp rate nor
-    /// rate bound exceeds.
+    /// Adopts limits from the axis of the compensation in use and of the one being faded in: the narrower of the two.
+    /// `farthest` is the largest permitted distance from 0. Returns the rate that exceeds neither ramp rate nor rate
+    /// bound.
     #[inline(always)]
     pub(super) fn take(&mut self, axis: &Axis, other: &Axis, farthest: f32, dt: f32) -> f32 {
-        // Whether it is within reach, and its direction, may depend on them.
+        // Its direction, and whether it is within reach, may depend on the limits.
         self.look_closely();
         self.travel = axis.travel;
         self.hysteresis = axis.hysteresis;
@@ -143,14 +143,14 @@ impl Lane {
         self.rate_bound = smaller(axis.rate_bound, other.rate_bound);
         self.rise = smaller(self.rate_bound, smaller(axis.ramp_rate, other.ramp_rate));
         self.take_period(dt);
-        // Halves, or the length of an endless travel would be infinite.
+        // Halves, because otherwise the length of an endless travel would be infinite.
         let [low, high] = self.travel;
         let beyond = 2.0 * OVERTRAVEL * (0.5 * high - 0.5 * low);
         self.reach = [
             larger(low - beyond, -farthest),
             smaller(high + beyond, farthest),
         ];
-        // Generous, so that no rounding here or in the comparison matters.
+        // Large enough that no rounding here or in the comparison matters.
         const MARGIN: f32 = 1e-6;
         let [from, to] = [larger(low, -farthest), smaller(high, farthest)];
         let margin = self.value_bound + MARGIN * larger(-from, to);
@@ -158,7 +158,7 @@ impl Lane {
         self.rise
     }
 
-    /// The period of the updates from now on, s.
+    /// Sets the period of the following updates, s.
     pub(super) fn take_period(&mut self, dt: f32) {
         self.most = self.rate_bound * dt;
     }
@@ -168,24 +168,24 @@ impl Lane {
         self.value_bound
     }
 
-    /// That of this axis in a mask.
+    /// Mask bit of this axis.
     pub(super) fn bit(&self) -> u16 {
         self.bit
     }
 
-    /// Direction in which it last moved.
+    /// Direction in which the axis last moved.
     pub(super) fn travelled(&self) -> Travel {
         self.reversal.travel()
     }
 
-    /// It last moved in direction `travel`, to where it will be next.
+    /// States that the axis last moved in direction `travel`, to its next position.
     pub(super) fn set_travel(&mut self, travel: Travel) {
         self.look_closely();
         self.reversal = Reversal::moved(travel);
     }
 
-    /// An axis that is not referenced may be given any position: its direction starts anew, and its travel is
-    /// that of the last position that counted, until the reference is back.
+    /// An axis that is not referenced may be set to any position: its direction starts anew, and the travel check uses
+    /// the last valid position until the reference is back.
     pub(super) fn set_referenced(&mut self, referenced: bool) {
         if referenced == self.referenced {
             return;
@@ -195,14 +195,14 @@ impl Lane {
         self.returned = referenced;
     }
 
-    /// Brings the position up to date.
+    /// Updates the position.
     fn sync_position(&mut self) {
         if self.sense != 0.0 {
             self.position = self.sense * self.front;
         }
     }
 
-    /// Brings the position and its extreme up to date.
+    /// Updates the position and its extreme.
     fn sync(&mut self) {
         if self.sense != 0.0 {
             self.sync_position();
@@ -210,7 +210,7 @@ impl Lane {
         }
     }
 
-    /// The next command and the next correction take the long way.
+    /// Forces the next command and the next correction onto the slow path.
     pub(super) fn look_closely(&mut self) {
         self.sync();
         // 0 is not beyond 1.
@@ -218,11 +218,11 @@ impl Lane {
         self.free = -1.0;
     }
 
-    /// Follows a command if the axis merely moves on in its direction, or stands still; whether it did.
+    /// Follows a command if the axis merely moves on in its direction or stands still; returns whether it did.
     #[inline(always)]
     pub(super) fn moves_on(&mut self, q: f32) -> bool {
         let along = q * self.sense;
-        // Not-a-number fails the comparisons.
+        // NaN fails the comparisons.
         if along >= self.front && along <= self.end {
             self.front = along;
             return true;
@@ -230,7 +230,7 @@ impl Lane {
         false
     }
 
-    /// Follows any command. One that is unusable changes nothing.
+    /// Follows any command. An unusable one changes nothing.
     #[cold]
     #[inline(never)]
     pub(super) fn follow(&mut self, q: f32) -> Followed {
@@ -239,7 +239,7 @@ impl Lane {
         let [low, high] = self.reach;
         if !self.referenced {
             self.reversal = Reversal::new();
-            // Times 0 all finite positions are 0.
+            // Multiplied by 0, all finite positions are 0.
             (self.sense, self.front, self.end) = (0.0, 0.0, 0.0);
             self.prepare_correction();
             return if q.is_finite() {
@@ -261,7 +261,7 @@ impl Lane {
         let travel = self.reversal.update(q, self.hysteresis, self.period);
         self.prepare();
         if self.free >= 0.0 {
-            // Far from the ends of its travel it does not matter.
+            // Far from the ends of the travel this does not matter.
             self.moved = 0.0;
         }
         Followed::turned(travel != before)
@@ -273,7 +273,7 @@ impl Lane {
         self.position >= low && self.position <= high
     }
 
-    /// Prepares what the next correction is compared with.
+    /// Prepares the comparison values for the next correction.
     fn prepare_correction(&mut self) {
         self.free = if self.is_inside() && !self.catch_up.is_active() {
             self.value_bound
@@ -282,7 +282,7 @@ impl Lane {
         };
     }
 
-    /// Prepares what the next command and the next correction are compared with, at a position that counts.
+    /// Prepares the comparison values for the next command and the next correction, at a valid position.
     fn prepare(&mut self) {
         self.prepare_correction();
         let q = self.position;
@@ -297,14 +297,14 @@ impl Lane {
         };
     }
 
-    /// Whether the correction follows what was computed: no rail acts, and there is nothing to catch up.
+    /// Whether the correction follows the computed one: no rail acts, and there is nothing to catch up.
     #[inline(always)]
     pub(super) fn passes(&self, computed: f32, goal: f32, last: f32) -> bool {
         (goal - last).abs() <= self.most && computed.abs() <= self.free
     }
 
-    /// The guard rails: value bound, travel, rate bound, travel again. `computed` becomes what is within its
-    /// value bound; `last` and `before` are the last two corrections.
+    /// The guard rails: value bound, travel, rate bound, travel again. Limits `computed` to the value bound in place;
+    /// `last` and `before` are the last two corrections.
     #[cold]
     #[inline(never)]
     pub(super) fn guard(
@@ -332,9 +332,9 @@ impl Lane {
         self.catch_up(common, goal, [last, before], status)
     }
 
-    /// The guard rails where the correction cannot simply follow: rate bound, then travel. At the end
-    /// of the travel the correction follows the command, at most as fast as the command itself,
-    /// and even where the rate bound would not let it.
+    /// The guard rails where the correction cannot simply follow: rate bound, then travel. At the end of the travel the
+    /// correction follows the command, at most as fast as the command itself, even where the rate bound would prevent
+    /// it.
     #[inline(never)]
     fn catch_up(
         &mut self,
@@ -356,8 +356,8 @@ impl Lane {
             ramps: common.ramps,
         };
         let reached = self.catch_up.advance(&period, self.rise);
-        // Coming to rest from a move may lead beyond the value bound, or out of the travel. After a
-        // change of compensation the last correction may still be beyond the new bound.
+        // Stopping after a move may overshoot the value bound or leave the travel. After a change of compensation the
+        // last correction may still exceed the new bound.
         let bound = larger(self.value_bound, last.abs());
         let bounded = guard::bounded(reached, bound);
         let (inside, limited) = guard::within_travel(bounded, self.position, self.travel);
@@ -374,7 +374,7 @@ impl Lane {
         }
         self.moved = 0.0;
         if dq.abs() > self.value_bound {
-            // How far the command moves counts nearer to the middle of the travel than usual.
+            // The distance moved now matters farther inside the travel than usual.
             self.look_closely();
         } else {
             self.prepare_correction();

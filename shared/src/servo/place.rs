@@ -1,4 +1,4 @@
-//! A servo is made where it stays: it is larger than a stack frame should be.
+//! A servo is constructed in place, because it is larger than a stack frame should be.
 
 use core::mem::MaybeUninit;
 
@@ -12,7 +12,7 @@ use crate::ramp::Ramp;
 use crate::room::{List, Room, Row};
 use crate::status::{Conditions, Correction, Status};
 
-/// Writes every field of a structure, one after the other; one that is missing does not compile.
+/// Writes every field of a structure in turn; a missing one is a compile error.
 macro_rules! write_fields {
     ($place:expr, $type:path { $($field:ident: $value:expr,)* }) => {{
         let _all = |whole: Self| {
@@ -28,7 +28,7 @@ macro_rules! write_fields {
 }
 
 impl<H: Handle> Servo<H> {
-    /// Disabled, all corrections zero.
+    /// A disabled servo with all corrections zero.
     #[must_use]
     pub fn new(handle: H) -> Self {
         let mut place = MaybeUninit::uninit();
@@ -37,8 +37,8 @@ impl<H: Handle> Servo<H> {
         unsafe { place.assume_init() }
     }
 
-    /// As [`new`](Self::new), in a place where it may stay: a servo takes some 2 kB, which need not be on
-    /// the stack then.
+    /// Like [`new`](Self::new), but in a permanent place: a servo takes about 2 kB, which then need not be on the
+    /// stack.
     pub fn new_in(place: &mut MaybeUninit<Self>, handle: H) -> &mut Self {
         let weights = handle.get().weights();
         let axes = handle.get().axes().len();

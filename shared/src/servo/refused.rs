@@ -1,15 +1,15 @@
-//! Why a servo does not take a compensation.
+//! Why a servo refuses a compensation.
 
 use core::fmt;
 
-/// Why a compensation was not taken.
+/// Why a compensation was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "link", derive(serde::Serialize, serde::Deserialize))]
 pub enum Refused {
-    /// The change before it is not finished: try again when [`Servo::is_swapping`](crate::Servo::is_swapping) is false.
+    /// The previous change is not complete: try again when [`Servo::is_swapping`](crate::Servo::is_swapping) is false.
     Busy,
-    /// It has other axes (number, order, letters, travel or period).
+    /// The axes differ (number, order, letters, travel or period).
     Axes,
     /// The auxiliary inputs differ in number, kind, name or reference.
     Auxiliaries,
@@ -27,11 +27,11 @@ impl fmt::Display for Refused {
 
 impl core::error::Error for Refused {}
 
-/// A compensation that a servo does not take.
+/// A compensation refused by a servo.
 pub struct NotTaken<H> {
-    /// Why.
+    /// The reason.
     pub why: Refused,
-    /// What was to be taken.
+    /// The handle passed in.
     pub handle: H,
 }
 

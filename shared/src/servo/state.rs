@@ -1,4 +1,4 @@
-//! What a servo keeps from period to period.
+//! State that a servo keeps from period to period.
 
 use super::lane::{Common, Lane};
 use crate::description::AUXILIARIES;
@@ -24,7 +24,7 @@ pub(super) enum Fading {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Waiting {
     Nothing,
-    /// Weights, of the compensation in use or of the one that is being faded in.
+    /// Weights of the compensation in use or of the one being faded in.
     Weights,
     /// Another compensation, with its weights.
     Compensation,
@@ -33,11 +33,11 @@ pub(super) enum Waiting {
 /// Whether the corrections follow the inputs.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Following {
-    /// They do.
+    /// The corrections follow the inputs.
     Inputs,
-    /// They are those of the last usable inputs.
+    /// The corrections are those of the last usable inputs.
     Held,
-    /// They are held until the common factor has come to 0.
+    /// The corrections are held until the common factor has reached 0.
     Frozen,
 }
 
@@ -47,10 +47,10 @@ pub(super) type Values<H> = <<H as Handle>::Room as Room>::Axes<f32>;
 /// A direction for each axis.
 pub(super) type Travels<H> = <<H as Handle>::Room as Room>::Axes<Travel>;
 
-/// One compensation in a control loop. See the head of `servo.rs` for what it does in which order.
+/// One compensation in a control loop. See the head of `servo.rs` for the steps and their order.
 ///
-/// `H` is what it holds compensations by: a reference, or something owned, which comes back when another
-/// has taken its place. So a place can be loaded into again while the servo runs:
+/// `H` is how it holds compensations: by reference, or by an owning handle, which is returned when another compensation
+/// has replaced it. That way a compensation can be reloaded in place while the servo runs:
 ///
 /// ```
 /// use trueaxis::{Compensation, Servo};
@@ -78,18 +78,18 @@ pub(super) type Travels<H> = <<H as Handle>::Room as Room>::Axes<Travel>;
 /// ```
 pub struct Servo<H: Handle> {
     pub(super) current: H,
-    /// In use; only their values count.
+    /// Weights in use; only their values matter.
     pub(super) weights: Weights,
-    /// While it is waiting, the one accepted last. While it is being faded in, that. Otherwise the one that
-    /// was in use before, until it is taken back.
+    /// While a compensation is waiting or being faded in, that one. Otherwise the one previously in use, until it is
+    /// taken back.
     pub(super) other: Option<H>,
     pub(super) waiting: Waiting,
     pub(super) fading: Fading,
-    /// The auxiliaries that are being faded in.
+    /// The auxiliaries being faded in.
     pub(super) coming_auxiliaries: [f32; AUXILIARIES],
-    /// The weights that are being faded in; only their values count.
+    /// The weights being faded in; only their values matter.
     pub(super) coming: Weights,
-    /// The weights last asked for, of the compensation last accepted.
+    /// The weights requested last, for the compensation accepted last.
     pub(super) wanted: Weights,
     /// [`DISABLED`](crate::Conditions::DISABLED) and [`DRY_RUN`](crate::Conditions::DRY_RUN), as commanded.
     pub(super) switches: Conditions,
@@ -101,18 +101,18 @@ pub struct Servo<H: Handle> {
     pub(super) blend_pace: Pace,
     /// One per axis.
     pub(super) lanes: <H::Room as Room>::AxisList<Lane>,
-    /// What is computed from: the positions of the last period that followed its inputs, and
-    /// the auxiliaries that have been let in.
+    /// Inputs of the computed correction: the positions of the last period that followed its inputs, and the
+    /// auxiliaries adopted so far.
     pub(super) inputs: Inputs<Values<H>>,
     pub(super) travelling: Travelling<Travels<H>>,
-    /// Of the last period.
+    /// Correction of the last period.
     pub(super) correction: Correction<Values<H>>,
-    /// The one before.
+    /// Correction of the period before that.
     pub(super) before: Values<H>,
-    /// Nothing but positions can have changed since the last period, in which the corrections were all in.
+    /// Nothing but positions can have changed since the last period, in which the corrections were fully in.
     pub(super) at_rest: bool,
     pub(super) following: Following,
-    /// For how long inputs have been unusable, s.
+    /// How long inputs have been unusable, s.
     pub(super) fault: f32,
     /// The axes that were referenced in the last period, bit 0 is the first.
     pub(super) referenced: u16,

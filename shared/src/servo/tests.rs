@@ -99,13 +99,13 @@ fn at(x: f32, y: f32, c: f32) -> Inputs<[f32; 3]> {
     inputs
 }
 
-/// Makes the next update take the long way in all that it does.
+/// Forces the slow path everywhere in the next update.
 fn look_closely(servo: &mut S) {
     servo.at_rest = false;
     servo.lanes.iter_mut().for_each(|lane| lane.look_closely());
 }
 
-/// Runs until nothing moves any more.
+/// Runs until everything has come to rest.
 fn settle(servo: &mut S, inputs: &Inputs<[f32; 3]>) -> Correction<[f32; 3]> {
     for _ in 0..8000 {
         servo.update(inputs, ALL, DT);
@@ -169,7 +169,7 @@ fn the_ratio_of_the_corrections_holds_through_enable_and_disable() {
         assert_eq!(correction.dq, correction.computed.map(|v| s * v));
         between += u32::from(s > 0.0 && s < 1.0);
     }
-    // 0.2 mm at 0.4 mm/s: half a second, and 0.05 s for rise and braking, both ways.
+    // 0.2 mm at 0.4 mm/s: half a second, plus 0.05 s for acceleration and braking, in both directions.
     assert!((1090..1110).contains(&between), "{between}");
 }
 
@@ -187,7 +187,7 @@ fn unusable_inputs_hold_the_correction_for_10_ms_and_then_ramp_it_to_zero() {
                 let expected = Conditions::BAD_INPUT | Conditions::HELD;
                 assert_eq!(correction.status.conditions, expected);
             }
-            // The tenth is on the edge: the sum of ten times 1 ms in f32 may be above 10 ms.
+            // The tenth is borderline: ten times 1 ms summed in f32 may exceed 10 ms.
             servo.update(&inputs, ALL, DT);
             let mut correction = servo.update(&inputs, ALL, DT);
             assert!(
@@ -195,7 +195,7 @@ fn unusable_inputs_hold_the_correction_for_10_ms_and_then_ramp_it_to_zero() {
                     .status
                     .is(Conditions::FROZEN | Conditions::RAMPING)
             );
-            // Good again, elsewhere: still the old vector until s = 0.
+            // Good again, elsewhere: the old vector still applies until s = 0.
             let mut last = servo.factor();
             while servo.factor() > 0.0 {
                 correction = servo.update(&at(-60.0, 10.0, 200.0), ALL, DT);
@@ -266,7 +266,7 @@ fn without_a_reference_the_set_goes_to_zero_with_the_vector_it_had() {
     let mut servo = settled(&at(20.0, 10.0, 45.0));
     let before = servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
     for step in 0..2000 {
-        // Homing sets other positions, also beyond the travel of the other place.
+        // Homing sets other positions, including some beyond the travel of the other place.
         let x = if step < 100 {
             1000.0
         } else {
@@ -284,7 +284,7 @@ fn without_a_reference_the_set_goes_to_zero_with_the_vector_it_had() {
         );
     }
     assert_eq!(servo.factor(), 0.0);
-    // Its direction is forgotten with its position.
+    // Its direction is forgotten together with its position.
     assert_eq!(servo.travelling().0[0], Travel::Unknown);
     let correction = settle(&mut servo, &at(-60.0, 10.0, 45.0));
     assert_eq!(correction.dq, correction.computed);
@@ -328,7 +328,7 @@ fn an_axis_that_only_receives_corrections_may_be_homed_with_the_others_in() {
 
 #[test]
 fn an_unusable_position_moves_no_rail() {
-    // Modulo tables on a rotary axis of finite travel: beyond 8192 turns is not a position.
+    // Modulo tables on a rotary axis with finite travel: beyond 8192 turns there are no valid positions.
     let mut draft = draft(1.0);
     (draft.axes[2].travel, draft.axes[2].period) = ([-400.0, 400.0], 0.0);
     let mut servo = S::new(leak(&draft));
@@ -353,17 +353,17 @@ fn a_tool_length_that_nobody_gave_is_a_fault_with_a_name() {
     let correction = settle(&mut servo, &at(20.0, 10.0, 45.0));
     assert_eq!(correction.dq, correction.computed);
     assert_eq!(correction.status, Status::default());
-    // A lost position is another fault.
+    // A lost position is a different fault.
     let status = servo.update(&at(f32::NAN, 10.0, 45.0), ALL, DT).status;
     assert!(status.is(Conditions::BAD_INPUT) && !status.is(Conditions::BAD_AUXILIARY));
-    // To A it does not matter.
+    // A does not depend on it.
     let mut servo = S::new(*A);
     servo.enable();
     let correction = settle(&mut servo, &Inputs::at([20.0, 10.0, 45.0]));
     assert_eq!(correction.status, Status::default());
 }
 
-/// Tool length and temperature move two axes, whose corrections cancel each other.
+/// Tool length and temperature move two axes whose corrections cancel each other.
 fn lengths() -> &'static C {
     let mut draft = bare();
     draft.auxiliaries = specimen::everything().auxiliaries;
@@ -398,7 +398,7 @@ fn a_step_of_an_auxiliary_is_faded_like_a_weight_all_axes_together() {
         loop {
             let correction = servo.update(&inputs, ALL, DT);
             let dq = correction.dq;
-            // Together: each rounds below 0.5, a half of that in the ratio.
+            // Both move together: each rounds below 0.5, with half of that in the ratio.
             assert!((dq[0] + 2.0 * dq[1]).abs() < 1e-7);
             assert_eq!(correction.status.rate_limited, 0);
             let velocity = (f64::from(dq[0]) - f64::from(last)) / f64::from(DT);
@@ -413,7 +413,7 @@ fn a_step_of_an_auxiliary_is_faded_like_a_weight_all_axes_together() {
             assert_eq!(correction.status.conditions, Conditions::FADING);
             between += 1;
         }
-        // From bound to bound (2 mm) at half of 0.5 mm/s, and 0.05 s.
+        // From bound to bound (2 mm) at half of 0.5 mm/s, plus 0.05 s.
         assert!((8040..8070).contains(&between), "{between}");
         let expected = lengths().evaluate(&inputs, &servo.travelling(), &lengths().weights());
         assert_eq!(servo.update(&inputs, ALL, DT).dq, expected);
@@ -451,11 +451,11 @@ fn commands_that_change_nothing_change_nothing() {
         assert!(servo.at_rest);
         assert_eq!(servo.update(&at(20.0, 10.0, 45.0), ALL, DT), before);
     }
-    // What was taken back before it began.
+    // A change that was undone before it began.
     servo.set_weight(5, 2.0).unwrap();
     servo.set_weight(5, 1.0).unwrap();
     assert_eq!(servo.update(&at(20.0, 10.0, 45.0), ALL, DT), before);
-    // Other weights of the one in use are faded back to those stored.
+    // Changed weights of the compensation in use are faded back to the stored ones.
     servo.set_weight(5, 2.0).unwrap();
     let other = settle(&mut servo, &at(20.0, 10.0, 45.0));
     assert_ne!(other.dq, before.dq);
@@ -480,9 +480,9 @@ fn the_direction_after_homing_can_be_said() {
     assert_eq!((first.computed[0], first.status.rate_limited), (-0.05, 1));
     assert!(first.dq[0] > -1e-5);
     assert_eq!(settle(&mut servo, &at(5.0, 0.0, 0.0)).dq[0], -0.05);
-    // An axis that does not exist has none.
+    // An axis that does not exist has no direction.
     servo.set_travel(3, Travel::Positive);
-    // Homing ends somewhere else than the last place that counted, or where none has counted yet.
+    // Homing ends away from the last valid position, or there has been no valid position yet.
     for begin in [None, Some(5.0)] {
         for (travel, expected) in [(Travel::Negative, -0.05), (Travel::Positive, 0.05)] {
             let mut servo = S::new(c);
@@ -499,8 +499,8 @@ fn the_direction_after_homing_can_be_said() {
     }
 }
 
-/// Updates with these positions (from period 0 on), all of which but the first are at rest but for them, and
-/// agree with the long way.
+/// Updates with these positions (from period 0 on). After the first, all updates are at rest except for positions, and
+/// agree with the slow path.
 fn stays_at_rest(c: &'static C, referenced: u16, positions: impl Fn(u16) -> Inputs<[f32; 3]>) {
     let (mut servo, mut twin) = (S::new(c), S::new(c));
     servo.enable();
@@ -521,16 +521,16 @@ fn stays_at_rest(c: &'static C, referenced: u16, positions: impl Fn(u16) -> Inpu
 fn updates_stay_at_rest_past_tool_lengths_turns_ends_and_axes_without_a_reference() {
     // X does not reverse: it has backlash.
     let there = |period: u16| f32::from(period) * 0.002;
-    // A tool length (B), with an auxiliary behind it that was never set.
+    // A tool length (B), followed by an auxiliary that was never set.
     stays_at_rest(*B, ALL, |p| at(there(p), 10.0, 45.0));
-    // Y feeds nothing and may be anywhere, the endless C goes round both ways, reduced or not.
+    // Y feeds nothing and may be anywhere; the endless C turns in both directions, reduced or not.
     stays_at_rest(*A, 0b101, |p| at(there(p), f32::from(p) * 1e3, 45.0));
     for turn in [0.1, -0.1, 3.7] {
         let c = |p: u16| f32::from(p) * turn;
         stays_at_rest(*A, ALL, |p| at(20.0, 10.0, c(p)));
         stays_at_rest(*A, ALL, |p| at(20.0, 10.0, c(p).rem_euclid(360.0)));
     }
-    // At and near the end of the travel, where the rail cuts the correction of Y off, and of X not.
+    // At and near the end of the travel, where the rail cuts off the correction of Y but not of X.
     for (x, y) in [
         (100.0, 50.0),
         (-100.0, -50.0),
@@ -540,7 +540,7 @@ fn updates_stay_at_rest_past_tool_lengths_turns_ends_and_axes_without_a_referenc
         stays_at_rest(*A, ALL, |_| at(x, y, 45.0));
         stays_at_rest(*A, ALL, |p| at(x, y, there(p)));
     }
-    // Y comes to its end and goes back, slowly enough for the rate bound.
+    // Y reaches its end and goes back, slowly enough for the rate bound.
     let to_and_fro = |p: u16| (f32::from(p % 2000) * 0.001 - 1.0).abs();
     stays_at_rest(*A, ALL, |p| at(20.0, 50.0 - to_and_fro(p), 45.0));
 }
@@ -583,7 +583,7 @@ fn a_swap_fades_from_the_old_compensation_to_the_new() {
     while servo.is_swapping() {
         assert!(core::ptr::eq(servo.compensation(), *A));
         let dq = servo.update(&inputs, ALL, DT).dq;
-        // On the line from the old to the new, and never back. Each blend rounds twice.
+        // On the line from old to new, and never back. Each blend rounds twice.
         let fraction = (dq[1] - old[1]) / (new[1] - old[1]);
         for k in 0..3 {
             assert!((dq[k] - old[k] - (new[k] - old[k]) * fraction).abs() < 1e-7);
@@ -594,7 +594,7 @@ fn a_swap_fades_from_the_old_compensation_to_the_new() {
     }
     assert!(core::ptr::eq(servo.compensation(), *B));
     assert_eq!(settle(&mut servo, &inputs).dq, new);
-    // 0.5 mm (both bounds of Y) at half of 0.3 mm/s, and 0.05 s.
+    // 0.5 mm (both bounds of Y) at half of 0.3 mm/s, plus 0.05 s.
     assert!((3370..3400).contains(&steps), "{steps}");
 }
 
@@ -672,7 +672,7 @@ fn weights_fade_in_and_later_ones_follow() {
     assert_eq!(correction.status, Status::default());
 }
 
-/// X with nothing but backlash of ±0.05 mm, and slopes of so much per mm on X and Y.
+/// X with backlash of ±0.05 mm only, and the given slopes per mm on X and Y.
 fn backlash(slope: f32) -> &'static C {
     let mut draft = bare();
     for axis in &mut draft.axes {
@@ -692,7 +692,7 @@ fn backlash(slope: f32) -> &'static C {
 
 #[test]
 fn a_backlash_step_is_worked_off_like_a_ramp_and_never_overshoots() {
-    // The hysteresis is 0.01 mm: so much and more.
+    // The hysteresis is 0.01 mm; these moves exceed it.
     for (x, dt) in [(-0.02, DT), (-0.02, 0.01), (-0.02, 5e-5)] {
         let mut servo = S::new(backlash(0.0));
         servo.enable();
@@ -710,14 +710,14 @@ fn a_backlash_step_is_worked_off_like_a_ramp_and_never_overshoots() {
             let limited = u16::from(correction.dq[0] != -0.05);
             assert_eq!(correction.status.rate_limited, limited);
             let velocity = (now - f64::from(last)) / f64::from(dt);
-            // Corrections below 1/16 round by 2⁻²⁹, what remains below 1/8 by 2⁻²⁸; four in all.
+            // Corrections below 1/16 round by 2⁻²⁹, the remainder below 1/8 by 2⁻²⁸; four in all.
             let rounding = 6.0 * 2.0_f64.powi(-28) / f64::from(dt);
             assert!((velocity - speed).abs() <= 8.0 * f64::from(dt) * 1.0001 + rounding);
             assert!((f64::from(servo.velocity()[0]) - velocity).abs() < 1e-5);
             (last, speed) = (correction.dq[0], velocity);
             time += dt;
         }
-        // 0.1 mm with 8 mm/s² never come to 2 mm/s: twice √(0.1/8).
+        // 0.1 mm at 8 mm/s² never reaches 2 mm/s: twice √(0.1/8).
         let least = 2.0 * (0.1_f32 / 8.0).sqrt();
         assert!(
             time > 0.99 * least && time < 1.02 * least + 12.0 * dt,
@@ -803,7 +803,7 @@ enum Event {
     Swap(bool),
     Weight(f32),
     Reference(u16),
-    /// The axis loses its reference and is given another position.
+    /// The axis loses its reference and is set to another position.
     Home(usize, f32),
     BadInput(usize, f32),
     BadPeriod(f32),
@@ -817,7 +817,7 @@ fn not_a_position() -> impl Strategy<Value = f32> {
     prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(f32::NEG_INFINITY)]
 }
 
-/// Transitions and faults at rest.
+/// Transitions and faults while at rest.
 fn transition() -> impl Strategy<Value = Event> {
     prop_oneof![
         3 => Just(Event::Enable),
@@ -827,11 +827,11 @@ fn transition() -> impl Strategy<Value = Event> {
         2 => (-2.5_f32..4.5).prop_map(Event::Weight),
         1 => (0_u16..8).prop_map(Event::Reference),
         2 => Just(Event::Reference(ALL)),
-        // Not of Y, whose travel may act on what it receives; that is a test of its own.
+        // Not for Y, whose travel may limit its corrections; that has its own test.
         1 => (prop_oneof![Just(0_usize), Just(2)], -90.0_f32..90.0).prop_map(|(k, q)| Event::Home(k, q)),
         1 => (0.0_f32..300.0).prop_map(Event::Length),
         1 => (0..4_usize, not_a_position()).prop_map(|(k, v)| Event::BadInput(k, v)),
-        // Beyond 8192 turns: a position to a linear axis, a fault to C.
+        // Beyond 8192 turns: a valid position for a linear axis, a fault for C.
         1 => prop_oneof![Just(3e38_f32), Just(-1e7)].prop_map(|v| Event::BadInput(2, v)),
         3 => Just(Event::Rest),
     ]
@@ -869,7 +869,7 @@ fn command(servo: &mut S, event: &Event) {
     }
 }
 
-/// A machine around the servo.
+/// A simulated machine around the servo.
 struct Plant {
     servo: S,
     inputs: Inputs<[f32; 3]>,
@@ -887,7 +887,7 @@ impl Plant {
         }
     }
 
-    /// What lasts of an event; what does not is returned: an input and a period in place of ours.
+    /// Applies the lasting effects of an event; returns the others: an input and a period that replace ours.
     fn apply(&mut self, event: Event) -> (Option<(usize, f32)>, Option<f32>) {
         command(&mut self.servo, &event);
         match event {
@@ -917,7 +917,7 @@ impl Plant {
     }
 }
 
-/// Whether an axis may be commanded to `q`: up to a tenth of its travel beyond the ends, and 8192 turns.
+/// Whether an axis may be commanded to `q`: up to a tenth of its travel beyond the ends, and up to 8192 turns.
 fn is_meant(axis: usize, q: f32) -> bool {
     let [low, high] = A.axes()[axis].travel.map(f64::from);
     let beyond = 0.1 * (high - low);
@@ -945,10 +945,10 @@ proptest! {
     ) {
         let mut plant = Plant::new();
         let mut dq = [0.0_f32; 3];
-        // Where the travel has each axis, and whether that is where it is.
+        // The position that the travel check uses for each axis, and whether the axis is there.
         let mut place = [0.0_f32; 3];
         let mut lost = [true; 3];
-        // The correction came to lie outside because the axis is at another place after homing.
+        // The correction is outside because the axis is at another place after homing.
         let mut outside = [false; 3];
         let mut period = 0.0_f32;
         let mut twin = S::new(*A);
@@ -966,7 +966,7 @@ proptest! {
                 plant.travel_on(base * share);
                 let inputs = with(plant.inputs, other);
                 let correction = plant.servo.update(&inputs, plant.referenced, dt);
-                // The short way does what the long way does, to the bit.
+                // The fast path agrees with the slow path in every bit.
                 look_closely(&mut twin);
                 let same = twin.update(&inputs, plant.referenced, dt);
                 prop_assert_eq!(correction, same);
@@ -977,7 +977,7 @@ proptest! {
                 prop_assert!((0.0..=1.0).contains(&s));
                 for k in 0..3 {
                     let (now, before) = (correction.dq[k], dq[k]);
-                    // Never not-a-number, never above the larger of both value bounds (B's).
+                    // Never NaN, never above the larger of both value bounds (B's).
                     let bound = B.axes()[k].value_bound;
                     prop_assert!(now.abs() <= bound, "{now} beyond {bound}");
                     prop_assert!(correction.computed[k].abs() <= bound);
@@ -993,8 +993,8 @@ proptest! {
                         }
                         place[k] = q;
                     }
-                    // The travel, without any tolerance: where it acts, end − q is below 0.3 at
-                    // positions of at least 50, so neither that nor the sum in f64 rounds.
+                    // The travel, without any tolerance: where it acts, end − q is below 0.3 at positions of at least
+                    // 50, so neither that nor the sum in f64 rounds.
                     let [low, high] = A.axes()[k].travel.map(f64::from);
                     let (at, sum) = (f64::from(place[k]), f64::from(place[k]) + f64::from(now));
                     let inside = if at > high {
@@ -1009,9 +1009,9 @@ proptest! {
                         inside || (outside[k] && status.travel_limited & (1 << k) != 0),
                         "{at} + {now} leaves {low}..{high}"
                     );
-                    // The rate bound (B's is the larger); at the end of the travel the command's
-                    // own speed if that is more: of an axis that is referenced and where it may be, and
-                    // no other. `last ± most` rounds by half an ulp of 0.3.
+                    // The rate bound (B's is the larger). At the end of the travel, the command's own speed if that is
+                    // higher, but only for an axis that is referenced and at a permitted position. `last ± most` rounds
+                    // by half an ulp of 0.3.
                     let mut most = 3.0 * f64::from(period);
                     if status.travel_limited & (1 << k) != 0 {
                         most = most.max(moved);
@@ -1062,7 +1062,7 @@ proptest! {
             let (other, _) = plant.apply(event);
             for _ in 0..steps {
                 let correction = plant.servo.update(&with(plant.inputs, other), plant.referenced, DT);
-                // Both paces are those of A or slower: A's ramp rate is the larger.
+                // Both paces are at most those of A: A's ramp rate is the larger.
                 let (ramp, dt) = (0.4, f64::from(DT));
                 for k in 0..3 {
                     let now = f64::from(correction.dq[k]);
@@ -1070,7 +1070,7 @@ proptest! {
                     // s and f each round by 2⁻²⁴ (twice in a difference), products and the blend
                     // of values below 0.3 by six more halves of their ulp of 2⁻²⁵.
                     let rounding = 0.6 * 10.0 * 2.0_f64.powi(-24) / dt;
-                    // s and f may move at once: s'·C + s·(b − a)·f', then each at half the ramp rate.
+                    // s and f may move at once: s'·C + s·(b − a)·f', each then at half the ramp rate.
                     prop_assert!(speed.abs() <= ramp + rounding, "velocity {speed}");
                     // Together they may change by ramp/RISE, and their product by 2·s'·f'·(b − a),
                     // where s' is at most 0.2 / 0.2 per second.
@@ -1088,7 +1088,7 @@ proptest! {
         slope in 0.0_f32..0.001,
         plan in prop::collection::vec((0_u8..6, -400.0_f32..400.0, 1_usize..300, -10.0_f32..0.0), 5..30),
         base in 1.0 / 8192.0_f32..0.01,
-        // So many long periods, and so many short ones, one after the other.
+        // The number of long periods, and the number of short ones, in turn.
         (longs, shorts) in (1_usize..4, 1_usize..6),
     ) {
         let mut servo = S::new(backlash(slope));
@@ -1098,14 +1098,15 @@ proptest! {
         let (mut dq, mut velocity, mut last_dt, mut second_last_dt) = ([0.0_f64; 3], [0.0_f64; 3], 0.0, 0.0);
         let mut referenced = ALL;
         let (mut s, mut ramped) = (0.0, false);
-        // What a hold stops may be at the rate bound, and stops from there as fast as others reach the ramp rate.
+        // A correction that is being held may start at the rate bound, and stops from there as fast as others reach the
+        // ramp rate.
         let (mut held, mut stops, mut lands) = (false, [0; 2], [false; 2]);
         for (event, target, steps, share) in plan {
             let short = (base * share.exp2()).max(SHORTEST_PERIOD);
             for step in 0..steps {
                 let dt = if step % (longs + shorts) < longs { base } else { short };
                 let time = f64::from(dt);
-                // At most 5 m/s² of the axis; so much of it goes through as it is.
+                // At most 5 m/s² of the axis; this part of it passes through directly.
                 let before = speed;
                 speed += (f64::from(target) - speed).clamp(-5000.0 * time, 5000.0 * time);
                 if q.abs() > 900.0 && q * speed > 0.0 {
@@ -1114,7 +1115,7 @@ proptest! {
                 q += speed * time;
                 let mut inputs = at(q as f32, 0.0, 0.0);
                 match event {
-                    // Faults, short and long, and lost references while it moves.
+                    // Faults, short and long, and lost references during motion.
                     0 => inputs.axes[2] = f32::NAN,
                     1 if step < 3 => inputs.axes[0] = f32::NAN,
                     2 => referenced = 0b110,
@@ -1122,8 +1123,8 @@ proptest! {
                 }
                 let correction = servo.update(&inputs, referenced, dt);
                 let between = 0.5 * (time + last_dt);
-                // While s moves the accelerations of both add; and a step that its own conceals, of as much
-                // as that in one period, is felt in the next one.
+                // While s moves, the accelerations of both add up. And a step hidden by the axis's own motion, of up to
+                // that motion in one period, shows in the next period.
                 let both = (2.0 * between).max(0.5 * second_last_dt + 2.0 * last_dt + 0.5 * time);
                 let ramps = servo.factor() != s;
                 s = servo.factor();
@@ -1131,7 +1132,7 @@ proptest! {
                 held = correction.status.is(Conditions::HELD);
                 let shortest = if last_dt > 0.0 { time.min(last_dt) } else { time };
                 for k in 0..2 {
-                    // It lands in one period and stands still in the next.
+                    // It lands in one period and is at rest in the next.
                     let limited = correction.status.rate_limited & (1 << k) != 0;
                     stops[k] = match stops[k] {
                         _ if begins => 2,
@@ -1144,11 +1145,11 @@ proptest! {
                     let most = most * if ramps || ramped { both } else { between };
                     let now = f64::from(correction.dq[k]);
                     let fast = (now - dq[k]) / time;
-                    // Corrections below 1 round by 2⁻²⁵, positions below 1000 by 2⁻¹⁵ times the slope,
-                    // each twice in a velocity and that twice in a change; the remainder as much again.
+                    // Corrections below 1 round by 2⁻²⁵, positions below 1000 by 2⁻¹⁵ times the slope, each twice in a
+                    // velocity and that twice in a change; the remainder adds as much again.
                     let rounding = 16.0 * (2.0_f64.powi(-25) + f64::from(slope) * 2.0_f64.powi(-15)) / shortest;
-                    // While s moves at up to 0.4/s, so does the product with what the axis's own motion
-                    // adds, twice.
+                    // While s moves at up to 0.4/s, its product with the contribution of the axis's own motion changes
+                    // too, twice.
                     let own = f64::from(slope) * (speed - before).abs();
                     let product = 2.0 * 0.4 * f64::from(slope) * 400.0;
                     let most = most + product * between + own + rounding;

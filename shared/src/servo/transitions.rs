@@ -1,4 +1,4 @@
-//! What else than positions may change: the period, references, usable inputs, switches, the common factor.
+//! Changes other than positions: the period, references, usable inputs, switches, the common factor.
 
 use super::period::{LONGEST_PERIOD, PATIENCE, is_period};
 use super::state::{Fading, Following, Servo, Values, Waiting};
@@ -7,8 +7,8 @@ use crate::inputs::Inputs;
 use crate::status::Conditions;
 
 impl<H: Handle> Servo<H> {
-    /// Takes the period of this update, which differs from the last. In one that is too long the corrections
-    /// move on by what the longest allows; in any other that cannot be right by what the last allowed.
+    /// Adopts the period of this update, which differs from the last. If it is too long, the corrections advance by
+    /// what the longest permitted period allows; if it is otherwise invalid, by what the last period allowed.
     #[cold]
     pub(super) fn take_period(&mut self, dt: f32) {
         let good = is_period(dt);
@@ -30,7 +30,7 @@ impl<H: Handle> Servo<H> {
         }
     }
 
-    /// Whether the auxiliaries that matter are those that are let in.
+    /// Whether the auxiliaries that matter equal the adopted ones.
     #[inline(always)]
     pub(super) fn has_auxiliaries(&self, inputs: &Inputs<Values<H>>) -> bool {
         let reach = self.current.get().reach();
@@ -38,7 +38,7 @@ impl<H: Handle> Servo<H> {
             || reach.same_auxiliaries(&self.inputs.auxiliaries, &inputs.auxiliaries)
     }
 
-    /// Evaluates what is in use.
+    /// Evaluates the compensation in use.
     #[inline(always)]
     pub(super) fn compute(&mut self) {
         let current = self.current.get();
@@ -46,7 +46,7 @@ impl<H: Handle> Servo<H> {
         current.evaluate_into(&self.inputs, &self.travelling, &self.weights, computed);
     }
 
-    /// An update in which anything may change: up to the guard rails.
+    /// An update in which anything may change, except for the guard rails.
     #[inline(never)]
     pub(super) fn change(&mut self, inputs: &Inputs<Values<H>>, usable: bool, dt: f32) {
         self.begin(inputs, usable, dt);
@@ -55,11 +55,11 @@ impl<H: Handle> Servo<H> {
         self.move_factor();
     }
 
-    /// Whether the inputs are followed, in which directions, and what is being faded in.
+    /// Whether the inputs are followed, the directions of travel, and what is being faded in.
     #[inline(always)]
     fn begin(&mut self, inputs: &Inputs<Values<H>>, usable: bool, dt: f32) {
         let good_period = is_period(dt);
-        // At rest at zero nothing that happens now is felt.
+        // At rest at zero, the output does not change now.
         let silent = self.factor.at_rest() && self.factor.value() == 0.0;
         if silent {
             self.take_at_zero();
@@ -81,7 +81,7 @@ impl<H: Handle> Servo<H> {
         conditions.set(Conditions::BAD_AUXILIARY, !good_auxiliaries);
 
         let hold = !(good_period && good_inputs);
-        // A period that cannot be right counts as the longest that can: how long it was is not known.
+        // An invalid period counts as the longest permitted one, because its real length is unknown.
         let lasted = if good_period { dt } else { LONGEST_PERIOD };
         self.fault = if hold { self.fault + lasted } else { 0.0 };
         let before = self.following;
@@ -109,8 +109,8 @@ impl<H: Handle> Servo<H> {
         self.begin_fade(inputs, held);
     }
 
-    /// Takes the directions of travel; whether tables change with one that is new. `directional`: the axes with
-    /// such tables, bit 0 is the first.
+    /// Updates the directions of travel; returns whether tables change with a new direction. `directional`: the axes
+    /// with such tables, bit 0 is the first.
     fn take_directions(&mut self, directional: u16) -> bool {
         let mut step = false;
         let travelling = self.travelling.0.as_mut();
@@ -123,7 +123,7 @@ impl<H: Handle> Servo<H> {
         step
     }
 
-    /// Moves the common factor on, and reports what holds.
+    /// Advances the common factor and reports the conditions that hold.
     #[inline(always)]
     fn move_factor(&mut self) {
         let empty = self.lanes.is_empty();

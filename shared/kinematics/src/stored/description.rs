@@ -1,11 +1,11 @@
-//! What stands in the description, in postcard: the head, the axes, then items.
+//! The description in postcard: the head, the axes, then items.
 
 use serde::{Deserialize, Serialize};
 
 /// A pose: three columns of its rotation, then its translation (mm).
 pub type Frame = [f64; 12];
 
-/// What there is once.
+/// The parts that occur once.
 #[derive(Serialize, Deserialize)]
 pub struct Head<'f> {
     pub name: &'f str,
@@ -17,7 +17,7 @@ pub struct Head<'f> {
     pub items: u32,
 }
 
-/// An axis: mm and degrees, but for `calibrated` (mm, rad).
+/// An axis: mm and degrees, except `calibrated` (mm, rad).
 #[derive(Serialize, Deserialize)]
 pub struct AxisEntry {
     pub letter: u8,
@@ -40,16 +40,16 @@ pub enum Kind {
     Backlash,
 }
 
-/// One error; places are axis (their number for the spindle) and component.
+/// One error, located by axis (the number of axes for the spindle) and component.
 #[derive(Serialize, Deserialize)]
 pub enum Item {
-    /// A sensor, with the temperature (°C) from which it counts.
+    /// A sensor, with its reference temperature (°C).
     Reference(f64),
     Location([u8; 2], f64),
-    /// Sensor, and change per kelvin.
+    /// Sensor index, and change per kelvin.
     LocationPerKelvin([u8; 2], u8, f64),
     Motion([u8; 2], Kind, f64),
     MotionPerKelvin([u8; 2], Kind, u8, f64),
-    /// How many points, and whether there are values of their own after negative travel.
+    /// Number of points, and whether there are separate values after negative travel.
     Table([u8; 2], u32, bool),
 }

@@ -1,4 +1,4 @@
-//! Files that are read as they were written, and files that are refused.
+//! Files that read back as written, and files that are refused.
 
 use super::*;
 use crate::{Kinematics, Parameter, Situation, Switches};
@@ -51,7 +51,7 @@ fn errors(machine: &Machine) -> ErrorModel<List<f64>> {
     errors
 }
 
-/// The bytes at a multiple of 8, as a file that was read there.
+/// The bytes aligned to 8, like a file read into such a buffer.
 struct Aligned(List<u64>, usize);
 
 impl Aligned {
@@ -149,7 +149,7 @@ fn contents_that_make_no_sense_are_refused_although_the_checksum_is_right() {
     let mut wrong = good.clone();
     wrong[end - 8..].copy_from_slice(&f64::NAN.to_le_bytes());
     assert_eq!(refused(&sealed(wrong)), StoredError::Contents);
-    // A point too many, and one too few.
+    // One point too many, and one too few.
     let mut wrong = good.clone();
     wrong.extend([0; 8]);
     assert_eq!(refused(&sealed(wrong)), StoredError::Contents);
@@ -180,6 +180,6 @@ fn any_damage_under_a_right_checksum_is_read_or_refused_and_never_panics() {
             }
         }
     }
-    // Most bytes are parts of numbers, which may be others.
+    // Most bytes are parts of numbers, for which any value is valid.
     assert!(kept > good.len());
 }

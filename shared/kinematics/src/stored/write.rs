@@ -1,4 +1,4 @@
-//! Writing the file, for the host.
+//! Writes the file, on the host.
 
 use super::description::{AxisEntry, Frame, Head, Item, Kind};
 use super::{HEADER, MAGIC, VERSION, checksum};
@@ -7,9 +7,9 @@ use serde::Serialize;
 use std::vec::Vec;
 
 impl Stored<'_> {
-    /// The file of a machine; `references` are the temperatures (°C) from which its sensors count.
+    /// The file of a machine; `references` are the reference temperatures (°C) of its sensors.
     ///
-    /// `None` if a table or all of it is too long for a file: more than four thousand million bytes.
+    /// `None` if a table or the whole exceeds the maximum size of a file, about four billion bytes.
     #[must_use]
     pub fn write<P: AsRef<[f64]>>(
         name: &str,
@@ -47,7 +47,7 @@ impl Stored<'_> {
             put(&mut file, item)?;
         }
         let description = u32::try_from(file.len() - HEADER).ok()?;
-        // The header is a multiple of 8 itself.
+        // The header is itself a multiple of 8.
         file.resize(file.len().next_multiple_of(8), 0);
         for point in points {
             file.extend(point.to_le_bytes());
@@ -72,7 +72,7 @@ fn put(file: &mut Vec<u8>, part: &impl Serialize) -> Option<()> {
     Some(())
 }
 
-/// All errors, and the points of tables in their order.
+/// All errors, and the points of tables in order.
 fn items<P: AsRef<[f64]>>(
     machine: &Machine,
     errors: &ErrorModel<P>,
@@ -102,8 +102,8 @@ fn items<P: AsRef<[f64]>>(
     Some((items, points))
 }
 
-/// One error motion. Coefficients are all written, also those that are 0: a degree that is there
-/// lets a motion hold its end value.
+/// One error motion. All coefficients are written, including zeros: the presence of a degree makes a motion hold its
+/// end value.
 fn motion<P: AsRef<[f64]>>(
     at: [u8; 2],
     motion: &Motion<P>,

@@ -1,4 +1,4 @@
-//! Items that are being put into a plan: what comes after what is said by their types.
+//! Items being added to a plan. Their types enforce the order of the calls.
 
 use super::Filling;
 use crate::description::{
@@ -11,7 +11,7 @@ use crate::plan::terms::{FIXED, PackedTerm};
 use crate::room::{List, Room};
 use crate::work;
 
-/// A bank that is being put in.
+/// A bank being added.
 pub(crate) struct OpenBank<'f, 'p, 'a, C: Room> {
     pub(super) lookup: BankLookup,
     pub(super) part: Part,
@@ -24,7 +24,7 @@ impl<C: Room> OpenBank<'_, '_, '_, C> {
         &self.lookup.span
     }
 
-    /// How many scales follow: one per table of integers.
+    /// States the number of scales that follow: one per table of integers.
     pub(crate) fn scales(&mut self, found: u32) -> Result<(), LoadError> {
         let tables = u32::from(self.lookup.tables);
         if found == if self.lookup.integer { tables } else { 0 } {
@@ -35,12 +35,12 @@ impl<C: Room> OpenBank<'_, '_, '_, C> {
         }
     }
 
-    /// The scale of the next table.
+    /// Adds the scale of the next table.
     pub(crate) fn scale(&mut self, scale: f32) {
         self.filling.plan.scales.append(scale);
     }
 
-    /// Puts it in if there is room for it and its tables; otherwise they are only counted.
+    /// Adds the bank if it and its tables fit; otherwise only counts them.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         let Self {
             mut lookup,
@@ -53,7 +53,7 @@ impl<C: Room> OpenBank<'_, '_, '_, C> {
         let before = filling.needed.tables;
         filling.needed.tables = before.saturating_add(u32::from(lookup.tables));
         let tables = filling.needed.tables as usize;
-        // Those that there is room for, not those that are claimed.
+        // As many as fit, not as many as claimed.
         while filling.plan.scales.len() < tables.min(C::TABLES) {
             work::count(1);
             filling.plan.scales.append(1.0);
@@ -66,17 +66,17 @@ impl<C: Room> OpenBank<'_, '_, '_, C> {
     }
 }
 
-/// A term that is being put in.
+/// A term being added.
 pub(crate) struct OpenTerm<'f, 'p, 'a, C: Room> {
     pub(super) packed: PackedTerm,
-    /// Of an adjustable weight.
+    /// Limits of an adjustable weight.
     pub(super) limits: Option<[f32; 2]>,
     pub(super) term: u16,
     pub(super) filling: &'f mut Filling<'p, 'a, C>,
 }
 
 impl<C: Room> OpenTerm<'_, '_, '_, C> {
-    /// How many factors follow.
+    /// States the number of factors that follow.
     pub(crate) fn factors(&self, found: u32) -> Result<(), LoadError> {
         if found as usize > FACTORS {
             let term = self.term;
@@ -85,7 +85,7 @@ impl<C: Room> OpenTerm<'_, '_, '_, C> {
         Ok(())
     }
 
-    /// The table that is the next factor.
+    /// Adds a table as the next factor.
     pub(crate) fn factor(&mut self, table: u8) -> Result<(), LoadError> {
         let term = self.term;
         if u16::from(table) >= self.filling.plan.tables {
@@ -101,7 +101,7 @@ impl<C: Room> OpenTerm<'_, '_, '_, C> {
         Ok(())
     }
 
-    /// Puts it in if there is room for it; otherwise it is only counted.
+    /// Adds the term if it fits; otherwise only counts it.
     pub(crate) fn end(mut self) {
         let terms = &mut self.filling.needed.terms;
         *terms = terms.saturating_add(1);
@@ -114,10 +114,10 @@ impl<C: Room> OpenTerm<'_, '_, '_, C> {
     }
 }
 
-/// A grid that is being put in.
+/// A grid being added.
 pub(crate) struct OpenGrid<'f, 'p, 'a, C: Room> {
     pub(super) lookup: GridLookup,
-    /// Place of the next input.
+    /// Index of the next input.
     pub(super) next: usize,
     pub(super) inputs: usize,
     pub(super) grid: u16,
@@ -125,7 +125,7 @@ pub(crate) struct OpenGrid<'f, 'p, 'a, C: Room> {
 }
 
 impl<C: Room> OpenGrid<'_, '_, '_, C> {
-    /// Its next input; the points along it.
+    /// Adds the next input; returns the points along it.
     pub(crate) fn input(&mut self, axis: &GridAxis) -> Result<&Span, LoadError> {
         let (part, grid) = (Part::Grid(self.grid), self.grid);
         let slot = self.filling.slot(part, axis.input)?;
@@ -147,7 +147,7 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         Ok(span)
     }
 
-    /// How many outputs follow.
+    /// States the number of outputs that follow.
     pub(crate) fn outputs(&self, width: u32) -> Result<(), LoadError> {
         if width == 0 || width as usize > GRID_OUTPUTS {
             return Err(LoadError::GridOutputs { grid: self.grid });
@@ -155,7 +155,7 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         Ok(())
     }
 
-    /// The next output.
+    /// Adds the next output.
     pub(crate) fn output(&mut self, output: u8) -> Result<(), LoadError> {
         let refused = LoadError::GridOutputs { grid: self.grid };
         let GridLookup { outputs, width, .. } = &mut self.lookup;
@@ -168,7 +168,7 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         Ok(())
     }
 
-    /// How its samples are stored, and how many scales follow: one per output of integers.
+    /// States the format of the samples and the number of scales that follow: one per output of integers.
     pub(crate) fn format(&mut self, format: SampleFormat, scales: u32) -> Result<(), LoadError> {
         let integer = format == SampleFormat::I16;
         self.lookup.integer = integer;
@@ -182,14 +182,14 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         }
     }
 
-    /// The scale of the output at place `place`.
+    /// Sets the scale of the output at index `place`.
     pub(crate) fn scale(&mut self, place: usize, scale: f32) {
         if let Some(held) = self.lookup.scales.get_mut(place) {
             *held = scale;
         }
     }
 
-    /// Puts it in if there is room for it, otherwise it is only counted; `first` is its first sample.
+    /// Adds the grid if it fits, otherwise only counts it; `first` is the index of its first sample.
     #[inline(always)]
     pub(crate) fn end(mut self, first: u32) -> Result<(), LoadError> {
         let (lookup, grid) = (&mut self.lookup, self.grid);
@@ -204,7 +204,7 @@ impl<C: Room> OpenGrid<'_, '_, '_, C> {
         if !lookup.integer {
             lookup.scales = [1.0; GRID_OUTPUTS];
         }
-        // Every stride is at most the sample count, which is found to be a u32 before any is used.
+        // Every stride is at most the sample count, which is checked to fit a u32 before any stride is used.
         let mut samples = u64::from(lookup.width);
         for (span, stride) in lookup.spans.iter().zip(&mut lookup.strides).rev() {
             *stride = samples as u32;

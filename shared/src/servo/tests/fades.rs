@@ -1,8 +1,8 @@
-//! What waits for what, and how fast both factors move together.
+//! Order of waiting fades, and joint speed limits of both factors.
 
 use super::*;
 
-/// The correction of A at the place of the tests, with the adjustable weight.
+/// The correction of A at the test position, with the adjustable weight.
 fn with_weight(servo: &S, weight: f32) -> [f32; 3] {
     let mut weights = A.weights();
     weights.set(5, weight).unwrap();
@@ -14,7 +14,7 @@ fn the_common_factor_has_half_its_rate_during_a_fade() {
     let inputs = at(20.0, 10.0, 45.0);
     let double = leak(&draft(2.0));
     for (from, to) in [(double, *B), (*B, double)] {
-        // That of the slowest axis: as far as the larger value bound goes, at the smaller ramp rate.
+        // Set by the slowest axis: the larger value bound at the smaller ramp rate.
         let both = from.axes().iter().zip(to.axes());
         let rates =
             both.map(|(a, b)| a.ramp_rate.min(b.ramp_rate) / a.value_bound.max(b.value_bound));
@@ -53,8 +53,8 @@ fn a_fade_begins_from_rest() {
     let moved = servo.update(&inputs, ALL, DT).computed;
     for k in 0..3 {
         let (a, b) = (&A.axes()[k], &B.axes()[k]);
-        // From bound to bound no axis gathers speed faster than half its ramp rate in RISE. Numbers below
-        // 0.3 round by 2⁻²⁶, the blend three times.
+        // From bound to bound no axis accelerates faster than to half its ramp rate within RISE. Numbers below 0.3
+        // round by 2⁻²⁶, the blend three times.
         let most = 0.5 * 0.5 * a.ramp_rate.min(b.ramp_rate) / RISE * DT * DT;
         assert!((moved[k] - before[k]).abs() <= most + 3.0 * 2.0_f32.powi(-26));
     }
@@ -70,7 +70,7 @@ fn an_auxiliary_is_let_in_at_once_only_as_slowly_as_a_ramp_begins() {
         inputs.auxiliaries[1] = 1.0;
         settle(&mut servo, &inputs);
         inputs.auxiliaries[1] += kelvin;
-        // It is seen in this period, and begins in the next one.
+        // It is detected in this period and begins in the next one.
         servo.update(&inputs, ALL, DT);
         let status = servo.update(&inputs, ALL, DT).status;
         let expected = [Conditions::default(), Conditions::FADING][conditions];
@@ -113,10 +113,10 @@ fn a_weight_that_is_set_back_during_its_fade_comes_back_after_it() {
     servo.set_weight(5, 2.0).unwrap();
     servo.update(&inputs, ALL, DT);
     servo.set_weight(5, 1.0).unwrap();
-    // Two fades, and the period between them, in which the second waits.
+    // Two fades, and the period between them, in which the second one waits.
     assert_eq!(1 + periods_of_fading(&mut servo), 2 * alone + 1);
     assert_eq!(servo.correction.dq, with_weight(&servo, 1.0));
-    // One that is being faded in already is not faded in again.
+    // A value that is already being faded in is not faded in again.
     servo.set_weight(5, 2.0).unwrap();
     servo.update(&inputs, ALL, DT);
     servo.set_weight(5, 3.0).unwrap();
@@ -125,7 +125,7 @@ fn a_weight_that_is_set_back_during_its_fade_comes_back_after_it() {
     assert_eq!(servo.correction.dq, with_weight(&servo, 2.0));
 }
 
-/// Updates until nothing is faded in any more; how many periods something was.
+/// Updates until no fade is in progress; returns the number of periods with a fade.
 fn periods_of_fading(servo: &mut S) -> u32 {
     let mut periods = 0;
     while servo
@@ -157,7 +157,7 @@ fn weights_set_at_zero_hold_at_once_and_can_be_set_back() {
 
 #[test]
 fn another_tool_length_does_not_take_the_place_of_a_compensation_that_waits() {
-    // The one that waits depends on Y, which is not referenced yet; weights of its own are 0.5.
+    // The waiting one depends on Y, which is not referenced yet; its own weights are 0.5.
     let mut other = draft(1.0);
     other.banks.push(bank(3, 0.0, 100.0, vec![vec![0.0, 0.02]]));
     other.terms.push(term(1, 1.0, &[5]));
@@ -184,7 +184,7 @@ fn another_tool_length_does_not_take_the_place_of_a_compensation_that_waits() {
     for _ in 0..8000 {
         servo.update(&with(90.0), 0b101, DT);
     }
-    // The length is in, with the weights of the one in use, and the other still waits.
+    // The length has been adopted, with the weights of the one in use, while the other still waits.
     assert_eq!(servo.inputs.auxiliaries[0], 90.0);
     assert_eq!(servo.correction.computed[2], weighted);
     assert!(servo.is_swapping() && core::ptr::eq(*servo.handle(), c));

@@ -1,11 +1,11 @@
-//! What goes wrong around a servo, and what it does then.
+//! Faults around a servo, and its response to them.
 
 use super::*;
 use crate::servo::state::Fading;
 
 #[test]
 fn a_command_that_cannot_be_meant_is_a_fault_and_moves_no_rail() {
-    // Y has ±50 mm of travel, X ±100: a tenth of the whole beyond either end is still a command.
+    // Y has ±50 mm of travel, X ±100: a tenth of the full length beyond either end is still a valid command.
     for (axis, q, meant) in [
         (1, 60.0, true),
         (1, -60.0, true),
@@ -29,13 +29,13 @@ fn a_command_that_cannot_be_meant_is_a_fault_and_moves_no_rail() {
                 assert_eq!(correction.status.travel_limited, 0);
             }
         }
-        // It is over with the next usable command.
+        // The fault ends with the next usable command.
         if !meant {
             let correction = servo.update(&at(20.0, 10.0, 45.0), ALL, DT);
             assert_eq!(correction, before);
         }
     }
-    // Nor does it while the axis is not referenced, where any number may be commanded.
+    // Nor is it a fault while the axis is not referenced, when any number may be commanded.
     let mut servo = settled(&at(20.0, 10.0, 45.0));
     let correction = servo.update(&at(20.0, 1e30, 45.0), 0b101, DT);
     assert_eq!(correction.status, Status::default());
@@ -43,7 +43,7 @@ fn a_command_that_cannot_be_meant_is_a_fault_and_moves_no_rail() {
 
 #[test]
 fn the_travel_holds_from_the_first_period_after_a_reference_has_come_back() {
-    // X, of ±100 mm, with a correction of -0.02 + 0.01 at one end and of -0.05 - 0.01 at the other.
+    // X, with ±100 mm, has a correction of -0.02 + 0.01 at one end and of -0.05 - 0.01 at the other.
     for sense in [1.0, -1.0] {
         let mut servo = settled(&at(90.0 * sense, 10.0, 45.0));
         let inputs = |x: f32| at(x * sense, 10.0, 45.0);
@@ -58,7 +58,7 @@ fn the_travel_holds_from_the_first_period_after_a_reference_has_come_back() {
             assert!(sum.abs() <= 100.0, "{sum}");
             limited |= correction.status.travel_limited & 1 != 0;
         }
-        // The correction at the positive end leads inwards.
+        // The correction at the positive end points inwards.
         assert_eq!(limited, sense < 0.0);
     }
 }
@@ -71,11 +71,11 @@ fn patience_is_time_whatever_the_periods_before() {
             servo.update(&at(20.0, 10.0, 45.0), ALL, before);
             let first = servo.update(&at(20.0, 10.0, 45.0), ALL, bad);
             assert!(!first.status.is(Conditions::FROZEN));
-            // More than 10 ms have passed with the second.
+            // With the second one, more than 10 ms have passed.
             let second = servo.update(&at(20.0, 10.0, 45.0), ALL, bad);
             assert!(second.status.is(Conditions::FROZEN | Conditions::RAMPING));
         }
-        // Too long ones take no longer to zero than those of the longest period.
+        // Periods that are too long reach zero no later than the longest permitted period.
         let periods = |bad: f32| {
             let mut servo = settled(&at(20.0, 10.0, 45.0));
             servo.update(&at(20.0, 10.0, 45.0), ALL, before);
@@ -96,7 +96,7 @@ fn patience_is_time_whatever_the_periods_before() {
 
 #[test]
 fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_most() {
-    // 0.05 to 2 mm/s of correction, of which 2 mm/s is the rate bound, five times the ramp rate.
+    // 0.05 to 2 mm/s of correction; the rate bound is 2 mm/s, five times the ramp rate.
     for share in [0.025, 0.5, 1.0] {
         let mut draft = bare();
         for axis in &mut draft.axes {
@@ -116,10 +116,11 @@ fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_
         }
         let held = servo.correction.dq[0];
         let most = 0.5 * f64::from(RISE) * 2.0 * f64::from(share);
-        // It slows down from the first period on, with the acceleration to the rate bound and not to the ramp rate.
+        // It slows down from the first period on, with the acceleration that belongs to the rate bound, not to the ramp
+        // rate.
         let held_first = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT).dq[0];
         let first = (f64::from(held_first) - f64::from(held)) / f64::from(DT);
-        // Half of that, for means of periods are compared; 1e-4 of it is the rounding of both corrections.
+        // Half of that, because means over periods are compared; 1e-4 of it allows for rounding of both corrections.
         let slows = 0.5 * 2.0 / f64::from(RISE) * f64::from(DT);
         assert!(first <= 2.0 * f64::from(share) - slows + 1e-4, "{first}");
         let mut farthest = f64::from(held_first) - f64::from(held);
@@ -127,8 +128,8 @@ fn a_held_correction_runs_on_by_half_of_what_the_rate_bound_allows_in_a_rise_at_
             let correction = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT);
             farthest = farthest.max(f64::from(correction.dq[0]) - f64::from(held));
         }
-        // The last share of the speed is taken in the period in which the hold begins; the common factor, which
-        // begins to move 10 ms later, only takes away.
+        // The last part of the speed is lost in the period in which the hold begins. The common factor, which begins to
+        // move 10 ms later, only reduces the correction.
         for _ in 0..200 {
             let correction = servo.update(&at(f32::NAN, 0.0, 0.0), ALL, DT);
             farthest = farthest.max(f64::from(correction.dq[0]) - f64::from(held));
@@ -168,7 +169,7 @@ fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_tr
     servo.disable();
     let mut x = -0.45;
     let mut correction = servo.correction;
-    // The correction moves at nearly its rate bound; then the backlash of Y ends it.
+    // The correction moves at nearly its rate bound until the backlash of Y ends this.
     while servo.factor() > 0.2 {
         correction = servo.update(&at(x, 10.0, 0.0), ALL, DT);
     }
@@ -180,7 +181,7 @@ fn after_a_swap_to_narrower_bounds_what_is_still_beyond_them_stays_within_the_tr
     while servo.is_swapping() {
         correction = servo.update(&at(x, 9.0, 0.0), ALL, DT);
     }
-    // Far beyond the new bound, and on its way.
+    // Far beyond the new bound, and moving.
     assert!(correction.dq[0] > 0.1);
     while x < 0.9 {
         x += 0.02;
@@ -205,7 +206,7 @@ fn after_a_hold_the_correction_accelerates_like_a_ramp_again() {
     let acceleration = 0.4 / RISE;
     for period in 0..300 {
         x += if period < 100 { 0.2 } else { 0.0 };
-        // Two periods are held while the correction moves; then the command is elsewhere.
+        // The correction is held for two periods while it moves; then the command is elsewhere.
         let held = (100..102).contains(&period);
         let q = if held { f32::NAN } else { x };
         servo.update(&at(q, 0.0, 0.0), ALL, DT);
@@ -232,13 +233,13 @@ fn while_inputs_are_held_no_auxiliary_is_let_in_and_no_fade_begins() {
     let before = settle(&mut servo, &inputs);
     inputs.axes[0] = f32::NAN;
     for _ in 0..9 {
-        // So slow that it would be followed at once.
+        // So slow that it would otherwise be followed at once.
         inputs.auxiliaries[1] += 0.0005;
         let correction = servo.update(&inputs, ALL, DT);
         assert!(correction.status.is(Conditions::HELD));
         assert_eq!(correction.dq, before.dq);
     }
-    // To A the tool length that is lost does not matter.
+    // A does not depend on the lost tool length.
     let good = at(20.0, 10.0, 45.0);
     let mut lost = good;
     lost.auxiliaries[0] = f32::NAN;
@@ -260,7 +261,7 @@ fn while_inputs_are_held_no_auxiliary_is_let_in_and_no_fade_begins() {
 fn a_ramp_begins_however_short_the_periods_are() {
     let mut servo = settled(&at(20.0, 10.0, 45.0));
     servo.disable();
-    // What a microsecond takes from the common factor at first is less than half of its last bit.
+    // In one microsecond the common factor initially changes by less than half of its last bit.
     for _ in 0..5000 {
         servo.update(&at(20.0, 10.0, 45.0), ALL, SHORTEST_PERIOD);
     }

@@ -1,8 +1,8 @@
-//! Which inputs matter, and for how long they may be unusable.
+//! Which inputs matter, and how long they may be unusable.
 
 use super::*;
 
-/// X from X; with `more` also from the tool length, Y with backlash, and C, with modulo.
+/// X from X, and with `more` also from the tool length; Y with backlash; and C, with modulo.
 fn machine(more: bool) -> &'static C {
     let mut draft = bare();
     draft.auxiliaries = specimen::everything().auxiliaries;
@@ -47,13 +47,13 @@ fn during_a_fade_the_inputs_of_both_compensations_matter() {
         inputs.auxiliaries[0] = f32::NAN;
         let status = update(&inputs, ALL);
         assert!(status.is(Conditions::BAD_AUXILIARY | Conditions::HELD));
-        // Farther than the modulo table can tell, and not so far.
+        // Farther than the modulo table can resolve, and not as far.
         let most = MOST_PERIODS * 360.0;
         assert!(update(&at(20.0, 10.0, most + 1.0), ALL).is(Conditions::BAD_INPUT));
         assert!(!update(&at(20.0, 10.0, most), ALL).is(Conditions::BAD_INPUT));
         assert!(update(&good, 0b101).is(Conditions::UNREFERENCED));
         assert!(!update(&good, ALL).is(Conditions::UNREFERENCED));
-        // The backlash of Y is worked off, also where it is little so far.
+        // The backlash of Y is being caught up, even though only little of it is left.
         assert_eq!(update(&at(20.0, 9.0, 45.0), ALL).rate_limited, 0b010);
     }
 }
@@ -65,7 +65,7 @@ fn an_axis_that_does_not_matter_may_be_anywhere_but_at_no_number() {
     draft.banks = vec![bank(0, -100.0, 200.0, vec![vec![0.02, 0.04]])];
     draft.terms = vec![term(0, 1.0, &[0])];
     let c = leak(&draft);
-    // On the short way and on the long one.
+    // On the fast and on the slow path.
     for long in [false, true] {
         let status = |place: f32, referenced| {
             let mut servo = S::new(c);
@@ -104,7 +104,7 @@ fn what_is_over_after_exactly_10_ms_was_only_held() {
     assert!(status.is(held | Conditions::FROZEN));
 }
 
-/// X from a number that is as stored, Y from half of it.
+/// A constant on X, and half of it on Y.
 fn constant(value: f32) -> &'static C {
     let mut draft = bare();
     draft.terms = vec![term(0, value, &[]), term(1, -0.5 * value, &[])];
@@ -167,7 +167,8 @@ fn an_endless_axis_that_goes_back_over_zero_has_reversed() {
 
 #[test]
 fn after_a_swap_the_new_value_bound_holds_on_an_axis_without_a_reference_too() {
-    // Y only receives corrections, and of the second more than its bound, by less than the rate bound lets through.
+    // Y only receives corrections. The second compensation exceeds its bound, by less than the rate bound permits per
+    // period.
     let of = |bound: f32| {
         let mut draft = bare();
         for axis in &mut draft.axes {
@@ -231,7 +232,7 @@ fn a_smaller_hysteresis_counts_before_the_next_move() {
     }
     assert_eq!(servo.travelling().0[0], Travel::Positive);
     servo.swap(with(0.01)).unwrap();
-    // It stands back from the farthest by more than that, and then moves on by more than that.
+    // It comes back from the extreme by more than that, and then moves on by more than that.
     for (x, expected) in [
         (9.95, Travel::Positive),
         (9.95, Travel::Negative),

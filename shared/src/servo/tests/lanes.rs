@@ -1,4 +1,4 @@
-//! The few comparisons of an axis that moves on: they hold where nothing can happen, and nowhere else.
+//! The fast checks of an axis that moves on: they pass exactly where nothing else can happen.
 
 use super::*;
 use crate::servo::lane::{Common, Followed, Lane};
@@ -28,7 +28,7 @@ fn lane(axis: &Axis, farthest: f32, positions: &[f32]) -> Lane {
     lane
 }
 
-/// It takes the short way up to the value bound, and a millionth of what the ends measure, before an end.
+/// It takes the fast path up to the value bound, and up to a millionth of the size of the ends before an end.
 fn moves_on_up_to(mut lane: Lane, end: f32) {
     let inwards = -end.signum();
     let margin = VALUE_BOUND + 1e-6 * end.abs();
@@ -50,7 +50,7 @@ fn an_axis_moves_on_up_to_its_value_bound_before_either_end_wherever_the_travel_
             lane(&axis([-high, -low]), 1e9, &[-middle, 1.0 - middle]),
             -low,
         );
-        // At the end that is nearer to 0 the rounding of the farther one counts.
+        // At the end nearer to 0, the rounding of the farther end matters.
         let mut towards = lane(&axis([low, high]), 1e9, &[middle, middle + 1.0]);
         assert!(
             towards.moves_on(high - VALUE_BOUND - 4e-4)
@@ -62,7 +62,7 @@ fn an_axis_moves_on_up_to_its_value_bound_before_either_end_wherever_the_travel_
                 && !towards.moves_on(VALUE_BOUND + 1e-4 - high)
         );
     }
-    // Tables that reach less far than the travel end it.
+    // Tables that reach less far than the travel limit it.
     let endless = axis([-f32::MAX, f32::MAX]);
     moves_on_up_to(lane(&endless, 300.0, &[0.0, 1.0]), 300.0);
     moves_on_up_to(lane(&endless, 300.0, &[0.0, -1.0]), -300.0);
@@ -118,7 +118,7 @@ fn a_direction_is_forgotten_with_the_reference() {
 
 #[test]
 fn a_correction_beyond_the_travel_comes_back_no_faster_than_the_command_moves() {
-    // Both ways, towards the end and away from it.
+    // In both directions, towards the end and away from it.
     for (from, to) in [(99.875, 99.9375), (99.9375, 99.875)] {
         let mut lane = lane(&axis([-100.0, 100.0]), 1e9, &[98.0, from, to]);
         let common = Common {

@@ -1,4 +1,4 @@
-//! Compensations that the servo owns: they come back, and their place is loaded into again.
+//! Compensations owned by the servo: they are returned, and their place is loaded again.
 
 use std::boxed::Box;
 use std::string::ToString;
@@ -12,7 +12,7 @@ fn boxed(draft: &Draft) -> Box<C> {
     place
 }
 
-/// As [`settle`], for any handle.
+/// Like [`settle`], for any handle.
 fn run<H: Handle<Room = Three>>(servo: &mut Servo<H>) -> [f32; 3] {
     for _ in 0..8000 {
         servo.update(&at(20.0, 10.0, 45.0), ALL, DT);

@@ -1,4 +1,4 @@
-//! What is a step, to be worked off, and what is not.
+//! Which changes are steps to be caught up, and which are not.
 
 use super::*;
 
@@ -22,7 +22,7 @@ fn backlash_that_the_rate_bound_would_let_through_is_worked_off_all_the_same() {
     servo.enable();
     servo.update(&at(-1.0, 0.0, 0.0), ALL, DT);
     assert_eq!(settle(&mut servo, &at(0.0, 0.0, 0.0)).dq[0], 0.0005);
-    // 1 µm in this period, where 2 µm are let through; at 8 mm/s² it begins with 4 nm.
+    // 1 µm in this period, where 2 µm are permitted; at 8 mm/s² it begins with 4 nm.
     let mut last = 0.0005;
     let mut periods = 0;
     while last != -0.0005 {
@@ -37,14 +37,14 @@ fn backlash_that_the_rate_bound_would_let_through_is_worked_off_all_the_same() {
         last = dq;
         periods += 1;
     }
-    // 2·√(s/a), and some periods of creeping.
+    // 2·√(s/a), plus some periods for the slow final approach.
     assert!((22..40).contains(&periods), "{periods}");
 }
 
 #[test]
 fn a_reversal_without_directional_tables_is_no_step() {
     let mut servo = settled(&at(20.0, 10.0, 45.0));
-    // C to and fro, whose tables know no direction, on the long way; X, which has backlash, stands still.
+    // C, whose tables are not directional, moves to and fro on the slow path; X, which has backlash, stands still.
     for period in 0..400 {
         let c = if period % 100 < 50 {
             period % 50
@@ -67,7 +67,7 @@ fn the_end_of_a_hold_is_worked_off_where_the_axis_has_gone_on() {
         x += 0.001;
         servo.update(&at(x, 0.0, 0.0), ALL, DT);
     }
-    // 1 mm/s along a slope of 1 µm per mm; while it is held, so much farther.
+    // 1 mm/s along a slope of 1 µm per mm, with and without a jump during the hold.
     for jump in [0.0, 0.5] {
         for _ in 0..5 {
             x += 0.001 + jump / 5.0;
@@ -79,8 +79,7 @@ fn the_end_of_a_hold_is_worked_off_where_the_axis_has_gone_on() {
         let correction = servo.update(&at(x, 0.0, 0.0), ALL, DT);
         let change = correction.dq[0] - before;
         if jump > 0.0 {
-            // 0.5 µm in one period: less than the 2 µm of the rate bound, more than the 4 nm with which
-            // 8 mm/s² begin.
+            // 0.5 µm in one period: less than the 2 µm of the rate bound, more than the 4 nm with which 8 mm/s² begin.
             assert!(correction.computed[0] - before > 4e-4);
             assert!(change < 5e-6, "{change}");
             assert_eq!(correction.status.rate_limited & 1, 1);
@@ -93,7 +92,7 @@ fn the_end_of_a_hold_is_worked_off_where_the_axis_has_gone_on() {
     }
 }
 
-/// Nothing but ± this on X and half of it on Y, mm.
+/// A constant of this size on X and half of it on Y, mm.
 fn constant(value: f32) -> &'static C {
     let mut draft = bare();
     draft.terms = vec![term(0, value, &[]), term(1, 0.5 * value, &[])];
@@ -118,7 +117,7 @@ fn a_hold_that_begins_during_a_fade_or_a_ramp_leaves_the_axes_together() {
 
     settle(&mut servo, &inputs);
     servo.swap(constant(0.9)).unwrap();
-    // A fade gathers speed with half the acceleration; a period twice as long makes that visible.
+    // A fade accelerates with half the acceleration; a period twice as long makes that visible.
     for _ in 0..3 {
         servo.update(&inputs, ALL, 2.0 * DT);
     }
@@ -149,7 +148,7 @@ fn the_short_way_leaves_a_reversal_to_the_long_one_on_every_axis_with_backlash()
         assert!(servo.at_rest);
         let correction = servo.update(&place(-1.0), ALL, DT);
         assert_eq!(correction.status.rate_limited, 1 << axis);
-        // 1 µm, of which 10 mm/s² take 5 nm, where 10 µm are let through.
+        // 1 µm, where 10 µm are permitted; 10 mm/s² remove 5 nm of it.
         assert!(correction.dq[usize::from(axis)] > 0.00049);
     }
 }
